@@ -1,0 +1,105 @@
+//! Sums whose rounding errors are carried along.
+
+/// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Compensated<const N: usize> {
+    /// The numbers, rounded.
+    pub hi: [f64; N],
+    /// What rounding took away.
+    pub lo: [f64; N],
+}
+
+impl<const N: usize> Compensated<N> {
+    /// Numbers that are known exactly.
+    pub fn exact(hi: [f64; N]) -> Self {
+        Self { hi, lo: [0.0; N] }
+    }
+
+    /// `left - right` without rounding.
+    pub fn difference(left: &[f64; N], right: &[f64; N]) -> Self {
+        let mut sum = Self::exact(*left);
+        sum.add(&right.map(|x| -x));
+        sum
+    }
+
+    /// Adds numbers of plain double precision.
+    #[inline]
+    pub fn add(&mut self, term: &[f64; N]) {
+        for i in 0..N {
+            let (sum, error) = two_sum(self.hi[i], term[i]);
+            (self.hi[i], self.lo[i]) = fast_two_sum(sum, error + self.lo[i]);
+        }
+    }
+
+    /// `self + term`, with the low parts of both.
+    #[inline]
+    #[must_use]
+    pub fn plus(&self, term: &Self) -> Self {
+        let mut result = *self;
+        for i in 0..N {
+            let (sum, error) = two_sum(self.hi[i], term.hi[i]);
+            (result.hi[i], result.lo[i]) = fast_two_sum(sum, error + (self.lo[i] + term.lo[i]));
+        }
+        result
+    }
+
+    /// The negative.
+    #[must_use]
+    pub fn negated(&self) -> Self {
+        Self {
+            hi: self.hi.map(|x| -x),
+            lo: self.lo.map(|x| -x),
+        }
+    }
+}
+
+/// The rounded sum and its rounding error, exactly (Knuth's `TwoSum`; no condition on the magnitudes).
+#[inline]
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_virtual = sum - a;
+    let a_virtual = sum - b_virtual;
+    (sum, (a - a_virtual) + (b - b_virtual))
+}
+
+/// The same where `|a| >= |b|` (Dekker).
+#[inline]
+fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    (sum, b - (sum - a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_keeps_what_rounding_would_take() {
+        let d = Compensated::difference(&[1.0, 1e-20], &[1e-17, -1.0]);
+        assert_eq!(d.hi, [1.0, 1.0]);
+        assert_eq!(d.lo, [-1e-17, 1e-20]);
+    }
+
+    #[test]
+    fn a_million_tenths_make_their_exact_sum() {
+        let mut sum = Compensated::exact([0.0]);
+        for _ in 0..1_000_000 {
+            sum.add(&[0.1]);
+        }
+        // 0.1 is 0.1 + 5.55e-18 in binary
+        assert_eq!(sum.hi[0], 100_000.0);
+        assert!((sum.lo[0] - 5.551_115_123_125_783e-12).abs() < 1e-22);
+    }
+
+    #[test]
+    fn adding_and_taking_away_returns() {
+        let start = Compensated::exact([3.0, -7.0]);
+        let term = Compensated {
+            hi: [0.1, 1e-9],
+            lo: [1e-18, 3e-26],
+        };
+        let back = start.plus(&term).plus(&term.negated());
+        assert_eq!(back.hi, start.hi);
+        assert!(back.lo.iter().all(|lo| lo.abs() < 1e-30));
+    }
+}

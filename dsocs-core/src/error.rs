@@ -1,0 +1,269 @@
+//! What can go wrong, where, and what to try.
+
+use core::fmt;
+
+use thiserror::Error;
+
+/// Why Newton's iteration ended without a root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StepFailure {
+    /// A row of the equations or of their Jacobian is infinite or not a number.
+    NotFinite,
+    /// The Jacobian is singular: the equations do not determine the next node.
+    Singular,
+    /// The updates did not become small: there may be no root, or none near the guess.
+    NotConverged,
+}
+
+impl fmt::Display for StepFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "the equations are not finite",
+            Self::Singular => "the Jacobian is singular",
+            Self::NotConverged => "Newton's iteration does not converge",
+        })
+    }
+}
+
+/// A failed Newton iteration: why it ended, and its history.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewtonFailure {
+    /// Why it ended.
+    pub reason: StepFailure,
+    /// The unknowns where it ended.
+    pub unknowns: Vec<f64>,
+    /// The rows there: the kinematic constraints, then the variational equations.
+    pub residual: Vec<f64>,
+    /// The updates, each relative to the size of the unknowns.
+    pub updates: Vec<f64>,
+}
+
+impl fmt::Display for NewtonFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: residual by row {}", self.reason, Numbers(&self.residual))?;
+        match self.updates.as_slice() {
+            [] => Ok(()),
+            [.., last] if self.updates.len() > 6 => {
+                let shown = &self.updates[..5];
+                write!(
+                    f,
+                    ", relative updates {} … {last:.1e} ({} in all)",
+                    Numbers(shown),
+                    self.updates.len()
+                )
+            }
+            all => write!(f, ", relative updates {}", Numbers(all)),
+        }
+    }
+}
+
+/// Numbers in brackets, short enough for a message.
+struct Numbers<'a>(&'a [f64]);
+
+impl fmt::Display for Numbers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[")?;
+        for (i, x) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str(", ")?;
+            }
+            let ordinary = *x == 0.0 || !x.is_finite() || (1e-4..1e7).contains(&x.abs());
+            if ordinary {
+                write!(f, "{}", Rounded(*x))?
+            } else {
+                write!(f, "{x:.3e}")?
+            }
+        }
+        f.write_str("]")
+    }
+}
+
+/// A number with at most nine digits after the point and no zeros at its end.
+struct Rounded(f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = format!("{:.9}", self.0);
+        let short = if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.')
+        } else {
+            &text
+        };
+        f.write_str(short)
+    }
+}
+
+/// Why a run could not be set up.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// The step is zero, infinite or not a number.
+    #[error("the step h = {h} must be finite and not zero (a negative step runs back in time)")]
+    Step {
+        /// The step.
+        h: f64,
+    },
+    /// The step's square, by which accelerations are divided, is zero or infinite in double precision.
+    #[error("the step h = {h:e} is out of range: h² must neither underflow nor overflow")]
+    StepRange {
+        /// The step.
+        h: f64,
+    },
+    /// The start time is infinite or not a number.
+    #[error("the start time t0 = {t0} must be finite")]
+    StartTime {
+        /// The start time.
+        t0: f64,
+    },
+    /// A component of the start is infinite or not a number.
+    #[error("component `{coordinate}` of the start's {vector} is {value}; it must be finite")]
+    Start {
+        /// `q0`, `v0` or `q1`.
+        vector: &'static str,
+        /// The coordinate's name.
+        coordinate: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A parameter is infinite or not a number.
+    #[error("parameter `{name}` is {value}; it must be finite")]
+    Parameter {
+        /// The parameter's name.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// The second-order start needs the initial acceleration, which the continuous system does not give.
+    #[error(
+        "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {cause}; {}",
+        Numbers(.q0), Numbers(.v0), acceleration_advice(.v0)
+    )]
+    Acceleration {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+        /// How the solution for the acceleration failed.
+        cause: NewtonFailure,
+    },
+}
+
+/// What to try where the second-order start fails.
+fn acceleration_advice(v0: &[f64]) -> &'static str {
+    if v0.iter().all(|&v| v == 0.0) {
+        "the system starts at rest, where the constraint may be undefined: start with a velocity, or give both first \
+         nodes (Start::nodes)"
+    } else {
+        "check the start and the parameters, or use the paper's start (Start::paper), which needs no acceleration"
+    }
+}
+
+/// Everything known about a step that failed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedStep {
+    /// The number of the step's middle node `q1`; [`crate::Node::index`] counts alike.
+    pub index: u64,
+    /// The time of the middle node.
+    pub time: f64,
+    /// The step `h`.
+    pub h: f64,
+    /// The step's first node.
+    pub q0: Vec<f64>,
+    /// The step's middle node.
+    pub q1: Vec<f64>,
+    /// The last candidate for the node that was looked for.
+    pub q2: Vec<f64>,
+    /// The coordinates' names.
+    pub coordinates: Vec<&'static str>,
+    /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
+    pub cause: NewtonFailure,
+}
+
+/// A step without a solution. The details are boxed: a step that succeeds should not pay for them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepError(Box<FailedStep>);
+
+impl StepError {
+    /// Wraps the details.
+    pub(crate) fn new(details: FailedStep) -> Self {
+        Self(Box::new(details))
+    }
+
+    /// Where and why the step failed.
+    #[must_use]
+    pub fn details(&self) -> &FailedStep {
+        &self.0
+    }
+
+    /// What to try, for people.
+    fn advice(&self) -> &'static str {
+        let step = &*self.0;
+        match step.cause.reason {
+            StepFailure::NotFinite if step.q0 == step.q1 => {
+                "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity is undefined: \
+                 start with a velocity that is not zero"
+            }
+            StepFailure::NotFinite => {
+                "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
+                 negative number, an overflow): check the start and the parameters, and try a smaller h"
+            }
+            StepFailure::Singular => {
+                "the constraints and the variational equations are not independent here; if two roots meet at a factor \
+                 of the constraint, divide it out with `branch = divide(factor)`"
+            }
+            StepFailure::NotConverged => {
+                "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
+                 the factor that belongs to the unwanted one with `branch = divide(factor)`"
+            }
+        }
+    }
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let step = &*self.0;
+        write!(
+            f,
+            "step {} at t = {} (h = {}) has no solution: {}; ({}): q0 = {}, q1 = {}, last candidate q2 = {}; {}",
+            step.index,
+            Rounded(step.time),
+            step.h,
+            step.cause,
+            step.coordinates.join(", "),
+            Numbers(&step.q0),
+            Numbers(&step.q1),
+            Numbers(&step.q2),
+            self.advice(),
+        )
+    }
+}
+
+impl core::error::Error for StepError {}
+
+/// Why a run up to a time ended early, or did not begin.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// A step has no solution.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The time lies on the other side of the current one.
+    #[error(
+        "t = {until} cannot be reached from t = {time} with the step h = {h}: it lies the other way (a negative step, \
+         or `reverse`, runs back in time)"
+    )]
+    Behind {
+        /// The time asked for.
+        until: f64,
+        /// The current time.
+        time: f64,
+        /// The step.
+        h: f64,
+    },
+    /// The time is not a number, or infinite where all nodes were to be collected.
+    #[error("the run cannot go until t = {until}")]
+    Until {
+        /// The time asked for.
+        until: f64,
+    },
+}

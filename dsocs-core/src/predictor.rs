@@ -1,0 +1,149 @@
+//! Where Newton's iteration begins: a polynomial through the last solutions.
+
+use crate::unknown::Unknown;
+
+/// The highest degree of the polynomial.
+const ORDER: usize = 5;
+
+/// How much of the size of past unknowns is remembered from one step to the next.
+const MEMORY: f64 = 0.75;
+
+/// The backward differences of the last solutions, and their size.
+///
+/// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a switch
+/// is crossed, a phase turns several radians a step) differences grow with their order, and the degree falls, down
+/// to the last solution itself.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Predictor<U> {
+    /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
+    differences: [U; ORDER + 1],
+    /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
+    size: U,
+}
+
+impl<U: Unknown<f64>> Predictor<U> {
+    /// A predictor without a past.
+    pub fn new() -> Self {
+        let unknown = U::zero();
+        Self {
+            differences: [unknown.zip(&unknown, |_, _| f64::NAN); ORDER + 1],
+            size: unknown,
+        }
+    }
+
+    /// Takes in the solution of a step.
+    #[inline]
+    pub fn push(&mut self, z: &U) {
+        let mut difference = *z;
+        for entry in &mut self.differences {
+            let last = core::mem::replace(entry, difference);
+            difference = difference.zip(&last, |new, old| new - old);
+        }
+        self.size = self.size.zip(z, |size, z| (MEMORY * size).max(z.abs()));
+    }
+
+    /// Forgets all but the last solution and the sizes: the past is of no use when the motion turns round.
+    pub fn turn(&mut self) {
+        let (size, last) = (self.size, self.last());
+        *self = Self::new();
+        if let Some(last) = last {
+            self.push(&last);
+        }
+        self.size = size;
+    }
+
+    /// The last solution.
+    pub fn last(&self) -> Option<U> {
+        let last = self.differences[0];
+        last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
+    }
+
+    /// The size that each unknown has had lately, at least 0.
+    #[inline]
+    pub fn size(&self) -> &U {
+        &self.size
+    }
+
+    /// The extrapolated solution of the next step, or `None` without a past.
+    ///
+    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two differences
+    /// in a row, because one alone may be small by passing through zero.
+    #[inline]
+    pub fn predict(&self) -> Option<U> {
+        let mut guess = self.last()?;
+        for (i, guess) in guess.as_mut().iter_mut().enumerate() {
+            let mut smallest = guess.abs();
+            let mut sum = *guess;
+            let mut before = smallest;
+            for difference in &self.differences[1..] {
+                let difference = difference.as_ref()[i];
+                sum += difference;
+                let size = difference.abs();
+                // a NaN compares as false: an order without history is never chosen
+                if size <= smallest && before <= smallest {
+                    smallest = if size > before { size } else { before };
+                    *guess = sum;
+                }
+                before = size;
+            }
+        }
+        Some(guess)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_up_to_the_fifth_degree_are_exact() {
+        for degree in 0..=5 {
+            let value = |k: i32| [f64::from(k).powi(degree), 1.0];
+            let mut predictor = Predictor::new();
+            assert_eq!(predictor.predict(), None);
+            for k in 0..12 {
+                predictor.push(&value(k - 6));
+            }
+            assert_eq!(predictor.predict(), Some(value(6)), "degree {degree}");
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_predicted_at_every_phase() {
+        let mut predictor = Predictor::new();
+        let mut worst: f64 = 0.0;
+        for k in 0..2000 {
+            let phase = f64::from(k) * 0.01;
+            if k > 6 {
+                let guess: [f64; 1] = predictor.predict().unwrap();
+                worst = worst.max((guess[0] - phase.sin()).abs());
+            }
+            predictor.push(&[phase.sin()]);
+        }
+        assert!(worst < 1e-11, "{worst:e}");
+    }
+
+    #[test]
+    fn noise_is_not_blown_up() {
+        let mut predictor = Predictor::new();
+        let (mut seed, mut worst) = (1_u32, 0.0_f64);
+        for _ in 0..1000 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            predictor.push(&[f64::from(seed) / f64::from(u32::MAX) - 0.5]);
+            let guess: [f64; 1] = predictor.predict().unwrap();
+            worst = worst.max(guess[0].abs());
+        }
+        assert!(worst < 5.0, "{worst}");
+    }
+
+    #[test]
+    fn turning_keeps_the_last_solution_only() {
+        let mut predictor = Predictor::new();
+        for k in 0..9 {
+            predictor.push(&[f64::from(k), 1.0]);
+        }
+        predictor.turn();
+        assert_eq!(predictor.predict(), Some([8.0, 1.0]));
+        assert_eq!(predictor.size(), &[8.0, 1.0]);
+    }
+}

@@ -1,0 +1,193 @@
+//! The two nodes that a discrete motion begins with.
+
+use crate::compensated::Compensated;
+use crate::error::{NewtonFailure, SetupError};
+use crate::newton::{self, Equations};
+use crate::rounding;
+use crate::system::{Point, System};
+use crate::unknown::Linearization;
+
+/// How often the acceleration at the start is improved before its solution is given up.
+const MAX_ITERATIONS: u32 = 50;
+
+/// The start of a discrete motion: how its first two nodes `q0`, `q1` are found.
+///
+/// ```
+/// use dsocs_core::Start;
+///
+/// let start = Start::second_order([0.0, 0.0], [1.0, 1.0]).at(2.5);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub struct Start<const N: usize> {
+    /// The first node.
+    q0: [f64; N],
+    /// What leads to the second.
+    rule: Rule<N>,
+    /// The time of the first node.
+    t0: f64,
+}
+
+/// What leads from the first node to the second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rule<const N: usize> {
+    /// `q1 = q0 + h v0`.
+    Paper { v0: [f64; N] },
+    /// `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder { v0: [f64; N] },
+    /// The second node itself.
+    Nodes { q1: [f64; N] },
+}
+
+impl<const N: usize> Start<N> {
+    /// The paper's start `q1 = q0 + h v0`, whose error is of first order in `h`.
+    pub const fn paper(q0: [f64; N], v0: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::Paper { v0 },
+            t0: 0.0,
+        }
+    }
+
+    /// `q1 = q0 + h v0 + h²/2 a0` with the acceleration `a0` of the continuous system at `(q0, v0)`: the start that
+    /// keeps the scheme's second order.
+    pub const fn second_order(q0: [f64; N], v0: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::SecondOrder { v0 },
+            t0: 0.0,
+        }
+    }
+
+    /// Both nodes as they are given.
+    pub const fn nodes(q0: [f64; N], q1: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::Nodes { q1 },
+            t0: 0.0,
+        }
+    }
+
+    /// Sets the time of the first node, which is 0 unless set.
+    pub const fn at(mut self, t0: f64) -> Self {
+        self.t0 = t0;
+        self
+    }
+
+    /// Finds the first leg for the step `h`.
+    pub(crate) fn begin<S: System<N>>(&self, system: &S, h: f64) -> Result<Beginning<N>, SetupError> {
+        let Self { q0, rule, t0 } = *self;
+        if !t0.is_finite() {
+            return Err(SetupError::StartTime { t0 });
+        }
+        check_vector::<S, N>("q0", &q0)?;
+        let (v0, a0, d) = match rule {
+            Rule::Paper { v0 } => {
+                check_vector::<S, N>("v0", &v0)?;
+                (v0, None, Compensated::exact(v0.map(|v| h * v)))
+            }
+            Rule::SecondOrder { v0 } => {
+                check_vector::<S, N>("v0", &v0)?;
+                let a0 = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
+                    q0: q0.to_vec(),
+                    v0: v0.to_vec(),
+                    cause,
+                })?;
+                let mut d = Compensated::exact(v0.map(|v| h * v));
+                d.add(&a0.map(|a| h * h / 2.0 * a));
+                (v0, Some(a0), d)
+            }
+            Rule::Nodes { q1 } => {
+                check_vector::<S, N>("q1", &q1)?;
+                let d = Compensated::difference(&q1, &q0);
+                (d.hi.map(|d| d / h), None, d)
+            }
+        };
+        let q = Compensated::exact(q0).plus(&d);
+        check_vector::<S, N>("q1", &q.hi)?;
+        Ok(Beginning { q0, v0, a0, t0, q, d })
+    }
+}
+
+/// The start, worked out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beginning<const N: usize> {
+    /// The first node.
+    pub q0: [f64; N],
+    /// The velocity there.
+    pub v0: [f64; N],
+    /// The acceleration there, where it was needed.
+    pub a0: Option<[f64; N]>,
+    /// The time of the first node.
+    pub t0: f64,
+    /// The second node.
+    pub q: Compensated<N>,
+    /// The increment from the first to the second.
+    pub d: Compensated<N>,
+}
+
+/// Checks that a vector of the start is finite.
+fn check_vector<S: System<N>, const N: usize>(
+    vector: &'static str,
+    components: &[f64; N],
+) -> Result<(), SetupError> {
+    match S::COORDINATES
+        .iter()
+        .zip(components)
+        .find(|(_, value)| !value.is_finite())
+    {
+        Some((&coordinate, &value)) => Err(SetupError::Start {
+            vector,
+            coordinate,
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The acceleration of the continuous system at `(q, v)`.
+pub(crate) fn acceleration<S: System<N>, const N: usize>(
+    system: &S,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Result<[f64; N], NewtonFailure> {
+    let equations = Continuous { system, q, v };
+    let zero = [0.0; N];
+    match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut |_| {}) {
+        Ok(root) => Ok(root.z),
+        Err(_) => Err(newton::explain(&equations, zero, &zero, MAX_ITERATIONS)),
+    }
+}
+
+/// The continuous system as equations for the acceleration.
+struct Continuous<'a, S, const N: usize> {
+    /// The system.
+    system: &'a S,
+    /// The position.
+    q: &'a [f64; N],
+    /// The velocity.
+    v: &'a [f64; N],
+}
+
+impl<S: System<N>, const N: usize> Equations for Continuous<'_, S, N> {
+    type Z = [f64; N];
+
+    fn linearize(&self, a: &[f64; N]) -> Linearization<f64, [f64; N]> {
+        self.system.continuous(&Point {
+            q: *self.q,
+            v: *self.v,
+            a: *a,
+        })
+    }
+
+    fn rounding(&self, a: &[f64; N]) -> [f64; N] {
+        rounding::continuous_bounds(
+            self.system,
+            &Point {
+                q: *self.q,
+                v: *self.v,
+                a: *a,
+            },
+        )
+    }
+}

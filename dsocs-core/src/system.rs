@@ -1,0 +1,140 @@
+//! What `#[dsocs]` generates, and what the rest of this crate works with.
+
+use crate::scalar::Scalar;
+use crate::unknown::{Linearization, Unknown};
+
+/// A leg of the discrete path: the step's first two nodes, as a node and the increment that led to it.
+///
+/// The increment is carried beside the node because `q1 - q0` formed from rounded nodes loses the digits that the
+/// second difference needs (see the crate's documentation on the form of the unknown).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg<T, const N: usize> {
+    /// The middle node `q1` of the step.
+    pub q: [T; N],
+    /// The increment `q1 - q0`.
+    pub d: [T; N],
+}
+
+/// A point of the second order tangent bundle: `φ_D⁻¹(q0, q1, q2)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<T, const N: usize> {
+    /// Position.
+    pub q: [T; N],
+    /// Velocity.
+    pub v: [T; N],
+    /// Acceleration.
+    pub a: [T; N],
+}
+
+/// A parameter of a system: a field of type `f64` of the declared struct.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// The field's name.
+    pub name: &'static str,
+    /// The field's documentation, one paragraph in one line (units stand in brackets at its end, by convention).
+    pub doc: &'static str,
+}
+
+/// A discrete second order constrained Lagrangian system with `N` coordinates, as `#[dsocs]` generates it.
+///
+/// With `q0, q1` known (a [`Leg`]) the step looks for the second difference `e = (q2 - q1) - (q1 - q0)`, written in
+/// the unknowns `z` of type [`System::Unknown`], such that the rows of [`System::residual`] vanish: the kinematic
+/// constraints at `φ_{D_K}⁻¹(q0, q1, q2)`, then for every field `u` of the variational constraints the work `⟨u, Q⟩` of
+/// the constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at `φ_{D_V}⁻¹(q0, q1, q2)`. Rows that are linear in a second
+/// difference, with a coefficient that the parameters and `h` decide, are solved for it beforehand and are not among the
+/// rows left; [`System::second_difference`] gives all second differences back. A row with `branch = divide(w)` is divided by `w`.
+///
+/// What depends on the parameters and `h` alone is computed once a run ([`System::constants`]); what depends on the
+/// leg alone, once a step ([`System::known`]); the rest, once an iteration.
+pub trait System<const N: usize> {
+    /// The unknowns of one step, `[T; M]` for a literal `M`.
+    type Unknown<T: Scalar>: Unknown<T>;
+    /// What is known when the run begins, an array of a literal size.
+    type Constants<T: Scalar>: Copy;
+    /// What is known when the step begins, an array of a literal size.
+    type Known<T: Scalar>: Copy;
+
+    /// The coordinates' names, in order.
+    const COORDINATES: [&'static str; N];
+    /// The parameters: fields of type `f64`, in order. Fields of other types are not listed.
+    const PARAMETERS: &'static [Parameter];
+    /// The names of the observed expressions (`observe = […]`), in order.
+    const OBSERVABLES: &'static [&'static str];
+
+    /// The value of parameter `index`, or `None` beyond the last.
+    fn parameter(&self, index: usize) -> Option<f64>;
+
+    /// A mutable reference to parameter `index`, or `None` beyond the last.
+    fn parameter_mut(&mut self, index: usize) -> Option<&mut f64>;
+
+    /// Values known when the run begins; `h` is the step.
+    fn constants<T: Scalar>(&self, h: T) -> Self::Constants<T>;
+
+    /// Values known when the step begins.
+    fn known<T: Scalar>(&self, constants: &Self::Constants<T>, leg: &Leg<T, N>) -> Self::Known<T>;
+
+    /// The rows of the step at `z`, and their exact Jacobian `∂row/∂z`.
+    fn residual<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        z: &Self::Unknown<T>,
+    ) -> Linearization<T, Self::Unknown<T>>;
+
+    /// A bound, to first order in the unit round-off, of the rounding error in each row of [`System::residual`].
+    ///
+    /// The solver asks for it only where Newton's updates stop shrinking: a residual below it is zero for all that
+    /// double precision can tell.
+    fn rounding(&self, h: f64, leg: &Leg<f64, N>, z: &Self::Unknown<f64>) -> Self::Unknown<f64> {
+        crate::rounding::bounds(self, h, leg, z)
+    }
+
+    /// The unknowns that belong to a second difference `e` (the starting point of Newton's iteration).
+    fn unknown<T: Scalar>(&self, e: &[T; N]) -> Self::Unknown<T>;
+
+    /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns.
+    fn second_difference<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        z: &Self::Unknown<T>,
+    ) -> [T; N];
+
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
+    fn point<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        leg: &Leg<T, N>,
+        e: &[T; N],
+    ) -> Point<T, N>;
+
+    /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of
+    /// the coordinate.
+    fn force<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        leg: &Leg<T, N>,
+        e: &[T; N],
+    ) -> [T; N];
+
+    /// The Lagrangian `L(q, v)`.
+    fn lagrangian<T: Scalar>(&self, q: &[T; N], v: &[T; N]) -> T;
+
+    /// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg.
+    fn discrete_lagrangian<T: Scalar>(&self, h: T, leg: &Leg<T, N>) -> T;
+
+    /// The energy `⟨∂L/∂v, v⟩ - L`.
+    fn energy<T: Scalar>(&self, q: &[T; N], v: &[T; N]) -> T;
+
+    /// The observed expressions at a point, in the order of [`System::OBSERVABLES`]; `out` has their number.
+    fn observe<T: Scalar>(&self, point: &Point<T, N>, out: &mut [T]);
+
+    /// The rows of the continuous system at a point (kinematic constraints, then the works `⟨u, Q⟩`), and their exact
+    /// Jacobian with respect to the acceleration.
+    fn continuous<T: Scalar>(&self, point: &Point<T, N>) -> Linearization<T, [T; N]>;
+
+    /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
+    fn continuous_force<T: Scalar>(&self, point: &Point<T, N>) -> [T; N];
+}

@@ -1,0 +1,249 @@
+//! The unknowns of a step and the linear equations of one Newton update.
+
+use core::fmt::Debug;
+
+use crate::scalar::Scalar;
+
+/// Rows of equations and their Jacobian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linearization<T: Scalar, U: Unknown<T>> {
+    /// The rows' values.
+    pub rows: U,
+    /// `jacobian[i][j] = ∂rows[i]/∂z[j]`.
+    pub jacobian: U::Square,
+}
+
+impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
+    /// Newton's update `δ`, which solves `jacobian · δ = -rows`; `None` as for [`Unknown::solve`].
+    #[inline]
+    #[must_use]
+    pub fn update(&self) -> Option<U> {
+        U::solve(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
+    }
+}
+
+/// The unknowns of one step: `[T; M]`.
+///
+/// The trait keeps their number `M` out of every signature that does not need it.
+pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
+    /// A square matrix of this size, row by row.
+    type Square: Copy + Debug + AsRef<[Self]>;
+
+    /// Zero.
+    #[must_use]
+    fn zero() -> Self;
+
+    /// A function of the components of two vectors, one by one.
+    #[must_use]
+    fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self;
+
+    /// Solves `matrix · z = right`.
+    ///
+    /// Rows may differ in size by hundreds of orders of magnitude. One unknown is a division and two are Cramer's
+    /// rule (four products and one division in all); more are Gauss elimination with row-scaled partial pivoting.
+    /// Nothing is allocated.
+    ///
+    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
+    #[must_use]
+    fn solve(matrix: &Self::Square, right: &Self) -> Option<Self>;
+}
+
+impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
+    type Square = [[T; M]; M];
+
+    #[inline]
+    fn zero() -> Self {
+        [T::splat(0.0); M]
+    }
+
+    #[inline]
+    fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
+        core::array::from_fn(|i| function(self[i], other[i]))
+    }
+
+    #[inline]
+    fn solve(matrix: &[[T; M]; M], right: &Self) -> Option<Self> {
+        // M is a literal where this is compiled: one branch is left
+        let solution = match M {
+            1 => {
+                let mut solution = *right;
+                solution[0] = right[0] / matrix[0][0];
+                solution
+            }
+            2 => cramer(matrix, right).unwrap_or_else(|| eliminate(matrix, right)),
+            _ => eliminate(matrix, right),
+        };
+        solution
+            .iter()
+            .all(|&x| every_lane(x, f64::is_finite))
+            .then_some(solution)
+    }
+}
+
+/// Whether a number is as wanted in every lane.
+#[inline]
+fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
+    (0..T::LANES).all(|lane| wanted(x.lane(lane)))
+}
+
+/// Cramer's rule for two equations, where neither overflow nor underflow can harm it.
+#[inline]
+fn cramer<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> Option<[T; M]> {
+    let ([a, b], [c, d]) = ([matrix[0][0], matrix[0][1]], [matrix[1][0], matrix[1][1]]);
+    let determinant = a * d - b * c;
+    if !every_lane(determinant, |x| x.abs() > 1e-100 && x.abs() < 1e100) {
+        return None;
+    }
+    let scale = determinant.recip();
+    let mut solution = *right;
+    solution[0] = (right[0] * d - b * right[1]) * scale;
+    solution[1] = (a * right[1] - c * right[0]) * scale;
+    Some(solution)
+}
+
+/// Gauss elimination with partial pivoting of rows that are first brought to a common size.
+///
+/// Rows change places by selection instead of branches, so that lanes may differ in their pivots.
+#[allow(clippy::needless_range_loop)] // two rows at a time, by index, as it stands in the books
+fn eliminate<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
+    let mut a = *matrix;
+    let mut x = *right;
+    for i in 0..M {
+        let row = a[i];
+        let [scale] = T::from_lanes(|lane| {
+            [inverse_power_of_two(row.iter().fold(0.0, |size: f64, entry| {
+                size.max(entry.lane(lane).abs())
+            }))]
+        });
+        a[i] = row.map(|entry| entry * scale);
+        x[i] = x[i] * scale;
+    }
+    for k in 0..M {
+        for i in k + 1..M {
+            let (above, below) = (a[k][k].abs(), a[i][k].abs());
+            let exchange = |upper: &mut T, lower: &mut T| {
+                let (u, l) = (*upper, *lower);
+                *upper = T::select_lt(above, below, l, u);
+                *lower = T::select_lt(above, below, u, l);
+            };
+            let (head, tail) = a.split_at_mut(i);
+            for j in k..M {
+                exchange(&mut head[k][j], &mut tail[0][j]);
+            }
+            let (head, tail) = x.split_at_mut(i);
+            exchange(&mut head[k], &mut tail[0]);
+        }
+        for i in k + 1..M {
+            let factor = a[i][k] / a[k][k];
+            for j in k + 1..M {
+                a[i][j] = a[i][j] - factor * a[k][j];
+            }
+            x[i] = x[i] - factor * x[k];
+        }
+    }
+    for k in (0..M).rev() {
+        for j in k + 1..M {
+            x[k] = x[k] - a[k][j] * x[j];
+        }
+        x[k] = x[k] / a[k][k];
+    }
+    x
+}
+
+/// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for
+/// infinity.
+fn inverse_power_of_two(size: f64) -> f64 {
+    if size == 0.0 {
+        return 1.0;
+    }
+    if size == f64::INFINITY {
+        return f64::NAN;
+    }
+    let exponent = (size.to_bits() >> 52) & 0x7ff;
+    f64::from_bits(2046_u64.saturating_sub(exponent).clamp(1, 2045) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<const M: usize>(matrix: [[f64; M]; M], solution: [f64; M], tolerance: f64) {
+        let right = matrix.map(|row| row.iter().zip(&solution).map(|(a, x)| a * x).sum());
+        let found = <[f64; M]>::solve(&matrix, &right).expect("a regular matrix");
+        for (found, x) in found.iter().zip(&solution) {
+            assert!((found - x).abs() <= tolerance * x.abs(), "{found} {x}");
+        }
+    }
+
+    #[test]
+    fn small_systems_are_solved() {
+        check([[4.0]], [0.25], 0.0);
+        check([[0.0, 2.0], [3.0, 1.0]], [5.0, -7.0], 1e-15);
+        check(
+            [[0.0, 2.0, 1.0], [3.0, 1.0, 0.0], [1.0, 1.0, 1.0]],
+            [5.0, -7.0, 2.0],
+            1e-14,
+        );
+        check(
+            [
+                [0.0, 0.0, 0.0, 1.0],
+                [0.0, 0.0, 2.0, 1.0],
+                [0.0, 3.0, 1.0, 1.0],
+                [4.0, 1.0, 1.0, 1.0],
+            ],
+            [1.0, 2.0, 3.0, 4.0],
+            1e-14,
+        );
+        let hilbert: [[f64; 7]; 7] =
+            core::array::from_fn(|i| core::array::from_fn(|j| 1.0 / f64::from(1 + i as u8 + j as u8)));
+        check(hilbert, [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0], 1e-6);
+    }
+
+    #[test]
+    fn the_size_of_a_row_is_of_no_account() {
+        for (first, second) in [
+            (1e180, 1e-180),
+            (1e-180, 1e-180),
+            (1e180, 1e180),
+            (1e-300, 1e300),
+            (1.0, 1e-200),
+        ] {
+            let matrix = [[first, 2.0 * first], [-3.0 * second, second]];
+            check(matrix, [0.5, -0.125], 1e-15);
+            let matrix = [
+                [first, 2.0 * first, first],
+                [-3.0 * second, second, 0.0],
+                [1.0, 1.0, -1.0],
+            ];
+            check(matrix, [0.5, -0.125, 3.0], 1e-14);
+        }
+    }
+
+    #[test]
+    fn a_singular_or_infinite_system_has_no_solution() {
+        assert_eq!(<[f64; 1]>::solve(&[[0.0]], &[0.0]), None);
+        assert_eq!(<[f64; 2]>::solve(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 2.0]), None);
+        assert_eq!(<[f64; 2]>::solve(&[[0.0, 0.0], [0.0, 0.0]], &[0.0, 0.0]), None);
+        assert_eq!(
+            <[f64; 2]>::solve(&[[f64::NAN, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
+            None
+        );
+        assert_eq!(
+            <[f64; 2]>::solve(&[[f64::INFINITY, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
+            None
+        );
+        assert_eq!(
+            <[f64; 3]>::solve(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], &[1.0; 3]),
+            None
+        );
+    }
+
+    #[test]
+    fn an_update_is_minus_the_quotient() {
+        let line = Linearization {
+            rows: [3.0, 4.0],
+            jacobian: [[2.0, 0.0], [0.0, -2.0]],
+        };
+        assert_eq!(line.update(), Some([-1.5, 2.0]));
+    }
+}

@@ -1,0 +1,158 @@
+//! What the user wrote: the statements of a declaration, typed, with the tokens they came from.
+//!
+//! Expressions stay the `syn` expressions that they were parsed as; their meaning is found in [`crate::lower`].
+
+use proc_macro2::Ident;
+use syn::{Expr, ExprClosure};
+
+use crate::errors::Reported;
+
+/// A statement that a declaration has at most once.
+#[derive(Clone, Debug, Default)]
+pub(crate) enum Part<T> {
+    /// The user did not write it.
+    #[default]
+    Absent,
+    /// The user wrote it, and a mistake in it was reported: nothing that follows from its absence may be reported.
+    Broken(Reported),
+    /// The user wrote it.
+    Given(T),
+}
+
+impl<T> Part<T> {
+    /// What was written, if it could be read.
+    pub(crate) fn given(&self) -> Option<&T> {
+        match self {
+            Self::Given(part) => Some(part),
+            Self::Absent | Self::Broken(_) => None,
+        }
+    }
+
+    /// Whether the statement is not there at all.
+    pub(crate) fn is_absent(&self) -> bool {
+        matches!(self, Self::Absent)
+    }
+}
+
+/// The body of the attribute.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Declaration {
+    /// `coordinates(x, y);`
+    pub(crate) coordinates: Part<Coordinates>,
+    /// `let NAME = EXPR;`, in order.
+    pub(crate) lets: Vec<Let>,
+    /// `lagrangian = EXPR;`
+    pub(crate) lagrangian: Part<Scalar>,
+    /// `kinematic = …;`
+    pub(crate) kinematic: Part<Kinematic>,
+    /// `variational = […];` or `forces = […];`
+    pub(crate) directions: Part<Directions>,
+    /// `phi_lagrangian = |q0, q1| …;`
+    pub(crate) phi_lagrangian: Part<Map>,
+    /// `phi_kinematic = |q0, q1, q2| …;`
+    pub(crate) phi_kinematic: Part<Map>,
+    /// `phi_variational = |q0, q1, q2| …;`
+    pub(crate) phi_variational: Part<Map>,
+    /// `branch = …;`
+    pub(crate) branch: Part<Branch>,
+    /// `observe = […];`
+    pub(crate) observe: Part<Observe>,
+}
+
+/// `coordinates(x, y);`
+#[derive(Clone, Debug)]
+pub(crate) struct Coordinates {
+    /// The names, in order.
+    pub(crate) names: Vec<Ident>,
+    /// How many `let`s stand before: the order of the names decides which of two equal ones is the second.
+    pub(crate) lets_before: usize,
+}
+
+/// `let NAME = EXPR;`
+#[derive(Clone, Debug)]
+pub(crate) struct Let {
+    /// The name.
+    pub(crate) name: Ident,
+    /// The expression.
+    pub(crate) value: Result<Expr, Reported>,
+}
+
+/// `lagrangian = EXPR;`
+#[derive(Clone, Debug)]
+pub(crate) struct Scalar {
+    /// The expression.
+    pub(crate) value: Expr,
+    /// How many `let`s stand before and may be used.
+    pub(crate) lets_before: usize,
+}
+
+/// `kinematic = EXPR;` or `kinematic = [EXPR, …];`
+#[derive(Clone, Debug)]
+pub(crate) struct Kinematic {
+    /// The word `kinematic`.
+    pub(crate) keyword: Ident,
+    /// The rows.
+    pub(crate) rows: Vec<Expr>,
+    /// How many `let`s stand before and may be used.
+    pub(crate) lets_before: usize,
+}
+
+/// `variational = […];` or `forces = […];`
+#[derive(Clone, Debug)]
+pub(crate) struct Directions {
+    /// The word `variational` or `forces`.
+    pub(crate) keyword: Ident,
+    /// Which of the two.
+    pub(crate) side: Side,
+    /// Each field or force.
+    pub(crate) fields: Vec<Components>,
+    /// How many `let`s stand before and may be used.
+    pub(crate) lets_before: usize,
+}
+
+/// From which side the variational constraints are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// `C_V`, by fields that span it.
+    Variational,
+    /// `F_V`, its annihilator, by forms that span it.
+    Forces,
+}
+
+/// `(E1, …, En)`.
+#[derive(Clone, Debug)]
+pub(crate) struct Components {
+    /// The whole.
+    pub(crate) whole: Expr,
+    /// The components.
+    pub(crate) entries: Vec<Expr>,
+}
+
+/// `phi_… = |q0, q1| …;`
+#[derive(Clone, Debug)]
+pub(crate) struct Map {
+    /// The name of the map.
+    pub(crate) keyword: Ident,
+    /// The closure.
+    pub(crate) closure: ExprClosure,
+}
+
+/// `branch = divide(w);` or `branch = [divide(w), _];`
+#[derive(Clone, Debug)]
+pub(crate) struct Branch {
+    /// The word `branch`.
+    pub(crate) keyword: Ident,
+    /// For each kinematic row the factor, if any.
+    pub(crate) factors: Vec<Option<Expr>>,
+    /// How many `let`s stand before and may be used.
+    pub(crate) lets_before: usize,
+}
+
+/// `observe = [NAME, …];`
+#[derive(Clone, Debug)]
+pub(crate) struct Observe {
+    /// The names of `let`s.
+    pub(crate) names: Vec<Ident>,
+    /// How many `let`s stand before and may be used.
+    pub(crate) lets_before: usize,
+}

@@ -1,0 +1,200 @@
+//! Affine expressions of the unknowns, gathered.
+//!
+//! Much of a residual is affine in the unknowns: velocities, momenta, `vₓ a_y - aₓ v_y` (its quadratic terms cancel).
+//! Written as `c₀ + Σ cⱼ zⱼ` such an expression costs one product and one sum an unknown in the iteration, and its
+//! coefficients are known when the step begins. Only affine expressions are gathered: expanding a square of the
+//! velocity would turn a sum of positive terms into a cancellation.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::graph::{Graph, Leaf, Node, NodeId};
+
+/// Polynomials of a higher degree or with more terms are left alone.
+const MOST_TERMS: usize = 64;
+/// A product of two affine expressions may turn out affine after all.
+const HIGHEST_DEGREE: u32 = 2;
+
+/// A polynomial in the unknowns: exponents by unknown, and the coefficient.
+type Polynomial = BTreeMap<Vec<(usize, u32)>, NodeId>;
+
+/// Rewrites expressions so that everything affine in the unknowns `Z` is in the form `c₀ + Σ cⱼ zⱼ`.
+pub(crate) struct Collapse<'g> {
+    graph: &'g mut Graph,
+    polynomials: HashMap<NodeId, Option<Polynomial>>,
+    done: HashMap<NodeId, NodeId>,
+}
+
+impl<'g> Collapse<'g> {
+    pub(crate) fn new(graph: &'g mut Graph) -> Self {
+        Self { graph, polynomials: HashMap::new(), done: HashMap::new() }
+    }
+
+    fn late(&self, id: NodeId) -> bool {
+        self.graph.leaves(id).any(|leaf| matches!(leaf, Leaf::Z(_)))
+    }
+
+    /// The expression with its affine parts gathered.
+    pub(crate) fn rewrite(&mut self, id: NodeId) -> NodeId {
+        if let Some(&done) = self.done.get(&id) {
+            return done;
+        }
+        let result = if !self.late(id) {
+            id
+        } else if let Some(affine) = self.affine(id) {
+            affine
+        } else if let Node::Sum(constant, terms) = self.graph.node(id).clone() {
+            // several terms may be affine together
+            let mut whole: Polynomial = BTreeMap::new();
+            let mut rest = Vec::new();
+            for (term, c) in terms {
+                match self.polynomial(term) {
+                    Some(polynomial) => {
+                        for (monomial, coefficient) in polynomial {
+                            let coefficient = self.graph.scale(c.get(), coefficient);
+                            add(self.graph, &mut whole, monomial, coefficient);
+                        }
+                        rest.push((term, c.get(), true));
+                    }
+                    None => rest.push((term, c.get(), false)),
+                }
+            }
+            let mut sum = Vec::new();
+            if degree(&whole) <= 1 {
+                sum.push((self.from_affine(&whole), 1.0));
+                rest.retain(|&(_, _, polynomial)| !polynomial);
+            } else {
+                let (affine, others): (Vec<_>, Vec<_>) =
+                    rest.into_iter().partition(|&(term, _, polynomial)| polynomial && self.is_affine(term));
+                let affine: Vec<_> = affine.iter().map(|&(term, c, _)| (term, c)).collect();
+                let affine = self.graph.linear(0.0, &affine);
+                let affine = self.affine(affine).unwrap_or(affine);
+                sum.push((affine, 1.0));
+                rest = others;
+            }
+            for (term, c, _) in rest {
+                sum.push((self.rewrite(term), c));
+            }
+            self.graph.linear(constant.get(), &sum)
+        } else {
+            let parts: Vec<_> = self.graph.parts(id).into_iter().map(|part| self.rewrite(part)).collect();
+            self.graph.rebuild(id, &parts)
+        };
+        self.done.insert(id, result);
+        result
+    }
+
+    fn is_affine(&mut self, id: NodeId) -> bool {
+        self.polynomial(id).is_some_and(|polynomial| degree(&polynomial) <= 1)
+    }
+
+    fn affine(&mut self, id: NodeId) -> Option<NodeId> {
+        let polynomial = self.polynomial(id)?;
+        (degree(&polynomial) <= 1).then(|| self.from_affine(&polynomial))
+    }
+
+    fn from_affine(&mut self, polynomial: &Polynomial) -> NodeId {
+        let mut terms = Vec::new();
+        for (monomial, &coefficient) in polynomial {
+            let term = match monomial.first() {
+                Some(&(j, _)) => {
+                    let unknown = self.graph.leaf(Leaf::Z(j));
+                    self.graph.mul(coefficient, unknown)
+                }
+                None => coefficient,
+            };
+            terms.push(term);
+        }
+        self.graph.sum(&terms)
+    }
+
+    /// The expression as a polynomial in the unknowns, if it is one of low degree.
+    fn polynomial(&mut self, id: NodeId) -> Option<Polynomial> {
+        if let Some(known) = self.polynomials.get(&id) {
+            return known.clone();
+        }
+        let result = self.expand(id).filter(|polynomial| {
+            polynomial.len() <= MOST_TERMS && degree(polynomial) <= HIGHEST_DEGREE
+        });
+        self.polynomials.insert(id, result.clone());
+        result
+    }
+
+    fn expand(&mut self, id: NodeId) -> Option<Polynomial> {
+        if !self.late(id) {
+            return Some(BTreeMap::from([(Vec::new(), id)]));
+        }
+        match self.graph.node(id).clone() {
+            Node::Leaf(Leaf::Z(j)) => {
+                let one = self.graph.constant(1.0);
+                Some(BTreeMap::from([(vec![(j, 1)], one)]))
+            }
+            Node::Sum(constant, terms) => {
+                let mut sum = BTreeMap::new();
+                if constant.get() != 0.0 {
+                    let constant = self.graph.constant(constant.get());
+                    add(self.graph, &mut sum, Vec::new(), constant);
+                }
+                for (term, c) in terms {
+                    for (monomial, coefficient) in self.polynomial(term)? {
+                        let coefficient = self.graph.scale(c.get(), coefficient);
+                        add(self.graph, &mut sum, monomial, coefficient);
+                    }
+                }
+                Some(sum)
+            }
+            Node::Product(factors) => {
+                let one = self.graph.constant(1.0);
+                let mut product: Polynomial = BTreeMap::from([(Vec::new(), one)]);
+                for (factor, exponent) in factors {
+                    if !self.late(factor) {
+                        let factor = self.graph.powi(factor, exponent);
+                        for coefficient in product.values_mut() {
+                            *coefficient = self.graph.mul(*coefficient, factor);
+                        }
+                        continue;
+                    }
+                    let factor = self.polynomial(factor)?;
+                    for _ in 0..u32::try_from(exponent).ok()? {
+                        product = multiply(self.graph, &product, &factor)?;
+                    }
+                }
+                Some(product)
+            }
+            _ => None,
+        }
+    }
+}
+
+fn degree(polynomial: &Polynomial) -> u32 {
+    polynomial.keys().map(|monomial| monomial.iter().map(|&(_, exponent)| exponent).sum()).max().unwrap_or(0)
+}
+
+fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Vec<(usize, u32)>, coefficient: NodeId) {
+    let sum = match polynomial.get(&monomial) {
+        Some(&present) => graph.add(present, coefficient),
+        None => coefficient,
+    };
+    if graph.is_zero(sum) {
+        polynomial.remove(&monomial);
+    } else {
+        polynomial.insert(monomial, sum);
+    }
+}
+
+fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+    if a.len() * b.len() > MOST_TERMS * MOST_TERMS || degree(a) + degree(b) > HIGHEST_DEGREE {
+        return None;
+    }
+    let mut product = BTreeMap::new();
+    for (first, &c) in a {
+        for (second, &d) in b {
+            let mut exponents: BTreeMap<usize, u32> = first.iter().copied().collect();
+            for &(j, exponent) in second {
+                *exponents.entry(j).or_insert(0) += exponent;
+            }
+            let coefficient = graph.mul(c, d);
+            add(graph, &mut product, exponents.into_iter().collect(), coefficient);
+        }
+    }
+    Some(product)
+}

@@ -1,0 +1,597 @@
+//! From the expression graph to straight-line code.
+//!
+//! A [`Program`] holds the operations of several functions, each operation once, with the *stage* at which it can be
+//! computed: what a sum or product knows early is gathered into a partial result of its own, so that the later stages
+//! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
+
+use std::collections::{BTreeSet, HashMap};
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::{format_ident, quote, quote_spanned};
+
+use super::share::{Factor, Product, Shared};
+use crate::graph::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
+
+/// An operation of a [`Program`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) struct Value(u32);
+
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+enum Op {
+    Constant(Bits),
+    Leaf(Leaf),
+    Param(usize),
+    Neg(Value),
+    Add(Value, Value),
+    Sub(Value, Value),
+    Mul(Value, Value),
+    Recip(Value),
+    Powi(Value, i32),
+    Unary(Unary, Value),
+    Powf(Value, Value),
+    Atan2(Value, Value),
+    Select(Comparison, [Value; 4]),
+    Call { callee: usize, args: Vec<Value>, wrt: Vec<usize> },
+}
+
+impl Op {
+    fn parts(&self) -> Vec<Value> {
+        match self {
+            Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => Vec::new(),
+            Self::Neg(a) | Self::Recip(a) | Self::Powi(a, _) | Self::Unary(_, a) => vec![*a],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Powf(a, b) | Self::Atan2(a, b) => {
+                vec![*a, *b]
+            }
+            Self::Select(_, parts) => parts.to_vec(),
+            Self::Call { args, .. } => args.clone(),
+        }
+    }
+}
+
+/// Powers up to this one are products; beyond, a call of `powi`.
+const LONGEST_PRODUCT: i32 = 64;
+
+/// Operations, each with the stage at which it can be computed.
+pub(crate) struct Program<'g> {
+    graph: &'g Graph,
+    stage_of: fn(Leaf) -> usize,
+    ops: Vec<Op>,
+    stages: Vec<usize>,
+    known: HashMap<Op, Value>,
+    lowered: HashMap<NodeId, Value>,
+    node_stages: HashMap<NodeId, usize>,
+    shared: Shared,
+}
+
+/// A number times factors that are known before the rest of a term.
+type Early = (Bits, Vec<(NodeId, i32)>);
+
+/// A term of a sum: `± early · late`.
+#[derive(Clone)]
+struct Term {
+    stage: usize,
+    negative: bool,
+    early: Early,
+    late: Vec<(NodeId, i32)>,
+}
+
+impl Term {
+    /// The factors, with or without the early part.
+    fn product(&self, with_early: bool) -> Product {
+        let mut product: Product = self
+            .late
+            .iter()
+            .map(|&(node, n)| (Factor::Node { node, inverse: n < 0 }, n.unsigned_abs()))
+            .collect();
+        if with_early && !is_one(&self.early) {
+            product.insert(Factor::Early(self.early.0, self.early.1.clone()), 1);
+        }
+        product
+    }
+}
+
+fn is_one((coefficient, factors): &Early) -> bool {
+    factors.is_empty() && *coefficient == Bits::new(1.0)
+}
+
+impl<'g> Program<'g> {
+    /// An empty program; `stage_of` tells when a leaf is known. Numbers and parameters are known at stage 0.
+    pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
+        Self {
+            graph,
+            stage_of,
+            ops: Vec::new(),
+            stages: Vec::new(),
+            known: HashMap::new(),
+            lowered: HashMap::new(),
+            node_stages: HashMap::new(),
+            shared: Shared::default(),
+        }
+    }
+
+    /// The operation that computes a node.
+    pub(crate) fn lower(&mut self, id: NodeId) -> Value {
+        if let Some(&value) = self.lowered.get(&id) {
+            return value;
+        }
+        let value = match self.graph.node(id).clone() {
+            Node::Constant(bits) => self.push(Op::Constant(bits)),
+            Node::Leaf(leaf) => self.push(Op::Leaf(leaf)),
+            Node::Param(param) => self.push(Op::Param(param)),
+            Node::Sum(constant, terms) => self.lower_sum(constant, &terms),
+            Node::Product(_) => self.lower_product(id),
+            Node::Unary(op, a) => {
+                let a = self.lower(a);
+                self.push(Op::Unary(op, a))
+            }
+            Node::Powf(a, b) => {
+                let (a, b) = (self.lower(a), self.lower(b));
+                self.push(Op::Powf(a, b))
+            }
+            Node::Atan2(y, x) => {
+                let (y, x) = (self.lower(y), self.lower(x));
+                self.push(Op::Atan2(y, x))
+            }
+            Node::Select(op, parts) => {
+                let parts = parts.map(|part| self.lower(part));
+                self.push(Op::Select(op, parts))
+            }
+            Node::Call { callee, args, wrt } => {
+                let args = args.into_iter().map(|arg| self.lower(arg)).collect();
+                self.push(Op::Call { callee, args, wrt })
+            }
+        };
+        self.lowered.insert(id, value);
+        value
+    }
+
+    /// When a value is known.
+    pub(crate) fn stage(&self, value: Value) -> usize {
+        self.stages[value.0 as usize]
+    }
+
+    fn op(&self, value: Value) -> &Op {
+        &self.ops[value.0 as usize]
+    }
+
+    fn push(&mut self, op: Op) -> Value {
+        if let Some(&value) = self.known.get(&op) {
+            return value;
+        }
+        let own = match &op {
+            Op::Leaf(leaf) => (self.stage_of)(*leaf),
+            _ => 0,
+        };
+        let stage = op.parts().into_iter().map(|part| self.stage(part)).fold(own, usize::max);
+        let value = Value(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
+        self.ops.push(op.clone());
+        self.stages.push(stage);
+        self.known.insert(op, value);
+        value
+    }
+
+    fn node_stage(&mut self, id: NodeId) -> usize {
+        if let Some(&stage) = self.node_stages.get(&id) {
+            return stage;
+        }
+        let stage = self.graph.leaves(id).map(self.stage_of).max().unwrap_or(0);
+        self.node_stages.insert(id, stage);
+        stage
+    }
+
+    /// A sum's terms, or a product as the only term, split into what is known early and the rest.
+    fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
+        terms
+            .iter()
+            .map(|&(node, c)| {
+                let factors = match self.graph.node(node) {
+                    Node::Product(factors) => factors.clone(),
+                    _ => vec![(node, 1)],
+                };
+                let stage = self.node_stage(node);
+                let (late, early): (Vec<_>, Vec<_>) =
+                    factors.into_iter().partition(|&(factor, _)| self.node_stage(factor) == stage);
+                Term { stage, negative: c.get() < 0.0, early: (Bits::new(c.get().abs()), early), late }
+            })
+            .collect()
+    }
+
+    /// Terms with the same early part, which is then multiplied once; in the order in which they become known, so that
+    /// each stage adds to the sum of the one before, and positive ones first, so that the sum needs no negation.
+    fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
+        let mut groups: Vec<Vec<Term>> = Vec::new();
+        for term in self.terms(terms) {
+            match groups.iter_mut().find(|group| group[0].stage == term.stage && group[0].early == term.early) {
+                Some(group) if !is_one(&term.early) => group.push(term),
+                _ => groups.push(vec![term]),
+            }
+        }
+        for group in &mut groups {
+            group.sort_by_key(|term| term.negative);
+        }
+        groups.sort_by_key(|group| (group[0].stage, group[0].negative));
+        groups
+    }
+
+    /// Finds the partial products that the expressions share; to be called once, before anything is lowered.
+    pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
+        let mut products = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open = outputs.to_vec();
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            let parts = self.graph.parts(id);
+            let terms = match self.graph.node(id).clone() {
+                Node::Sum(_, terms) => terms,
+                Node::Product(_) => vec![(id, Bits::new(1.0))],
+                _ => Vec::new(),
+            };
+            // a product as a term of a sum is multiplied there, with its coefficient
+            let is_term = |part: &NodeId| matches!(self.graph.node(*part), Node::Product(_));
+            let sum = matches!(self.graph.node(id), Node::Sum(..));
+            let (inner, plain): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| sum && is_term(part));
+            open.extend(plain);
+            open.extend(inner.iter().flat_map(|&product| self.graph.parts(product)));
+            for group in self.groups(&terms) {
+                let mut early = group[0].early.clone();
+                for term in &group {
+                    products.insert(term.product(group.len() == 1));
+                }
+                while !early.1.is_empty() {
+                    let term = self.early_term(&early);
+                    products.insert(term.product(true));
+                    early = term.early;
+                }
+            }
+        }
+        self.shared = Shared::find(products);
+    }
+
+    fn lower_sum(&mut self, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
+        let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
+        for group in self.groups(terms) {
+            let negative = group[0].negative;
+            let magnitude = if let [term] = group.as_slice() {
+                self.lower_term(term)
+            } else {
+                let mut inner: Option<Value> = None;
+                for term in &group {
+                    let product = self.lower_shared(term.product(false));
+                    inner = Some(match inner {
+                        None => product,
+                        Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),
+                        Some(inner) => self.push(Op::Sub(inner, product)),
+                    });
+                }
+                let early = self.lower_early(&group[0].early);
+                match inner {
+                    Some(inner) => self.push(Op::Mul(early, inner)),
+                    None => early,
+                }
+            };
+            sum = Some(match (sum, negative) {
+                (None, false) => magnitude,
+                (None, true) => self.push(Op::Neg(magnitude)),
+                (Some(sum), false) => self.push(Op::Add(sum, magnitude)),
+                (Some(sum), true) => self.push(Op::Sub(sum, magnitude)),
+            });
+        }
+        match sum {
+            Some(sum) => sum,
+            None => self.push(Op::Constant(constant)),
+        }
+    }
+
+    /// A term without its sign.
+    fn lower_term(&mut self, term: &Term) -> Value {
+        self.lower_shared(term.product(true))
+    }
+
+    fn lower_product(&mut self, id: NodeId) -> Value {
+        match self.terms(&[(id, Bits::new(1.0))]).pop() {
+            Some(term) => self.lower_term(&term),
+            None => self.push(Op::Constant(Bits::new(1.0))),
+        }
+    }
+
+    /// What a term knows early, as a term.
+    fn early_term(&mut self, (coefficient, factors): &Early) -> Term {
+        let stage = factors.iter().map(|&(factor, _)| self.node_stage(factor)).max().unwrap_or(0);
+        let (late, early): (Vec<_>, Vec<_>) =
+            factors.iter().partition(|&&(factor, _)| self.node_stage(factor) == stage);
+        Term { stage, negative: false, early: (*coefficient, early), late }
+    }
+
+    fn lower_early(&mut self, early: &Early) -> Value {
+        if early.1.is_empty() {
+            return self.push(Op::Constant(early.0));
+        }
+        let term = self.early_term(early);
+        self.lower_term(&term)
+    }
+
+    /// A product of factors and shared parts, what is known first first.
+    fn lower_shared(&mut self, product: Product) -> Value {
+        let product = self.shared.product(product);
+        self.lower_factors(&product)
+    }
+
+    fn lower_factors(&mut self, product: &Product) -> Value {
+        let mut powers: Vec<(usize, bool, Value)> = Vec::new();
+        for (factor, &count) in product {
+            let count = i32::try_from(count).unwrap_or(i32::MAX);
+            let (inverse, power) = match factor {
+                Factor::Node { node, inverse } => {
+                    let base = self.lower(*node);
+                    (*inverse, self.power(base, if *inverse { -count } else { count }))
+                }
+                Factor::Early(coefficient, factors) => {
+                    let base = self.lower_early(&(*coefficient, factors.clone()));
+                    (false, self.power(base, count))
+                }
+                Factor::Part(place) => {
+                    let part = self.shared.part(*place);
+                    let base = self.lower_factors(&part);
+                    (false, self.power(base, count))
+                }
+            };
+            powers.push((self.stage(power), inverse, power));
+        }
+        // reciprocals last: a single one becomes a division
+        powers.sort_unstable();
+        let mut result: Option<Value> = None;
+        for (_, _, power) in powers {
+            result = Some(match result {
+                None => power,
+                Some(result) => self.push(Op::Mul(result, power)),
+            });
+        }
+        match result {
+            Some(result) => result,
+            None => self.push(Op::Constant(Bits::new(1.0))),
+        }
+    }
+
+    fn power(&mut self, base: Value, n: i32) -> Value {
+        if n < 0 {
+            let inverse = self.push(Op::Recip(base));
+            return self.power(inverse, -n);
+        }
+        if n > LONGEST_PRODUCT {
+            return self.push(Op::Powi(base, n));
+        }
+        match n {
+            0 => self.push(Op::Constant(Bits::new(1.0))),
+            1 => base,
+            _ => {
+                let half = self.power(base, n / 2);
+                let square = self.push(Op::Mul(half, half));
+                if n % 2 == 0 { square } else { self.push(Op::Mul(square, base)) }
+            }
+        }
+    }
+
+    /// The values of stage `stage` or earlier that the computation of `outputs` needs as they are: they are outputs
+    /// themselves or parts of something later. Numbers are not among them. Values in `given` need not be computed.
+    pub(crate) fn frontier(
+        &self,
+        outputs: &[Value],
+        stage: usize,
+        given: &BTreeSet<Value>,
+    ) -> BTreeSet<Value> {
+        let mut frontier = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<Value> = outputs.to_vec();
+        while let Some(value) = open.pop() {
+            if !seen.insert(value) || matches!(self.op(value), Op::Constant(_)) {
+                continue;
+            }
+            if self.stage(value) <= stage {
+                frontier.insert(value);
+            } else if !given.contains(&value) {
+                open.extend(self.op(value).parts());
+            }
+        }
+        frontier
+    }
+
+    /// Straight-line code for `outputs`: the statements, then an expression for each output.
+    ///
+    /// `given` values come from the expressions there; leaves come from `leaf`.
+    pub(crate) fn code(
+        &self,
+        outputs: &[Value],
+        given: &HashMap<Value, TokenStream>,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> (TokenStream, Vec<TokenStream>) {
+        let mut needed = BTreeSet::new();
+        let mut uses: HashMap<Value, usize> = HashMap::new();
+        let mut open: Vec<Value> = outputs.to_vec();
+        for &output in outputs {
+            *uses.entry(output).or_default() += 2; // an output is never folded into another operation
+        }
+        while let Some(value) = open.pop() {
+            if !needed.insert(value) || given.contains_key(&value) {
+                continue;
+            }
+            for part in self.op(value).parts() {
+                *uses.entry(part).or_default() += 1;
+                open.push(part);
+            }
+        }
+        let quotient = |value: Value| match self.op(value) {
+            Op::Recip(a) if uses.get(&value) == Some(&1) && !given.contains_key(&value) => Some(*a),
+            _ => None,
+        };
+        let mut folded = BTreeSet::new();
+        for &value in &needed {
+            if given.contains_key(&value) {
+                continue;
+            }
+            if let Op::Mul(a, b) = self.op(value) {
+                if quotient(*b).is_some() {
+                    folded.insert(*b);
+                } else if quotient(*a).is_some() {
+                    folded.insert(*a);
+                }
+            }
+        }
+        let mut statements = TokenStream::new();
+        for &value in &needed {
+            if matches!(self.op(value), Op::Constant(_)) || folded.contains(&value) {
+                continue;
+            }
+            let name = name(value);
+            let right = match given.get(&value) {
+                Some(tokens) => tokens.clone(),
+                None => self.operation(value, &folded, leaf),
+            };
+            statements.extend(quote!(let #name = #right;));
+        }
+        let results = outputs.iter().map(|&output| self.operand(output)).collect();
+        (statements, results)
+    }
+
+    /// A value's name, or the number that it is.
+    fn operand(&self, value: Value) -> TokenStream {
+        if let Op::Constant(bits) = self.op(value) {
+            return number(bits.get());
+        }
+        let name = name(value);
+        quote!(#name)
+    }
+
+    fn operation(
+        &self,
+        value: Value,
+        folded: &BTreeSet<Value>,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> TokenStream {
+        let operand = |value: &Value| self.operand(*value);
+        match self.op(value) {
+            Op::Constant(bits) => number(bits.get()),
+            Op::Leaf(which) => leaf(*which),
+            Op::Param(param) => {
+                let tokens = self.graph.param_tokens(*param);
+                quote!(__T::splat(#tokens))
+            }
+            Op::Neg(a) => {
+                let a = operand(a);
+                quote!(-#a)
+            }
+            Op::Add(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a + #b)
+            }
+            Op::Sub(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a - #b)
+            }
+            Op::Mul(a, b) => {
+                let (top, bottom) = if folded.contains(b) {
+                    (a, self.op(*b))
+                } else if folded.contains(a) {
+                    (b, self.op(*a))
+                } else {
+                    let (a, b) = (operand(a), operand(b));
+                    return quote!(#a * #b);
+                };
+                let top = operand(top);
+                let bottom = bottom.parts().iter().map(operand).next();
+                quote!(#top / #bottom)
+            }
+            Op::Recip(a) => {
+                let a = operand(a);
+                quote!(__T::recip(#a))
+            }
+            Op::Powi(a, n) => {
+                let (a, n) = (operand(a), Literal::i32_unsuffixed(*n));
+                quote!(__T::powi(#a, #n))
+            }
+            Op::Unary(op, a) => {
+                let (function, a) = (Ident::new(op.name(), Span::call_site()), operand(a));
+                quote!(__T::#function(#a))
+            }
+            Op::Powf(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(__T::powf(#a, #b))
+            }
+            Op::Atan2(y, x) => {
+                let (y, x) = (operand(y), operand(x));
+                quote!(__T::atan2(#y, #x))
+            }
+            Op::Select(op, parts) => {
+                let function = match op {
+                    Comparison::Lt => quote!(select_lt),
+                    Comparison::Le => quote!(select_le),
+                };
+                let parts = parts.iter().map(operand);
+                quote!(__T::#function(#(#parts),*))
+            }
+            Op::Call { callee, args, wrt } => {
+                let args: Vec<_> = args.iter().map(operand).collect();
+                call(self.graph.callee(*callee), &args, wrt)
+            }
+        }
+    }
+}
+
+fn name(value: Value) -> Ident {
+    // mixed-site hygiene: no name of ours can capture one of the user's
+    Ident::new(&format!("n{}", value.0), Span::mixed_site())
+}
+
+/// A number as the generic scalar.
+fn number(value: f64) -> TokenStream {
+    let literal = if value.is_nan() {
+        quote!(f64::NAN)
+    } else if value.is_infinite() {
+        if value > 0.0 { quote!(f64::INFINITY) } else { quote!(f64::NEG_INFINITY) }
+    } else {
+        let magnitude = Literal::f64_unsuffixed(value.abs());
+        if value < 0.0 { quote!(-#magnitude) } else { quote!(#magnitude) }
+    };
+    quote!(__T::splat(#literal))
+}
+
+/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
+/// the partial derivative asks, seeded one argument a level.
+fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    let lane = Ident::new("lane", Span::mixed_site());
+    let args: Vec<_> = args
+        .iter()
+        .enumerate()
+        .map(|(place, arg)| seed(&quote!(__T::lane(#arg, #lane)), place, wrt))
+        .collect();
+    let result = match callee {
+        Callee::Function(function) => quote!(#function(#(#args),*)),
+        Callee::Method(method) => {
+            let (receiver, rest) = (&args[0], &args[1..]);
+            quote_spanned!(method.span()=> (#receiver).#method(#(#rest),*))
+        }
+    };
+    let parts = wrt.iter().map(|_| format_ident!("eps"));
+    quote!(__T::from_lanes(|#lane| [(#result)#(.#parts)*])[0])
+}
+
+fn seed(value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
+    match wrt.split_first() {
+        None => value.clone(),
+        Some((&first, rest)) => {
+            let inner = seed(value, place, rest);
+            let tangent = seed_constant(if first == place { 1.0 } else { 0.0 }, rest.len());
+            quote!(::dsocs_core::__private::Dual::new(#inner, #tangent))
+        }
+    }
+}
+
+fn seed_constant(value: f64, depth: usize) -> TokenStream {
+    if depth == 0 {
+        let value = Literal::f64_suffixed(value);
+        return quote!(#value);
+    }
+    let (inner, zero) = (seed_constant(value, depth - 1), seed_constant(0.0, depth - 1));
+    quote!(::dsocs_core::__private::Dual::new(#inner, #zero))
+}

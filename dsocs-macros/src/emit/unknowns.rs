@@ -1,0 +1,96 @@
+//! The unknowns of a step: which second differences Newton's iteration looks for, and which follow from them.
+//!
+//! A row that is linear in a second difference, with a coefficient that only the parameters and the step decide, is
+//! solved for it when the code is generated, and the solution put into the other rows. That is what the paper does by
+//! hand with the pendulum: the variational equation gives `ψ₂`, and one equation for `θ₂` is left.
+
+use std::collections::HashMap;
+
+use super::collapse::Collapse;
+use crate::graph::{Graph, Leaf, NodeId};
+
+/// The rows that are left, and the second difference, in terms of the unknowns `Z`.
+pub(crate) struct Unknowns {
+    /// The rows that Newton's iteration makes zero.
+    pub(crate) rows: Vec<NodeId>,
+    /// `jacobian[i][j] = ∂rows[i]/∂Z(j)`.
+    pub(crate) jacobian: Vec<Vec<NodeId>>,
+    /// The coordinate whose second difference is unknown `j`.
+    pub(crate) kept: Vec<usize>,
+    /// The second difference of every coordinate.
+    pub(crate) second_difference: Vec<NodeId>,
+}
+
+/// Eliminates what can be and names the rest.
+pub(crate) fn choose(graph: &mut Graph, rows: &[NodeId], n: usize) -> Unknowns {
+    let mut rows = rows.to_vec();
+    let mut kept: Vec<usize> = (0..n).collect();
+    let mut eliminated: Vec<(usize, NodeId)> = Vec::new();
+    while rows.len() > 1 {
+        let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) else { break };
+        let equation = rows.remove(row);
+        kept.retain(|&i| i != coordinate);
+        let zero = graph.constant(0.0);
+        let rest = graph.substitute(equation, &HashMap::from([(Leaf::E(coordinate), zero)]));
+        let quotient = graph.div(rest, coefficient);
+        let solution = graph.neg(quotient);
+        let map = HashMap::from([(Leaf::E(coordinate), solution)]);
+        let mut done = HashMap::new();
+        for row in &mut rows {
+            *row = graph.substitute_in(*row, &map, &mut done);
+        }
+        for (_, earlier) in &mut eliminated {
+            *earlier = graph.substitute_in(*earlier, &map, &mut done);
+        }
+        eliminated.push((coordinate, solution));
+    }
+    let mut names = HashMap::new();
+    let mut second_difference: Vec<NodeId> = (0..n).map(|i| graph.leaf(Leaf::E(i))).collect();
+    for (j, &i) in kept.iter().enumerate() {
+        let unknown = graph.leaf(Leaf::Z(j));
+        names.insert(Leaf::E(i), unknown);
+    }
+    for (i, solution) in eliminated {
+        second_difference[i] = solution;
+    }
+    let mut done = HashMap::new();
+    for node in rows.iter_mut().chain(&mut second_difference) {
+        *node = graph.substitute_in(*node, &names, &mut done);
+    }
+    let mut collapse = Collapse::new(graph);
+    let rows: Vec<_> = rows.into_iter().map(|row| collapse.rewrite(row)).collect();
+    let second_difference: Vec<_> =
+        second_difference.into_iter().map(|component| collapse.rewrite(component)).collect();
+    let jacobian = rows
+        .iter()
+        .map(|&row| (0..kept.len()).map(|j| graph.derivative(row, Leaf::Z(j))).collect())
+        .collect();
+    Unknowns { rows, jacobian, kept, second_difference }
+}
+
+/// A row, a coordinate in whose second difference it is linear, and the coefficient: the simplest there is.
+fn linear_row(graph: &mut Graph, rows: &[NodeId], kept: &[usize]) -> Option<(usize, usize, NodeId)> {
+    let mut best: Option<(usize, (usize, usize, NodeId))> = None;
+    for (row, &equation) in rows.iter().enumerate() {
+        for &i in kept.iter().rev() {
+            if !graph.depends_on(equation, Leaf::E(i)) {
+                continue;
+            }
+            let coefficient = graph.derivative(equation, Leaf::E(i));
+            let early = graph.leaves(coefficient).all(|leaf| matches!(leaf, Leaf::H));
+            if !early || graph.is_zero(coefficient) {
+                continue;
+            }
+            let size = size(graph, coefficient);
+            if best.as_ref().is_none_or(|(smallest, _)| size < *smallest) {
+                best = Some((size, (row, i, coefficient)));
+            }
+        }
+    }
+    best.map(|(_, choice)| choice)
+}
+
+/// The number of leaves and parameters in an expression written out.
+fn size(graph: &Graph, id: NodeId) -> usize {
+    graph.parts(id).into_iter().map(|part| size(graph, part)).sum::<usize>().max(1)
+}

@@ -1,0 +1,66 @@
+//! Every mistake of a declaration, collected and told at once.
+
+use std::cell::RefCell;
+use std::fmt::Display;
+
+use proc_macro2::TokenStream;
+use quote::ToTokens;
+
+/// The proof that a mistake was reported, so that what depends on it need not be reported again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reported(());
+
+/// Collects mistakes; [`Errors::finish`] has to be called before it is dropped.
+#[derive(Debug)]
+pub(crate) struct Errors {
+    found: RefCell<Option<Vec<syn::Error>>>,
+}
+
+impl Errors {
+    /// No mistakes so far.
+    pub(crate) fn new() -> Self {
+        Self { found: RefCell::new(Some(Vec::new())) }
+    }
+
+    /// Reports a mistake at the given tokens.
+    pub(crate) fn at(&self, tokens: impl ToTokens, message: impl Display) -> Reported {
+        self.push(syn::Error::new_spanned(tokens.into_token_stream(), message))
+    }
+
+    /// Reports a statement that has to be there and is not, at the attribute.
+    pub(crate) fn missing(&self, statement: &str) -> Reported {
+        self.at(TokenStream::new(), format!("expected the statement `{statement}` in the declaration"))
+    }
+
+    /// Reports a mistake that `syn` found.
+    pub(crate) fn push(&self, error: syn::Error) -> Reported {
+        if let Some(found) = self.found.borrow_mut().as_mut() {
+            found.push(error);
+        }
+        Reported(())
+    }
+
+    /// The mistakes, in the order of the source; `Ok` if there are none.
+    pub(crate) fn finish(self) -> Result<(), Vec<syn::Error>> {
+        let mut found = self.found.borrow_mut().take().unwrap_or_default();
+        found.sort_by_key(|error| {
+            let start = error.span().start();
+            (start.line, start.column)
+        });
+        if found.is_empty() { Ok(()) } else { Err(found) }
+    }
+}
+
+impl Drop for Errors {
+    fn drop(&mut self) {
+        debug_assert!(
+            self.found.get_mut().is_none() || std::thread::panicking(),
+            "the collected errors were dropped unread"
+        );
+    }
+}
+
+/// The mistakes as `compile_error!` invocations.
+pub(crate) fn compile_errors(errors: &[syn::Error]) -> TokenStream {
+    errors.iter().map(syn::Error::to_compile_error).collect()
+}

@@ -1,0 +1,173 @@
+//! Dual numbers, expanded at compile time: each node's tangent, and nothing where it is structurally zero.
+
+use super::{Graph, Leaf, Node, NodeId, Unary};
+
+impl Graph {
+    /// `∂node/∂leaf`.
+    pub(crate) fn derivative(&mut self, id: NodeId, leaf: Leaf) -> NodeId {
+        if !self.depends_on(id, leaf) {
+            return self.constant(0.0);
+        }
+        if let Some(&known) = self.derivatives.get(&(id, leaf)) {
+            return known;
+        }
+        let result = match self.node(id).clone() {
+            Node::Constant(_) | Node::Param(_) => self.constant(0.0),
+            Node::Leaf(_) => self.constant(1.0),
+            Node::Sum(_, terms) => {
+                let terms: Vec<_> =
+                    terms.iter().map(|&(term, c)| (self.derivative(term, leaf), c.get())).collect();
+                self.linear(0.0, &terms)
+            }
+            Node::Product(factors) => {
+                let mut terms = Vec::new();
+                for k in 0..factors.len() {
+                    let (base, exponent) = factors[k];
+                    let tangent = self.derivative(base, leaf);
+                    if self.is_zero(tangent) {
+                        continue;
+                    }
+                    let mut rest = factors.clone();
+                    rest[k].1 -= 1;
+                    rest.push((tangent, 1));
+                    terms.push((self.product(&rest), f64::from(exponent)));
+                }
+                self.linear(0.0, &terms)
+            }
+            Node::Unary(op, a) => {
+                let outer = self.unary_derivative(op, a, id);
+                let tangent = self.derivative(a, leaf);
+                self.mul(outer, tangent)
+            }
+            Node::Powf(a, b) => self.powf_derivative(id, a, b, leaf),
+            Node::Atan2(y, x) => {
+                let (dy, dx) = (self.derivative(y, leaf), self.derivative(x, leaf));
+                let squares = [self.powi(x, 2), self.powi(y, 2)];
+                let radius = self.sum(&squares);
+                let (left, right) = (self.mul(x, dy), self.mul(y, dx));
+                let turn = self.sub(left, right);
+                self.div(turn, radius)
+            }
+            Node::Select(op, [left, right, then, otherwise]) => {
+                let (then, otherwise) = (self.derivative(then, leaf), self.derivative(otherwise, leaf));
+                self.select(op, left, right, then, otherwise)
+            }
+            Node::Call { callee, args, wrt } => {
+                let mut terms = Vec::new();
+                for (place, &arg) in args.iter().enumerate() {
+                    let tangent = self.derivative(arg, leaf);
+                    if self.is_zero(tangent) {
+                        continue;
+                    }
+                    let mut wrt = wrt.clone();
+                    wrt.push(place);
+                    wrt.sort_unstable();
+                    let partial = self.call_partial(callee, args.clone(), wrt);
+                    terms.push(self.mul(partial, tangent));
+                }
+                self.sum(&terms)
+            }
+        };
+        self.derivatives.insert((id, leaf), result);
+        result
+    }
+
+    /// `dop/da` at `a`, where `value` is the node `op(a)`.
+    fn unary_derivative(&mut self, op: Unary, a: NodeId, value: NodeId) -> NodeId {
+        // (1 - x)(1 + x) keeps the digits that 1 - x² loses near |x| = 1
+        let conjugate = |graph: &mut Self, x: NodeId| {
+            let (minus, plus) = (graph.linear(1.0, &[(x, -1.0)]), graph.linear(1.0, &[(x, 1.0)]));
+            graph.mul(minus, plus)
+        };
+        match op {
+            Unary::Sqrt => {
+                let inverse = self.recip(value);
+                self.scale(0.5, inverse)
+            }
+            Unary::Cbrt => {
+                let inverse = self.powi(value, -2);
+                self.scale(1.0 / 3.0, inverse)
+            }
+            Unary::Exp => value,
+            Unary::ExpM1 => self.linear(1.0, &[(value, 1.0)]),
+            Unary::Ln => self.recip(a),
+            Unary::Ln1p => {
+                let argument = self.linear(1.0, &[(a, 1.0)]);
+                self.recip(argument)
+            }
+            Unary::Sin => self.unary(Unary::Cos, a),
+            Unary::Cos => {
+                let sine = self.unary(Unary::Sin, a);
+                self.neg(sine)
+            }
+            Unary::Tan => {
+                let square = self.powi(value, 2);
+                self.linear(1.0, &[(square, 1.0)])
+            }
+            Unary::Asin | Unary::Acos => {
+                let square = conjugate(self, a);
+                let root = self.unary(Unary::Sqrt, square);
+                let inverse = self.recip(root);
+                self.scale(if op == Unary::Asin { 1.0 } else { -1.0 }, inverse)
+            }
+            Unary::Atan => {
+                let square = self.powi(a, 2);
+                let sum = self.linear(1.0, &[(square, 1.0)]);
+                self.recip(sum)
+            }
+            Unary::Sinh => self.unary(Unary::Cosh, a),
+            Unary::Cosh => self.unary(Unary::Sinh, a),
+            Unary::Tanh => conjugate(self, value),
+            Unary::Asinh => {
+                let square = self.powi(a, 2);
+                let sum = self.linear(1.0, &[(square, 1.0)]);
+                let root = self.unary(Unary::Sqrt, sum);
+                self.recip(root)
+            }
+            Unary::Acosh => {
+                let square = conjugate(self, a);
+                let negative = self.neg(square);
+                let root = self.unary(Unary::Sqrt, negative);
+                self.recip(root)
+            }
+            Unary::Atanh => {
+                let square = conjugate(self, a);
+                self.recip(square)
+            }
+            Unary::Abs => self.unary(Unary::Signum, a),
+            Unary::Signum => self.constant(0.0),
+        }
+    }
+
+    fn powf_derivative(&mut self, id: NodeId, a: NodeId, b: NodeId, leaf: Leaf) -> NodeId {
+        let mut terms = Vec::new();
+        let base_tangent = self.derivative(a, leaf);
+        if !self.is_zero(base_tangent) {
+            let lower = self.linear(-1.0, &[(b, 1.0)]);
+            let power = self.powf(a, lower);
+            terms.push(self.product(&[(b, 1), (power, 1), (base_tangent, 1)]));
+        }
+        let exponent_tangent = self.derivative(b, leaf);
+        if !self.is_zero(exponent_tangent) {
+            let log = self.unary(Unary::Ln, a);
+            terms.push(self.product(&[(id, 1), (log, 1), (exponent_tangent, 1)]));
+        }
+        self.sum(&terms)
+    }
+
+    /// `d/dt` along the motion: `Σ ∂/∂q · v + ∂/∂v · a`. The node must be of order 1 at most.
+    pub(crate) fn total_derivative(&mut self, id: NodeId) -> NodeId {
+        let leaves: Vec<Leaf> = self.leaves(id).collect();
+        let mut terms = Vec::new();
+        for leaf in leaves {
+            let rate = match leaf {
+                Leaf::Q(i) => self.leaf(Leaf::V(i)),
+                Leaf::V(i) => self.leaf(Leaf::A(i)),
+                _ => continue,
+            };
+            let partial = self.derivative(id, leaf);
+            terms.push(self.mul(partial, rate));
+        }
+        self.sum(&terms)
+    }
+}

@@ -1,0 +1,168 @@
+//! The item under the attribute: its name, and its fields as parameters.
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::{ToTokens, quote_spanned};
+use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Meta, Type};
+
+use crate::errors::{Errors, Reported};
+use crate::model::ParameterField;
+
+/// The fields of the struct.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Fields(Vec<Field>);
+
+/// A field of the struct.
+#[derive(Clone, Debug)]
+pub(crate) struct Field {
+    /// Its name.
+    pub(crate) ident: Ident,
+    /// What its type says about it.
+    pub(crate) kind: Kind,
+    /// Its type is a reference to that.
+    reference: bool,
+    /// Its type as text.
+    ty: String,
+    /// Its documentation in one line.
+    doc: String,
+}
+
+/// What can be seen of a field's type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `f64`.
+    Number,
+    /// A number that `f64` holds exactly.
+    Exact,
+    /// A primitive type that is no such number.
+    NoNumber,
+    /// A type parameter of the struct.
+    Generic,
+    /// A type that the macro does not know; perhaps another name of `f64`.
+    Unknown,
+}
+
+impl Fields {
+    /// Reads the fields; a struct without names for them is reported.
+    pub(crate) fn read(item: &ItemStruct, errors: &Errors) -> Result<Self, Reported> {
+        match &item.fields {
+            syn::Fields::Named(fields) => {
+                let fields = fields.named.iter().filter_map(|field| Field::read(field, &item.generics));
+                Ok(Self(fields.collect()))
+            }
+            syn::Fields::Unit => Ok(Self::default()),
+            syn::Fields::Unnamed(_) => Err(errors.at(
+                &item.ident,
+                "expected a struct with named fields: the parameters of a system are called by name",
+            )),
+        }
+    }
+
+    /// The fields, in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Field> {
+        self.0.iter()
+    }
+
+    /// The field at a place.
+    pub(crate) fn get(&self, index: usize) -> Option<&Field> {
+        self.0.get(index)
+    }
+
+    /// The fields that can be listed and set by name.
+    pub(crate) fn parameters(&self) -> Vec<ParameterField> {
+        let numbers = self.0.iter().filter(|field| field.kind == Kind::Number && !field.reference);
+        numbers.map(|field| ParameterField { ident: field.ident.clone(), doc: field.doc.clone() }).collect()
+    }
+}
+
+impl Field {
+    fn read(field: &SynField, generics: &Generics) -> Option<Self> {
+        let (ty, reference) = match &field.ty {
+            Type::Reference(inner) => (&*inner.elem, true),
+            other => (other, false),
+        };
+        let name = match ty {
+            Type::Path(path) if path.qself.is_none() => path.path.get_ident().map(ToString::to_string),
+            _ => None,
+        };
+        let kind = match name.as_deref() {
+            Some("f64") => Kind::Number,
+            Some("f32" | "i8" | "i16" | "i32" | "u8" | "u16" | "u32") => Kind::Exact,
+            Some("i64" | "i128" | "isize" | "u64" | "u128" | "usize" | "bool" | "char" | "str" | "String") => {
+                Kind::NoNumber
+            }
+            Some(name) if generics.type_params().any(|parameter| parameter.ident == name) => Kind::Generic,
+            _ => Kind::Unknown,
+        };
+        let doc = doc(&field.attrs);
+        let ty = field.ty.to_token_stream().to_string().replace(' ', "");
+        field.ident.clone().map(|ident| Self { ident, kind, reference, ty, doc })
+    }
+
+    /// The field as a place, `self.name`, at the tokens where it is used.
+    pub(crate) fn place(&self, used: &Ident) -> TokenStream {
+        // resolved like the method's own `self`, shown where the user wrote the name
+        let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
+        quote_spanned!(used.span()=> #receiver.#used)
+    }
+
+    /// The field as an `f64`, at the tokens where it is used.
+    pub(crate) fn number(&self, used: &Ident, errors: &Errors) -> Result<TokenStream, Reported> {
+        let mut place = self.place(used);
+        if self.reference {
+            place = quote_spanned!(used.span()=> *#place);
+        }
+        match self.kind {
+            Kind::Number | Kind::Unknown => Ok(place),
+            Kind::Exact => Ok(quote_spanned!(used.span()=> ::core::primitive::f64::from(#place))),
+            Kind::NoNumber => Err(errors.at(
+                used,
+                format!(
+                    "expected a number, but the field `{used}` is of type `{}`; types that count as numbers: \
+                     f64, f32, i8, i16, i32, u8, u16, u32",
+                    self.ty
+                ),
+            )),
+            Kind::Generic => Err(errors.at(
+                used,
+                format!(
+                    "expected a number, but the field `{used}` is of the generic type `{}`; \
+                     expected a call of one of its methods, such as `{used}.at(…)`",
+                    self.ty
+                ),
+            )),
+        }
+    }
+}
+
+/// The documentation of an item in one line.
+fn doc(attributes: &[syn::Attribute]) -> String {
+    let lines = attributes.iter().filter(|attribute| attribute.path().is_ident("doc")).filter_map(|attribute| {
+        match &attribute.meta {
+            Meta::NameValue(pair) => match &pair.value {
+                Expr::Lit(literal) => match &literal.lit {
+                    Lit::Str(text) => Some(text.value().trim().to_owned()),
+                    _ => None,
+                },
+                _ => None,
+            },
+            _ => None,
+        }
+    });
+    let lines: Vec<_> = lines.filter(|line| !line.is_empty()).collect();
+    lines.join(" ")
+}
+
+/// Reports that the item is not a struct, at the token that says so.
+pub(crate) fn not_a_struct(item: &Item, errors: &Errors) -> Reported {
+    const EXPECTED: &str = "expected a struct, whose fields are the parameters of the system";
+    match item {
+        Item::Enum(item) => errors.at(item.enum_token, EXPECTED),
+        Item::Union(item) => errors.at(item.union_token, EXPECTED),
+        Item::Fn(item) => errors.at(item.sig.fn_token, EXPECTED),
+        Item::Impl(item) => errors.at(item.impl_token, EXPECTED),
+        Item::Mod(item) => errors.at(item.mod_token, EXPECTED),
+        Item::Trait(item) => errors.at(item.trait_token, EXPECTED),
+        Item::Type(item) => errors.at(item.type_token, EXPECTED),
+        other => errors.at(other, EXPECTED),
+    }
+}

@@ -1,0 +1,207 @@
+//! The functions of `f64` that the expression graph can see into.
+
+use std::f64::consts::{LN_2, LN_10, PI};
+
+use proc_macro2::Ident;
+use syn::{Expr, Lit, UnOp};
+
+use super::{Lowered, Lowering};
+use crate::errors::Reported;
+use crate::graph::{Comparison, Graph, NodeId, Unary};
+use crate::parse::bare;
+
+/// A function of `f64`, called as a method.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Builtin {
+    /// A function of the receiver alone.
+    One(fn(&mut Graph, NodeId) -> NodeId),
+    /// A function of the receiver and one argument.
+    Two(fn(&mut Graph, NodeId, NodeId) -> NodeId),
+    /// A function of the receiver and two arguments.
+    Three(fn(&mut Graph, NodeId, NodeId, NodeId) -> NodeId),
+    /// `powi`, whose argument is a literal.
+    Powi,
+}
+
+/// Every builtin function and its name.
+const BUILTINS: [(&str, Builtin); 34] = [
+    ("sqrt", Builtin::One(|g, x| g.unary(Unary::Sqrt, x))),
+    ("cbrt", Builtin::One(|g, x| g.unary(Unary::Cbrt, x))),
+    ("exp", Builtin::One(|g, x| g.unary(Unary::Exp, x))),
+    ("exp_m1", Builtin::One(|g, x| g.unary(Unary::ExpM1, x))),
+    ("exp2", Builtin::One(exp2)),
+    ("ln", Builtin::One(|g, x| g.unary(Unary::Ln, x))),
+    ("ln_1p", Builtin::One(|g, x| g.unary(Unary::Ln1p, x))),
+    ("log10", Builtin::One(|g, x| ln_over(g, x, LN_10))),
+    ("log2", Builtin::One(|g, x| ln_over(g, x, LN_2))),
+    ("sin", Builtin::One(|g, x| g.unary(Unary::Sin, x))),
+    ("cos", Builtin::One(|g, x| g.unary(Unary::Cos, x))),
+    ("tan", Builtin::One(|g, x| g.unary(Unary::Tan, x))),
+    ("asin", Builtin::One(|g, x| g.unary(Unary::Asin, x))),
+    ("acos", Builtin::One(|g, x| g.unary(Unary::Acos, x))),
+    ("atan", Builtin::One(|g, x| g.unary(Unary::Atan, x))),
+    ("sinh", Builtin::One(|g, x| g.unary(Unary::Sinh, x))),
+    ("cosh", Builtin::One(|g, x| g.unary(Unary::Cosh, x))),
+    ("tanh", Builtin::One(|g, x| g.unary(Unary::Tanh, x))),
+    ("asinh", Builtin::One(|g, x| g.unary(Unary::Asinh, x))),
+    ("acosh", Builtin::One(|g, x| g.unary(Unary::Acosh, x))),
+    ("atanh", Builtin::One(|g, x| g.unary(Unary::Atanh, x))),
+    ("abs", Builtin::One(|g, x| g.unary(Unary::Abs, x))),
+    ("signum", Builtin::One(|g, x| g.unary(Unary::Signum, x))),
+    ("recip", Builtin::One(recip)),
+    ("to_radians", Builtin::One(|g, x| scale(g, x, PI / 180.0))),
+    ("to_degrees", Builtin::One(|g, x| scale(g, x, 180.0 / PI))),
+    ("log", Builtin::Two(log)),
+    ("powf", Builtin::Two(Graph::powf)),
+    ("atan2", Builtin::Two(Graph::atan2)),
+    ("hypot", Builtin::Two(hypot)),
+    ("min", Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, x, y))),
+    ("max", Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, y, x))),
+    ("mul_add", Builtin::Three(mul_add)),
+    ("powi", Builtin::Powi),
+];
+
+/// Methods of `f64` that have no derivative, or none that is a number.
+const NOT_SUPPORTED: [&str; 21] = [
+    "floor",
+    "ceil",
+    "round",
+    "round_ties_even",
+    "trunc",
+    "fract",
+    "rem_euclid",
+    "div_euclid",
+    "copysign",
+    "clamp",
+    "sin_cos",
+    "is_nan",
+    "is_finite",
+    "is_infinite",
+    "is_sign_negative",
+    "is_sign_positive",
+    "total_cmp",
+    "partial_cmp",
+    "to_bits",
+    "next_up",
+    "next_down",
+];
+
+impl Builtin {
+    /// The function of that name.
+    pub(super) fn find(name: &str) -> Option<Self> {
+        BUILTINS.iter().find(|(known, _)| *known == name).map(|(_, builtin)| *builtin)
+    }
+
+    /// The names of all functions.
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        BUILTINS.iter().map(|(name, _)| *name)
+    }
+
+    /// How many arguments it takes beside the receiver.
+    fn arguments(self) -> usize {
+        match self {
+            Self::One(_) => 0,
+            Self::Two(_) | Self::Powi => 1,
+            Self::Three(_) => 2,
+        }
+    }
+}
+
+/// Whether this is a method of `f64` that an expression of the motion cannot contain.
+pub(super) fn is_not_supported(name: &str) -> bool {
+    NOT_SUPPORTED.contains(&name)
+}
+
+impl Lowering<'_> {
+    /// A call of a builtin function.
+    pub(super) fn builtin(&mut self, builtin: Builtin, name: &Ident, receiver: &Expr, arguments: &[&Expr]) -> Lowered {
+        let value = self.expr(receiver);
+        if arguments.len() != builtin.arguments() {
+            let expected = match builtin.arguments() {
+                0 => "no argument".to_owned(),
+                1 => "1 argument".to_owned(),
+                more => format!("{more} arguments"),
+            };
+            return Err(self.errors.at(
+                name,
+                format!("expected {expected} in the parentheses of `{name}`, found {}", arguments.len()),
+            ));
+        }
+        if let Builtin::Powi = builtin {
+            let exponent = self.exponent(arguments[0]);
+            return Ok(self.graph.powi(value?, exponent?));
+        }
+        let arguments: Vec<_> = arguments.iter().map(|argument| self.expr(argument)).collect();
+        let value = value?;
+        let arguments: Vec<_> = arguments.into_iter().collect::<Result<_, _>>()?;
+        match (builtin, arguments.as_slice()) {
+            (Builtin::One(function), []) => Ok(function(&mut self.graph, value)),
+            (Builtin::Two(function), &[a]) => Ok(function(&mut self.graph, value, a)),
+            (Builtin::Three(function), &[a, b]) => Ok(function(&mut self.graph, value, a, b)),
+            _ => Err(self.errors.at(name, "wrong number of arguments")),
+        }
+    }
+
+    fn exponent(&self, argument: &Expr) -> Result<i32, Reported> {
+        let parsed = match bare(argument) {
+            Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
+                integer(&unary.expr).and_then(|digits| format!("-{digits}").parse().ok())
+            }
+            other => integer(other).and_then(|digits| digits.parse().ok()),
+        };
+        parsed.ok_or_else(|| {
+            self.errors.at(
+                argument,
+                "expected an integer literal as the exponent of `powi`; any other exponent is for `powf`",
+            )
+        })
+    }
+}
+
+fn integer(expr: &Expr) -> Option<String> {
+    match bare(expr) {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Int(digits) if matches!(digits.suffix(), "" | "i32") => Some(digits.base10_digits().to_owned()),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn exp2(g: &mut Graph, x: NodeId) -> NodeId {
+    let two = g.constant(2.0);
+    g.powf(two, x)
+}
+
+fn ln_over(g: &mut Graph, x: NodeId, denominator: f64) -> NodeId {
+    let ln = g.unary(Unary::Ln, x);
+    let denominator = g.constant(denominator);
+    g.div(ln, denominator)
+}
+
+fn log(g: &mut Graph, x: NodeId, base: NodeId) -> NodeId {
+    let ln = g.unary(Unary::Ln, x);
+    let base = g.unary(Unary::Ln, base);
+    g.div(ln, base)
+}
+
+fn recip(g: &mut Graph, x: NodeId) -> NodeId {
+    let one = g.constant(1.0);
+    g.div(one, x)
+}
+
+fn scale(g: &mut Graph, x: NodeId, factor: f64) -> NodeId {
+    let factor = g.constant(factor);
+    g.mul(factor, x)
+}
+
+fn hypot(g: &mut Graph, x: NodeId, y: NodeId) -> NodeId {
+    let squares = [g.powi(x, 2), g.powi(y, 2)];
+    let sum = g.add(squares[0], squares[1]);
+    g.unary(Unary::Sqrt, sum)
+}
+
+fn mul_add(g: &mut Graph, x: NodeId, a: NodeId, b: NodeId) -> NodeId {
+    let product = g.mul(x, a);
+    g.add(product, b)
+}

@@ -1,0 +1,127 @@
+//! Expressions of the parameters alone, which become code as they stand, with `self.` before the fields.
+
+use proc_macro2::TokenStream;
+use quote::{ToTokens, quote_spanned};
+use syn::visit::{self, Visit};
+use syn::visit_mut::{self, VisitMut};
+use syn::{Expr, ExprCall, ExprPath, FieldValue, Member, PatIdent, Token};
+
+use super::Lowering;
+use crate::errors::Reported;
+use crate::names::{Binding, RESERVED, Scope};
+use crate::parse::plain_name;
+
+/// Whether an expression contains no coordinate, no `let`, no node and no word of the language.
+pub(super) fn is_closed(expr: &Expr, scope: &Scope) -> bool {
+    let mut search = Search { scope, found: false };
+    search.visit_expr(expr);
+    !search.found
+}
+
+struct Search<'s> {
+    scope: &'s Scope,
+    found: bool,
+}
+
+impl<'ast> Visit<'ast> for Search<'_> {
+    fn visit_expr_path(&mut self, path: &'ast ExprPath) {
+        if let Some(name) = path.path.get_ident() {
+            let open = match self.scope.get(name) {
+                Some(binding) => !matches!(binding, Binding::Field(_)),
+                None => RESERVED.iter().any(|(word, _)| name == word),
+            };
+            self.found |= open;
+        }
+        visit::visit_expr_path(self, path);
+    }
+}
+
+impl Lowering<'_> {
+    /// The tokens of a closed expression.
+    pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
+        let mut bound = Bound::default();
+        bound.visit_expr(expr);
+        let mut rewrite = Rewrite { lowering: self, bound: bound.0, wrong: None };
+        let mut expr = expr.clone();
+        rewrite.visit_expr_mut(&mut expr);
+        rewrite.wrong.map_or_else(|| Ok(expr.into_token_stream()), Err)
+    }
+}
+
+/// The names that patterns inside an expression bind, as those of a closure's parameters.
+#[derive(Default)]
+struct Bound(Vec<String>);
+
+impl<'ast> Visit<'ast> for Bound {
+    fn visit_pat_ident(&mut self, pattern: &'ast PatIdent) {
+        self.0.push(pattern.ident.to_string());
+    }
+}
+
+struct Rewrite<'r, 'l> {
+    lowering: &'r Lowering<'l>,
+    bound: Vec<String>,
+    wrong: Option<Reported>,
+}
+
+impl Rewrite<'_, '_> {
+    fn path(&mut self, path: &ExprPath) -> Option<TokenStream> {
+        let name = path.path.get_ident()?;
+        if self.bound.iter().any(|bound| name == bound) {
+            return None;
+        }
+        match self.lowering.scope.get(name) {
+            Some(Binding::Field(index)) => self.lowering.fields.get(*index).map(|field| field.place(name)),
+            _ => {
+                if let Err(reported) = self.lowering.check_free_name(name) {
+                    self.wrong = Some(reported);
+                }
+                None
+            }
+        }
+    }
+}
+
+impl VisitMut for Rewrite<'_, '_> {
+    fn visit_expr_mut(&mut self, expr: &mut Expr) {
+        match expr {
+            Expr::Path(path) => {
+                if let Some(place) = self.path(path) {
+                    *expr = Expr::Verbatim(place);
+                }
+            }
+            Expr::Macro(invocation) => {
+                let message = "a macro cannot be seen into: expected the expression itself, or a function";
+                self.wrong = Some(self.lowering.errors.at(invocation, message));
+            }
+            _ => visit_mut::visit_expr_mut(self, expr),
+        }
+    }
+
+    fn visit_expr_call_mut(&mut self, call: &mut ExprCall) {
+        match plain_name(&call.func).map(|name| (name, self.lowering.scope.get(name))) {
+            Some((name, Some(Binding::Field(index)))) => {
+                if let Some(field) = self.lowering.fields.get(*index) {
+                    let place = field.place(name);
+                    *call.func = Expr::Verbatim(quote_spanned!(name.span()=> (#place)));
+                }
+            }
+            // a function of the user's
+            Some(_) => {}
+            None => self.visit_expr_mut(&mut call.func),
+        }
+        for argument in &mut call.args {
+            self.visit_expr_mut(argument);
+        }
+    }
+
+    fn visit_field_value_mut(&mut self, field: &mut FieldValue) {
+        // `Point { x }` with `x` rewritten has to be `Point { x: self.x }`
+        if let Member::Named(name) = &field.member
+            && field.colon_token.is_none()
+        {
+            field.colon_token = Some(Token![:](name.span()));
+        }
+        self.visit_expr_mut(&mut field.expr);
+    }
+}

@@ -1,0 +1,370 @@
+//! Tokens → [`Declaration`]: reads each statement by itself, so that a mistake in one does not hide the others.
+
+use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
+use syn::parse::{ParseStream, Parser};
+use syn::{Attribute, Block, Expr, Local, Pat, Stmt};
+
+use crate::ast::{
+    Branch, Components, Coordinates, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar, Side,
+};
+use crate::errors::{Errors, Reported};
+use crate::names::did_you_mean;
+
+/// The words that a statement can begin with, apart from `let`.
+const STATEMENTS: [&str; 10] = [
+    "coordinates",
+    "lagrangian",
+    "kinematic",
+    "variational",
+    "forces",
+    "phi_lagrangian",
+    "phi_kinematic",
+    "phi_variational",
+    "branch",
+    "observe",
+];
+
+/// Reads the body of the attribute.
+pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
+    let mut declaration = Declaration::default();
+    for chunk in chunks(tokens) {
+        match statements.parse2(chunk.clone()) {
+            Ok((attributes, statements)) => {
+                for attribute in attributes.iter().filter(|attribute| !attribute.path().is_ident("doc")) {
+                    errors.at(attribute, "attributes other than documentation have no meaning in a declaration");
+                }
+                for statement in statements {
+                    read(&mut declaration, statement, errors);
+                }
+            }
+            Err(error) => {
+                let reported = errors.push(error);
+                mark_broken(&mut declaration, chunk, reported);
+            }
+        }
+    }
+    declaration
+}
+
+/// Splits after every `;` outside parentheses; the last statement gets one if it has none.
+fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
+    let mut chunks = Vec::new();
+    let mut chunk = Vec::new();
+    for tree in tokens {
+        let end = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == ';');
+        chunk.push(tree);
+        if end {
+            chunks.push(chunk.drain(..).collect());
+        }
+    }
+    if let Some(last) = chunk.last() {
+        let mut semicolon = Punct::new(';', Spacing::Alone);
+        semicolon.set_span(last.span());
+        chunk.push(semicolon.into());
+        chunks.push(chunk.into_iter().collect());
+    }
+    chunks
+}
+
+fn statements(input: ParseStream) -> syn::Result<(Vec<Attribute>, Vec<Stmt>)> {
+    Ok((Attribute::parse_outer(input)?, Block::parse_within(input)?))
+}
+
+/// Marks every statement that seems to begin in these tokens as broken, so that it is not reported as missing.
+fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Reported) {
+    let mut last: Option<Ident> = None;
+    for tree in tokens {
+        match tree {
+            TokenTree::Ident(ident) => {
+                if last.as_ref().is_some_and(|last| last == "let") {
+                    declaration.lets.push(Let { name: ident.clone(), value: Err(reported) });
+                }
+                last = Some(ident);
+            }
+            TokenTree::Punct(punct) if punct.as_char() != '=' => last = None,
+            _ => {
+                if let Some(keyword) = last.take() {
+                    mark(declaration, &keyword.to_string(), reported);
+                }
+            }
+        }
+    }
+}
+
+/// Marks the named statement as broken, unless it was read before.
+fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
+    fn set<T>(part: &mut Part<T>, reported: Reported) {
+        if part.is_absent() {
+            *part = Part::Broken(reported);
+        }
+    }
+    match keyword {
+        "coordinates" => set(&mut declaration.coordinates, reported),
+        "lagrangian" => set(&mut declaration.lagrangian, reported),
+        "kinematic" => set(&mut declaration.kinematic, reported),
+        "variational" | "forces" => set(&mut declaration.directions, reported),
+        "phi_lagrangian" => set(&mut declaration.phi_lagrangian, reported),
+        "phi_kinematic" => set(&mut declaration.phi_kinematic, reported),
+        "phi_variational" => set(&mut declaration.phi_variational, reported),
+        "branch" => set(&mut declaration.branch, reported),
+        "observe" => set(&mut declaration.observe, reported),
+        _ => {}
+    }
+}
+
+fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
+    match statement {
+        Stmt::Local(local) => read_let(declaration, local, errors),
+        Stmt::Expr(Expr::Assign(assign), _) => match plain_name(&assign.left) {
+            Some(keyword) => read_assignment(declaration, keyword.clone(), *assign.right, errors),
+            None => {
+                errors.at(&assign.left, expected_statement(""));
+            }
+        },
+        Stmt::Expr(Expr::Call(call), _) => match plain_name(&call.func) {
+            Some(keyword) if keyword == "coordinates" => {
+                let coordinates = read_coordinates(declaration, keyword, &call.args, errors);
+                fill(&mut declaration.coordinates, keyword, coordinates, errors);
+            }
+            Some(keyword) if STATEMENTS.iter().any(|statement| keyword == statement) => {
+                let reported = errors.at(keyword, format!("expected `{keyword} = …;`"));
+                mark(declaration, &keyword.to_string(), reported);
+            }
+            Some(keyword) => {
+                errors.at(keyword, expected_statement(&keyword.to_string()));
+            }
+            None => {
+                errors.at(&call, expected_statement(""));
+            }
+        },
+        // what `;;` is parsed as
+        Stmt::Expr(Expr::Verbatim(tokens), _) if tokens.is_empty() => {}
+        other => {
+            errors.at(other, expected_statement(""));
+        }
+    }
+}
+
+fn read_let(declaration: &mut Declaration, local: Local, errors: &Errors) {
+    let name = match &local.pat {
+        Pat::Ident(pattern) => Some(pattern.ident.clone()),
+        Pat::Type(typed) => match &*typed.pat {
+            Pat::Ident(pattern) => Some(pattern.ident.clone()),
+            _ => None,
+        },
+        _ => None,
+    };
+    let value = plain_let(local, errors).map(|(_, value)| value);
+    if let Some(name) = name {
+        declaration.lets.push(Let { name, value });
+    }
+}
+
+/// The parts of a `let` with a plain name.
+pub(crate) fn plain_let(local: Local, errors: &Errors) -> Result<(Ident, Expr), Reported> {
+    let name = match &local.pat {
+        Pat::Ident(pattern)
+            if pattern.by_ref.is_none() && pattern.mutability.is_none() && pattern.subpat.is_none() =>
+        {
+            Ok(pattern.ident.clone())
+        }
+        Pat::Type(typed) => Err(errors.at(&typed.ty, "no type is written here: every expression is a number")),
+        other => Err(errors.at(other, "expected a plain name, as in `let name = …;`")),
+    };
+    match local.init {
+        Some(init) => match init.diverge {
+            Some((otherwise, _)) => Err(errors.at(otherwise, "`let … else` has no meaning here: there is nothing to match")),
+            None => Ok((name?, *init.expr)),
+        },
+        None => Err(errors.at(&local.pat, "expected a value, as in `let name = …;`")),
+    }
+}
+
+fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, errors: &Errors) {
+    let lets_before = declaration.lets.len();
+    let at = &keyword.clone();
+    match keyword.to_string().as_str() {
+        "coordinates" => {
+            let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
+            mark(declaration, "coordinates", reported);
+        }
+        "lagrangian" => fill(&mut declaration.lagrangian, at, Ok(Scalar { value, lets_before }), errors),
+        "kinematic" => {
+            let rows = match value {
+                Expr::Array(array) if array.elems.is_empty() => {
+                    Err(errors.at(array, "expected at least one kinematic constraint; without any, leave the statement out"))
+                }
+                Expr::Array(array) => Ok(array.elems.into_iter().collect()),
+                Expr::Tuple(tuple) => Err(errors.at(tuple, "expected several constraints in brackets, `kinematic = [c1, c2];`")),
+                row => Ok(vec![row]),
+            };
+            let kinematic = rows.map(|rows| Kinematic { keyword, rows, lets_before });
+            fill(&mut declaration.kinematic, at, kinematic, errors);
+        }
+        name @ ("variational" | "forces") => {
+            let side = if name == "forces" { Side::Forces } else { Side::Variational };
+            let directions = read_fields(&keyword, value, errors)
+                .map(|fields| Directions { keyword, side, fields, lets_before });
+            fill_directions(&mut declaration.directions, at, side, directions, errors);
+        }
+        name @ ("phi_lagrangian" | "phi_kinematic" | "phi_variational") => {
+            let part = match name {
+                "phi_lagrangian" => &mut declaration.phi_lagrangian,
+                "phi_kinematic" => &mut declaration.phi_kinematic,
+                _ => &mut declaration.phi_variational,
+            };
+            let map = match value {
+                Expr::Closure(closure) => Ok(Map { keyword, closure }),
+                other => {
+                    let example = if name == "phi_lagrangian" { "|q0, q1| (q, v)" } else { "|q0, q1, q2| (q, v, a)" };
+                    Err(errors.at(other, format!("expected a closure, `{name} = {example};`")))
+                }
+            };
+            fill(part, at, map, errors);
+        }
+        "branch" => {
+            let factors = match value {
+                Expr::Array(array) => {
+                    // every factor is read before the first mistake ends it, so that all are reported
+                    let factors: Vec<_> = array.elems.into_iter().map(|factor| read_factor(factor, errors)).collect();
+                    factors.into_iter().collect()
+                }
+                factor => read_factor(factor, errors).map(|factor| vec![factor]),
+            };
+            let branch = factors.map(|factors| Branch { keyword, factors, lets_before });
+            fill(&mut declaration.branch, at, branch, errors);
+        }
+        "observe" => {
+            let observe = read_names(value, errors).map(|names| Observe { names, lets_before });
+            fill(&mut declaration.observe, at, observe, errors);
+        }
+        other => {
+            errors.at(&keyword, expected_statement(other));
+        }
+    }
+}
+
+fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
+    if part.is_absent() {
+        *part = value.map_or_else(Part::Broken, Part::Given);
+    } else {
+        errors.at(keyword, format!("`{keyword}` stands twice; expected it once"));
+    }
+}
+
+fn fill_directions(
+    part: &mut Part<Directions>,
+    keyword: &Ident,
+    side: Side,
+    value: Result<Directions, Reported>,
+    errors: &Errors,
+) {
+    match part {
+        Part::Given(first) if first.side != side => {
+            errors.at(
+                keyword,
+                format!(
+                    "expected either `variational` or `forces`: they say the same thing from two sides, and `{}` stands above",
+                    first.keyword
+                ),
+            );
+        }
+        _ => fill(part, keyword, value, errors),
+    }
+}
+
+fn read_coordinates<'e>(
+    declaration: &Declaration,
+    keyword: &Ident,
+    arguments: impl IntoIterator<Item = &'e Expr>,
+    errors: &Errors,
+) -> Result<Coordinates, Reported> {
+    let mut names = Vec::new();
+    let mut wrong = None;
+    for argument in arguments {
+        match plain_name(argument) {
+            Some(name) => names.push(name.clone()),
+            None => wrong = Some(errors.at(argument, "expected the name of a coordinate")),
+        }
+    }
+    match wrong {
+        Some(reported) => Err(reported),
+        None if names.is_empty() => Err(errors.at(keyword, "expected at least one coordinate, `coordinates(x, y);`")),
+        None => Ok(Coordinates { names, lets_before: declaration.lets.len() }),
+    }
+}
+
+fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Components>, Reported> {
+    let Expr::Array(array) = value else {
+        return Err(errors.at(value, format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`")));
+    };
+    let fields = array.elems.into_iter().map(|whole| {
+        let entries = match &whole {
+            Expr::Tuple(tuple) => tuple.elems.iter().cloned().collect(),
+            other => vec![other.clone()],
+        };
+        Components { whole, entries }
+    });
+    Ok(fields.collect())
+}
+
+fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
+    const EXPECTED: &str = "expected `divide(factor)`, or `_` for a row of a list that is left as it is";
+    match value {
+        Expr::Infer(_) => Ok(None),
+        Expr::Call(call) => match plain_name(&call.func) {
+            Some(name) if name == "divide" => match call.args.first() {
+                Some(factor) if call.args.len() == 1 => Ok(Some(factor.clone())),
+                _ => Err(errors.at(&call, format!("expected one factor, `divide(factor)`, found {}", call.args.len()))),
+            },
+            Some(name) => {
+                let hint = did_you_mean(&name.to_string(), ["divide"]);
+                Err(errors.at(name, format!("{EXPECTED}{hint}")))
+            }
+            None => Err(errors.at(call, EXPECTED)),
+        },
+        other => Err(errors.at(other, EXPECTED)),
+    }
+}
+
+fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Ident>, Reported> {
+    let Expr::Array(array) = value else {
+        return Err(errors.at(value, "expected a list of names in brackets, `observe = [energy, momentum];`"));
+    };
+    let names: Vec<_> = array
+        .elems
+        .iter()
+        .map(|element| match plain_name(element) {
+            Some(name) => Ok(name.clone()),
+            None => Err(errors.at(element, "expected the name of a `let`: give the expression a name first")),
+        })
+        .collect();
+    names.into_iter().collect()
+}
+
+/// The name that an expression consists of, if it is one.
+pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
+    match expr {
+        Expr::Path(path) if path.qself.is_none() => path.path.get_ident(),
+        _ => None,
+    }
+}
+
+fn expected_statement(found: &str) -> String {
+    let hint = did_you_mean(found, STATEMENTS);
+    if found.is_empty() || hint.is_empty() {
+        let list: Vec<_> = STATEMENTS.iter().map(|statement| format!("`{statement}`")).collect();
+        format!("expected a statement: `let`, {}", list.join(", "))
+    } else {
+        format!("no statement is called `{found}`{hint}")
+    }
+}
+
+/// An expression without the parentheses around it.
+pub(crate) fn bare(expr: &Expr) -> &Expr {
+    match expr {
+        Expr::Paren(inner) => bare(&inner.expr),
+        Expr::Group(inner) => bare(&inner.expr),
+        other => other,
+    }
+}
