@@ -25,8 +25,8 @@ impl<const N: usize> Compensated<N> {
     /// Adds numbers of plain double precision.
     #[inline]
     pub fn add(&mut self, term: &[f64; N]) {
-        for i in 0..N {
-            let (sum, error) = two_sum(self.hi[i], term[i]);
+        for (i, &term) in term.iter().enumerate() {
+            let (sum, error) = two_sum(self.hi[i], term);
             (self.hi[i], self.lo[i]) = fast_two_sum(sum, error + self.lo[i]);
         }
     }

@@ -69,9 +69,9 @@ impl fmt::Display for Numbers<'_> {
             }
             let ordinary = *x == 0.0 || !x.is_finite() || (1e-4..1e7).contains(&x.abs());
             if ordinary {
-                write!(f, "{}", Rounded(*x))?
+                write!(f, "{}", Rounded(*x))?;
             } else {
-                write!(f, "{x:.3e}")?
+                write!(f, "{x:.3e}")?;
             }
         }
         f.write_str("]")
@@ -144,7 +144,7 @@ pub enum SetupError {
         /// The initial velocity.
         v0: Vec<f64>,
         /// How the solution for the acceleration failed.
-        cause: NewtonFailure,
+        cause: Box<NewtonFailure>,
     },
 }
 

@@ -1,6 +1,54 @@
-//! From a declared discrete second order constrained system to trajectories.
-#![forbid(unsafe_code)]
+//! From a declared discrete second order constrained Lagrangian system to trajectories.
+//!
+//! A system is declared with the attribute [`macro@dsocs`] on a struct, whose fields are the parameters:
+//!
+//! ```
+//! use dsocs_core::{Flow, Start, dsocs};
+//!
+//! /// A particle in the plane whose path has a prescribed signed curvature.
+//! #[dsocs {
+//!     coordinates(x, y);
+//!     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+//!     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+//!     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+//!     variational = [(dot(x), dot(y))];
+//! }]
+//! struct Particle {
+//!     mass: f64,
+//!     curvature: f64,
+//! }
+//!
+//! let particle = Particle { mass: 1.0, curvature: 0.5 };
+//! let mut flow = Flow::new(&particle, 0.01, Start::second_order([0.0, 0.0], [1.0, 0.0]))?;
+//! let trajectory = flow.until(10.0)?;
+//! assert_eq!(trajectory.len(), 1001);
+//! assert!((trajectory.nodes[1000].q[1] - (2.0 - 2.0 * 5.0_f64.cos())).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # How a declaration becomes a trajectory
+//!
+//! 1. The attribute implements [`System`]: the rows of one step and their exact Jacobian as straight-line code,
+//!    the maps `φ`, the constraint force and the energy. Nothing in this crate knows a particular system.
+//! 2. A [`Start`] and the step `h` give the first two nodes `q0`, `q1`.
+//! 3. A step looks for the *second difference* `e = (q2 − q1) − (q1 − q0)`. Dividing differences of rounded
+//!    nodes by `h²` would lose digits, the more the smaller `h` is; with `e` for the unknown the acceleration
+//!    is `e/h²` with all its digits. The increment `q1 − q0` and the node are sums of second differences, and
+//!    both are compensated: each carries beside it what rounding took away. At `h = 1e-5` a particle is 1e-13
+//!    away from the exact discrete motion after 5·10⁷ steps.
+//! 4. Newton's iteration begins at the polynomial, of degree 5 at most, through the last solutions, and ends on
+//!    the size of its update: if it is small, the error after it, which is quadratic in it, is below rounding.
+//!    So a smooth motion costs one evaluation of rows and Jacobian a step. An update that grows is shortened;
+//!    one that stops shrinking is compared with the rounding error of the rows. Where a step has no solution,
+//!    [`StepError`] says where, why, and what to try.
+//! 5. The [`Flow`] walks on: as an iterator of [`Node`]s, collected by [`Flow::until`], handed to an
+//!    [`Observer`] by [`Flow::stream`], position by position with [`Flow::advance`], and back with
+//!    [`Flow::reverse`].
 
+// tests ask for exact values where they are exact
+#![cfg_attr(test, allow(clippy::float_cmp))]
+
+mod clock;
 mod compensated;
 mod error;
 mod flow;
@@ -17,10 +65,11 @@ mod trajectory;
 mod unknown;
 
 pub use dsocs_macros::dsocs;
+pub use num_dual::DualNum;
+
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::Flow;
 pub use newton::Stop;
-pub use num_dual::DualNum;
 pub use scalar::Scalar;
 pub use start::Start;
 pub use step::{Guess, StepReport};
@@ -34,8 +83,10 @@ pub use unknown::{Linearization, Unknown};
 /// use dsocs_core::Real;
 ///
 /// fn curvature<R: Real>(x: R, y: R) -> R {
-///     (x.sin() * y.cos()) * 0.5 + 1.0
+///     x.sin() * y.cos() * 0.5 + 1.0
 /// }
+///
+/// assert_eq!(curvature(0.0, 0.0), 1.0);
 /// ```
 pub trait Real: DualNum<Primitive = f64> + Copy {}
 

@@ -78,6 +78,12 @@ struct Iterate<Z> {
     update: Z,
 }
 
+/// A point of the iteration, or why there is none.
+type Evaluated<Z> = Result<Iterate<Z>, Failed<Z>>;
+
+/// The next point of the iteration, and the part of the update that led there.
+type Descent<Z> = (Iterate<Z>, f64);
+
 /// Newton's iteration for one set of equations.
 struct Newton<'a, E: Equations> {
     /// The equations.
@@ -90,10 +96,12 @@ struct Newton<'a, E: Equations> {
 
 /// Solves the equations by Newton's iteration from `start`.
 ///
-/// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown, or to
-/// `size` where the unknown is smaller. There is no absolute tolerance. `record` is told the relative size of every update.
+/// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
+/// or to `size` where the unknown is smaller. There is no absolute tolerance. `record` is told the relative
+/// size of every update.
 ///
-/// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no more is needed.
+/// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
+/// more is needed.
 #[inline]
 pub(crate) fn solve<E: Equations>(
     equations: &E,
@@ -110,9 +118,27 @@ pub(crate) fn solve<E: Equations>(
     let first = newton.evaluate(start)?;
     if newton.is_small(&first, LAST_UPDATE) {
         record(newton.relative(&first.update, &first.z));
-        return newton.arrive(&first);
+        return Ok(newton.arrive(&first));
     }
-    newton.iterate(first, max_iterations, record)
+    let second = newton.full_step(&first);
+    if let Ok(second) = &second
+        && newton.is_small(second, LAST_UPDATE)
+    {
+        let sizes = [&first, second].map(|at| newton.relative(&at.update, &at.z));
+        if remainder(sizes[0], sizes[1]) <= REMAINDER {
+            sizes.into_iter().for_each(record);
+            return Ok(newton.arrive(second));
+        }
+    }
+    newton.iterate(first, second, max_iterations, record)
+}
+
+/// What remains after the later of two full updates, relative to the unknowns: with quadratic convergence the
+/// updates obey `ρ' = C ρ²`, and `C ρ'²` is what is left.
+#[inline]
+fn remainder(before: f64, after: f64) -> f64 {
+    let contraction = after / before;
+    after * contraction * contraction
 }
 
 /// Solves equations that failed from `start` once more, to write down the history of the updates.
@@ -125,7 +151,7 @@ pub(crate) fn explain<E: Equations>(
 ) -> NewtonFailure {
     let mut updates = Vec::new();
     let result = solve(equations, start, size, max_iterations, &mut |update| {
-        updates.push(update)
+        updates.push(update);
     });
     let (reason, z, rows) = match result {
         Err(Failed { reason, z, rows }) => (reason, z, rows),
@@ -147,7 +173,7 @@ pub(crate) fn explain<E: Equations>(
 impl<E: Equations> Newton<'_, E> {
     /// The rows at `z` and the update from there.
     #[inline]
-    fn evaluate(&mut self, z: E::Z) -> Result<Iterate<E::Z>, Failed<E::Z>> {
+    fn evaluate(&mut self, z: E::Z) -> Evaluated<E::Z> {
         self.evaluations += 1;
         let linearization = self.equations.linearize(&z);
         let rows = linearization.rows;
@@ -159,7 +185,7 @@ impl<E: Equations> Newton<'_, E> {
 
     /// What it means that there is no update: a root all the same, a singularity, or no values at all.
     #[cold]
-    fn without_update(z: E::Z, at: &Linearization<f64, E::Z>) -> Result<Iterate<E::Z>, Failed<E::Z>> {
+    fn without_update(z: E::Z, at: &Linearization<f64, E::Z>) -> Evaluated<E::Z> {
         let rows = at.rows;
         let finite = |values: &E::Z| values.as_ref().iter().all(|x| x.is_finite());
         if !finite(&rows) || !at.jacobian.as_ref().iter().all(finite) {
@@ -195,6 +221,7 @@ impl<E: Equations> Newton<'_, E> {
     }
 
     /// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
+    #[inline]
     fn relative(&self, update: &E::Z, z: &E::Z) -> f64 {
         let sizes = z.as_ref().iter().zip(self.size.as_ref());
         update
@@ -214,24 +241,33 @@ impl<E: Equations> Newton<'_, E> {
 
     /// The root after the last update.
     #[inline]
-    fn arrive(&self, last: &Iterate<E::Z>) -> Result<Root<E::Z>, Failed<E::Z>> {
+    fn arrive(&self, last: &Iterate<E::Z>) -> Root<E::Z> {
         let stop = if last.rows.as_ref().iter().all(|&row| row == 0.0) {
             Stop::Exact
         } else {
             Stop::Update
         };
         let z = last.z.zip(&last.update, |z, update| z + update);
-        Ok(Root {
+        Root {
             z,
             evaluations: self.evaluations,
             stop,
-        })
+        }
     }
 
-    /// The iteration from a point whose update is not small enough to be the last.
+    /// The point that the full update leads to.
+    #[inline]
+    fn full_step(&mut self, from: &Iterate<E::Z>) -> Evaluated<E::Z> {
+        self.evaluate(from.z.zip(&from.update, |z, update| z + update))
+    }
+
+    /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
+    /// has been evaluated.
+    #[inline(never)]
     fn iterate(
         mut self,
         first: Iterate<E::Z>,
+        second: Evaluated<E::Z>,
         max_iterations: u32,
         record: &mut impl FnMut(f64),
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
@@ -240,15 +276,16 @@ impl<E: Equations> Newton<'_, E> {
         record(size);
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let (mut smallest, mut stagnant) = (size, 0);
+        let mut evaluated = Some(second);
         for iteration in 1..max_iterations {
-            let (next, taken) = self.descend(&now, (8.0 * part).min(1.0), &mut patience)?;
+            let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
             let (before, last_size) = (now, size);
             (now, part) = (next, taken);
             size = self.relative(&now.update, &now.z);
             record(size);
 
             if size == 0.0 {
-                return self.arrive(&now);
+                return Ok(self.arrive(&now));
             }
             if size < 0.5 * smallest {
                 (smallest, stagnant) = (size, 0);
@@ -258,12 +295,10 @@ impl<E: Equations> Newton<'_, E> {
             if part < 1.0 {
                 continue;
             }
-            // With quadratic convergence the updates obey ρ' = C ρ², and C ρ'² is what remains after the last.
-            let contraction = size / last_size;
-            if size <= LAST_UPDATE && size * contraction * contraction <= REMAINDER {
-                return self.arrive(&now);
+            if size <= LAST_UPDATE && remainder(last_size, size) <= REMAINDER {
+                return Ok(self.arrive(&now));
             }
-            if contraction >= 0.5 && (size <= SUSPECT || iteration > 2) {
+            if size >= 0.5 * last_size && (size <= SUSPECT || iteration > 2) {
                 // a function of the user's may be noisier than the bound knows: give up on noise this small
                 let noise = stagnant >= 4 && size <= LAST_UPDATE;
                 let at_now = self.roundings(&now);
@@ -288,19 +323,24 @@ impl<E: Equations> Newton<'_, E> {
         })
     }
 
-    /// Takes the update, or as large a part of it (from `part` down) as makes the next update smaller.
+    /// Takes the update, or as large a part of it (from `part` down) as makes the next update smaller. The
+    /// first part may have been evaluated already.
     ///
     /// This is Deuflhard's natural monotonicity test with the new Jacobian. It does not depend on how rows are
     /// scaled, which a test of the residual would.
     fn descend(
         &mut self,
         from: &Iterate<E::Z>,
+        mut evaluated: Option<Evaluated<E::Z>>,
         mut part: f64,
         patience: &mut u32,
-    ) -> Result<(Iterate<E::Z>, f64), Failed<E::Z>> {
+    ) -> Result<Descent<E::Z>, Failed<E::Z>> {
         let mut full = None;
         while part >= SMALLEST_PART {
-            let trial = self.evaluate(from.z.zip(&from.update, |z, update| z + part * update));
+            let trial = match evaluated.take() {
+                Some(trial) => trial,
+                None => self.evaluate(from.z.zip(&from.update, |z, update| z + part * update)),
+            };
             if let Ok(next) = trial {
                 if self.shrinks(from, &next)
                     || self.is_small(&next, LAST_UPDATE)
@@ -367,153 +407,4 @@ impl<E: Equations> Newton<'_, E> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// One equation for one unknown: value, slope and rounding bound.
-    struct Scalar<F: Fn(f64) -> (f64, f64, f64)>(F);
-
-    impl<F: Fn(f64) -> (f64, f64, f64)> Equations for Scalar<F> {
-        type Z = [f64; 1];
-
-        fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
-            let (row, slope, _) = (self.0)(z[0]);
-            Linearization {
-                rows: [row],
-                jacobian: [[slope]],
-            }
-        }
-
-        fn rounding(&self, z: &[f64; 1]) -> [f64; 1] {
-            [(self.0)(z[0]).2]
-        }
-    }
-
-    fn run(
-        function: impl Fn(f64) -> (f64, f64, f64),
-        start: f64,
-        size: f64,
-    ) -> Result<Root<[f64; 1]>, StepFailure> {
-        solve(&Scalar(function), [start], &[size], 50, &mut |_| {}).map_err(|failed| failed.reason)
-    }
-
-    #[test]
-    fn a_good_start_costs_one_evaluation() {
-        let root = run(
-            |x| (x * x - 2.0, 2.0 * x, 1e-15),
-            std::f64::consts::SQRT_2 + 1e-10,
-            0.0,
-        )
-        .unwrap();
-        assert_eq!((root.evaluations, root.stop), (1, Stop::Update));
-        assert!((root.z[0] - std::f64::consts::SQRT_2).abs() < 5e-16);
-    }
-
-    #[test]
-    fn quadratic_convergence_ends_without_an_evaluation_to_confirm_it() {
-        let root = run(|x| (x * x - 2.0, 2.0 * x, 1e-15), 1.5, 0.0).unwrap();
-        assert!(root.evaluations <= 4, "{}", root.evaluations);
-        assert!((root.z[0] - std::f64::consts::SQRT_2).abs() < 5e-16);
-    }
-
-    #[test]
-    fn a_wall_is_met_from_any_start() {
-        let mut most = 0;
-        for stiffness in [1.0, 10.0, 1e3, 1e6] {
-            for ratio in [-2.0, -0.999_999, -0.5, 0.0, 1e-9, 0.3, 0.99, 1.0, 1.5] {
-                let right = ratio * stiffness;
-                for start in [0.0, 1e-8, 0.3, -1.0, 5.0, -20.0, 325.0, -1e3, 1e5, -1e6] {
-                    let function = |w: f64| {
-                        let tanh = w.tanh();
-                        let slope = 1.0 + stiffness * (1.0 - tanh) * (1.0 + tanh);
-                        let bound = f64::EPSILON * (w.abs() + stiffness * tanh.abs() + f64::abs(right));
-                        (w + stiffness * tanh - right, slope, bound)
-                    };
-                    let root = run(function, start, 0.0)
-                        .unwrap_or_else(|failure| panic!("{failure}: {stiffness} {ratio} {start}"));
-                    let (row, slope, bound) = function(root.z[0]);
-                    let error = (row / slope).abs();
-                    assert!(
-                        row.abs() <= 4.0 * bound || error <= 1e-14 * root.z[0].abs(),
-                        "{stiffness} {ratio} {start}: {root:?} {row:e}"
-                    );
-                    most = most.max(root.evaluations);
-                }
-            }
-        }
-        println!("at most {most} evaluations");
-        assert!(most < 200, "{most}");
-    }
-
-    #[test]
-    fn a_double_root_is_found_to_half_the_digits_and_said_to_be_rounding() {
-        // expanded, so that its rounding is that of terms of order 1
-        let root = run(
-            |x| (x * x - 2.0 * x + 1.0, 2.0 * x - 2.0, 4.0 * f64::EPSILON),
-            3.0,
-            0.0,
-        )
-        .unwrap();
-        assert!((root.z[0] - 1.0).abs() < 1e-7, "{root:?}");
-        // the rows are exact near the root: linear convergence must go on to the end
-        let root = run(
-            |x| {
-                (
-                    (x - 1.0).powi(2),
-                    2.0 * (x - 1.0),
-                    f64::EPSILON * (x - 1.0).powi(2),
-                )
-            },
-            3.0,
-            0.0,
-        );
-        assert!((root.unwrap().z[0] - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn an_exact_root_is_a_root_although_the_jacobian_is_singular() {
-        let root = run(|x| (x * x, 2.0 * x, 0.0), 0.0, 0.0).unwrap();
-        assert_eq!((root.z, root.stop), ([0.0], Stop::Exact));
-    }
-
-    #[test]
-    fn failures_say_why() {
-        assert_eq!(
-            run(|x| (x * x + 1.0, 2.0 * x, 1e-16), 0.5, 0.0).unwrap_err(),
-            StepFailure::NotConverged
-        );
-        assert_eq!(
-            run(|x| (x * x + 1.0, 2.0 * x, 1e-16), 0.0, 0.0).unwrap_err(),
-            StepFailure::Singular
-        );
-        assert_eq!(
-            run(|x| (x.sqrt(), 0.5 / x.sqrt(), 1e-16), -1.0, 0.0).unwrap_err(),
-            StepFailure::NotFinite
-        );
-        let failure = explain(&Scalar(|x: f64| (x.exp(), x.exp(), 0.0)), [1.0], &[0.0], 20);
-        assert_eq!(
-            (failure.reason, failure.updates.len()),
-            (StepFailure::NotConverged, 20)
-        );
-        assert!(failure.residual[0] > 0.0 && failure.unknowns[0] < -10.0);
-    }
-
-    #[test]
-    fn a_step_out_of_the_domain_is_shortened() {
-        // the full update from 3 goes to a negative number, whose logarithm does not exist
-        let root = run(|x| (x.ln(), 1.0 / x, 1e-16 * x.ln().abs()), 3.0, 0.0).unwrap();
-        assert!((root.z[0] - 1.0).abs() < 1e-15);
-    }
-
-    #[test]
-    fn noise_is_told_from_failure() {
-        // the row's noise of 1e-10 is far above its unit round-off, and the bound knows of it
-        let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-10);
-        let root = run(noisy, 0.3, 0.0).unwrap();
-        assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
-        // the same where the bound does not know of it, as of a function of the user's
-        let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-16);
-        let root = run(noisy, 0.3, 0.0).unwrap();
-        assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
-    }
-}
+mod tests;

@@ -10,9 +10,9 @@ const MEMORY: f64 = 0.75;
 
 /// The backward differences of the last solutions, and their size.
 ///
-/// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a switch
-/// is crossed, a phase turns several radians a step) differences grow with their order, and the degree falls, down
-/// to the last solution itself.
+/// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
+/// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
+/// falls, down to the last solution itself.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Predictor<U> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
@@ -66,25 +66,30 @@ impl<U: Unknown<f64>> Predictor<U> {
 
     /// The extrapolated solution of the next step, or `None` without a past.
     ///
-    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two differences
-    /// in a row, because one alone may be small by passing through zero.
+    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two
+    /// differences in a row, because one alone may be small by passing through zero.
     #[inline]
     pub fn predict(&self) -> Option<U> {
-        let mut guess = self.last()?;
-        for (i, guess) in guess.as_mut().iter_mut().enumerate() {
-            let mut smallest = guess.abs();
-            let mut sum = *guess;
-            let mut before = smallest;
-            for difference in &self.differences[1..] {
-                let difference = difference.as_ref()[i];
-                sum += difference;
+        let last = self.last()?;
+        let sizes = last.zip(&last, |z, _| z.abs());
+        let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
+        // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+        for difference in &self.differences[1..] {
+            let unknowns = guess
+                .as_mut()
+                .iter_mut()
+                .zip(sum.as_mut())
+                .zip(smallest.as_mut())
+                .zip(before.as_mut());
+            for ((((guess, sum), smallest), before), &difference) in unknowns.zip(difference.as_ref()) {
+                *sum += difference;
                 let size = difference.abs();
-                // a NaN compares as false: an order without history is never chosen
-                if size <= smallest && before <= smallest {
-                    smallest = if size > before { size } else { before };
-                    *guess = sum;
-                }
-                before = size;
+                // NaN where the history is too short, which is not smaller than anything
+                let larger = if *before >= size { *before } else { size };
+                let better = larger <= *smallest;
+                *guess = if better { *sum } else { *guess };
+                *smallest = if better { larger } else { *smallest };
+                *before = size;
             }
         }
         Some(guess)

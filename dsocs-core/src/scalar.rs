@@ -7,6 +7,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// Generated code is generic over its scalar, so that one declaration serves a single trajectory (`f64`) and
 /// several trajectories side by side. A comparison never branches: it goes through [`Scalar::select_lt`].
+#[allow(clippy::return_self_not_must_use)] // arithmetic speaks for itself
 pub trait Scalar:
     Copy
     + Debug

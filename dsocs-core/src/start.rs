@@ -91,7 +91,7 @@ impl<const N: usize> Start<N> {
                 let a0 = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
                     q0: q0.to_vec(),
                     v0: v0.to_vec(),
-                    cause,
+                    cause: Box::new(cause),
                 })?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));

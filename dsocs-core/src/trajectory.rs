@@ -19,8 +19,8 @@ pub struct Node<const N: usize> {
     pub q: [f64; N],
     /// Velocity at `φ_D⁻¹`, by default the central difference. At the start, the initial velocity.
     pub v: [f64; N],
-    /// Acceleration at `φ_D⁻¹`, by default the second difference over `h²`. At the start, the continuous system's, or
-    /// NaN where it has none.
+    /// Acceleration at `φ_D⁻¹`, by default the second difference over `h²`. At the start, the continuous
+    /// system's, or NaN where it has none.
     pub a: [f64; N],
     /// The generalized constraint force `Q = −(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the
     /// coordinate. At the start, the continuous system's.

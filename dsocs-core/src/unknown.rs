@@ -195,7 +195,7 @@ mod tests {
             1e-14,
         );
         let hilbert: [[f64; 7]; 7] =
-            core::array::from_fn(|i| core::array::from_fn(|j| 1.0 / f64::from(1 + i as u8 + j as u8)));
+            core::array::from_fn(|i| core::array::from_fn(|j| 1.0 / (1 + i + j) as f64));
         check(hilbert, [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0], 1e-6);
     }
 

@@ -18,7 +18,11 @@ pub(crate) enum Defect {
 ///
 /// Gauss elimination, with pivots that are nonzero constants so that they are nonzero everywhere; where there are
 /// none, `n - 1` rows have an annihilator of one dimension, which their minors give.
-pub(crate) fn annihilator(graph: &mut Graph, rows: &[Vec<NodeId>], n: usize) -> Result<Vec<Vec<NodeId>>, Defect> {
+pub(crate) fn annihilator(
+    graph: &mut Graph,
+    rows: &[Vec<NodeId>],
+    n: usize,
+) -> Result<Vec<Vec<NodeId>>, Defect> {
     let scales: Vec<f64> = rows.iter().map(|row| scale(graph, row)).collect();
     let mut reduced: Vec<Vec<NodeId>> = rows.to_vec();
     let mut pivots: Vec<Option<usize>> = vec![None; rows.len()];
@@ -26,24 +30,44 @@ pub(crate) fn annihilator(graph: &mut Graph, rows: &[Vec<NodeId>], n: usize) -> 
         eliminate(graph, &mut reduced, row, column);
         pivots[row] = Some(column);
     }
-    let mut free_rows = pivots.iter().enumerate().filter(|(_, pivot)| pivot.is_none()).map(|(row, _)| row);
-    if let Some(row) = free_rows.clone().find(|&row| is_negligible(graph, &reduced[row], scales[row])) {
+    let mut free_rows = pivots
+        .iter()
+        .enumerate()
+        .filter(|(_, pivot)| pivot.is_none())
+        .map(|(row, _)| row);
+    if let Some(row) = free_rows
+        .clone()
+        .find(|&row| is_negligible(graph, &reduced[row], scales[row]))
+    {
         return Err(Defect::Dependent(row));
     }
     if let Some(row) = free_rows.next() {
-        return if rows.len() + 1 == n { Ok(vec![minors(graph, rows)]) } else { Err(Defect::NoPivot(row)) };
+        return if rows.len() + 1 == n {
+            Ok(vec![minors(graph, rows)])
+        } else {
+            Err(Defect::NoPivot(row))
+        };
     }
     let free_columns = (0..n).filter(|&column| !pivots.contains(&Some(column)));
-    Ok(free_columns.map(|free| field(graph, &reduced, &pivots, n, free)).collect())
+    Ok(free_columns
+        .map(|free| field(graph, &reduced, &pivots, n, free))
+        .collect())
 }
 
 /// The largest constant of a row, at least the smallest normal number.
 fn scale(graph: &Graph, row: &[NodeId]) -> f64 {
-    row.iter().filter_map(|&entry| graph.as_constant(entry)).map(f64::abs).fold(f64::MIN_POSITIVE, f64::max)
+    row.iter()
+        .filter_map(|&entry| graph.as_constant(entry))
+        .map(f64::abs)
+        .fold(f64::MIN_POSITIVE, f64::max)
 }
 
 fn is_negligible(graph: &Graph, row: &[NodeId], scale: f64) -> bool {
-    row.iter().all(|&entry| graph.as_constant(entry).is_some_and(|value| value.abs() <= NEGLIGIBLE * scale))
+    row.iter().all(|&entry| {
+        graph
+            .as_constant(entry)
+            .is_some_and(|value| value.abs() <= NEGLIGIBLE * scale)
+    })
 }
 
 /// The row and column of the next pivot: ±1 if there is one, because dividing by it is exact, else the largest.
@@ -54,9 +78,15 @@ fn best_pivot(
     scales: &[f64],
 ) -> Option<(usize, usize)> {
     let mut best: Option<((usize, usize), f64)> = None;
-    for (row, entries) in reduced.iter().enumerate().filter(|&(row, _)| pivots[row].is_none()) {
+    for (row, entries) in reduced
+        .iter()
+        .enumerate()
+        .filter(|&(row, _)| pivots[row].is_none())
+    {
         for (column, &entry) in entries.iter().enumerate() {
-            let Some(value) = graph.as_constant(entry).map(f64::abs) else { continue };
+            let Some(value) = graph.as_constant(entry).map(f64::abs) else {
+                continue;
+            };
             if value <= NEGLIGIBLE * scales[row] || !value.is_finite() {
                 continue;
             }
@@ -73,7 +103,10 @@ fn best_pivot(
 /// Makes the pivot 1 and the rest of its column 0.
 fn eliminate(graph: &mut Graph, reduced: &mut [Vec<NodeId>], row: usize, column: usize) {
     let pivot = reduced[row][column];
-    let normalized: Vec<_> = reduced[row].iter().map(|&entry| graph.div(entry, pivot)).collect();
+    let normalized: Vec<_> = reduced[row]
+        .iter()
+        .map(|&entry| graph.div(entry, pivot))
+        .collect();
     for (other, entries) in reduced.iter_mut().enumerate() {
         if other == row {
             entries.clone_from(&normalized);
@@ -113,20 +146,30 @@ fn minors(graph: &mut Graph, rows: &[Vec<NodeId>]) -> Vec<NodeId> {
     let minor = |skip: usize| {
         let columns: Vec<_> = (0..n).filter(|&column| column != skip).collect();
         let minor = determinant(graph, rows, &columns);
-        if skip % 2 == 0 { minor } else { graph.neg(minor) }
+        if skip.is_multiple_of(2) {
+            minor
+        } else {
+            graph.neg(minor)
+        }
     };
     (0..n).map(minor).collect()
 }
 
 /// The determinant of the rows restricted to as many columns, by the first row.
 fn determinant(graph: &mut Graph, rows: &[Vec<NodeId>], columns: &[usize]) -> NodeId {
-    let Some((first, rest)) = rows.split_first() else { return graph.constant(1.0) };
+    let Some((first, rest)) = rows.split_first() else {
+        return graph.constant(1.0);
+    };
     let mut sum = graph.constant(0.0);
     for (place, &column) in columns.iter().enumerate() {
         let others: Vec<_> = columns.iter().copied().filter(|&other| other != column).collect();
         let minor = determinant(graph, rest, &others);
         let product = graph.mul(first[column], minor);
-        sum = if place % 2 == 0 { graph.add(sum, product) } else { graph.sub(sum, product) };
+        sum = if place.is_multiple_of(2) {
+            graph.add(sum, product)
+        } else {
+            graph.sub(sum, product)
+        };
     }
     sum
 }

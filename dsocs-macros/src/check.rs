@@ -15,7 +15,9 @@ pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors)
 
 /// As many equations as coordinates, as many components as coordinates.
 fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
-    let Some(coordinates) = declaration.coordinates.given() else { return Ok(()) };
+    let Some(coordinates) = declaration.coordinates.given() else {
+        return Ok(());
+    };
     let names = &coordinates.names;
     let kinematic = match &declaration.kinematic {
         Part::Absent => None,
@@ -39,7 +41,11 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
 
 fn components(directions: &Directions, names: &[Ident], errors: &Errors) -> Result<(), Reported> {
     let mut result = Ok(());
-    for field in directions.fields.iter().filter(|field| field.entries.len() != names.len()) {
+    for field in directions
+        .fields
+        .iter()
+        .filter(|field| field.entries.len() != names.len())
+    {
         let list: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
         result = Err(errors.at(
             &field.whole,
@@ -76,10 +82,15 @@ fn equations(directions: &Directions, rows: usize, n: usize, errors: &Errors) ->
 }
 
 fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
-    let Some(Branch { keyword, factors, .. }) = declaration.branch.given() else { return Ok(()) };
+    let Some(Branch { keyword, factors, .. }) = declaration.branch.given() else {
+        return Ok(());
+    };
     let rows = match &declaration.kinematic {
         Part::Absent => {
-            return Err(errors.at(keyword, "expected `kinematic = …;`: `branch` divides a factor out of its constraints"));
+            return Err(errors.at(
+                keyword,
+                "expected `kinematic = …;`: `branch` divides a factor out of its constraints",
+            ));
         }
         Part::Broken(_) => return Ok(()),
         Part::Given(kinematic) => kinematic.rows.len(),

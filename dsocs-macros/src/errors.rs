@@ -19,7 +19,9 @@ pub(crate) struct Errors {
 impl Errors {
     /// No mistakes so far.
     pub(crate) fn new() -> Self {
-        Self { found: RefCell::new(Some(Vec::new())) }
+        Self {
+            found: RefCell::new(Some(Vec::new())),
+        }
     }
 
     /// Reports a mistake at the given tokens.
@@ -29,7 +31,10 @@ impl Errors {
 
     /// Reports a statement that has to be there and is not, at the attribute.
     pub(crate) fn missing(&self, statement: &str) -> Reported {
-        self.at(TokenStream::new(), format!("expected the statement `{statement}` in the declaration"))
+        self.at(
+            TokenStream::new(),
+            format!("expected the statement `{statement}` in the declaration"),
+        )
     }
 
     /// Reports a mistake that `syn` found.

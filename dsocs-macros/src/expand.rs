@@ -11,8 +11,8 @@ use crate::model::Model;
 use crate::{emit, lower, parse, stub};
 
 /// What `#[dsocs { declaration }] item` becomes.
-pub(crate) fn expand(declaration: TokenStream, item: TokenStream) -> TokenStream {
-    match analyze(declaration, &item) {
+pub(crate) fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
+    match analyze(declaration, item) {
         Ok(model) => emit::expand(&model),
         Err(Mistakes { errors, stub }) => {
             let errors = compile_errors(&errors);
@@ -34,7 +34,12 @@ pub(crate) struct Mistakes {
 pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Model, Mistakes> {
     let item = match syn::parse2::<Item>(item.clone()) {
         Ok(item) => item,
-        Err(error) => return Err(Mistakes { errors: vec![error], stub: TokenStream::new() }),
+        Err(error) => {
+            return Err(Mistakes {
+                errors: vec![error],
+                stub: TokenStream::new(),
+            });
+        }
     };
     let errors = Errors::new();
     let declaration = parse::declaration(declaration, &errors);
@@ -50,10 +55,15 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
         (Ok(()), Ok(model)) => Ok(model),
         (result, _) => {
             let stub = match (head(&item), coordinates) {
-                (Some((ident, generics)), Some(coordinates)) => stub::stub(ident, generics, coordinates.names.len()),
+                (Some((ident, generics)), Some(coordinates)) => {
+                    stub::stub(ident, generics, coordinates.names.len())
+                }
                 _ => TokenStream::new(),
             };
-            Err(Mistakes { errors: result.err().unwrap_or_default(), stub })
+            Err(Mistakes {
+                errors: result.err().unwrap_or_default(),
+                stub,
+            })
         }
     }
 }

@@ -46,7 +46,10 @@ impl Fields {
     pub(crate) fn read(item: &ItemStruct, errors: &Errors) -> Result<Self, Reported> {
         match &item.fields {
             syn::Fields::Named(fields) => {
-                let fields = fields.named.iter().filter_map(|field| Field::read(field, &item.generics));
+                let fields = fields
+                    .named
+                    .iter()
+                    .filter_map(|field| Field::read(field, &item.generics));
                 Ok(Self(fields.collect()))
             }
             syn::Fields::Unit => Ok(Self::default()),
@@ -69,8 +72,16 @@ impl Fields {
 
     /// The fields that can be listed and set by name.
     pub(crate) fn parameters(&self) -> Vec<ParameterField> {
-        let numbers = self.0.iter().filter(|field| field.kind == Kind::Number && !field.reference);
-        numbers.map(|field| ParameterField { ident: field.ident.clone(), doc: field.doc.clone() }).collect()
+        let numbers = self
+            .0
+            .iter()
+            .filter(|field| field.kind == Kind::Number && !field.reference);
+        numbers
+            .map(|field| ParameterField {
+                ident: field.ident.clone(),
+                doc: field.doc.clone(),
+            })
+            .collect()
     }
 }
 
@@ -87,27 +98,26 @@ impl Field {
         let kind = match name.as_deref() {
             Some("f64") => Kind::Number,
             Some("f32" | "i8" | "i16" | "i32" | "u8" | "u16" | "u32") => Kind::Exact,
-            Some("i64" | "i128" | "isize" | "u64" | "u128" | "usize" | "bool" | "char" | "str" | "String") => {
-                Kind::NoNumber
-            }
+            Some(
+                "i64" | "i128" | "isize" | "u64" | "u128" | "usize" | "bool" | "char" | "str" | "String",
+            ) => Kind::NoNumber,
             Some(name) if generics.type_params().any(|parameter| parameter.ident == name) => Kind::Generic,
             _ => Kind::Unknown,
         };
         let doc = doc(&field.attrs);
         let ty = field.ty.to_token_stream().to_string().replace(' ', "");
-        field.ident.clone().map(|ident| Self { ident, kind, reference, ty, doc })
-    }
-
-    /// The field as a place, `self.name`, at the tokens where it is used.
-    pub(crate) fn place(&self, used: &Ident) -> TokenStream {
-        // resolved like the method's own `self`, shown where the user wrote the name
-        let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
-        quote_spanned!(used.span()=> #receiver.#used)
+        field.ident.clone().map(|ident| Self {
+            ident,
+            kind,
+            reference,
+            ty,
+            doc,
+        })
     }
 
     /// The field as an `f64`, at the tokens where it is used.
     pub(crate) fn number(&self, used: &Ident, errors: &Errors) -> Result<TokenStream, Reported> {
-        let mut place = self.place(used);
+        let mut place = place(used);
         if self.reference {
             place = quote_spanned!(used.span()=> *#place);
         }
@@ -134,10 +144,19 @@ impl Field {
     }
 }
 
+/// A field as a place, `self.name`, at the tokens where it is used.
+pub(crate) fn place(used: &Ident) -> TokenStream {
+    // resolved like the method's own `self`, shown where the user wrote the name
+    let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
+    quote_spanned!(used.span()=> #receiver.#used)
+}
+
 /// The documentation of an item in one line.
 fn doc(attributes: &[syn::Attribute]) -> String {
-    let lines = attributes.iter().filter(|attribute| attribute.path().is_ident("doc")).filter_map(|attribute| {
-        match &attribute.meta {
+    let lines = attributes
+        .iter()
+        .filter(|attribute| attribute.path().is_ident("doc"))
+        .filter_map(|attribute| match &attribute.meta {
             Meta::NameValue(pair) => match &pair.value {
                 Expr::Lit(literal) => match &literal.lit {
                     Lit::Str(text) => Some(text.value().trim().to_owned()),
@@ -146,8 +165,7 @@ fn doc(attributes: &[syn::Attribute]) -> String {
                 _ => None,
             },
             _ => None,
-        }
-    });
+        });
     let lines: Vec<_> = lines.filter(|line| !line.is_empty()).collect();
     lines.join(" ")
 }

@@ -1,4 +1,11 @@
-//! The attribute `#[dsocs]`.
+//! The attribute `#[dsocs]`: from the declaration of a discrete second order constrained Lagrangian system to its
+//! generated integrator.
+//!
+//! The data goes one way: tokens, [`parse`]d into what the user wrote ([`ast`]), [`check`]ed and [`lower`]ed into a
+//! [`model`] whose expressions share one [`graph`], of which [`emit`] makes code. Every mistake on the way is
+//! collected in [`errors`] and told at the user's own tokens. Users depend on `dsocs-core`, which re-exports the
+//! attribute.
+
 mod annihilator;
 mod ast;
 mod check;
@@ -12,11 +19,94 @@ mod model;
 mod names;
 mod parse;
 mod stub;
+#[cfg(test)]
+mod tests;
 
 use proc_macro::TokenStream;
 
-/// x
+/// Declares a mechanical system on a struct whose fields are its parameters, and implements
+/// `dsocs_core::System` for it.
+///
+/// ```ignore
+/// /// A particle in the plane that turns with a prescribed signed curvature.
+/// #[dsocs {
+///     coordinates(x, y);
+///     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+///
+///     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+///     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature.at(x, y);
+///     variational = [(dot(x), dot(y))];
+/// }]
+/// pub struct CurvedParticle<K: Curvature> {
+///     /// Mass [kg].
+///     pub mass: f64,
+///     /// Signed curvature of the path.
+///     pub curvature: K,
+/// }
+/// ```
+///
+/// # Statements
+///
+/// Each ends with `;` and stands at most once, except `let`. The order is free, but a `let` stands before its use.
+///
+/// | statement | meaning |
+/// |---|---|
+/// | `coordinates(x, y);` | the coordinates, `n` of them |
+/// | `lagrangian = L;` | the Lagrangian `L(q, v)` |
+/// | `let name = e;` | a name for an expression |
+/// | `kinematic = c;` or `kinematic = [c1, c2];` | the kinematic constraints `c(q, v, a) = 0` (`C_K`) |
+/// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
+/// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
+/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`; by default `(q0, (q1 - q0) / h)` |
+/// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
+/// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
+/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
+/// | `observe = [name, …];` | `let`s whose values are reported at every node |
+///
+/// Kinematic constraints and variational fields together are as many as coordinates; forces are as many as kinematic
+/// constraints. Without either the system is unconstrained. The components of a field stand in a tuple, for one
+/// coordinate also alone. Fields are found from forces by elimination; where no component of a force is a nonzero
+/// constant, and there are not just `n - 1` forces, the fields have to be given. Constraints of positions alone
+/// (holonomic ones) are not supported yet.
+///
+/// # Expressions
+///
+/// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one. Nothing may be of a higher
+///   order than an acceleration.
+/// - Numbers, also integers, are `f64`. Operators are `+`, `-`, `*`, `/`; blocks `{ let a = …; e }` and
+///   `if a < b { e1 } else { e2 }` are expressions. Both branches of an `if` are computed and one is selected, so
+///   neither may panic; the condition compares by `<`, `<=`, `>`, `>=`, joined by `&&`, `||`, `!`, or is a `bool` of
+///   the parameters alone.
+/// - The functions of `f64` are methods or paths (`x.sin()`, `f64::sin(x)`): `sqrt`, `cbrt`, `exp`, `exp_m1`,
+///   `exp2`, `ln`, `ln_1p`, `log10`, `log2`, `log`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`,
+///   `tanh`, `asinh`, `acosh`, `atanh`, `abs`, `signum`, `recip`, `powi` (a literal exponent), `powf`, `atan2`,
+///   `hypot`, `min`, `max`, `mul_add`, `to_radians`, `to_degrees`. `min` and `max` compare by `<`: with NaN they
+///   give their last argument.
+/// - A parameter is a field of the struct, by its name alone. Fields of type `f32` and of the integer types that
+///   `f64` holds exactly are converted; `bool` serves in conditions. `masses[2]`, `geometry.length`,
+///   `table.value(3)`, `std::f64::consts::PI` and constants in capitals are parameters too: any expression without
+///   coordinates.
+/// - Any other function or method of coordinates is the user's own, called with dual numbers where a derivative is
+///   needed, so it is generic over its number type: `curvature.at(x, y)`, `friction(dot(x))`. Its arguments are
+///   numbers.
+/// - Coordinates, fields, `let`s, `h`, `dot` and `ddot` share one namespace.
+///
+/// # Maps
+///
+/// A map computes the point of the continuous system from the nodes. The nodes and its values are vectors, and
+/// arithmetic holds for each component; `q0.x` is one component, by the coordinate's name or as `q0.0`. A value may
+/// also be a tuple of `n` components, in each of which `q0` means that component. Maps may use the parameters, the
+/// step `h`, `let`s in a block of their own and functions; they know no motion, so no coordinates, no `dot` and no
+/// `let` of the declaration.
+///
+/// ```ignore
+/// phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
+/// ```
+///
+/// # Errors
+///
+/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there.
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
-    expand::expand(declaration.into(), item.into()).into()
+    expand::expand(declaration.into(), &item.into()).into()
 }

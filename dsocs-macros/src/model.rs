@@ -47,6 +47,7 @@ pub(crate) struct Row {
     /// `c`, in `Q`, `V` and `A`.
     pub(crate) value: NodeId,
     /// The highest derivative of a coordinate in `c`: 1 or 2.
+    #[allow(dead_code)] // constraints of lower order will be imposed at other points of the step
     pub(crate) order: usize,
     /// The factor to divide out, of order 0 or 1.
     pub(crate) divide: Option<NodeId>,

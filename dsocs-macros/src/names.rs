@@ -2,14 +2,17 @@
 
 use proc_macro2::Ident;
 
-use crate::ast::Declaration;
+use crate::ast::{Declaration, Let};
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
 use crate::input::Fields;
 
 /// Names with a meaning of their own.
-pub(crate) const RESERVED: [(&str, &str); 3] =
-    [("h", "the step"), ("dot", "the time derivative"), ("ddot", "the second time derivative")];
+pub(crate) const RESERVED: [(&str, &str); 3] = [
+    ("h", "the step"),
+    ("dot", "the time derivative"),
+    ("ddot", "the second time derivative"),
+];
 
 /// What a name stands for.
 #[derive(Clone, Debug)]
@@ -47,7 +50,11 @@ pub(crate) struct Scope {
 impl Scope {
     /// The innermost meaning of a name.
     pub(crate) fn get(&self, name: &Ident) -> Option<&Binding> {
-        self.names.iter().rev().find(|(known, _)| name == known).map(|(_, binding)| binding)
+        self.names
+            .iter()
+            .rev()
+            .find(|(known, _)| name == known)
+            .map(|(_, binding)| binding)
     }
 
     /// Adds a name whose clashes have been checked.
@@ -77,14 +84,17 @@ impl Scope {
 
     /// All names whose binding satisfies a condition.
     pub(crate) fn names(&self, wanted: impl Fn(&Binding) -> bool) -> impl Iterator<Item = &str> {
-        self.names.iter().filter(move |(_, binding)| wanted(binding)).map(|(name, _)| name.as_str())
+        self.names
+            .iter()
+            .filter(move |(_, binding)| wanted(binding))
+            .map(|(name, _)| name.as_str())
     }
 }
 
 /// Reports every top-level name that has a meaning already, at the second one.
-pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) {
+pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors: &Errors) {
     let mut known: Vec<(&Ident, &str)> = Vec::new();
-    let mut add = |name, kind| {
+    let mut add = |name: &'d Ident, kind| {
         if let Some((_, first)) = known.iter().find(|(known, _)| *known == name) {
             clash(name, first, errors);
         } else {
@@ -94,30 +104,43 @@ pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors)
         }
     };
     let coordinates = declaration.coordinates.given();
-    let split = coordinates.map_or(0, |coordinates| coordinates.lets_before).min(declaration.lets.len());
+    let split = coordinates
+        .map_or(0, |coordinates| coordinates.lets_before)
+        .min(declaration.lets.len());
     let (before, after) = declaration.lets.split_at(split);
-    before.iter().for_each(|binding| add(&binding.name, "a `let`"));
-    coordinates.iter().flat_map(|part| &part.names).for_each(|name| add(name, "a coordinate"));
-    after.iter().for_each(|binding| add(&binding.name, "a `let`"));
-    fields.iter().for_each(|field| add(&field.ident, "a parameter"));
+    let lets = |lets: &'d [Let]| lets.iter().map(|binding| (&binding.name, "a `let`"));
+    let coordinates = coordinates
+        .iter()
+        .flat_map(|part| &part.names)
+        .map(|name| (name, "a coordinate"));
+    let fields = fields.iter().map(|field| (&field.ident, "a parameter"));
+    for (name, kind) in lets(before).chain(coordinates).chain(lets(after)).chain(fields) {
+        add(name, kind);
+    }
 }
 
 fn check_reserved(name: &Ident, errors: &Errors) -> Result<(), Reported> {
     match RESERVED.iter().find(|(word, _)| name == word) {
-        Some((word, meaning)) => {
-            Err(errors.at(name, format!("`{word}` means {meaning} in a declaration; expected another name")))
-        }
+        Some((word, meaning)) => Err(errors.at(
+            name,
+            format!("`{word}` means {meaning} in a declaration; expected another name"),
+        )),
         None => Ok(()),
     }
 }
 
 fn clash(name: &Ident, kind: &str, errors: &Errors) -> Reported {
-    errors.at(name, format!("`{name}` is the name of {kind} already; expected another name"))
+    errors.at(
+        name,
+        format!("`{name}` is the name of {kind} already; expected another name"),
+    )
 }
 
 /// `; did you mean …?` with the nearest of the candidates, or nothing if none is near.
 pub(crate) fn did_you_mean<'c>(found: &str, candidates: impl IntoIterator<Item = &'c str>) -> String {
-    nearest(found, candidates).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+    nearest(found, candidates)
+        .map(|name| format!("; did you mean `{name}`?"))
+        .unwrap_or_default()
 }
 
 /// The nearest of the candidates, if one is near.

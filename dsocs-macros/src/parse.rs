@@ -5,7 +5,8 @@ use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, Local, Pat, Stmt};
 
 use crate::ast::{
-    Branch, Components, Coordinates, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar, Side,
+    Branch, Components, Coordinates, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar,
+    Side,
 };
 use crate::errors::{Errors, Reported};
 use crate::names::did_you_mean;
@@ -30,8 +31,14 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     for chunk in chunks(tokens) {
         match statements.parse2(chunk.clone()) {
             Ok((attributes, statements)) => {
-                for attribute in attributes.iter().filter(|attribute| !attribute.path().is_ident("doc")) {
-                    errors.at(attribute, "attributes other than documentation have no meaning in a declaration");
+                for attribute in attributes
+                    .iter()
+                    .filter(|attribute| !attribute.path().is_ident("doc"))
+                {
+                    errors.at(
+                        attribute,
+                        "attributes other than documentation have no meaning in a declaration",
+                    );
                 }
                 for statement in statements {
                     read(&mut declaration, statement, errors);
@@ -77,7 +84,10 @@ fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Rep
         match tree {
             TokenTree::Ident(ident) => {
                 if last.as_ref().is_some_and(|last| last == "let") {
-                    declaration.lets.push(Let { name: ident.clone(), value: Err(reported) });
+                    declaration.lets.push(Let {
+                        name: ident.clone(),
+                        value: Err(reported),
+                    });
                 }
                 last = Some(ident);
             }
@@ -168,12 +178,17 @@ pub(crate) fn plain_let(local: Local, errors: &Errors) -> Result<(Ident, Expr), 
         {
             Ok(pattern.ident.clone())
         }
-        Pat::Type(typed) => Err(errors.at(&typed.ty, "no type is written here: every expression is a number")),
+        Pat::Type(typed) => {
+            Err(errors.at(&typed.ty, "no type is written here: every expression is a number"))
+        }
         other => Err(errors.at(other, "expected a plain name, as in `let name = …;`")),
     };
     match local.init {
         Some(init) => match init.diverge {
-            Some((otherwise, _)) => Err(errors.at(otherwise, "`let … else` has no meaning here: there is nothing to match")),
+            Some((otherwise, _)) => Err(errors.at(
+                otherwise,
+                "`let … else` has no meaning here: there is nothing to match",
+            )),
             None => Ok((name?, *init.expr)),
         },
         None => Err(errors.at(&local.pat, "expected a value, as in `let name = …;`")),
@@ -188,23 +203,44 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
             mark(declaration, "coordinates", reported);
         }
-        "lagrangian" => fill(&mut declaration.lagrangian, at, Ok(Scalar { value, lets_before }), errors),
+        "lagrangian" => fill(
+            &mut declaration.lagrangian,
+            at,
+            Ok(Scalar { value, lets_before }),
+            errors,
+        ),
         "kinematic" => {
             let rows = match value {
-                Expr::Array(array) if array.elems.is_empty() => {
-                    Err(errors.at(array, "expected at least one kinematic constraint; without any, leave the statement out"))
-                }
+                Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
+                    array,
+                    "expected at least one kinematic constraint; without any, leave the statement out",
+                )),
                 Expr::Array(array) => Ok(array.elems.into_iter().collect()),
-                Expr::Tuple(tuple) => Err(errors.at(tuple, "expected several constraints in brackets, `kinematic = [c1, c2];`")),
+                Expr::Tuple(tuple) => Err(errors.at(
+                    tuple,
+                    "expected several constraints in brackets, `kinematic = [c1, c2];`",
+                )),
                 row => Ok(vec![row]),
             };
-            let kinematic = rows.map(|rows| Kinematic { keyword, rows, lets_before });
+            let kinematic = rows.map(|rows| Kinematic {
+                keyword,
+                rows,
+                lets_before,
+            });
             fill(&mut declaration.kinematic, at, kinematic, errors);
         }
         name @ ("variational" | "forces") => {
-            let side = if name == "forces" { Side::Forces } else { Side::Variational };
-            let directions = read_fields(&keyword, value, errors)
-                .map(|fields| Directions { keyword, side, fields, lets_before });
+            let side = if name == "forces" {
+                Side::Forces
+            } else {
+                Side::Variational
+            };
+            let directions = read_fields(&keyword, value, errors).map(|fields| Directions {
+                keyword,
+                side,
+                fields,
+                lets_before,
+            });
             fill_directions(&mut declaration.directions, at, side, directions, errors);
         }
         name @ ("phi_lagrangian" | "phi_kinematic" | "phi_variational") => {
@@ -216,7 +252,11 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let map = match value {
                 Expr::Closure(closure) => Ok(Map { keyword, closure }),
                 other => {
-                    let example = if name == "phi_lagrangian" { "|q0, q1| (q, v)" } else { "|q0, q1, q2| (q, v, a)" };
+                    let example = if name == "phi_lagrangian" {
+                        "|q0, q1| (q, v)"
+                    } else {
+                        "|q0, q1, q2| (q, v, a)"
+                    };
                     Err(errors.at(other, format!("expected a closure, `{name} = {example};`")))
                 }
             };
@@ -226,12 +266,20 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let factors = match value {
                 Expr::Array(array) => {
                     // every factor is read before the first mistake ends it, so that all are reported
-                    let factors: Vec<_> = array.elems.into_iter().map(|factor| read_factor(factor, errors)).collect();
+                    let factors: Vec<_> = array
+                        .elems
+                        .into_iter()
+                        .map(|factor| read_factor(factor, errors))
+                        .collect();
                     factors.into_iter().collect()
                 }
                 factor => read_factor(factor, errors).map(|factor| vec![factor]),
             };
-            let branch = factors.map(|factors| Branch { keyword, factors, lets_before });
+            let branch = factors.map(|factors| Branch {
+                keyword,
+                factors,
+                lets_before,
+            });
             fill(&mut declaration.branch, at, branch, errors);
         }
         "observe" => {
@@ -289,14 +337,22 @@ fn read_coordinates<'e>(
     }
     match wrong {
         Some(reported) => Err(reported),
-        None if names.is_empty() => Err(errors.at(keyword, "expected at least one coordinate, `coordinates(x, y);`")),
-        None => Ok(Coordinates { names, lets_before: declaration.lets.len() }),
+        None if names.is_empty() => {
+            Err(errors.at(keyword, "expected at least one coordinate, `coordinates(x, y);`"))
+        }
+        None => Ok(Coordinates {
+            names,
+            lets_before: declaration.lets.len(),
+        }),
     }
 }
 
 fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Components>, Reported> {
     let Expr::Array(array) = value else {
-        return Err(errors.at(value, format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`")));
+        return Err(errors.at(
+            value,
+            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`"),
+        ));
     };
     let fields = array.elems.into_iter().map(|whole| {
         let entries = match &whole {
@@ -315,7 +371,10 @@ fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
         Expr::Call(call) => match plain_name(&call.func) {
             Some(name) if name == "divide" => match call.args.first() {
                 Some(factor) if call.args.len() == 1 => Ok(Some(factor.clone())),
-                _ => Err(errors.at(&call, format!("expected one factor, `divide(factor)`, found {}", call.args.len()))),
+                _ => Err(errors.at(
+                    &call,
+                    format!("expected one factor, `divide(factor)`, found {}", call.args.len()),
+                )),
             },
             Some(name) => {
                 let hint = did_you_mean(&name.to_string(), ["divide"]);
@@ -329,14 +388,20 @@ fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
 
 fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Ident>, Reported> {
     let Expr::Array(array) = value else {
-        return Err(errors.at(value, "expected a list of names in brackets, `observe = [energy, momentum];`"));
+        return Err(errors.at(
+            value,
+            "expected a list of names in brackets, `observe = [energy, momentum];`",
+        ));
     };
     let names: Vec<_> = array
         .elems
         .iter()
         .map(|element| match plain_name(element) {
             Some(name) => Ok(name.clone()),
-            None => Err(errors.at(element, "expected the name of a `let`: give the expression a name first")),
+            None => Err(errors.at(
+                element,
+                "expected the name of a `let`: give the expression a name first",
+            )),
         })
         .collect();
     names.into_iter().collect()
@@ -353,7 +418,10 @@ pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
 fn expected_statement(found: &str) -> String {
     let hint = did_you_mean(found, STATEMENTS);
     if found.is_empty() || hint.is_empty() {
-        let list: Vec<_> = STATEMENTS.iter().map(|statement| format!("`{statement}`")).collect();
+        let list: Vec<_> = STATEMENTS
+            .iter()
+            .map(|statement| format!("`{statement}`"))
+            .collect();
         format!("expected a statement: `let`, {}", list.join(", "))
     } else {
         format!("no statement is called `{found}`{hint}")

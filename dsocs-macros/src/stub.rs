@@ -6,6 +6,7 @@ use syn::{Generics, Ident};
 
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.
+#[allow(clippy::too_many_lines)] // one trait, quoted
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one

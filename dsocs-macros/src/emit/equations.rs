@@ -25,10 +25,24 @@ impl PointNodes {
     }
 }
 
+/// A row that has to vanish, and a factor that has to be divided out of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Equation {
+    pub(crate) value: NodeId,
+    pub(crate) divide: Option<NodeId>,
+}
+
+impl Equation {
+    /// Its expressions, to be rewritten.
+    pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
+        core::iter::once(&mut self.value).chain(&mut self.divide)
+    }
+}
+
 /// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`.
 pub(crate) struct StepEquations {
     /// Kinematic rows, then `⟨u, Q⟩` for every field.
-    pub(crate) rows: Vec<NodeId>,
+    pub(crate) rows: Vec<Equation>,
     /// `φ_{D_K}⁻¹(q0, q1, q2)`.
     pub(crate) point: PointNodes,
     /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
@@ -38,7 +52,7 @@ pub(crate) struct StepEquations {
 /// The continuous system in terms of `Q`, `V` and `A`.
 pub(crate) struct ContinuousEquations {
     /// Kinematic rows, then `⟨u, Q⟩` for every field.
-    pub(crate) rows: Vec<NodeId>,
+    pub(crate) rows: Vec<Equation>,
     /// The constraint force `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`.
     pub(crate) force: Vec<NodeId>,
 }
@@ -64,7 +78,11 @@ impl Nodes {
             e: Vec::new(),
         };
         for i in 0..n {
-            let (node, d, e) = (graph.leaf(Leaf::N(i)), graph.leaf(Leaf::D(i)), graph.leaf(Leaf::E(i)));
+            let (node, d, e) = (
+                graph.leaf(Leaf::N(i)),
+                graph.leaf(Leaf::D(i)),
+                graph.leaf(Leaf::E(i)),
+            );
             nodes.q0.push(graph.sub(node, d));
             nodes.q1.push(node);
             nodes.q2.push(graph.sum(&[node, d, e]));
@@ -90,13 +108,8 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     let mut rows = Vec::new();
     for row in &model.kinematic {
         let value = graph.substitute(row.value, &kinematic);
-        rows.push(match row.divide {
-            Some(factor) => {
-                let factor = graph.substitute(factor, &kinematic);
-                graph.div(value, factor)
-            }
-            None => value,
-        });
+        let divide = row.divide.map(|factor| graph.substitute(factor, &kinematic));
+        rows.push(Equation { value, divide });
     }
     for field in &model.variational {
         let terms: Vec<_> = field
@@ -107,7 +120,10 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
                 graph.mul(u, force)
             })
             .collect();
-        rows.push(graph.sum(&terms));
+        rows.push(Equation {
+            value: graph.sum(&terms),
+            divide: None,
+        });
     }
     StepEquations { rows, point, force }
 }
@@ -124,7 +140,11 @@ fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -
             v.push(graph.scale(0.5, velocity));
             a.push(graph.product(&[(nodes.e[i], 1), (h, -2)]));
         }
-        return PointNodes { q: nodes.q1.clone(), v, a };
+        return PointNodes {
+            q: nodes.q1.clone(),
+            v,
+            a,
+        };
     };
     let mut places = HashMap::new();
     for i in 0..n {
@@ -133,9 +153,16 @@ fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -
         places.insert(Leaf::X2(i), nodes.q2[i]);
     }
     let mut put = |components: &[NodeId]| -> Vec<NodeId> {
-        components.iter().map(|&component| graph.substitute(component, &places)).collect()
+        components
+            .iter()
+            .map(|&component| graph.substitute(component, &places))
+            .collect()
     };
-    PointNodes { q: put(q), v: put(v), a: put(a) }
+    PointNodes {
+        q: put(q),
+        v: put(v),
+        a: put(a),
+    }
 }
 
 /// `φ_{L_d}⁻¹(x0, x1)`: the paper's `(x0, (x1 - x0)/h)`, or the declared map.
@@ -191,7 +218,10 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId
     let mut by_position = Vec::new();
     let mut by_velocity = Vec::new();
     for i in 0..n {
-        let (dq, dv) = (graph.derivative(model.lagrangian, Leaf::Q(i)), graph.derivative(model.lagrangian, Leaf::V(i)));
+        let (dq, dv) = (
+            graph.derivative(model.lagrangian, Leaf::Q(i)),
+            graph.derivative(model.lagrangian, Leaf::V(i)),
+        );
         by_position.push(graph.substitute_in(dq, &point, &mut moved));
         by_velocity.push(graph.substitute_in(dv, &point, &mut moved));
     }
@@ -203,8 +233,22 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId
         first.insert(Leaf::X1(i), nodes.q1[i]);
         second.insert(Leaf::X0(i), nodes.q1[i]);
         second.insert(Leaf::X1(i), nodes.q2[i]);
-        change.insert(Leaf::X0(i), Change { before: nodes.q0[i], after: nodes.q1[i], delta: nodes.d0[i] });
-        change.insert(Leaf::X1(i), Change { before: nodes.q1[i], after: nodes.q2[i], delta: nodes.d1[i] });
+        change.insert(
+            Leaf::X0(i),
+            Change {
+                before: nodes.q0[i],
+                after: nodes.q1[i],
+                delta: nodes.d0[i],
+            },
+        );
+        change.insert(
+            Leaf::X1(i),
+            Change {
+                before: nodes.q1[i],
+                after: nodes.q2[i],
+                delta: nodes.d1[i],
+            },
+        );
     }
     let mut changes = HashMap::new();
     let (mut on_first, mut on_second) = (HashMap::new(), HashMap::new());
@@ -247,14 +291,21 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     }
     let mut rows = Vec::new();
     for row in &model.kinematic {
-        rows.push(match row.divide {
-            Some(factor) => graph.div(row.value, factor),
-            None => row.value,
+        rows.push(Equation {
+            value: row.value,
+            divide: row.divide,
         });
     }
     for field in &model.variational {
-        let terms: Vec<_> = field.iter().zip(&force).map(|(&u, &force)| graph.mul(u, force)).collect();
-        rows.push(graph.sum(&terms));
+        let terms: Vec<_> = field
+            .iter()
+            .zip(&force)
+            .map(|(&u, &force)| graph.mul(u, force))
+            .collect();
+        rows.push(Equation {
+            value: graph.sum(&terms),
+            divide: None,
+        });
     }
     ContinuousEquations { rows, force }
 }
@@ -263,7 +314,10 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
 pub(crate) fn energy(model: &Model, graph: &mut Graph) -> NodeId {
     let mut terms = Vec::new();
     for i in 0..model.coordinates.len() {
-        let (momentum, v) = (graph.derivative(model.lagrangian, Leaf::V(i)), graph.leaf(Leaf::V(i)));
+        let (momentum, v) = (
+            graph.derivative(model.lagrangian, Leaf::V(i)),
+            graph.leaf(Leaf::V(i)),
+        );
         terms.push((graph.mul(momentum, v), 1.0));
     }
     terms.push((model.lagrangian, -1.0));

@@ -13,7 +13,11 @@ use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 
 /// Code for some expressions, all at one stage.
-fn code(graph: &Graph, nodes: &[NodeId], leaf: &dyn Fn(Leaf) -> TokenStream) -> (TokenStream, Vec<TokenStream>) {
+fn code(
+    graph: &Graph,
+    nodes: &[NodeId],
+    leaf: &dyn Fn(Leaf) -> TokenStream,
+) -> (TokenStream, Vec<TokenStream>) {
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
@@ -33,8 +37,15 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let discrete_lagrangian = equations::discrete_lagrangian(model, &mut graph);
     let energy = equations::energy(model, &mut graph);
     let continuous = equations::continuous(model, &mut graph);
-    let jacobian: Vec<NodeId> = continuous
+    let rows: Vec<NodeId> = continuous
         .rows
+        .iter()
+        .map(|row| match row.divide {
+            Some(factor) => graph.div(row.value, factor),
+            None => row.value,
+        })
+        .collect();
+    let jacobian: Vec<NodeId> = rows
         .iter()
         .flat_map(|&row| (0..n).map(move |i| (row, i)))
         .map(|(row, i)| graph.derivative(row, Leaf::A(i)))
@@ -46,7 +57,7 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let (energy_code, energy) = code(&graph, &[energy], &argument);
     let (observe_code, observed) = code(&graph, &observed, &of_point);
     let places = (0..observed.len()).map(Literal::usize_unsuffixed);
-    let equations = [continuous.rows.clone(), jacobian].concat();
+    let equations = [rows, jacobian].concat();
     let (continuous_code, results) = code(&graph, &equations, &of_point);
     let (rows, jacobian) = results.split_at(n);
     let jacobian = matrix(jacobian, n);

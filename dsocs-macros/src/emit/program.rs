@@ -31,7 +31,11 @@ enum Op {
     Powf(Value, Value),
     Atan2(Value, Value),
     Select(Comparison, [Value; 4]),
-    Call { callee: usize, args: Vec<Value>, wrt: Vec<usize> },
+    Call {
+        callee: usize,
+        args: Vec<Value>,
+        wrt: Vec<usize>,
+    },
 }
 
 impl Op {
@@ -162,7 +166,11 @@ impl<'g> Program<'g> {
             Op::Leaf(leaf) => (self.stage_of)(*leaf),
             _ => 0,
         };
-        let stage = op.parts().into_iter().map(|part| self.stage(part)).fold(own, usize::max);
+        let stage = op
+            .parts()
+            .into_iter()
+            .map(|part| self.stage(part))
+            .fold(own, usize::max);
         let value = Value(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
         self.ops.push(op.clone());
         self.stages.push(stage);
@@ -189,9 +197,15 @@ impl<'g> Program<'g> {
                     _ => vec![(node, 1)],
                 };
                 let stage = self.node_stage(node);
-                let (late, early): (Vec<_>, Vec<_>) =
-                    factors.into_iter().partition(|&(factor, _)| self.node_stage(factor) == stage);
-                Term { stage, negative: c.get() < 0.0, early: (Bits::new(c.get().abs()), early), late }
+                let (late, early): (Vec<_>, Vec<_>) = factors
+                    .into_iter()
+                    .partition(|&(factor, _)| self.node_stage(factor) == stage);
+                Term {
+                    stage,
+                    negative: c.get() < 0.0,
+                    early: (Bits::new(c.get().abs()), early),
+                    late,
+                }
             })
             .collect()
     }
@@ -201,7 +215,10 @@ impl<'g> Program<'g> {
     fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
         let mut groups: Vec<Vec<Term>> = Vec::new();
         for term in self.terms(terms) {
-            match groups.iter_mut().find(|group| group[0].stage == term.stage && group[0].early == term.early) {
+            match groups
+                .iter_mut()
+                .find(|group| group[0].stage == term.stage && group[0].early == term.early)
+            {
                 Some(group) if !is_one(&term.early) => group.push(term),
                 _ => groups.push(vec![term]),
             }
@@ -298,10 +315,20 @@ impl<'g> Program<'g> {
 
     /// What a term knows early, as a term.
     fn early_term(&mut self, (coefficient, factors): &Early) -> Term {
-        let stage = factors.iter().map(|&(factor, _)| self.node_stage(factor)).max().unwrap_or(0);
-        let (late, early): (Vec<_>, Vec<_>) =
-            factors.iter().partition(|&&(factor, _)| self.node_stage(factor) == stage);
-        Term { stage, negative: false, early: (*coefficient, early), late }
+        let stage = factors
+            .iter()
+            .map(|&(factor, _)| self.node_stage(factor))
+            .max()
+            .unwrap_or(0);
+        let (late, early): (Vec<_>, Vec<_>) = factors
+            .iter()
+            .partition(|&&(factor, _)| self.node_stage(factor) == stage);
+        Term {
+            stage,
+            negative: false,
+            early: (*coefficient, early),
+            late,
+        }
     }
 
     fn lower_early(&mut self, early: &Early) -> Value {
@@ -368,7 +395,11 @@ impl<'g> Program<'g> {
             _ => {
                 let half = self.power(base, n / 2);
                 let square = self.push(Op::Mul(half, half));
-                if n % 2 == 0 { square } else { self.push(Op::Mul(square, base)) }
+                if n % 2 == 0 {
+                    square
+                } else {
+                    self.push(Op::Mul(square, base))
+                }
             }
         }
     }
@@ -438,38 +469,44 @@ impl<'g> Program<'g> {
                 }
             }
         }
+        // numbered in the order in which they are computed, so that the code shows nothing of how it came about
+        let bound: Vec<Value> = needed
+            .iter()
+            .copied()
+            .filter(|value| !matches!(self.op(*value), Op::Constant(_)) && !folded.contains(value))
+            .collect();
+        let names: HashMap<Value, Ident> = bound
+            .iter()
+            .enumerate()
+            // mixed-site hygiene: no name of ours can capture one of the user's
+            .map(|(place, &value)| (value, Ident::new(&format!("n{place}"), Span::mixed_site())))
+            .collect();
+        let operand = |value: Value| match (names.get(&value), self.op(value)) {
+            (Some(name), _) => quote!(#name),
+            (None, Op::Constant(bits)) => number(bits.get()),
+            (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
+        };
         let mut statements = TokenStream::new();
-        for &value in &needed {
-            if matches!(self.op(value), Op::Constant(_)) || folded.contains(&value) {
-                continue;
-            }
-            let name = name(value);
+        for value in bound {
+            let name = &names[&value];
             let right = match given.get(&value) {
                 Some(tokens) => tokens.clone(),
-                None => self.operation(value, &folded, leaf),
+                None => self.operation(value, &folded, &operand, leaf),
             };
             statements.extend(quote!(let #name = #right;));
         }
-        let results = outputs.iter().map(|&output| self.operand(output)).collect();
+        let results = outputs.iter().map(|&output| operand(output)).collect();
         (statements, results)
-    }
-
-    /// A value's name, or the number that it is.
-    fn operand(&self, value: Value) -> TokenStream {
-        if let Op::Constant(bits) = self.op(value) {
-            return number(bits.get());
-        }
-        let name = name(value);
-        quote!(#name)
     }
 
     fn operation(
         &self,
         value: Value,
         folded: &BTreeSet<Value>,
+        operand: &dyn Fn(Value) -> TokenStream,
         leaf: &dyn Fn(Leaf) -> TokenStream,
     ) -> TokenStream {
-        let operand = |value: &Value| self.operand(*value);
+        let operand = |value: &Value| operand(*value);
         match self.op(value) {
             Op::Constant(bits) => number(bits.get()),
             Op::Leaf(which) => leaf(*which),
@@ -538,20 +575,23 @@ impl<'g> Program<'g> {
     }
 }
 
-fn name(value: Value) -> Ident {
-    // mixed-site hygiene: no name of ours can capture one of the user's
-    Ident::new(&format!("n{}", value.0), Span::mixed_site())
-}
-
 /// A number as the generic scalar.
 fn number(value: f64) -> TokenStream {
     let literal = if value.is_nan() {
         quote!(f64::NAN)
     } else if value.is_infinite() {
-        if value > 0.0 { quote!(f64::INFINITY) } else { quote!(f64::NEG_INFINITY) }
+        if value > 0.0 {
+            quote!(f64::INFINITY)
+        } else {
+            quote!(f64::NEG_INFINITY)
+        }
     } else {
         let magnitude = Literal::f64_unsuffixed(value.abs());
-        if value < 0.0 { quote!(-#magnitude) } else { quote!(#magnitude) }
+        if value < 0.0 {
+            quote!(-#magnitude)
+        } else {
+            quote!(#magnitude)
+        }
     };
     quote!(__T::splat(#literal))
 }

@@ -64,7 +64,10 @@ impl Shared {
             parts += 1;
         }
         let parts = current.split_off(originals.len());
-        Self { parts, products: originals.into_iter().zip(current).collect() }
+        Self {
+            parts,
+            products: originals.into_iter().zip(current).collect(),
+        }
     }
 
     /// The product in terms of shared parts.
@@ -83,7 +86,8 @@ fn size(product: &Product) -> u32 {
 }
 
 fn contains(product: &Product, part: &Product) -> bool {
-    part.iter().all(|(factor, count)| product.get(factor).is_some_and(|present| present >= count))
+    part.iter()
+        .all(|(factor, count)| product.get(factor).is_some_and(|present| present >= count))
 }
 
 /// The common part of two products that saves most multiplications.
@@ -125,15 +129,25 @@ mod tests {
     #[test]
     fn the_tangents_of_a_quotient_share_the_quotient() {
         let mut graph = Graph::new();
-        let node = |graph: &mut Graph, i| Factor::Node { node: graph.leaf(Leaf::Z(i)), inverse: false };
+        let node = |graph: &mut Graph, i| Factor::Node {
+            node: graph.leaf(Leaf::Z(i)),
+            inverse: false,
+        };
         let (n, x, y) = (node(&mut graph, 0), node(&mut graph, 1), node(&mut graph, 2));
-        let r = Factor::Node { node: graph.leaf(Leaf::Z(3)), inverse: true };
+        let r = Factor::Node {
+            node: graph.leaf(Leaf::Z(3)),
+            inverse: true,
+        };
         let value = BTreeMap::from([(n.clone(), 1), (r.clone(), 3)]);
         let by_x = BTreeMap::from([(n.clone(), 1), (r.clone(), 5), (x, 1)]);
         let by_y = BTreeMap::from([(n, 1), (r, 5), (y, 1)]);
         let shared = Shared::find(BTreeSet::from([value.clone(), by_x.clone(), by_y.clone()]));
         let (value, by_x, by_y) = (shared.product(value), shared.product(by_x), shared.product(by_y));
         assert_eq!(size(&value), 1, "the value is a part of its own");
-        assert_eq!((size(&by_x), size(&by_y)), (2, 2), "a tangent is one product more");
+        assert_eq!(
+            (size(&by_x), size(&by_y)),
+            (2, 2),
+            "a tangent is one product more"
+        );
     }
 }

@@ -94,7 +94,8 @@ pub(super) fn methods(model: &Model) -> TokenStream {
         step.force.clone(),
     ];
     program.plan(&everything.concat());
-    let mut lower = |nodes: &[NodeId]| -> Vec<Value> { nodes.iter().map(|&node| program.lower(node)).collect() };
+    let mut lower =
+        |nodes: &[NodeId]| -> Vec<Value> { nodes.iter().map(|&node| program.lower(node)).collect() };
     let rows = lower(&unknowns.rows);
     let jacobian = lower(&unknowns.jacobian.concat());
     let second_difference = lower(&unknowns.second_difference);
@@ -104,10 +105,16 @@ pub(super) fn methods(model: &Model) -> TokenStream {
 
     let iterated = [rows.clone(), jacobian.clone(), second_difference.clone()].concat();
     let nothing = BTreeSet::new();
-    let known: BTreeSet<Value> =
-        program.frontier(&iterated, STEP, &nothing).into_iter().filter(|&v| program.stage(v) == STEP).collect();
-    let mut constants: BTreeSet<Value> =
-        program.frontier(&iterated, STEP, &nothing).into_iter().filter(|&v| program.stage(v) == RUN).collect();
+    let known: BTreeSet<Value> = program
+        .frontier(&iterated, STEP, &nothing)
+        .into_iter()
+        .filter(|&v| program.stage(v) == STEP)
+        .collect();
+    let mut constants: BTreeSet<Value> = program
+        .frontier(&iterated, STEP, &nothing)
+        .into_iter()
+        .filter(|&v| program.stage(v) == RUN)
+        .collect();
     let once: Vec<Value> = known.iter().copied().collect();
     constants.extend(program.frontier(&once, RUN, &nothing));
     constants.extend(program.frontier(&[point.clone(), force.clone()].concat(), RUN, &known));

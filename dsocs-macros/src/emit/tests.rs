@@ -1,0 +1,164 @@
+//! What is emitted: some declarations to read, and what must not be there.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use crate::expand::expand;
+
+fn code(declaration: TokenStream, item: TokenStream) -> String {
+    let expanded = expand(declaration, &item);
+    match syn::parse2(expanded.clone()) {
+        Ok(file) => prettyplease::unparse(&file),
+        Err(error) => panic!("not Rust: {error}\n{expanded}"),
+    }
+}
+
+/// The body of one generated method.
+fn method(code: &str, name: &str) -> String {
+    let start = code
+        .find(&format!("    fn {name}<"))
+        .unwrap_or_else(|| panic!("no method {name}"));
+    let rest = &code[start..];
+    rest[..rest.find("\n    }\n").unwrap_or(rest.len())].to_owned()
+}
+
+fn particle(extra: TokenStream) -> String {
+    code(
+        quote! {
+            coordinates(x, y);
+            lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+            let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+            kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature.at(x, y);
+            variational = [(dot(x), dot(y))];
+            #extra
+        },
+        quote! {
+            /// A particle.
+            pub struct CurvedParticle<K: Curvature> {
+                /// Mass [kg]
+                pub mass: f64,
+                pub curvature: K,
+            }
+        },
+    )
+}
+
+#[test]
+fn particle_with_prescribed_curvature() {
+    insta::assert_snapshot!(particle(quote!()));
+}
+
+#[test]
+fn pendulum_with_a_lyapunov_constraint() {
+    let code = code(
+        quote! {
+            coordinates(theta, psi);
+            lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+            let a = 1 / i;
+            let b = -1 / i;
+            let c = 1 / i + 1 / j;
+            let det = a * c - b * b;
+            let gc = d * (n * a - b) / det;
+            let hc = d * (n * b - c) / det;
+            let f = (gc.powi(2) + e) / hc;
+            let p1 = (i + j) * dot(theta) + j * dot(psi);
+            let p2 = j * (dot(theta) + dot(psi));
+            let w = gc * p1 + hc * p2;
+            let lyapunov = f / 2 * p1.powi(2) + hc / 2 * p2.powi(2) + gc * p1 * p2
+                + chi * (1 - (psi - n * theta).cos())
+                + m * e / d * (1 - theta.cos());
+            kinematic = dot(lyapunov) + rho * w.tanh() * w;
+            forces = [(0, 1)];
+            branch = divide(w);
+            observe = [lyapunov];
+        },
+        quote! {
+            pub struct Pendulum {
+                i: f64, j: f64, m: f64, d: f64, e: f64, chi: f64, n: f64, rho: f64,
+            }
+        },
+    );
+    assert!(
+        code.contains("type Unknown<__T: ::dsocs_core::Scalar> = [__T; 1];"),
+        "the linear row is solved for psi"
+    );
+    // the factor w divides the constraint exactly: nothing is divided by it any more
+    let residual = method(&code, "residual");
+    assert!(
+        !residual.contains("recip") && !residual.contains(" / "),
+        "{residual}"
+    );
+    insta::assert_snapshot!(code);
+}
+
+#[test]
+fn a_free_particle_needs_next_to_nothing() {
+    let code = code(
+        quote! {
+            coordinates(x);
+            lagrangian = dot(x).powi(2) / 2;
+        },
+        quote!(
+            struct Free;
+        ),
+    );
+    insta::assert_snapshot!(code);
+}
+
+#[test]
+fn the_papers_maps_written_out_are_the_default() {
+    let written = particle(quote! {
+        phi_lagrangian = |q0, q1| (q0, (q1 - q0) / h);
+        phi_kinematic = |q0, q1, q2| (q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2));
+        phi_variational = |q0, q1, q2| (q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2));
+    });
+    for name in [
+        "constants",
+        "known",
+        "residual",
+        "second_difference",
+        "point",
+        "force",
+        "discrete_lagrangian",
+    ] {
+        assert_eq!(method(&written, name), method(&particle(quote!()), name));
+    }
+}
+
+#[test]
+fn what_the_start_of_the_step_decides_is_not_in_the_iteration() {
+    let code = particle(quote!());
+    assert!(method(&code, "known").contains("curvature"));
+    assert!(!method(&code, "residual").contains("curvature"));
+    assert_eq!(
+        method(&code, "residual").matches("sqrt").count(),
+        1,
+        "one root an iteration"
+    );
+    assert!(!method(&code, "force").contains("curvature"));
+}
+
+#[test]
+fn a_constant_mass_leaves_no_momentum_to_subtract() {
+    let code = particle(quote!());
+    // Q = m e / h², no difference of momenta
+    assert_eq!(method(&code, "force").matches(" - ").count(), 0);
+}
+
+#[test]
+fn an_absent_function_is_not_called() {
+    let code = code(
+        quote! {
+            coordinates(x);
+            lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
+        },
+        quote!(
+            struct Spring {
+                stiffness: f64,
+            }
+        ),
+    );
+    for function in ["sqrt", "sin", "from_lanes", "select"] {
+        assert!(!code.contains(function), "{function}");
+    }
+}

@@ -6,7 +6,8 @@
 
 use std::collections::HashMap;
 
-use super::collapse::Collapse;
+use super::collapse::{Collapse, Variables};
+use super::equations::Equation;
 use crate::graph::{Graph, Leaf, NodeId};
 
 /// The rows that are left, and the second difference, in terms of the unknowns `Z`.
@@ -22,22 +23,24 @@ pub(crate) struct Unknowns {
 }
 
 /// Eliminates what can be and names the rest.
-pub(crate) fn choose(graph: &mut Graph, rows: &[NodeId], n: usize) -> Unknowns {
+pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns {
     let mut rows = rows.to_vec();
     let mut kept: Vec<usize> = (0..n).collect();
     let mut eliminated: Vec<(usize, NodeId)> = Vec::new();
     while rows.len() > 1 {
-        let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) else { break };
+        let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) else {
+            break;
+        };
         let equation = rows.remove(row);
         kept.retain(|&i| i != coordinate);
         let zero = graph.constant(0.0);
-        let rest = graph.substitute(equation, &HashMap::from([(Leaf::E(coordinate), zero)]));
+        let rest = graph.substitute(equation.value, &HashMap::from([(Leaf::E(coordinate), zero)]));
         let quotient = graph.div(rest, coefficient);
         let solution = graph.neg(quotient);
         let map = HashMap::from([(Leaf::E(coordinate), solution)]);
         let mut done = HashMap::new();
-        for row in &mut rows {
-            *row = graph.substitute_in(*row, &map, &mut done);
+        for part in rows.iter_mut().flat_map(Equation::parts) {
+            *part = graph.substitute_in(*part, &map, &mut done);
         }
         for (_, earlier) in &mut eliminated {
             *earlier = graph.substitute_in(*earlier, &map, &mut done);
@@ -54,24 +57,52 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[NodeId], n: usize) -> Unknowns {
         second_difference[i] = solution;
     }
     let mut done = HashMap::new();
-    for node in rows.iter_mut().chain(&mut second_difference) {
-        *node = graph.substitute_in(*node, &names, &mut done);
+    for part in rows
+        .iter_mut()
+        .flat_map(Equation::parts)
+        .chain(&mut second_difference)
+    {
+        *part = graph.substitute_in(*part, &names, &mut done);
     }
-    let mut collapse = Collapse::new(graph);
-    let rows: Vec<_> = rows.into_iter().map(|row| collapse.rewrite(row)).collect();
-    let second_difference: Vec<_> =
-        second_difference.into_iter().map(|component| collapse.rewrite(component)).collect();
+    let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
+    let rows: Vec<NodeId> = rows
+        .into_iter()
+        .map(|row| match row.divide {
+            Some(factor) => graph.quotient(row.value, factor, &leaves),
+            None => row.value,
+        })
+        .collect();
+    let (mut rows, mut second_difference) = (rows, second_difference);
+    for variables in [Variables::Unknowns, Variables::Leg] {
+        let mut collapse = Collapse::new(graph, variables);
+        for node in rows.iter_mut().chain(&mut second_difference) {
+            *node = collapse.rewrite(*node);
+        }
+    }
     let jacobian = rows
         .iter()
-        .map(|&row| (0..kept.len()).map(|j| graph.derivative(row, Leaf::Z(j))).collect())
+        .map(|&row| {
+            (0..kept.len())
+                .map(|j| graph.derivative(row, Leaf::Z(j)))
+                .collect()
+        })
         .collect();
-    Unknowns { rows, jacobian, kept, second_difference }
+    Unknowns {
+        rows,
+        jacobian,
+        kept,
+        second_difference,
+    }
 }
 
 /// A row, a coordinate in whose second difference it is linear, and the coefficient: the simplest there is.
-fn linear_row(graph: &mut Graph, rows: &[NodeId], kept: &[usize]) -> Option<(usize, usize, NodeId)> {
+fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(usize, usize, NodeId)> {
     let mut best: Option<(usize, (usize, usize, NodeId))> = None;
-    for (row, &equation) in rows.iter().enumerate() {
+    for (row, equation) in rows.iter().enumerate() {
+        if equation.divide.is_some() {
+            continue;
+        }
+        let equation = equation.value;
         for &i in kept.iter().rev() {
             if !graph.depends_on(equation, Leaf::E(i)) {
                 continue;
@@ -92,5 +123,10 @@ fn linear_row(graph: &mut Graph, rows: &[NodeId], kept: &[usize]) -> Option<(usi
 
 /// The number of leaves and parameters in an expression written out.
 fn size(graph: &Graph, id: NodeId) -> usize {
-    graph.parts(id).into_iter().map(|part| size(graph, part)).sum::<usize>().max(1)
+    graph
+        .parts(id)
+        .into_iter()
+        .map(|part| size(graph, part))
+        .sum::<usize>()
+        .max(1)
 }

@@ -88,13 +88,16 @@ impl Graph {
         {
             return node;
         }
-        let terms = collected.into_iter().map(|(node, coefficient)| (node, Bits::new(coefficient))).collect();
+        let terms = collected
+            .into_iter()
+            .map(|(node, coefficient)| (node, Bits::new(coefficient)))
+            .collect();
         self.intern(Node::Sum(Bits::new(constant), terms))
     }
 
     /// The number that scales a node, and the node without it: `3 x y` is `(3, x y)`. A sum with several terms gives
-    /// its common factor: the coefficient of its first term if all have the same size, else 1.
-    fn split(&mut self, node: NodeId) -> (f64, NodeId) {
+    /// its common factor, the coefficient of its first term, if all have the same size, else the sign of its first term.
+    pub(super) fn split(&mut self, node: NodeId) -> (f64, NodeId) {
         match self.node(node) {
             Node::Constant(value) => {
                 let value = value.get();
@@ -102,9 +105,16 @@ impl Graph {
             }
             Node::Sum(constant, terms) => {
                 let common = terms[0].1.get();
-                let uniform = terms.iter().all(|(_, coefficient)| coefficient.get().abs() == common.abs());
+                let uniform = terms
+                    .iter()
+                    .all(|(_, coefficient)| coefficient.get().abs() == common.abs());
                 let whole = constant.get() % common == 0.0;
-                if common == 1.0 || !uniform || !whole {
+                let common = match (uniform && whole, common < 0.0) {
+                    (true, _) => common,
+                    (false, true) => -1.0,
+                    (false, false) => 1.0,
+                };
+                if common == 1.0 {
                     return (1.0, node);
                 }
                 let constant = constant.get() / common;
@@ -202,7 +212,11 @@ impl Graph {
             callees.push(callee);
             callees.len() - 1
         });
-        self.intern(Node::Call { callee, args: args.to_vec(), wrt: Vec::new() })
+        self.intern(Node::Call {
+            callee,
+            args: args.to_vec(),
+            wrt: Vec::new(),
+        })
     }
 
     pub(crate) fn call_partial(&mut self, callee: usize, args: Vec<NodeId>, wrt: Vec<usize>) -> NodeId {
@@ -214,7 +228,11 @@ impl Graph {
         match self.node(id).clone() {
             Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
             Node::Sum(constant, terms) => {
-                let terms: Vec<_> = parts.iter().zip(&terms).map(|(&part, term)| (part, term.1.get())).collect();
+                let terms: Vec<_> = parts
+                    .iter()
+                    .zip(&terms)
+                    .map(|(&part, term)| (part, term.1.get()))
+                    .collect();
                 self.linear(constant.get(), &terms)
             }
             Node::Product(factors) => {
@@ -247,8 +265,11 @@ impl Graph {
         let result = if let Node::Leaf(leaf) = self.node(id) {
             map.get(leaf).copied().unwrap_or(id)
         } else {
-            let parts: Vec<_> =
-                self.parts(id).into_iter().map(|part| self.substitute_in(part, map, done)).collect();
+            let parts: Vec<_> = self
+                .parts(id)
+                .into_iter()
+                .map(|part| self.substitute_in(part, map, done))
+                .collect();
             self.rebuild(id, &parts)
         };
         done.insert(id, result);

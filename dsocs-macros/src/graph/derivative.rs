@@ -15,8 +15,10 @@ impl Graph {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
             Node::Leaf(_) => self.constant(1.0),
             Node::Sum(_, terms) => {
-                let terms: Vec<_> =
-                    terms.iter().map(|&(term, c)| (self.derivative(term, leaf), c.get())).collect();
+                let terms: Vec<_> = terms
+                    .iter()
+                    .map(|&(term, c)| (self.derivative(term, leaf), c.get()))
+                    .collect();
                 self.linear(0.0, &terms)
             }
             Node::Product(factors) => {

@@ -34,10 +34,16 @@ impl Graph {
         }
         let zero = self.constant(0.0);
         let change = match self.node(id).clone() {
-            Node::Leaf(leaf) => {
-                leaves.get(&leaf).copied().unwrap_or(Change { before: id, after: id, delta: zero })
-            }
-            Node::Constant(_) | Node::Param(_) => Change { before: id, after: id, delta: zero },
+            Node::Leaf(leaf) => leaves.get(&leaf).copied().unwrap_or(Change {
+                before: id,
+                after: id,
+                delta: zero,
+            }),
+            Node::Constant(_) | Node::Param(_) => Change {
+                before: id,
+                after: id,
+                delta: zero,
+            },
             node => {
                 let parts: Vec<Change> = self
                     .parts(id)
@@ -53,8 +59,11 @@ impl Graph {
                 } else {
                     match node {
                         Node::Sum(_, terms) => {
-                            let terms: Vec<_> =
-                                parts.iter().zip(&terms).map(|(part, term)| (part.delta, term.1.get())).collect();
+                            let terms: Vec<_> = parts
+                                .iter()
+                                .zip(&terms)
+                                .map(|(part, term)| (part.delta, term.1.get()))
+                                .collect();
                             self.linear(0.0, &terms)
                         }
                         Node::Product(factors) => {
@@ -80,12 +89,17 @@ impl Graph {
     fn power_change(&mut self, x: Change, exponent: i32) -> Change {
         let (before, after) = (self.powi(x.before, exponent), self.powi(x.after, exponent));
         if before == after {
-            return Change { before, after, delta: self.constant(0.0) };
+            return Change {
+                before,
+                after,
+                delta: self.constant(0.0),
+            };
         }
         // x₊ⁿ - x₋ⁿ = Δx (x₊ⁿ⁻¹ + x₊ⁿ⁻² x₋ + … + x₋ⁿ⁻¹)
         let count = exponent.abs();
-        let terms: Vec<_> =
-            (0..count).map(|k| self.product(&[(x.after, count - 1 - k), (x.before, k)])).collect();
+        let terms: Vec<_> = (0..count)
+            .map(|k| self.product(&[(x.after, count - 1 - k), (x.before, k)]))
+            .collect();
         let mean = self.sum(&terms);
         let mut delta = self.mul(x.delta, mean);
         if exponent < 0 {
@@ -134,8 +148,7 @@ impl Graph {
                 self.div(x.delta, sum)
             }
             Unary::Cbrt => {
-                let terms =
-                    [self.powi(before, 2), self.mul(before, after), self.powi(after, 2)];
+                let terms = [self.powi(before, 2), self.mul(before, after), self.powi(after, 2)];
                 let sum = self.sum(&terms);
                 self.div(x.delta, sum)
             }

@@ -7,11 +7,14 @@
 //! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
+//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`]);
 //! - code, through [`crate::emit::program`].
 
 mod build;
 mod derivative;
 mod difference;
+mod identity;
+mod quotient;
 
 use std::collections::HashMap;
 
@@ -130,7 +133,11 @@ pub(crate) enum Node {
     Select(Comparison, [NodeId; 4]),
     /// A partial derivative of a user's function, by its place in [`Graph::callees`]; `wrt` lists the arguments
     /// with respect to which it is differentiated, in ascending order (empty: the function's value).
-    Call { callee: usize, args: Vec<NodeId>, wrt: Vec<usize> },
+    Call {
+        callee: usize,
+        args: Vec<NodeId>,
+        wrt: Vec<usize>,
+    },
 }
 
 /// The set of leaves that a node depends on, as bits.
@@ -147,7 +154,9 @@ impl Dependence {
     }
 
     fn contains(&self, bit: usize) -> bool {
-        self.0.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1)
+        self.0
+            .get(bit / 64)
+            .is_some_and(|word| word >> (bit % 64) & 1 == 1)
     }
 
     fn extend(&mut self, other: &Self) {
@@ -173,6 +182,7 @@ pub(crate) struct Graph {
     callees: Vec<Callee>,
     callee_texts: HashMap<String, usize>,
     derivatives: HashMap<(NodeId, Leaf), NodeId>,
+    residues: identity::Residues,
 }
 
 impl Graph {
@@ -207,13 +217,19 @@ impl Graph {
     }
 
     pub(crate) fn depends_on(&self, id: NodeId, leaf: Leaf) -> bool {
-        self.leaf_bits.get(&leaf).is_some_and(|&bit| self.dependence[id.index()].contains(bit))
+        self.leaf_bits
+            .get(&leaf)
+            .is_some_and(|&bit| self.dependence[id.index()].contains(bit))
     }
 
     /// Every leaf that a node depends on.
     pub(crate) fn leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
         let dependence = &self.dependence[id.index()];
-        self.leaves.iter().enumerate().filter(|&(bit, _)| dependence.contains(bit)).map(|(_, &leaf)| leaf)
+        self.leaves
+            .iter()
+            .enumerate()
+            .filter(|&(bit, _)| dependence.contains(bit))
+            .map(|(_, &leaf)| leaf)
     }
 
     /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.

@@ -93,7 +93,11 @@ fn equal_expressions_are_one_node() {
 #[test]
 fn the_normal_form_of_differences_finds_the_second_difference() {
     let mut graph = Graph::new();
-    let (n, d, e) = (graph.leaf(Leaf::N(0)), graph.leaf(Leaf::D(0)), graph.leaf(Leaf::E(0)));
+    let (n, d, e) = (
+        graph.leaf(Leaf::N(0)),
+        graph.leaf(Leaf::D(0)),
+        graph.leaf(Leaf::E(0)),
+    );
     let q0 = graph.sub(n, d);
     let q2 = graph.sum(&[n, d, e]);
     let second = graph.linear(0.0, &[(q2, 1.0), (n, -2.0), (q0, 1.0)]);
@@ -107,7 +111,10 @@ fn derivatives_agree_with_central_differences() {
         for (k, leaf) in [Leaf::Q(0), Leaf::Q(1)].into_iter().enumerate() {
             let derivative = graph.derivative(id, leaf);
             let at = |shift: f64| {
-                let point = [0.53 + if k == 0 { shift } else { 0.0 }, 0.81 + if k == 1 { shift } else { 0.0 }];
+                let point = [
+                    0.53 + if k == 0 { shift } else { 0.0 },
+                    0.81 + if k == 1 { shift } else { 0.0 },
+                ];
                 move |leaf: Leaf| if leaf == Leaf::Q(0) { point[0] } else { point[1] }
             };
             let exact = value(&graph, derivative, &at(0.0));
@@ -146,10 +153,17 @@ fn differences_agree_with_subtraction_and_keep_digits_that_it_loses() {
         let change = graph.difference(id, &leaves, &|leaf| matches!(leaf, Leaf::E(_)), &mut done);
         let coarse = value(&graph, change.delta, &at(0.01));
         let plain = value(&graph, change.after, &at(0.01)) - value(&graph, change.before, &at(0.01));
-        assert!((coarse - plain).abs() <= 1e-14, "{:?}: {coarse} against {plain}", graph.node(id));
+        assert!(
+            (coarse - plain).abs() <= 1e-14,
+            "{:?}: {coarse} against {plain}",
+            graph.node(id)
+        );
         // at 1e-9 subtraction keeps 7 digits; what has a rule of its own keeps all
         if matches!(graph.node(id), Node::Product(_) | Node::Sum(..))
-            || matches!(graph.node(id), Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Exp, _))
+            || matches!(
+                graph.node(id),
+                Node::Unary(Unary::Sin | Unary::Cos | Unary::Tanh | Unary::Exp, _)
+            )
         {
             let fine = value(&graph, change.delta, &at(1e-9));
             let finer = value(&graph, change.delta, &at(0.5e-9));

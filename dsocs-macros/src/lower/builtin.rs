@@ -55,8 +55,14 @@ const BUILTINS: [(&str, Builtin); 34] = [
     ("powf", Builtin::Two(Graph::powf)),
     ("atan2", Builtin::Two(Graph::atan2)),
     ("hypot", Builtin::Two(hypot)),
-    ("min", Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, x, y))),
-    ("max", Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, y, x))),
+    (
+        "min",
+        Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, x, y)),
+    ),
+    (
+        "max",
+        Builtin::Two(|g, x, y| g.select(Comparison::Lt, x, y, y, x)),
+    ),
     ("mul_add", Builtin::Three(mul_add)),
     ("powi", Builtin::Powi),
 ];
@@ -89,7 +95,10 @@ const NOT_SUPPORTED: [&str; 21] = [
 impl Builtin {
     /// The function of that name.
     pub(super) fn find(name: &str) -> Option<Self> {
-        BUILTINS.iter().find(|(known, _)| *known == name).map(|(_, builtin)| *builtin)
+        BUILTINS
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, builtin)| *builtin)
     }
 
     /// The names of all functions.
@@ -114,7 +123,13 @@ pub(super) fn is_not_supported(name: &str) -> bool {
 
 impl Lowering<'_> {
     /// A call of a builtin function.
-    pub(super) fn builtin(&mut self, builtin: Builtin, name: &Ident, receiver: &Expr, arguments: &[&Expr]) -> Lowered {
+    pub(super) fn builtin(
+        &mut self,
+        builtin: Builtin,
+        name: &Ident,
+        receiver: &Expr,
+        arguments: &[&Expr],
+    ) -> Lowered {
         let value = self.expr(receiver);
         if arguments.len() != builtin.arguments() {
             let expected = match builtin.arguments() {
@@ -124,7 +139,10 @@ impl Lowering<'_> {
             };
             return Err(self.errors.at(
                 name,
-                format!("expected {expected} in the parentheses of `{name}`, found {}", arguments.len()),
+                format!(
+                    "expected {expected} in the parentheses of `{name}`, found {}",
+                    arguments.len()
+                ),
             ));
         }
         if let Builtin::Powi = builtin {
@@ -161,7 +179,9 @@ impl Lowering<'_> {
 fn integer(expr: &Expr) -> Option<String> {
     match bare(expr) {
         Expr::Lit(literal) => match &literal.lit {
-            Lit::Int(digits) if matches!(digits.suffix(), "" | "i32") => Some(digits.base10_digits().to_owned()),
+            Lit::Int(digits) if matches!(digits.suffix(), "" | "i32") => {
+                Some(digits.base10_digits().to_owned())
+            }
             _ => None,
         },
         _ => None,

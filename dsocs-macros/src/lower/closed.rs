@@ -8,6 +8,7 @@ use syn::{Expr, ExprCall, ExprPath, FieldValue, Member, PatIdent, Token};
 
 use super::Lowering;
 use crate::errors::Reported;
+use crate::input::place;
 use crate::names::{Binding, RESERVED, Scope};
 use crate::parse::plain_name;
 
@@ -41,7 +42,11 @@ impl Lowering<'_> {
     pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
         let mut bound = Bound::default();
         bound.visit_expr(expr);
-        let mut rewrite = Rewrite { lowering: self, bound: bound.0, wrong: None };
+        let mut rewrite = Rewrite {
+            lowering: self,
+            bound: bound.0,
+            wrong: None,
+        };
         let mut expr = expr.clone();
         rewrite.visit_expr_mut(&mut expr);
         rewrite.wrong.map_or_else(|| Ok(expr.into_token_stream()), Err)
@@ -70,15 +75,13 @@ impl Rewrite<'_, '_> {
         if self.bound.iter().any(|bound| name == bound) {
             return None;
         }
-        match self.lowering.scope.get(name) {
-            Some(Binding::Field(index)) => self.lowering.fields.get(*index).map(|field| field.place(name)),
-            _ => {
-                if let Err(reported) = self.lowering.check_free_name(name) {
-                    self.wrong = Some(reported);
-                }
-                None
-            }
+        if let Some(Binding::Field(_)) = self.lowering.scope.get(name) {
+            return Some(place(name));
         }
+        if let Err(reported) = self.lowering.check_free_name(name) {
+            self.wrong = Some(reported);
+        }
+        None
     }
 }
 
@@ -100,11 +103,9 @@ impl VisitMut for Rewrite<'_, '_> {
 
     fn visit_expr_call_mut(&mut self, call: &mut ExprCall) {
         match plain_name(&call.func).map(|name| (name, self.lowering.scope.get(name))) {
-            Some((name, Some(Binding::Field(index)))) => {
-                if let Some(field) = self.lowering.fields.get(*index) {
-                    let place = field.place(name);
-                    *call.func = Expr::Verbatim(quote_spanned!(name.span()=> (#place)));
-                }
+            Some((name, Some(Binding::Field(_)))) => {
+                let place = place(name);
+                *call.func = Expr::Verbatim(quote_spanned!(name.span()=> (#place)));
             }
             // a function of the user's
             Some(_) => {}

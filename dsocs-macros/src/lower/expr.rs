@@ -1,15 +1,13 @@
 //! The meaning of an expression: a node of the graph.
 
-use proc_macro2::{Ident, TokenStream};
-use quote::{ToTokens, quote, quote_spanned};
-use syn::{BinOp, Block, Expr, ExprCall, ExprField, ExprIf, ExprLit, ExprMethodCall, ExprPath, Lit, Member, Stmt, UnOp};
+use proc_macro2::Ident;
+use quote::{ToTokens, quote};
+use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use super::builtin::{Builtin, is_not_supported};
 use super::closed::is_closed;
-use super::{Lowered, Lowering, Origin};
+use super::{Lowered, Lowering};
 use crate::errors::Reported;
-use crate::graph::{Callee, Comparison, Leaf, NodeId};
-use crate::input::Kind;
+use crate::graph::{Comparison, Leaf, NodeId};
 use crate::names::{Binding, did_you_mean, nearest};
 use crate::parse::{bare, plain_let, plain_name};
 
@@ -27,7 +25,9 @@ impl Lowering<'_> {
                     Ok(self.graph.neg(value))
                 }
                 UnOp::Deref(_) if is_closed(expr, &self.scope) => self.param(expr),
-                _ => Err(self.errors.at(unary, "expected a number; the only sign before one is `-`")),
+                _ => Err(self
+                    .errors
+                    .at(unary, "expected a number; the only sign before one is `-`")),
             },
             Expr::Binary(binary) => self.binary(&binary.left, &binary.op, &binary.right),
             Expr::Block(block) if block.label.is_none() => self.block(&block.block, Self::expr),
@@ -48,14 +48,17 @@ impl Lowering<'_> {
                 if is_closed(expr, &self.scope) {
                     return self.param(expr);
                 }
-                Err(self.errors.at(cast, "every expression is a number already; expected it without `as`"))
+                Err(self.errors.at(
+                    cast,
+                    "every expression is a number already; expected it without `as`",
+                ))
             }
             other => Err(self.errors.at(other, not_a_number(other))),
         }
     }
 
     /// An expression of the parameters alone, as it stands.
-    fn param(&mut self, expr: &Expr) -> Lowered {
+    pub(super) fn param(&mut self, expr: &Expr) -> Lowered {
         let tokens = self.closed(expr)?;
         Ok(self.graph.param(tokens))
     }
@@ -67,7 +70,10 @@ impl Lowering<'_> {
             other => return Err(self.errors.at(other, "expected a number")),
         };
         if !matches!(suffix, "" | "f64") {
-            return Err(self.errors.at(literal, format!("every number is an `f64`; expected it without the suffix `{suffix}`")));
+            return Err(self.errors.at(
+                literal,
+                format!("every number is an `f64`; expected it without the suffix `{suffix}`"),
+            ));
         }
         match digits.parse() {
             Ok(value) => Ok(self.graph.constant(value)),
@@ -82,7 +88,9 @@ impl Lowering<'_> {
         };
         let node = match self.scope.get(name) {
             Some(Binding::Field(index)) => {
-                let Some(field) = self.fields.get(*index) else { return self.unknown(name) };
+                let Some(field) = self.fields.get(*index) else {
+                    return self.unknown(name);
+                };
                 let tokens = field.number(name, self.errors)?;
                 return Ok(self.graph.param(tokens));
             }
@@ -133,7 +141,8 @@ impl Lowering<'_> {
     pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
         let text = name.to_string();
         let message = match text.as_str() {
-            "h" => "the step `h` is known in the maps only: a system is continuous until they discretize it".to_owned(),
+            "h" => "the step `h` is known in the maps only: a system is continuous until they discretize it"
+                .to_owned(),
             "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
             _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
@@ -146,7 +155,10 @@ impl Lowering<'_> {
                 });
                 match nearest(&text, known) {
                     Some(near) => format!("no name `{text}` is known here; did you mean `{near}`?"),
-                    None => format!("no name `{text}` is known here; expected {}", self.kinds_of_names()),
+                    None => format!(
+                        "no name `{text}` is known here; expected {}",
+                        self.kinds_of_names()
+                    ),
                 }
             }
         };
@@ -190,7 +202,10 @@ impl Lowering<'_> {
     ) -> Result<T, Reported> {
         let outer = self.scope.len();
         let Some((Stmt::Expr(last, None), statements)) = block.stmts.split_last() else {
-            return Err(self.errors.at(block, "expected a block that ends with an expression, without `;`"));
+            return Err(self.errors.at(
+                block,
+                "expected a block that ends with an expression, without `;`",
+            ));
         };
         let mut wrong = None;
         for statement in statements {
@@ -221,7 +236,10 @@ impl Lowering<'_> {
         let then = self.block(&choice.then_branch, Self::expr);
         let otherwise = match &choice.else_branch {
             Some((_, otherwise)) => self.expr(otherwise),
-            None => Err(self.errors.at(choice.if_token, "expected `else`: the expression needs a value in both cases")),
+            None => Err(self.errors.at(
+                choice.if_token,
+                "expected `else`: the expression needs a value in both cases",
+            )),
         };
         match (then, otherwise) {
             (Ok(then), Ok(otherwise)) => self.select(&choice.cond, then, otherwise),
@@ -252,16 +270,22 @@ impl Lowering<'_> {
                 let (left, right) = if swapped { (right?, left?) } else { (left?, right?) };
                 Ok(self.graph.select(op, left, right, then, otherwise))
             }
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => self.select(&unary.expr, otherwise, then),
+            Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
+                self.select(&unary.expr, otherwise, then)
+            }
             other => self.flag(other, then, otherwise),
         }
     }
 
     /// A condition that the graph cannot see into, such as a field of type `bool`.
     fn flag(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
-        let is_opaque = !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && is_closed(condition, &self.scope);
+        let is_opaque =
+            !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && is_closed(condition, &self.scope);
         if !is_opaque {
-            return Err(self.errors.at(condition, "expected a comparison of numbers by `<`, `<=`, `>` or `>=`"));
+            return Err(self.errors.at(
+                condition,
+                "expected a comparison of numbers by `<`, `<=`, `>` or `>=`",
+            ));
         }
         let condition = self.closed(condition)?;
         let flag = self.graph.param(quote!(::core::primitive::f64::from(#condition)));
@@ -269,160 +293,14 @@ impl Lowering<'_> {
         Ok(self.graph.select(Comparison::Lt, zero, flag, then, otherwise))
     }
 
-    fn call(&mut self, call: &ExprCall, whole: &Expr) -> Lowered {
-        let arguments: Vec<_> = call.args.iter().collect();
-        if let Some(name) = plain_name(&call.func) {
-            let text = name.to_string();
-            match self.scope.get(name) {
-                Some(Binding::Field(index)) => {
-                    if let Some(field) = self.fields.get(*index)
-                        && !is_closed(whole, &self.scope)
-                    {
-                        let place = field.place(name);
-                        return self.opaque(Callee::Function(quote_spanned!(name.span()=> (#place))), None, &arguments);
-                    }
-                }
-                Some(binding) => {
-                    let kind = binding.kind();
-                    let message = format!("expected a function, but `{name}` is {kind}; a product is written with `*`");
-                    return Err(self.errors.at(name, message));
-                }
-                None if text == "dot" || text == "ddot" => return self.dot(name, call),
-                None if Builtin::find(&text).is_some() => {
-                    return Err(self.errors.at(
-                        name,
-                        format!("functions of numbers are methods in Rust: expected `(…).{text}()` or `f64::{text}(…)`"),
-                    ));
-                }
-                None => {}
-            }
-        } else if let Expr::Path(path) = &*call.func
-            && path.qself.is_none()
-            && path.path.segments.len() == 2
-            && path.path.segments[0].ident == "f64"
-        {
-            let name = &path.path.segments[1].ident;
-            let builtin = Builtin::find(&name.to_string());
-            if let (Some(builtin), Some((receiver, rest))) = (builtin, arguments.split_first()) {
-                return self.builtin(builtin, name, receiver, rest);
-            }
-            if !is_closed(whole, &self.scope) {
-                let hint = did_you_mean(&name.to_string(), Builtin::names());
-                return Err(self.errors.at(
-                    name,
-                    format!("`f64::{name}` has no derivative that is known here{hint}"),
-                ));
-            }
-        }
-        if is_closed(whole, &self.scope) {
-            return self.param(whole);
-        }
-        let callee = match &*call.func {
-            Expr::Path(path) => path.to_token_stream(),
-            other if is_closed(other, &self.scope) => self.closed(other)?,
-            other => return Err(self.errors.at(other, "expected the name of a function")),
-        };
-        self.opaque(Callee::Function(callee), None, &arguments)
-    }
-
-    fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Lowered {
-        let name = call.method.to_string();
-        let arguments: Vec<_> = call.args.iter().collect();
-        if let Some(builtin) = Builtin::find(&name)
-            && !self.is_no_number(&call.receiver)
-        {
-            return self.builtin(builtin, &call.method, &call.receiver, &arguments);
-        }
-        if is_closed(whole, &self.scope) {
-            return self.param(whole);
-        }
-        if is_closed(&call.receiver, &self.scope) {
-            let receiver = self.closed(&call.receiver)?;
-            let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
-            let callee: TokenStream = quote!(#receiver #dot #method #turbofish);
-            return self.opaque(Callee::Function(callee), None, &arguments);
-        }
-        if let Some(turbofish) = &call.turbofish {
-            return Err(self.errors.at(turbofish, "expected no type arguments: the type of the number varies"));
-        }
-        let receiver = self.expr(&call.receiver)?;
-        if is_not_supported(&name) && self.graph.leaves(receiver).next().is_some() {
-            return Err(self.errors.at(
-                &call.method,
-                format!(
-                    "`{name}` has no derivative along the motion; \
-                     expected a smooth function, `if … {{ … }} else {{ … }}`, `min` or `max`"
-                ),
-            ));
-        }
-        self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
-    }
-
-    fn opaque(&mut self, callee: Callee, receiver: Option<NodeId>, arguments: &[&Expr]) -> Lowered {
-        let arguments: Vec<_> = arguments.iter().map(|argument| self.argument(argument)).collect();
-        let arguments: Vec<_> = receiver.into_iter().map(Ok).chain(arguments).collect::<Result<_, _>>()?;
-        Ok(self.graph.call(callee, &arguments))
-    }
-
-    /// An argument of a function of the user's.
-    fn argument(&mut self, argument: &Expr) -> Lowered {
-        if let Expr::Reference(reference) = argument {
-            return Err(self.errors.at(
-                reference,
-                "expected a number: the arguments of a function are numbers; \
-                 a function that needs other data is a method of them, `data.function(x)`",
-            ));
-        }
-        self.expr(argument)
-    }
-
-    /// Whether an expression is a field whose type is not known to be a number.
-    fn is_no_number(&self, expr: &Expr) -> bool {
-        let field = plain_name(bare(expr)).and_then(|name| match self.scope.get(name) {
-            Some(Binding::Field(index)) => self.fields.get(*index),
-            _ => None,
-        });
-        field.is_some_and(|field| !matches!(field.kind, Kind::Number | Kind::Exact))
-    }
-
-    /// `dot(e)` or `ddot(e)`.
-    fn dot(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
-        let Some(argument) = call.args.first().filter(|_| call.args.len() == 1) else {
-            return Err(self.errors.at(call, format!("expected one argument, `{name}(…)`, found {}", call.args.len())));
-        };
-        if self.component.is_some() {
-            return Err(self.errors.at(
-                name,
-                "a map knows the nodes, not the motion; expected a difference quotient, such as `(q1 - q0) / h`",
-            ));
-        }
-        let mut value = self.expr(argument)?;
-        let times = if name == "ddot" { 2 } else { 1 };
-        let order = self.graph.order(value).map_or(0, |order| order + times);
-        if order > 2 {
-            return Err(self.errors.at(
-                call,
-                format!("this derivative is of order {order}; expected at most order 2, an acceleration"),
-            ));
-        }
-        for _ in 0..times {
-            value = self.graph.total_derivative(value);
-        }
-        self.remember(call, value);
-        Ok(value)
-    }
-
-    fn remember(&mut self, tokens: impl ToTokens, node: NodeId) {
-        if let Some(order) = self.graph.order(node) {
-            self.origins.push(Origin { tokens: tokens.into_token_stream(), order });
-        }
-    }
-
     fn field(&mut self, field: &ExprField, whole: &Expr) -> Lowered {
         if is_closed(whole, &self.scope) {
             if let Some(name) = plain_name(&field.base).filter(|name| *name == "self") {
                 let member = field.member.to_token_stream();
-                return Err(self.errors.at(name, format!("expected `{member}`: a parameter stands without `self`")));
+                return Err(self.errors.at(
+                    name,
+                    format!("expected `{member}`: a parameter stands without `self`"),
+                ));
             }
             return self.param(whole);
         }
@@ -450,15 +328,21 @@ impl Lowering<'_> {
     fn coordinate(&self, member: &Member) -> Result<usize, Reported> {
         let n = self.coordinates.len();
         match member {
-            Member::Named(name) => self.coordinates.iter().position(|known| known == name).ok_or_else(|| {
-                let names: Vec<_> = self.coordinates.iter().map(ToString::to_string).collect();
-                let hint = did_you_mean(&name.to_string(), names.iter().map(String::as_str));
-                self.errors.at(name, format!("no coordinate is called `{name}`{hint}"))
-            }),
+            Member::Named(name) => self
+                .coordinates
+                .iter()
+                .position(|known| known == name)
+                .ok_or_else(|| {
+                    let names: Vec<_> = self.coordinates.iter().map(ToString::to_string).collect();
+                    let hint = did_you_mean(&name.to_string(), names.iter().map(String::as_str));
+                    self.errors
+                        .at(name, format!("no coordinate is called `{name}`{hint}"))
+                }),
             Member::Unnamed(index) if (index.index as usize) < n => Ok(index.index as usize),
-            Member::Unnamed(index) => {
-                Err(self.errors.at(index, format!("expected a coordinate's index, from 0 to {}", n - 1)))
-            }
+            Member::Unnamed(index) => Err(self.errors.at(
+                index,
+                format!("expected a coordinate's index, from 0 to {}", n - 1),
+            )),
         }
     }
 }
@@ -477,7 +361,9 @@ fn not_a_number(expr: &Expr) -> &'static str {
     match expr {
         Expr::Tuple(_) => "expected a number, found a tuple",
         Expr::Array(_) | Expr::Repeat(_) => "expected a number, found a list",
-        Expr::Closure(_) => "expected a number, found a closure; a function of the struct's own is a field or a method",
+        Expr::Closure(_) => {
+            "expected a number, found a closure; a function of the struct's own is a field or a method"
+        }
         Expr::Macro(_) => "a macro cannot be seen into: expected the expression itself, or a function",
         Expr::Match(_) => "expected a number; a choice is written `if … { … } else { … }`",
         Expr::Reference(_) => "expected a number, without `&`",

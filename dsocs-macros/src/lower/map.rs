@@ -13,14 +13,20 @@ use crate::parse::bare;
 impl Lowering<'_> {
     /// The `K` vectors of a map: `q, v` of the first order map (of two nodes), `q, v, a` of the others (of three).
     pub(super) fn map<const K: usize>(&mut self, map: &Map) -> Result<[Vec<NodeId>; K], Reported> {
-        let expected = if K == 2 { "|q0, q1| (q, v)" } else { "|q0, q1, q2| (q, v, a)" };
+        let expected = if K == 2 {
+            "|q0, q1| (q, v)"
+        } else {
+            "|q0, q1, q2| (q, v, a)"
+        };
         let keyword = &map.keyword;
         let closure = &map.closure;
         let outer = self.scope.len();
         let mut wrong = None;
         if closure.inputs.len() != K {
-            let message =
-                format!("expected {K} nodes, `{keyword} = {expected};`, found {}", closure.inputs.len());
+            let message = format!(
+                "expected {K} nodes, `{keyword} = {expected};`, found {}",
+                closure.inputs.len()
+            );
             wrong = Some(if closure.inputs.is_empty() {
                 self.errors.at(keyword, message)
             } else {
@@ -28,7 +34,10 @@ impl Lowering<'_> {
             });
         }
         if let ReturnType::Type(_, ty) = &closure.output {
-            wrong = Some(self.errors.at(ty, "no type is written here: a map's values are vectors of numbers"));
+            wrong = Some(self.errors.at(
+                ty,
+                "no type is written here: a map's values are vectors of numbers",
+            ));
         }
         for (index, input) in closure.inputs.iter().enumerate() {
             match node_name(input) {
@@ -40,12 +49,11 @@ impl Lowering<'_> {
             }
         }
         // with another number of nodes the body would bring a second error for the same mistake
-        let value = match wrong {
-            Some(reported) => Err(reported),
-            None => {
-                self.component = Some(0);
-                self.vectors(&closure.body, keyword, expected)
-            }
+        let value = if let Some(reported) = wrong {
+            Err(reported)
+        } else {
+            self.component = Some(0);
+            self.vectors(&closure.body, keyword, expected)
         };
         self.component = None;
         self.scope.truncate(outer);
@@ -60,21 +68,28 @@ impl Lowering<'_> {
         expected: &str,
     ) -> Result<[Vec<NodeId>; K], Reported> {
         match bare(body) {
-            Expr::Block(block) if block.label.is_none() => {
-                self.block(&block.block, |lowering, last| lowering.vectors(last, keyword, expected))
-            }
+            Expr::Block(block) if block.label.is_none() => self.block(&block.block, |lowering, last| {
+                lowering.vectors(last, keyword, expected)
+            }),
             Expr::Tuple(tuple) if tuple.elems.len() == K => {
                 let vectors: Vec<_> = tuple.elems.iter().map(|element| self.vector(element)).collect();
                 let vectors: Vec<_> = vectors.into_iter().collect::<Result<_, _>>()?;
-                vectors
-                    .try_into()
-                    .map_err(|_| self.errors.at(tuple, format!("expected `{keyword} = {expected};`")))
+                vectors.try_into().map_err(|_| {
+                    self.errors
+                        .at(tuple, format!("expected `{keyword} = {expected};`"))
+                })
             }
             Expr::Tuple(tuple) => Err(self.errors.at(
                 tuple,
-                format!("expected {K} vectors, `{keyword} = {expected};`, found {}", tuple.elems.len()),
+                format!(
+                    "expected {K} vectors, `{keyword} = {expected};`, found {}",
+                    tuple.elems.len()
+                ),
             )),
-            other => Err(self.errors.at(other, format!("expected a tuple of {K} vectors, `{keyword} = {expected};`"))),
+            other => Err(self.errors.at(
+                other,
+                format!("expected a tuple of {K} vectors, `{keyword} = {expected};`"),
+            )),
         }
     }
 
@@ -99,7 +114,10 @@ impl Lowering<'_> {
             }
             Expr::Tuple(tuple) => Err(self.errors.at(
                 tuple,
-                format!("expected {n} components, one for each coordinate, found {}", tuple.elems.len()),
+                format!(
+                    "expected {n} components, one for each coordinate, found {}",
+                    tuple.elems.len()
+                ),
             )),
             Expr::Block(block) if block.label.is_none() => self.block(&block.block, Self::components),
             // a mistake in one component is a mistake in all of them: the first one ends it

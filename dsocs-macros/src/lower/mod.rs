@@ -1,6 +1,7 @@
 //! The declaration's expressions → nodes of one graph: names resolved, the order of each expression known.
 
 mod builtin;
+mod call;
 mod closed;
 mod expr;
 mod map;
@@ -61,7 +62,11 @@ pub(crate) fn model(
         errors,
         scope: Scope::default(),
         component: None,
-        later: declaration.lets.iter().map(|binding| binding.name.to_string()).collect(),
+        later: declaration
+            .lets
+            .iter()
+            .map(|binding| binding.name.to_string())
+            .collect(),
         origins: Vec::new(),
     };
     // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
@@ -74,10 +79,17 @@ pub(crate) fn model(
     let outer = lowering.scope.len();
     for binding in &declaration.lets {
         lowering.origins.clear();
-        let value = binding.value.as_ref().map_err(|&reported| reported).and_then(|value| lowering.expr(value));
+        let value = binding
+            .value
+            .as_ref()
+            .map_err(|&reported| reported)
+            .and_then(|value| lowering.expr(value));
         lowering.scope.push(&binding.name, Binding::Let(value));
     }
-    let scopes = Scopes { all: lowering.scope.clone(), outer };
+    let scopes = Scopes {
+        all: lowering.scope.clone(),
+        outer,
+    };
 
     // every part is lowered before the first mistake ends the pass, so that all are reported
     let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
@@ -97,7 +109,9 @@ pub(crate) fn model(
     let (kinematic, branch) = (kinematic?.unwrap_or_default(), branch?.unwrap_or_default());
     let factors = branch.into_iter().chain(std::iter::repeat(None));
     let rows = kinematic.into_iter().zip(factors);
-    let kinematic = rows.map(|((value, order), divide)| Row { value, order, divide }).collect();
+    let kinematic = rows
+        .map(|((value, order), divide)| Row { value, order, divide })
+        .collect();
     let n = coordinates.len();
     let variational = match directions? {
         Some(fields) => fields,
@@ -163,7 +177,9 @@ impl Scopes {
             Part::Broken(reported) => Err(*reported),
             Part::Given(part) => {
                 lowering.scope = self.all.clone();
-                lowering.scope.truncate(self.outer.saturating_add(part.lets_before()));
+                lowering
+                    .scope
+                    .truncate(self.outer.saturating_add(part.lets_before()));
                 lower(lowering, part).map(Some)
             }
         }
@@ -185,7 +201,11 @@ impl Lowering<'_> {
         if self.graph.order(value).is_none_or(|order| order < 2) {
             return Ok(value);
         }
-        let origin = self.origins.iter().find(|origin| origin.order == 2).map(|origin| origin.tokens.clone());
+        let origin = self
+            .origins
+            .iter()
+            .find(|origin| origin.order == 2)
+            .map(|origin| origin.tokens.clone());
         Err(match origin {
             Some(origin) => self.errors.at(origin, message),
             None => self.errors.at(expr, message),
@@ -244,7 +264,11 @@ impl Lowering<'_> {
     }
 
     fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
-        let factors: Vec<_> = branch.factors.iter().map(|factor| factor.as_ref().map(|factor| self.factor(factor))).collect();
+        let factors: Vec<_> = branch
+            .factors
+            .iter()
+            .map(|factor| factor.as_ref().map(|factor| self.factor(factor)))
+            .collect();
         factors.into_iter().map(Option::transpose).collect()
     }
 
@@ -267,7 +291,9 @@ impl Lowering<'_> {
         let mut observed = Vec::new();
         for name in &observe.names {
             let value = match self.scope.get(name) {
-                _ if seen.contains(&name) => Err(self.errors.at(name, format!("`{name}` is observed already"))),
+                _ if seen.contains(&name) => {
+                    Err(self.errors.at(name, format!("`{name}` is observed already")))
+                }
                 Some(Binding::Let(value)) => *value,
                 Some(other) => {
                     let message = format!("expected the name of a `let`, but `{name}` is {}", other.kind());
@@ -292,6 +318,8 @@ impl Lowering<'_> {
 
     fn unit_vector(&mut self, index: usize) -> Vec<NodeId> {
         let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
-        (0..self.coordinates.len()).map(|i| if i == index { one } else { zero }).collect()
+        (0..self.coordinates.len())
+            .map(|i| if i == index { one } else { zero })
+            .collect()
     }
 }

@@ -1,0 +1,179 @@
+//! Calls: the words of the language, the functions of `f64`, and those of the user.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::{ToTokens, quote, quote_spanned};
+use syn::{Expr, ExprCall, ExprMethodCall};
+
+use super::builtin::{Builtin, is_not_supported};
+use super::closed::is_closed;
+use super::{Lowered, Lowering, Origin};
+use crate::graph::{Callee, NodeId};
+use crate::input::{Kind, place};
+use crate::names::{Binding, did_you_mean};
+use crate::parse::{bare, plain_name};
+
+impl Lowering<'_> {
+    /// `function(…)`
+    pub(super) fn call(&mut self, call: &ExprCall, whole: &Expr) -> Lowered {
+        let arguments: Vec<_> = call.args.iter().collect();
+        if let Some(name) = plain_name(&call.func) {
+            let text = name.to_string();
+            match self.scope.get(name) {
+                Some(Binding::Field(_)) if !is_closed(whole, &self.scope) => {
+                    let place = place(name);
+                    let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
+                    return self.opaque(callee, None, &arguments);
+                }
+                Some(Binding::Field(_)) => {}
+                Some(binding) => {
+                    let kind = binding.kind();
+                    let message =
+                        format!("expected a function, but `{name}` is {kind}; a product is written with `*`");
+                    return Err(self.errors.at(name, message));
+                }
+                None if text == "dot" || text == "ddot" => return self.dot(name, call),
+                None if Builtin::find(&text).is_some() => {
+                    return Err(self.errors.at(
+                        name,
+                        format!("functions of numbers are methods in Rust: expected `(…).{text}()` or `f64::{text}(…)`"),
+                    ));
+                }
+                None => {}
+            }
+        } else if let Expr::Path(path) = &*call.func
+            && path.qself.is_none()
+            && path.path.segments.len() == 2
+            && path.path.segments[0].ident == "f64"
+        {
+            let name = &path.path.segments[1].ident;
+            let builtin = Builtin::find(&name.to_string());
+            if let (Some(builtin), Some((receiver, rest))) = (builtin, arguments.split_first()) {
+                return self.builtin(builtin, name, receiver, rest);
+            }
+            if !is_closed(whole, &self.scope) {
+                let hint = did_you_mean(&name.to_string(), Builtin::names());
+                return Err(self.errors.at(
+                    name,
+                    format!("`f64::{name}` has no derivative that is known here{hint}"),
+                ));
+            }
+        }
+        if is_closed(whole, &self.scope) {
+            return self.param(whole);
+        }
+        let callee = match &*call.func {
+            Expr::Path(path) => path.to_token_stream(),
+            other if is_closed(other, &self.scope) => self.closed(other)?,
+            other => return Err(self.errors.at(other, "expected the name of a function")),
+        };
+        self.opaque(Callee::Function(callee), None, &arguments)
+    }
+
+    /// `receiver.method(…)`
+    pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Lowered {
+        let name = call.method.to_string();
+        let arguments: Vec<_> = call.args.iter().collect();
+        if let Some(builtin) = Builtin::find(&name)
+            && !self.is_no_number(&call.receiver)
+        {
+            return self.builtin(builtin, &call.method, &call.receiver, &arguments);
+        }
+        if is_closed(whole, &self.scope) {
+            return self.param(whole);
+        }
+        if is_closed(&call.receiver, &self.scope) {
+            let receiver = self.closed(&call.receiver)?;
+            let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
+            let callee: TokenStream = quote!(#receiver #dot #method #turbofish);
+            return self.opaque(Callee::Function(callee), None, &arguments);
+        }
+        if let Some(turbofish) = &call.turbofish {
+            return Err(self.errors.at(
+                turbofish,
+                "expected no type arguments: the type of the number varies",
+            ));
+        }
+        let receiver = self.expr(&call.receiver)?;
+        if is_not_supported(&name) && self.graph.leaves(receiver).next().is_some() {
+            return Err(self.errors.at(
+                &call.method,
+                format!(
+                    "`{name}` has no derivative along the motion; \
+                     expected a smooth function, `if … {{ … }} else {{ … }}`, `min` or `max`"
+                ),
+            ));
+        }
+        self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
+    }
+
+    fn opaque(&mut self, callee: Callee, receiver: Option<NodeId>, arguments: &[&Expr]) -> Lowered {
+        let arguments: Vec<_> = arguments.iter().map(|argument| self.argument(argument)).collect();
+        let arguments: Vec<_> = receiver
+            .into_iter()
+            .map(Ok)
+            .chain(arguments)
+            .collect::<Result<_, _>>()?;
+        Ok(self.graph.call(callee, &arguments))
+    }
+
+    /// An argument of a function of the user's.
+    fn argument(&mut self, argument: &Expr) -> Lowered {
+        if let Expr::Reference(reference) = argument {
+            return Err(self.errors.at(
+                reference,
+                "expected a number: the arguments of a function are numbers; \
+                 a function that needs other data is a method of them, `data.function(x)`",
+            ));
+        }
+        self.expr(argument)
+    }
+
+    /// Whether an expression is a field whose type is not known to be a number.
+    fn is_no_number(&self, expr: &Expr) -> bool {
+        let field = plain_name(bare(expr)).and_then(|name| match self.scope.get(name) {
+            Some(Binding::Field(index)) => self.fields.get(*index),
+            _ => None,
+        });
+        field.is_some_and(|field| !matches!(field.kind, Kind::Number | Kind::Exact))
+    }
+
+    /// `dot(e)` or `ddot(e)`.
+    fn dot(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+        let Some(argument) = call.args.first().filter(|_| call.args.len() == 1) else {
+            return Err(self.errors.at(
+                call,
+                format!("expected one argument, `{name}(…)`, found {}", call.args.len()),
+            ));
+        };
+        if self.component.is_some() {
+            return Err(self.errors.at(
+                name,
+                "a map knows the nodes, not the motion; expected a difference quotient, such as `(q1 - q0) / h`",
+            ));
+        }
+        let mut value = self.expr(argument)?;
+        let times = if name == "ddot" { 2 } else { 1 };
+        let order = self.graph.order(value).map_or(0, |order| order + times);
+        if order > 2 {
+            return Err(self.errors.at(
+                call,
+                format!("this derivative is of order {order}; expected at most order 2, an acceleration"),
+            ));
+        }
+        for _ in 0..times {
+            value = self.graph.total_derivative(value);
+        }
+        self.remember(call, value);
+        Ok(value)
+    }
+
+    /// Remembers where a derivative enters the expression.
+    pub(super) fn remember(&mut self, tokens: impl ToTokens, node: NodeId) {
+        if let Some(order) = self.graph.order(node) {
+            self.origins.push(Origin {
+                tokens: tokens.into_token_stream(),
+                order,
+            });
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! The front end: what a declaration means, and what is said about a wrong one.
+
+mod meaning;
+mod mistakes;
+mod together;
+
+use proc_macro2::TokenStream;
+
+use crate::expand::{Mistakes, analyze};
+use crate::model::Model;
+
+/// A struct with parameters of many types.
+const ITEM: &str = "struct Body<'a, K: Curvature, F> {
+    /// The mass,
+    /// in [kg].
+    mass: f64, count: u32, single: f32, big: usize, flag: bool,
+    masses: [f64; 3], table: Table, curvature: K, shared: &'a f64, force: F,
+}";
+
+fn tokens(source: &str) -> TokenStream {
+    source.parse().unwrap()
+}
+
+fn analyzed(declaration: &str, item: &str) -> Result<Model, Mistakes> {
+    analyze(tokens(declaration), &tokens(item))
+}
+
+/// The model of a declaration on [`ITEM`].
+fn model(declaration: &str) -> Model {
+    match analyzed(declaration, ITEM) {
+        Ok(model) => model,
+        Err(mistakes) => panic!("{declaration}\n{:?}", mistakes.errors),
+    }
+}
