@@ -1,5 +1,6 @@
 //! The discrete flow: step after step, as an iterator, up to a time, or back.
 
+use core::fmt;
 use core::iter::FusedIterator;
 
 use crate::clock::Clock;
@@ -21,7 +22,6 @@ const MAX_ITERATIONS: u32 = 60;
 /// The flow is an endless iterator of nodes. Node `k` is handed out once the step with the middle node `k` is
 /// solved, since its velocity, acceleration and constraint force need the node after it, too. After a step
 /// without a solution the iterator ends.
-#[derive(Debug)]
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: &'s S,
@@ -51,7 +51,18 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     ended: bool,
 }
 
-// by hand, because a derived `Clone` would ask the system to be one
+// by hand, as `Clone` is, because a derivation would ask the system for as much
+impl<S: System<N>, const N: usize> fmt::Debug for Flow<'_, S, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Flow")
+            .field("h", &self.h)
+            .field("index", &self.middle)
+            .field("time", &self.time())
+            .field("leg", &self.leg())
+            .finish_non_exhaustive()
+    }
+}
+
 impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
     fn clone(&self) -> Self {
         Self { ..*self }

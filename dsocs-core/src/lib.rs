@@ -91,3 +91,9 @@ pub use unknown::{Linearization, Unknown};
 pub trait Real: DualNum<Primitive = f64> + Copy {}
 
 impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
+
+/// What generated code needs beside the public items; no part of the interface.
+#[doc(hidden)]
+pub mod __private {
+    pub use num_dual::Dual;
+}

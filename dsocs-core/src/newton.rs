@@ -26,7 +26,8 @@ const PATIENCE: u32 = 3;
 pub enum Stop {
     /// Nothing was solved: the node is the start.
     Start,
-    /// The last update was so small that the error after it, of second order, is below rounding.
+    /// The last update was so small that the error after it, of second order, is below rounding; or the rows are
+    /// affine, and one update is all there is to do.
     Update,
     /// The updates stopped shrinking, and the residual is within the bound of its own rounding error.
     Rounding,
@@ -38,6 +39,9 @@ pub enum Stop {
 pub(crate) trait Equations {
     /// The unknowns.
     type Z: Unknown<f64>;
+
+    /// Whether the rows are affine in the unknowns.
+    const LINEAR: bool = false;
 
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
@@ -116,7 +120,7 @@ pub(crate) fn solve<E: Equations>(
         evaluations: 0,
     };
     let first = newton.evaluate(start)?;
-    if newton.is_small(&first, LAST_UPDATE) {
+    if E::LINEAR || newton.is_small(&first, LAST_UPDATE) {
         record(newton.relative(&first.update, &first.z));
         return Ok(newton.arrive(&first));
     }

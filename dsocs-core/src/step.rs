@@ -51,6 +51,8 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
 impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     type Z = S::Unknown<f64>;
 
+    const LINEAR: bool = S::LINEAR;
+
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
         self.system.residual(self.constants, &self.known, z)

@@ -54,6 +54,9 @@ pub trait System<const N: usize> {
     /// What is known when the step begins, an array of a literal size.
     type Known<T: Scalar>: Copy;
 
+    /// Whether every row of [`System::residual`] is affine in the unknowns: then one update solves the step.
+    const LINEAR: bool = false;
+
     /// The coordinates' names, in order.
     const COORDINATES: [&'static str; N];
     /// The parameters: fields of type `f64`, in order. Fields of other types are not listed.

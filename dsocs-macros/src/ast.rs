@@ -143,7 +143,7 @@ pub(crate) struct Branch {
     /// The word `branch`.
     pub(crate) keyword: Ident,
     /// For each kinematic row the factor, if any.
-    pub(crate) factors: Vec<Option<Expr>>,
+    pub(crate) factors: Vec<Result<Option<Expr>, Reported>>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }
@@ -152,7 +152,7 @@ pub(crate) struct Branch {
 #[derive(Clone, Debug)]
 pub(crate) struct Observe {
     /// The names of `let`s.
-    pub(crate) names: Vec<Ident>,
+    pub(crate) names: Vec<Result<Ident, Reported>>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }

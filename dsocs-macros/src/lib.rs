@@ -1,10 +1,9 @@
 //! The attribute `#[dsocs]`: from the declaration of a discrete second order constrained Lagrangian system to its
 //! generated integrator.
 //!
-//! The data goes one way: tokens, [`parse`]d into what the user wrote ([`ast`]), [`check`]ed and [`lower`]ed into a
-//! [`model`] whose expressions share one [`graph`], of which [`emit`] makes code. Every mistake on the way is
-//! collected in [`errors`] and told at the user's own tokens. Users depend on `dsocs-core`, which re-exports the
-//! attribute.
+//! The data goes one way: tokens, parsed into what the user wrote (`ast`), checked and lowered into a `model` whose
+//! expressions share one `graph`, of which `emit` makes code. Every mistake on the way is collected in `errors` and
+//! told at the user's own tokens. Users depend on `dsocs-core`, which re-exports the attribute.
 
 mod annihilator;
 mod ast;

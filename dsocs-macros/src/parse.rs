@@ -9,7 +9,7 @@ use crate::ast::{
     Side,
 };
 use crate::errors::{Errors, Reported};
-use crate::names::did_you_mean;
+use crate::names::{did_you_mean, nearest};
 
 /// The words that a statement can begin with, apart from `let`.
 const STATEMENTS: [&str; 10] = [
@@ -128,7 +128,7 @@ fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
         Stmt::Expr(Expr::Assign(assign), _) => match plain_name(&assign.left) {
             Some(keyword) => read_assignment(declaration, keyword.clone(), *assign.right, errors),
             None => {
-                errors.at(&assign.left, expected_statement(""));
+                errors.at(&assign.left, expected_statement());
             }
         },
         Stmt::Expr(Expr::Call(call), _) => match plain_name(&call.func) {
@@ -140,17 +140,15 @@ fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
                 let reported = errors.at(keyword, format!("expected `{keyword} = …;`"));
                 mark(declaration, &keyword.to_string(), reported);
             }
-            Some(keyword) => {
-                errors.at(keyword, expected_statement(&keyword.to_string()));
-            }
+            Some(keyword) => unknown(declaration, keyword, &keyword.to_string(), errors),
             None => {
-                errors.at(&call, expected_statement(""));
+                errors.at(&call, expected_statement());
             }
         },
         // what `;;` is parsed as
         Stmt::Expr(Expr::Verbatim(tokens), _) if tokens.is_empty() => {}
         other => {
-            errors.at(other, expected_statement(""));
+            errors.at(other, expected_statement());
         }
     }
 }
@@ -264,31 +262,29 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
         }
         "branch" => {
             let factors = match value {
-                Expr::Array(array) => {
-                    // every factor is read before the first mistake ends it, so that all are reported
-                    let factors: Vec<_> = array
-                        .elems
-                        .into_iter()
-                        .map(|factor| read_factor(factor, errors))
-                        .collect();
-                    factors.into_iter().collect()
-                }
-                factor => read_factor(factor, errors).map(|factor| vec![factor]),
+                Expr::Array(array) => array
+                    .elems
+                    .into_iter()
+                    .map(|factor| read_factor(factor, errors))
+                    .collect(),
+                factor => vec![read_factor(factor, errors)],
             };
-            let branch = factors.map(|factors| Branch {
-                keyword,
-                factors,
-                lets_before,
-            });
-            fill(&mut declaration.branch, at, branch, errors);
+            fill(
+                &mut declaration.branch,
+                at,
+                Ok(Branch {
+                    keyword,
+                    factors,
+                    lets_before,
+                }),
+                errors,
+            );
         }
         "observe" => {
             let observe = read_names(value, errors).map(|names| Observe { names, lets_before });
             fill(&mut declaration.observe, at, observe, errors);
         }
-        other => {
-            errors.at(&keyword, expected_statement(other));
-        }
+        other => unknown(declaration, &keyword, other, errors),
     }
 }
 
@@ -378,7 +374,12 @@ fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
             },
             Some(name) => {
                 let hint = did_you_mean(&name.to_string(), ["divide"]);
-                Err(errors.at(name, format!("{EXPECTED}{hint}")))
+                let message = if hint.is_empty() {
+                    EXPECTED.to_owned()
+                } else {
+                    format!("nothing is called `{name}` here{hint}")
+                };
+                Err(errors.at(name, message))
             }
             None => Err(errors.at(call, EXPECTED)),
         },
@@ -386,25 +387,22 @@ fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
     }
 }
 
-fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Ident>, Reported> {
+fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Result<Ident, Reported>>, Reported> {
     let Expr::Array(array) = value else {
         return Err(errors.at(
             value,
             "expected a list of names in brackets, `observe = [energy, momentum];`",
         ));
     };
-    let names: Vec<_> = array
-        .elems
-        .iter()
-        .map(|element| match plain_name(element) {
-            Some(name) => Ok(name.clone()),
-            None => Err(errors.at(
+    let names = array.elems.iter().map(|element| {
+        plain_name(element).cloned().ok_or_else(|| {
+            errors.at(
                 element,
                 "expected the name of a `let`: give the expression a name first",
-            )),
+            )
         })
-        .collect();
-    names.into_iter().collect()
+    });
+    Ok(names.collect())
 }
 
 /// The name that an expression consists of, if it is one.
@@ -415,17 +413,25 @@ pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
     }
 }
 
-fn expected_statement(found: &str) -> String {
-    let hint = did_you_mean(found, STATEMENTS);
-    if found.is_empty() || hint.is_empty() {
-        let list: Vec<_> = STATEMENTS
-            .iter()
-            .map(|statement| format!("`{statement}`"))
-            .collect();
-        format!("expected a statement: `let`, {}", list.join(", "))
-    } else {
-        format!("no statement is called `{found}`{hint}")
+/// Reports a word that no statement begins with; the nearest one is taken to be meant.
+fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
+    match nearest(word, STATEMENTS) {
+        Some(near) => {
+            let message = format!("no statement is called `{word}`; did you mean `{near}`?");
+            mark(declaration, near, errors.at(keyword, message));
+        }
+        None => {
+            errors.at(keyword, expected_statement());
+        }
     }
+}
+
+fn expected_statement() -> String {
+    let list: Vec<_> = STATEMENTS
+        .iter()
+        .map(|statement| format!("`{statement}`"))
+        .collect();
+    format!("expected a statement: `let`, {}", list.join(", "))
 }
 
 /// An expression without the parentheses around it.

@@ -141,7 +141,14 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let n = Literal::usize_unsuffixed(n);
     let constants_len = Literal::usize_unsuffixed(run.len());
     let known_len = Literal::usize_unsuffixed(once.len());
+    let linear = unknowns
+        .jacobian
+        .iter()
+        .flatten()
+        .all(|&entry| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_))));
     quote! {
+        const LINEAR: bool = #linear;
+
         type Unknown<__T: ::dsocs_core::Scalar> = [__T; #m];
         type Constants<__T: ::dsocs_core::Scalar> = [__T; #constants_len];
         type Known<__T: ::dsocs_core::Scalar> = [__T; #known_len];

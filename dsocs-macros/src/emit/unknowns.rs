@@ -2,7 +2,8 @@
 //!
 //! A row that is linear in a second difference, with a coefficient that only the parameters and the step decide, is
 //! solved for it when the code is generated, and the solution put into the other rows. That is what the paper does by
-//! hand with the pendulum: the variational equation gives `ψ₂`, and one equation for `θ₂` is left.
+//! hand with the pendulum: the variational equation gives `ψ₂`, and one equation for `θ₂` is left. A system whose rows
+//! are all of this kind has no unknowns left and takes no iteration.
 
 use std::collections::HashMap;
 
@@ -27,10 +28,7 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
     let mut rows = rows.to_vec();
     let mut kept: Vec<usize> = (0..n).collect();
     let mut eliminated: Vec<(usize, NodeId)> = Vec::new();
-    while rows.len() > 1 {
-        let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) else {
-            break;
-        };
+    while let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) {
         let equation = rows.remove(row);
         kept.retain(|&i| i != coordinate);
         let zero = graph.constant(0.0);

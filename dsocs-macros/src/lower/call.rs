@@ -19,6 +19,8 @@ impl Lowering<'_> {
         if let Some(name) = plain_name(&call.func) {
             let text = name.to_string();
             match self.scope.get(name) {
+                // also where a name has been given this one, which is reported
+                _ if text == "dot" || text == "ddot" => return self.dot(name, call),
                 Some(Binding::Field(_)) if !is_closed(whole, &self.scope) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
@@ -31,7 +33,6 @@ impl Lowering<'_> {
                         format!("expected a function, but `{name}` is {kind}; a product is written with `*`");
                     return Err(self.errors.at(name, message));
                 }
-                None if text == "dot" || text == "ddot" => return self.dot(name, call),
                 None if Builtin::find(&text).is_some() => {
                     return Err(self.errors.at(
                         name,

@@ -8,7 +8,7 @@ use super::closed::is_closed;
 use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Leaf, NodeId};
-use crate::names::{Binding, did_you_mean, nearest};
+use crate::names::{Binding, nearest};
 use crate::parse::{bare, plain_let, plain_name};
 
 impl Lowering<'_> {
@@ -174,17 +174,12 @@ impl Lowering<'_> {
     }
 
     fn binary(&mut self, left: &Expr, op: &BinOp, right: &Expr) -> Lowered {
+        let (left, right) = (self.expr(left), self.expr(right));
         let message = match op {
-            BinOp::Add(_) | BinOp::Sub(_) | BinOp::Mul(_) | BinOp::Div(_) => {
-                let (left, right) = (self.expr(left), self.expr(right));
-                let (left, right) = (left?, right?);
-                return Ok(match op {
-                    BinOp::Add(_) => self.graph.add(left, right),
-                    BinOp::Sub(_) => self.graph.sub(left, right),
-                    BinOp::Mul(_) => self.graph.mul(left, right),
-                    _ => self.graph.div(left, right),
-                });
-            }
+            BinOp::Add(_) => return Ok(self.graph.add(left?, right?)),
+            BinOp::Sub(_) => return Ok(self.graph.sub(left?, right?)),
+            BinOp::Mul(_) => return Ok(self.graph.mul(left?, right?)),
+            BinOp::Div(_) => return Ok(self.graph.div(left?, right?)),
             BinOp::BitXor(_) => "`^` is no power in Rust; expected `.powi(2)` or `.powf(a)`",
             BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_) | BinOp::Eq(_) | BinOp::Ne(_) => {
                 "expected a number; a comparison stands in the condition of `if … { … } else { … }` only"
@@ -334,9 +329,14 @@ impl Lowering<'_> {
                 .position(|known| known == name)
                 .ok_or_else(|| {
                     let names: Vec<_> = self.coordinates.iter().map(ToString::to_string).collect();
-                    let hint = did_you_mean(&name.to_string(), names.iter().map(String::as_str));
-                    self.errors
-                        .at(name, format!("no coordinate is called `{name}`{hint}"))
+                    let message = match nearest(&name.to_string(), names.iter().map(String::as_str)) {
+                        Some(near) => format!("no coordinate is called `{name}`; did you mean `{near}`?"),
+                        None => format!(
+                            "no coordinate is called `{name}`; expected one of `{}`",
+                            names.join("`, `")
+                        ),
+                    };
+                    self.errors.at(name, message)
                 }),
             Member::Unnamed(index) if (index.index as usize) < n => Ok(index.index as usize),
             Member::Unnamed(index) => Err(self.errors.at(

@@ -249,10 +249,11 @@ impl Lowering<'_> {
         let annihilated = annihilator(&mut self.graph, &fields, self.coordinates.len());
         let at = |row: usize| directions.fields.get(row).map(|field| &field.whole);
         match (directions.side, annihilated) {
-            (_, Err(Defect::Dependent(row))) => Err(self.errors.at(
-                at(row),
-                format!("expected independent entries in `{}`; this one follows from the others or is zero", directions.keyword),
-            )),
+            (side, Err(Defect::Dependent(row))) => {
+                let noun = if side == Side::Forces { "forces" } else { "fields" };
+                let message = format!("expected independent {noun}; this one is zero or a combination of the others");
+                Err(self.errors.at(at(row), message))
+            }
             (Side::Variational, _) => Ok(fields),
             (Side::Forces, Ok(fields)) => Ok(fields),
             (Side::Forces, Err(Defect::NoPivot(row))) => Err(self.errors.at(
@@ -264,12 +265,14 @@ impl Lowering<'_> {
     }
 
     fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
-        let factors: Vec<_> = branch
-            .factors
-            .iter()
-            .map(|factor| factor.as_ref().map(|factor| self.factor(factor)))
-            .collect();
-        factors.into_iter().map(Option::transpose).collect()
+        let factors = branch.factors.iter().map(|factor| match factor {
+            Ok(Some(factor)) => self.factor(factor).map(Some),
+            Ok(None) => Ok(None),
+            Err(reported) => Err(*reported),
+        });
+        // collected twice, so that the first mistake does not hide the others
+        let factors: Vec<_> = factors.collect();
+        factors.into_iter().collect()
     }
 
     fn factor(&mut self, factor: &Expr) -> Lowered {
@@ -290,6 +293,13 @@ impl Lowering<'_> {
         let mut seen: Vec<&Ident> = Vec::new();
         let mut observed = Vec::new();
         for name in &observe.names {
+            let name = match name {
+                Ok(name) => name,
+                Err(reported) => {
+                    observed.push(Err(*reported));
+                    continue;
+                }
+            };
             let value = match self.scope.get(name) {
                 _ if seen.contains(&name) => {
                     Err(self.errors.at(name, format!("`{name}` is observed already")))
