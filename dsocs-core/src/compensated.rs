@@ -1,22 +1,24 @@
 //! Sums whose rounding errors are carried along.
 
+use crate::scalar::Scalar;
+
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Compensated<const N: usize> {
+pub(crate) struct Compensated<const N: usize, T = f64> {
     /// The numbers, rounded.
-    pub hi: [f64; N],
+    pub hi: [T; N],
     /// What rounding took away.
-    pub lo: [f64; N],
+    pub lo: [T; N],
 }
 
-impl<const N: usize> Compensated<N> {
+impl<T: Scalar, const N: usize> Compensated<N, T> {
     /// Numbers that are known exactly.
-    pub fn exact(hi: [f64; N]) -> Self {
-        Self { hi, lo: [0.0; N] }
+    pub fn exact(hi: [T; N]) -> Self {
+        Self { hi, lo: [T::splat(0.0); N] }
     }
 
     /// `left - right` without rounding.
-    pub fn difference(left: &[f64; N], right: &[f64; N]) -> Self {
+    pub fn difference(left: &[T; N], right: &[T; N]) -> Self {
         let mut sum = Self::exact(*left);
         sum.add(&right.map(|x| -x));
         sum
@@ -24,7 +26,7 @@ impl<const N: usize> Compensated<N> {
 
     /// Adds numbers of plain double precision.
     #[inline]
-    pub fn add(&mut self, term: &[f64; N]) {
+    pub fn add(&mut self, term: &[T; N]) {
         for (i, &term) in term.iter().enumerate() {
             let (sum, error) = two_sum(self.hi[i], term);
             (self.hi[i], self.lo[i]) = fast_two_sum(sum, error + self.lo[i]);
@@ -55,7 +57,7 @@ impl<const N: usize> Compensated<N> {
 
 /// The rounded sum and its rounding error, exactly (Knuth's `TwoSum`; no condition on the magnitudes).
 #[inline]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
+fn two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     let sum = a + b;
     let b_virtual = sum - a;
     let a_virtual = sum - b_virtual;
@@ -64,7 +66,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// The same where `|a| >= |b|` (Dekker).
 #[inline]
-fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+fn fast_two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     let sum = a + b;
     (sum, b - (sum - a))
 }

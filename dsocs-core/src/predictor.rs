@@ -1,5 +1,8 @@
 //! Where Newton's iteration begins: a polynomial through the last solutions.
 
+use core::marker::PhantomData;
+
+use crate::scalar::Scalar;
 use crate::unknown::Unknown;
 
 /// The highest degree of the polynomial.
@@ -14,20 +17,23 @@ const MEMORY: f64 = 0.75;
 /// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
 /// falls, down to the last solution itself.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Predictor<U> {
+pub(crate) struct Predictor<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
     differences: [U; ORDER + 1],
     /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
     size: U,
+    /// The numbers that the unknowns are made of.
+    scalar: PhantomData<T>,
 }
 
-impl<U: Unknown<f64>> Predictor<U> {
+impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
     /// A predictor without a past.
     pub fn new() -> Self {
         let unknown = U::zero();
         Self {
-            differences: [unknown.zip(&unknown, |_, _| f64::NAN); ORDER + 1],
+            differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); ORDER + 1],
             size: unknown,
+            scalar: PhantomData,
         }
     }
 
@@ -39,9 +45,63 @@ impl<U: Unknown<f64>> Predictor<U> {
             let last = core::mem::replace(entry, difference);
             difference = difference.zip(&last, |new, old| new - old);
         }
-        self.size = self.size.zip(z, |size, z| (MEMORY * size).max(z.abs()));
+        self.size = self.size.zip(z, |size, z| {
+            let (remembered, now) = (T::splat(MEMORY) * size, z.abs());
+            T::select_lt(remembered, now, now, remembered)
+        });
     }
 
+    /// The size that each unknown has had lately, at least 0.
+    #[inline]
+    pub fn size(&self) -> &U {
+        &self.size
+    }
+
+    /// The extrapolated solution of the next step; NaN without a past.
+    ///
+    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two
+    /// differences in a row, because one alone may be small by passing through zero.
+    #[inline]
+    pub fn extrapolate(&self) -> U {
+        let last = self.differences[0];
+        let sizes = last.zip(&last, |z, _| z.abs());
+        let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
+        // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+        for difference in &self.differences[1..] {
+            let unknowns = guess
+                .as_mut()
+                .iter_mut()
+                .zip(sum.as_mut())
+                .zip(smallest.as_mut())
+                .zip(before.as_mut());
+            for ((((guess, sum), smallest), before), &difference) in unknowns.zip(difference.as_ref()) {
+                *sum = *sum + difference;
+                let size = difference.abs();
+                // NaN where the history is too short, which is not smaller than anything
+                let larger = T::select_le(size, *before, *before, size);
+                *guess = T::select_le(larger, *smallest, *sum, *guess);
+                *smallest = T::select_le(larger, *smallest, larger, *smallest);
+                *before = size;
+            }
+        }
+        guess
+    }
+
+    /// Changes the numbers that the unknowns are made of: `convert` fills the unknowns given first from those
+    /// given second.
+    pub fn convert<R: Scalar, V: Unknown<R>>(
+        &self,
+        into: &mut Predictor<V, R>,
+        mut convert: impl FnMut(&mut V, &U),
+    ) {
+        for (to, from) in into.differences.iter_mut().zip(&self.differences) {
+            convert(to, from);
+        }
+        convert(&mut into.size, &self.size);
+    }
+}
+
+impl<U: Unknown<f64>> Predictor<U> {
     /// Forgets all but the last solution and the sizes: the past is of no use when the motion turns round.
     pub fn turn(&mut self) {
         let (size, last) = (self.size, self.last());
@@ -58,41 +118,11 @@ impl<U: Unknown<f64>> Predictor<U> {
         last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
     }
 
-    /// The size that each unknown has had lately, at least 0.
-    #[inline]
-    pub fn size(&self) -> &U {
-        &self.size
-    }
-
     /// The extrapolated solution of the next step, or `None` without a past.
-    ///
-    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two
-    /// differences in a row, because one alone may be small by passing through zero.
     #[inline]
     pub fn predict(&self) -> Option<U> {
-        let last = self.last()?;
-        let sizes = last.zip(&last, |z, _| z.abs());
-        let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
-        // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
-        for difference in &self.differences[1..] {
-            let unknowns = guess
-                .as_mut()
-                .iter_mut()
-                .zip(sum.as_mut())
-                .zip(smallest.as_mut())
-                .zip(before.as_mut());
-            for ((((guess, sum), smallest), before), &difference) in unknowns.zip(difference.as_ref()) {
-                *sum += difference;
-                let size = difference.abs();
-                // NaN where the history is too short, which is not smaller than anything
-                let larger = if *before >= size { *before } else { size };
-                let better = larger <= *smallest;
-                *guess = if better { *sum } else { *guess };
-                *smallest = if better { larger } else { *smallest };
-                *before = size;
-            }
-        }
-        Some(guess)
+        self.last()?;
+        Some(self.extrapolate())
     }
 }
 

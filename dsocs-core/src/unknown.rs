@@ -46,6 +46,13 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
     #[must_use]
     fn solve(matrix: &Self::Square, right: &Self) -> Option<Self>;
+
+    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`].
+    ///
+    /// In lanes without a finite solution, and in those where Cramer's rule for two unknowns might overflow or
+    /// underflow, some component is infinite or NaN.
+    #[must_use]
+    fn solve_lanes(matrix: &Self::Square, right: &Self) -> Self;
 }
 
 impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
@@ -78,7 +85,32 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
             .all(|&x| every_lane(x, f64::is_finite))
             .then_some(solution)
     }
+
+    #[inline]
+    fn solve_lanes(matrix: &[[T; M]; M], right: &Self) -> Self {
+        match M {
+            1 => {
+                let mut solution = *right;
+                solution[0] = right[0] / matrix[0][0];
+                solution
+            }
+            2 => {
+                let determinant = determinant(matrix);
+                let (size, nan) = (determinant.abs(), T::splat(f64::NAN));
+                let bounded = T::select_lt(size, T::splat(LARGEST_DETERMINANT), determinant, nan);
+                let safe = T::select_lt(T::splat(SMALLEST_DETERMINANT), size, bounded, nan);
+                quotients(matrix, right, safe)
+            }
+            _ => eliminate(matrix, right),
+        }
+    }
 }
+
+/// Determinants must be larger than this for Cramer's rule.
+const SMALLEST_DETERMINANT: f64 = 1e-100;
+
+/// Determinants must be smaller than this for Cramer's rule.
+const LARGEST_DETERMINANT: f64 = 1e100;
 
 /// Whether a number is as wanted in every lane.
 #[inline]
@@ -89,16 +121,28 @@ fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
 /// Cramer's rule for two equations, where neither overflow nor underflow can harm it.
 #[inline]
 fn cramer<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> Option<[T; M]> {
+    let determinant = determinant(matrix);
+    every_lane(determinant, |x| {
+        x.abs() > SMALLEST_DETERMINANT && x.abs() < LARGEST_DETERMINANT
+    })
+    .then(|| quotients(matrix, right, determinant))
+}
+
+/// The determinant of two rows.
+#[inline]
+fn determinant<T: Scalar, const M: usize>(matrix: &[[T; M]; M]) -> T {
+    matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0]
+}
+
+/// The quotients of Cramer's rule.
+#[inline]
+fn quotients<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M], determinant: T) -> [T; M] {
     let ([a, b], [c, d]) = ([matrix[0][0], matrix[0][1]], [matrix[1][0], matrix[1][1]]);
-    let determinant = a * d - b * c;
-    if !every_lane(determinant, |x| x.abs() > 1e-100 && x.abs() < 1e100) {
-        return None;
-    }
     let scale = determinant.recip();
     let mut solution = *right;
     solution[0] = (right[0] * d - b * right[1]) * scale;
     solution[1] = (a * right[1] - c * right[0]) * scale;
-    Some(solution)
+    solution
 }
 
 /// Gauss elimination with partial pivoting of rows that are first brought to a common size.
@@ -110,11 +154,10 @@ fn eliminate<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) ->
     let mut x = *right;
     for i in 0..M {
         let row = a[i];
-        let [scale] = T::from_lanes(|lane| {
-            [inverse_power_of_two(row.iter().fold(0.0, |size: f64, entry| {
-                size.max(entry.lane(lane).abs())
-            }))]
+        let size = row.iter().fold(T::splat(0.0), |size, entry| {
+            T::select_lt(size, entry.abs(), entry.abs(), size)
         });
+        let [scale] = T::from_lanes(|lane| [inverse_power_of_two(size.lane(lane))]);
         a[i] = row.map(|entry| entry * scale);
         x[i] = x[i] * scale;
     }

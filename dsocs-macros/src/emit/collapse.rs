@@ -100,7 +100,7 @@ impl<'g> Collapse<'g> {
             }
             let mut sum = Vec::new();
             if degree(&whole) <= 1 {
-                sum.push((self.from_affine(&whole), 1.0));
+                sum.push((self.affine_sum(&whole), 1.0));
                 rest.retain(|&(_, _, polynomial)| !polynomial);
             } else {
                 let (affine, others): (Vec<_>, Vec<_>) = rest
@@ -136,10 +136,10 @@ impl<'g> Collapse<'g> {
 
     fn affine(&mut self, id: NodeId) -> Option<NodeId> {
         let polynomial = self.polynomial(id)?;
-        (degree(&polynomial) <= 1).then(|| self.from_affine(&polynomial))
+        (degree(&polynomial) <= 1).then(|| self.affine_sum(&polynomial))
     }
 
-    fn from_affine(&mut self, polynomial: &Polynomial) -> NodeId {
+    fn affine_sum(&mut self, polynomial: &Polynomial) -> NodeId {
         let mut terms = Vec::new();
         for (monomial, &coefficient) in polynomial {
             let term = match monomial.first() {

@@ -50,7 +50,7 @@ fn system(model: &Model) -> TokenStream {
 /// Names, and access to the parameters by their place.
 fn metadata(model: &Model) -> TokenStream {
     let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let coordinates = model.coordinates.iter().map(|name| plain(name));
+    let coordinates = model.coordinates.iter().map(plain);
     let observables = model.observe.iter().map(|(name, _)| plain(name));
     let parameters = model.parameters.iter().map(|field| {
         let (name, doc) = (plain(&field.ident), &field.doc);

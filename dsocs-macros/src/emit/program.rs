@@ -7,7 +7,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
-use quote::{format_ident, quote, quote_spanned};
+use quote::{quote, quote_spanned};
 
 use super::share::{Factor, Product, Shared};
 use crate::graph::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
@@ -599,39 +599,44 @@ fn number(value: f64) -> TokenStream {
 /// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
 /// the partial derivative asks, seeded one argument a level.
 fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    // everything at the user's name, so that rustc's word on a wrong function points there
+    let span = callee.span();
     let lane = Ident::new("lane", Span::mixed_site());
     let args: Vec<_> = args
         .iter()
         .enumerate()
-        .map(|(place, arg)| seed(&quote!(__T::lane(#arg, #lane)), place, wrt))
+        .map(|(place, arg)| seed(span, &quote_spanned!(span=> __T::lane(#arg, #lane)), place, wrt))
         .collect();
     let result = match callee {
-        Callee::Function(function) => quote!(#function(#(#args),*)),
+        Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
         Callee::Method(method) => {
             let (receiver, rest) = (&args[0], &args[1..]);
-            quote_spanned!(method.span()=> (#receiver).#method(#(#rest),*))
+            quote_spanned!(span=> (#receiver).#method(#(#rest),*))
         }
     };
-    let parts = wrt.iter().map(|_| format_ident!("eps"));
-    quote!(__T::from_lanes(|#lane| [(#result)#(.#parts)*])[0])
+    let parts = wrt.iter().map(|_| Ident::new("eps", span));
+    quote_spanned!(span=> __T::from_lanes(|#lane| [#result #(.#parts)*])[0])
 }
 
-fn seed(value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
+fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
     match wrt.split_first() {
         None => value.clone(),
         Some((&first, rest)) => {
-            let inner = seed(value, place, rest);
-            let tangent = seed_constant(if first == place { 1.0 } else { 0.0 }, rest.len());
-            quote!(::dsocs_core::__private::Dual::new(#inner, #tangent))
+            let inner = seed(span, value, place, rest);
+            let tangent = seed_constant(span, if first == place { 1.0 } else { 0.0 }, rest.len());
+            quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #tangent))
         }
     }
 }
 
-fn seed_constant(value: f64, depth: usize) -> TokenStream {
+fn seed_constant(span: Span, value: f64, depth: usize) -> TokenStream {
     if depth == 0 {
         let value = Literal::f64_suffixed(value);
         return quote!(#value);
     }
-    let (inner, zero) = (seed_constant(value, depth - 1), seed_constant(0.0, depth - 1));
-    quote!(::dsocs_core::__private::Dual::new(#inner, #zero))
+    let (inner, zero) = (
+        seed_constant(span, value, depth - 1),
+        seed_constant(span, 0.0, depth - 1),
+    );
+    quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #zero))
 }

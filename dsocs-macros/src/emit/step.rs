@@ -5,10 +5,10 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::equations;
+use super::equations::{self, StepEquations};
 use super::matrix;
 use super::program::{Program, Value};
-use super::unknowns;
+use super::unknowns::{self, Unknowns};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 
@@ -66,7 +66,7 @@ pub(super) fn argument(leaf: Leaf) -> TokenStream {
 }
 
 /// Values that a former method has left in an array.
-fn stored(values: &BTreeSet<Value>, array: &TokenStream) -> HashMap<Value, TokenStream> {
+fn stored(values: &[Value], array: &TokenStream) -> HashMap<Value, TokenStream> {
     values
         .iter()
         .enumerate()
@@ -77,86 +77,130 @@ fn stored(values: &BTreeSet<Value>, array: &TokenStream) -> HashMap<Value, Token
         .collect()
 }
 
-/// `constants`, `known`, `residual`, `unknown`, `second_difference`, `point`, `force`.
+/// The values of one step's methods, and where each is computed.
+struct Stages<'g> {
+    program: Program<'g>,
+    rows: Vec<Value>,
+    jacobian: Vec<Value>,
+    second_difference: Vec<Value>,
+    point: Vec<Value>,
+    force: Vec<Value>,
+    /// Computed once a run, in the order of the array `constants`.
+    constants: Vec<Value>,
+    /// Computed once a step, in the order of the array `known`.
+    known: Vec<Value>,
+}
+
+impl<'g> Stages<'g> {
+    fn new(graph: &'g Graph, step: &StepEquations, unknowns: &Unknowns) -> Self {
+        let jacobian = unknowns.jacobian.concat();
+        let point = [step.point.q.clone(), step.point.v.clone(), step.point.a.clone()].concat();
+        let mut program = Program::new(graph, stage_of);
+        let all = [
+            &unknowns.rows,
+            &jacobian,
+            &unknowns.second_difference,
+            &point,
+            &step.force,
+        ];
+        program.plan(&all.map(Vec::as_slice).concat());
+        let [rows, jacobian, second_difference, point, force] = all.map(|nodes| {
+            nodes
+                .iter()
+                .map(|&node| program.lower(node))
+                .collect::<Vec<Value>>()
+        });
+
+        let iterated = [rows.clone(), jacobian.clone(), second_difference.clone()].concat();
+        let nothing = BTreeSet::new();
+        let (known, mut constants): (BTreeSet<Value>, BTreeSet<Value>) = program
+            .frontier(&iterated, STEP, &nothing)
+            .into_iter()
+            .partition(|&value| program.stage(value) == STEP);
+        let once: Vec<Value> = known.iter().copied().collect();
+        constants.extend(program.frontier(&once, RUN, &nothing));
+        // what the node needs beyond that is computed there, from the leg
+        constants.extend(program.frontier(&[point.clone(), force.clone()].concat(), RUN, &known));
+        let constants = constants.into_iter().collect();
+        Self {
+            program,
+            rows,
+            jacobian,
+            second_difference,
+            point,
+            force,
+            constants,
+            known: once,
+        }
+    }
+
+    /// The code of the method `constants`.
+    fn constants(&self) -> (TokenStream, Vec<TokenStream>) {
+        self.program.code(&self.constants, &HashMap::new(), &argument)
+    }
+
+    /// The code of the method `known`.
+    fn known(&self) -> (TokenStream, Vec<TokenStream>) {
+        self.program.code(
+            &self.known,
+            &stored(&self.constants, &quote!(constants)),
+            &argument,
+        )
+    }
+
+    /// The code of a method that is handed what both have computed.
+    fn later(&self, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) {
+        let mut given = stored(&self.known, &quote!(known));
+        given.extend(stored(&self.constants, &quote!(constants)));
+        self.program.code(outputs, &given, &argument)
+    }
+}
+
+/// The methods of one step.
 pub(super) fn methods(model: &Model) -> TokenStream {
     let n = model.coordinates.len();
     let mut graph: Graph = model.graph.clone();
     let step = equations::step(model, &mut graph);
     let unknowns = unknowns::choose(&mut graph, &step.rows, n);
-    let mut program = Program::new(&graph, stage_of);
-    let everything = [
-        unknowns.rows.clone(),
-        unknowns.jacobian.concat(),
-        unknowns.second_difference.clone(),
-        step.point.q.clone(),
-        step.point.v.clone(),
-        step.point.a.clone(),
-        step.force.clone(),
-    ];
-    program.plan(&everything.concat());
-    let mut lower =
-        |nodes: &[NodeId]| -> Vec<Value> { nodes.iter().map(|&node| program.lower(node)).collect() };
-    let rows = lower(&unknowns.rows);
-    let jacobian = lower(&unknowns.jacobian.concat());
-    let second_difference = lower(&unknowns.second_difference);
-    let (q, v, a) = (lower(&step.point.q), lower(&step.point.v), lower(&step.point.a));
-    let force = lower(&step.force);
-    let point = [q, v, a].concat();
+    let stages = Stages::new(&graph, &step, &unknowns);
+    let types = types(&graph, &stages, &unknowns);
+    let early = early_methods(&stages, n);
+    let iteration = iteration_methods(&stages, &unknowns, n);
+    let node = node_methods(&stages, n);
+    quote! {
+        #types
+        #early
+        #iteration
+        #node
+    }
+}
 
-    let iterated = [rows.clone(), jacobian.clone(), second_difference.clone()].concat();
-    let nothing = BTreeSet::new();
-    let known: BTreeSet<Value> = program
-        .frontier(&iterated, STEP, &nothing)
-        .into_iter()
-        .filter(|&v| program.stage(v) == STEP)
-        .collect();
-    let mut constants: BTreeSet<Value> = program
-        .frontier(&iterated, STEP, &nothing)
-        .into_iter()
-        .filter(|&v| program.stage(v) == RUN)
-        .collect();
-    let once: Vec<Value> = known.iter().copied().collect();
-    constants.extend(program.frontier(&once, RUN, &nothing));
-    constants.extend(program.frontier(&[point.clone(), force.clone()].concat(), RUN, &known));
-
-    let from_constants = stored(&constants, &quote!(constants));
-    let mut from_both = stored(&known, &quote!(known));
-    from_both.extend(from_constants.clone());
-
-    let run: Vec<Value> = constants.iter().copied().collect();
-    let (constants_code, constants_results) = program.code(&run, &HashMap::new(), &argument);
-    let (known_code, known_results) = program.code(&once, &from_constants, &argument);
-    let equations: Vec<Value> = rows.iter().chain(&jacobian).copied().collect();
-    let (residual_code, results) = program.code(&equations, &from_both, &argument);
-    let (rows, jacobian) = results.split_at(rows.len());
-    let jacobian = matrix(jacobian, rows.len());
-    let (difference_code, difference) = program.code(&second_difference, &from_both, &argument);
-    let (point_code, point) = program.code(&point, &from_both, &argument);
-    let (force_code, force) = program.code(&force, &from_both, &argument);
-
-    let (q, rest) = point.split_at(n);
-    let (v, a) = rest.split_at(n);
-    let kept = unknowns.kept.iter().map(|&i| argument(Leaf::E(i)));
+/// The associated types, all arrays of literal sizes, and whether the rows are affine.
+fn types(graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
     let m = Literal::usize_unsuffixed(unknowns.kept.len());
-    let n = Literal::usize_unsuffixed(n);
-    let constants_len = Literal::usize_unsuffixed(run.len());
-    let known_len = Literal::usize_unsuffixed(once.len());
-    let linear = unknowns
-        .jacobian
-        .iter()
-        .flatten()
-        .all(|&entry| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_))));
+    let constants = Literal::usize_unsuffixed(stages.constants.len());
+    let known = Literal::usize_unsuffixed(stages.known.len());
+    let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
+    let linear = unknowns.jacobian.iter().flatten().all(affine);
     quote! {
         const LINEAR: bool = #linear;
 
         type Unknown<__T: ::dsocs_core::Scalar> = [__T; #m];
-        type Constants<__T: ::dsocs_core::Scalar> = [__T; #constants_len];
-        type Known<__T: ::dsocs_core::Scalar> = [__T; #known_len];
+        type Constants<__T: ::dsocs_core::Scalar> = [__T; #constants];
+        type Known<__T: ::dsocs_core::Scalar> = [__T; #known];
+    }
+}
 
+/// `constants` and `known`: what comes before the iteration.
+fn early_methods(stages: &Stages, n: usize) -> TokenStream {
+    let n = Literal::usize_unsuffixed(n);
+    let (constants_code, constants) = stages.constants();
+    let (known_code, known) = stages.known();
+    quote! {
         #[inline]
         fn constants<__T: ::dsocs_core::Scalar>(&self, h: __T) -> Self::Constants<__T> {
             #constants_code
-            [#(#constants_results),*]
+            [#(#constants),*]
         }
 
         #[inline]
@@ -166,9 +210,21 @@ pub(super) fn methods(model: &Model) -> TokenStream {
             leg: &::dsocs_core::Leg<__T, #n>,
         ) -> Self::Known<__T> {
             #known_code
-            [#(#known_results),*]
+            [#(#known),*]
         }
+    }
+}
 
+/// `residual`, `unknown` and `second_difference`.
+fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStream {
+    let equations: Vec<Value> = stages.rows.iter().chain(&stages.jacobian).copied().collect();
+    let (residual_code, results) = stages.later(&equations);
+    let (rows, jacobian) = results.split_at(stages.rows.len());
+    let jacobian = matrix(jacobian, rows.len());
+    let (difference_code, difference) = stages.later(&stages.second_difference);
+    let kept = unknowns.kept.iter().map(|&i| argument(Leaf::E(i)));
+    let n = Literal::usize_unsuffixed(n);
+    quote! {
         #[inline]
         fn residual<__T: ::dsocs_core::Scalar>(
             &self,
@@ -195,7 +251,17 @@ pub(super) fn methods(model: &Model) -> TokenStream {
             #difference_code
             [#(#difference),*]
         }
+    }
+}
 
+/// `point` and `force`: what is computed at a node once its step is solved.
+fn node_methods(stages: &Stages, n: usize) -> TokenStream {
+    let (point_code, point) = stages.later(&stages.point);
+    let (force_code, force) = stages.later(&stages.force);
+    let (q, rest) = point.split_at(n);
+    let (v, a) = rest.split_at(n);
+    let n = Literal::usize_unsuffixed(n);
+    quote! {
         #[inline]
         fn point<__T: ::dsocs_core::Scalar>(
             &self,

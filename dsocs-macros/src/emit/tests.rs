@@ -1,5 +1,7 @@
 //! What is emitted: some declarations to read, and what must not be there.
 
+#![allow(clippy::needless_pass_by_value)] // tokens are written in place
+
 use proc_macro2::TokenStream;
 use quote::quote;
 

@@ -1,5 +1,7 @@
 //! Builders: every node in normal form, constants folded.
 
+#![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
+
 use std::collections::{BTreeMap, HashMap};
 
 use proc_macro2::TokenStream;

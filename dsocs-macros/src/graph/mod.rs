@@ -18,7 +18,7 @@ mod quotient;
 
 use std::collections::HashMap;
 
-use proc_macro2::{Ident, TokenStream};
+use proc_macro2::{Ident, Span, TokenStream};
 
 pub(crate) use difference::Change;
 
@@ -98,6 +98,21 @@ pub(crate) enum Callee {
     Function(TokenStream),
     /// A method of the first argument.
     Method(Ident),
+}
+
+impl Callee {
+    /// The place of the function's name in the user's source.
+    pub(crate) fn span(&self) -> Span {
+        match self {
+            // the last token is the name, as in `self.curvature.at`
+            Self::Function(tokens) => tokens
+                .clone()
+                .into_iter()
+                .last()
+                .map_or_else(Span::call_site, |token| token.span()),
+            Self::Method(name) => name.span(),
+        }
+    }
 }
 
 /// A constant, compared by its bits.

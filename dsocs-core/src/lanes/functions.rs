@@ -1,0 +1,205 @@
+//! Elementary functions of eight numbers at once.
+//!
+//! Reduction of the argument and polynomials are those of fdlibm (`s_sin.c`, `k_sin.c`, `k_cos.c`) and, for the
+//! exponential, the Taylor polynomial on `|r| ≤ ln 2 / 2`; branches have become selections. Products are rounded
+//! before they are added, also where the processor could fuse the two, so that a result does not depend on the
+//! processor.
+
+// constants are written to all the digits that their sources give
+#![allow(clippy::excessive_precision, clippy::unreadable_literal)]
+
+use wide::u64x8;
+
+use super::{Lanes, Mask};
+use crate::scalar::Scalar;
+
+/// `1.5 · 2⁵²`: what is added to it is rounded to an integer, which then stands in the lowest bits.
+const TO_INTEGER: f64 = 6_755_399_441_055_744.0;
+
+/// The largest argument whose multiple of `π/2` the reduction takes away without rounding.
+const LARGEST_ANGLE: f64 = 1e6;
+
+/// A reduced angle must not be smaller: the digits of `π/2` that are carried would no longer suffice.
+const SMALLEST_ANGLE: f64 = 1.0 / (1 << 24) as f64;
+
+/// The largest argument whose exponential the vector code computes: beyond it, powers of two leave the range.
+const LARGEST_EXPONENT: f64 = 708.0;
+
+/// From here on the hyperbolic tangent is 1 in double precision.
+const SATURATION: f64 = 20.0;
+
+/// A polynomial, from its highest coefficient down.
+#[inline]
+fn polynomial<const D: usize>(x: Lanes, coefficients: [f64; D]) -> Lanes {
+    let mut sum = Lanes::splat(coefficients[0]);
+    for &coefficient in &coefficients[1..] {
+        sum = sum * x + Lanes::splat(coefficient);
+    }
+    sum
+}
+
+/// Calls `function` in the lanes where the vector code's `result` does not hold.
+#[inline]
+fn patch(x: Lanes, valid: Mask, result: Lanes, function: fn(f64) -> f64) -> Lanes {
+    let bits = valid.bits();
+    if bits == 0xff { result } else { replaced(x, bits, result, function) }
+}
+
+/// The rare part of [`patch`].
+#[cold]
+#[inline(never)]
+fn replaced(x: Lanes, valid: u32, mut result: Lanes, function: fn(f64) -> f64) -> Lanes {
+    for lane in 0..Lanes::LANES {
+        if valid >> lane & 1 == 0 {
+            result.set_lane(lane, function(x.lane(lane)));
+        }
+    }
+    result
+}
+
+/// The sine.
+#[inline]
+pub(super) fn sin(x: Lanes) -> Lanes {
+    circular(x, 0, f64::sin)
+}
+
+/// The cosine.
+#[inline]
+pub(super) fn cos(x: Lanes) -> Lanes {
+    circular(x, 1, f64::cos)
+}
+
+/// The sine of `x` plus so many quarter turns.
+#[inline]
+fn circular(x: Lanes, quarters: u64, function: fn(f64) -> f64) -> Lanes {
+    let shifted = x * Lanes::splat(core::f64::consts::FRAC_2_PI) + Lanes::splat(TO_INTEGER);
+    let count = shifted - Lanes::splat(TO_INTEGER);
+    // π/2 in two parts of 33 bits, whose multiples are exact, and a tail
+    let first = x - count * Lanes::splat(1.57079632673412561417);
+    let second = count * Lanes::splat(6.07710050630396597660e-11);
+    let middle = first - second;
+    let tail = count * Lanes::splat(2.02226624879595063154e-21) - ((first - middle) - second);
+    let r = middle - tail;
+    let rest = (middle - r) - tail;
+
+    let square = r * r;
+    let sine = {
+        let inner = polynomial(
+            square,
+            [
+                1.58969099521155010221e-10,
+                -2.50507602534068634195e-08,
+                2.75573137070700676789e-06,
+                -1.98412698298579493134e-04,
+                8.33333333332248946124e-03,
+            ],
+        );
+        let cube = square * r;
+        r - ((square * (Lanes::splat(0.5) * rest - cube * inner) - rest)
+            - cube * Lanes::splat(-1.66666666666666324348e-01))
+    };
+    let cosine = {
+        let inner = polynomial(
+            square,
+            [
+                -1.13596475577881948265e-11,
+                2.08757232129817482790e-09,
+                -2.75573143513906633035e-07,
+                2.48015872894767294178e-05,
+                -1.38888888888741095749e-03,
+                4.16666666666666019037e-02,
+            ],
+        ) * square;
+        let half = Lanes::splat(0.5) * square;
+        let one = Lanes::splat(1.0);
+        let most = one - half;
+        most + (((one - most) - half) + (square * inner - r * rest))
+    };
+
+    let quadrant = shifted.bits() + u64x8::splat(quarters);
+    let odd = Mask(Lanes::from_bits(u64x8::splat(0) - (quadrant & u64x8::splat(1))).0);
+    let sign = (quadrant & u64x8::splat(2)) << 62_u32;
+    let chosen = odd.select(cosine, sine);
+    let result = Lanes::from_bits(chosen.bits() ^ sign);
+
+    let reduced = Lanes::splat(SMALLEST_ANGLE).at_most(r.abs()).bits() | x.abs().below(Lanes::splat(0.5)).bits();
+    if reduced & x.abs().at_most(Lanes::splat(LARGEST_ANGLE)).bits() == 0xff {
+        result
+    } else {
+        let valid = reduced & x.abs().at_most(Lanes::splat(LARGEST_ANGLE)).bits();
+        replaced(x, valid, result, function)
+    }
+}
+
+/// A power of two `2^k` and `exp(r) - 1` with `x = k ln 2 + r`, for arguments of at most [`LARGEST_EXPONENT`].
+#[inline]
+fn reduced_exponential(x: Lanes) -> (Lanes, Lanes) {
+    let shifted = x * Lanes::splat(core::f64::consts::LOG2_E) + Lanes::splat(TO_INTEGER);
+    let count = shifted - Lanes::splat(TO_INTEGER);
+    let high = x - count * Lanes::splat(6.93147180369123816490e-01);
+    let low = count * Lanes::splat(1.90821492927058770002e-10);
+    let r = high - low;
+    let rest = (high - r) - low;
+    let inner = polynomial(
+        r,
+        [
+            1.0 / 87_178_291_200.0,
+            1.0 / 6_227_020_800.0,
+            1.0 / 479_001_600.0,
+            1.0 / 39_916_800.0,
+            1.0 / 3_628_800.0,
+            1.0 / 362_880.0,
+            1.0 / 40_320.0,
+            1.0 / 5_040.0,
+            1.0 / 720.0,
+            1.0 / 120.0,
+            1.0 / 24.0,
+            1.0 / 6.0,
+        ],
+    );
+    let square = r * r;
+    // the rest of the argument enters with the slope 1 + r, which is enough for its size
+    let small = Lanes::splat(0.5) * square + (square * r * inner + (rest + rest * r));
+    let power = Lanes::from_bits((shifted.bits() + u64x8::splat(1023)) << 52_u32);
+    (power, r + small)
+}
+
+/// The exponential.
+#[inline]
+pub(super) fn exp(x: Lanes) -> Lanes {
+    let (power, less_one) = reduced_exponential(x);
+    let result = power + power * less_one;
+    patch(x, x.abs().at_most(Lanes::splat(LARGEST_EXPONENT)), result, f64::exp)
+}
+
+/// `exp(x) - 1` for arguments of at most [`LARGEST_EXPONENT`].
+#[inline]
+fn exponential_less_one(x: Lanes) -> Lanes {
+    let (power, less_one) = reduced_exponential(x);
+    power * less_one + (power - Lanes::splat(1.0))
+}
+
+/// `exp(x) - 1`.
+#[inline]
+pub(super) fn exp_m1(x: Lanes) -> Lanes {
+    // the vector code would lose the sign of a zero
+    let inside = x.abs().at_most(Lanes::splat(LARGEST_EXPONENT)).bits() & Lanes::splat(0.0).below(x.abs()).bits();
+    let result = exponential_less_one(x);
+    if inside == 0xff { result } else { replaced(x, inside, result, f64::exp_m1) }
+}
+
+/// The hyperbolic tangent.
+#[inline]
+pub(super) fn tanh(x: Lanes) -> Lanes {
+    let size = x.abs();
+    // a NaN is not below anything and stays
+    let size = Lanes::select_lt(Lanes::splat(SATURATION), size, Lanes::splat(SATURATION), size);
+    let one = Lanes::splat(1.0);
+    let two = Lanes::splat(2.0);
+    let less_one = exponential_less_one(size + size);
+    // t / (t + 2), written with 1 first where that loses less
+    let quotient = Lanes::select_lt(size, Lanes::splat(0.55), less_one, two) / (less_one + two);
+    let positive = Lanes::select_lt(size, Lanes::splat(0.55), quotient, one - quotient);
+    let sign = x.bits() & u64x8::splat(1 << 63);
+    Lanes::from_bits(positive.bits() | sign)
+}
