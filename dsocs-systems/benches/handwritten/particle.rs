@@ -1,0 +1,133 @@
+//! The particle with prescribed curvature, by hand.
+//!
+//! With `s = d₀ + d₁ = 2d + e` the velocity at the middle node is `s/2h` and the acceleration `e/h²`. So the curvature is
+//! `8 d×e/|s|³`, and the variational equation `s·e = 0`. The first row is multiplied by `|s|³`, which saves a division.
+
+use super::{History, LAST_UPDATE, Path, REMAINDER, SECOND_DIFFERENCE};
+
+/// A particle on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Particle<K> {
+    curvature: K,
+    path: Path,
+    history: History<2>,
+}
+
+/// What is known when the step begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    d: [f64; 2],
+    curvature: f64,
+}
+
+/// The rows, and their derivatives by `e`.
+pub type Rows = ([f64; 2], [[f64; 2]; 2]);
+
+impl Known {
+    #[inline(always)]
+    pub fn new(d: [f64; 2], curvature: f64) -> Self {
+        Self { d, curvature }
+    }
+
+    #[inline(always)]
+    pub fn rows(&self, e: [f64; 2]) -> Rows {
+        let [dx, dy] = [8.0 * self.d[0], 8.0 * self.d[1]];
+        let s = [2.0 * self.d[0] + e[0], 2.0 * self.d[1] + e[1]];
+        let squared = s[0] * s[0] + s[1] * s[1];
+        let length = squared.sqrt();
+        let pull = self.curvature * length;
+        let bend = dx * e[1] - dy * e[0] - pull * squared;
+        let work = s[0] * e[0] + s[1] * e[1];
+        let slope = 3.0 * pull;
+        ([bend, work], [[-dy - slope * s[0], dx - slope * s[1]], [s[0] + e[0], s[1] + e[1]]])
+    }
+
+    /// Newton's update, by Cramer's rule.
+    #[inline(always)]
+    fn update(&self, e: [f64; 2]) -> [f64; 2] {
+        let (r, [[a, b], [c, d]]) = self.rows(e);
+        let scale = (b * c - a * d).recip();
+        [(r[0] * d - b * r[1]) * scale, (a * r[1] - c * r[0]) * scale]
+    }
+}
+
+impl<K: Fn(f64, f64) -> f64> Particle<K> {
+    pub fn new(curvature: K, q0: [f64; 2], d: [f64; 2]) -> Self {
+        Self { curvature, path: Path::new(q0, d), history: History::new() }
+    }
+
+    pub fn position(&self) -> [f64; 2] {
+        self.path.q
+    }
+
+    /// Takes a step; `None` if Newton's iteration does not converge.
+    #[inline]
+    pub fn advance(&mut self) -> Option<u32> {
+        let d = self.path.d;
+        let known = Known::new(d, (self.curvature)(self.path.q[0], self.path.q[1]));
+        let size = [0, 1].map(|i| self.history.size[i].max(SECOND_DIFFERENCE * d[i].abs()));
+        let guess = self.history.predict();
+        let guess = if guess[0].is_nan() { [0.0; 2] } else { guess };
+        let (e, iterations) = solve(&known, guess, size)?;
+        self.path.advance(e);
+        if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
+            return None;
+        }
+        self.history.push(e);
+        Some(iterations)
+    }
+}
+
+#[inline(always)]
+fn small(update: [f64; 2], e: [f64; 2], size: [f64; 2]) -> bool {
+    let within = |i: usize| update[i].abs() <= LAST_UPDATE * e[i].abs().max(size[i]);
+    within(0) && within(1)
+}
+
+#[inline(always)]
+fn moved(e: [f64; 2], update: [f64; 2]) -> [f64; 2] {
+    [e[0] + update[0], e[1] + update[1]]
+}
+
+#[inline(always)]
+fn relative(update: [f64; 2], e: [f64; 2], size: [f64; 2]) -> f64 {
+    (update[0].abs() / e[0].abs().max(size[0])).max(update[1].abs() / e[1].abs().max(size[1]))
+}
+
+#[inline(always)]
+fn solve(known: &Known, e: [f64; 2], size: [f64; 2]) -> Option<([f64; 2], u32)> {
+    let update = known.update(e);
+    if small(update, e, size) {
+        return Some((moved(e, update), 1));
+    }
+    let next = moved(e, update);
+    let last = known.update(next);
+    if small(last, next, size) {
+        let contraction = relative(last, next, size) / relative(update, e, size);
+        if relative(last, next, size) * contraction * contraction <= REMAINDER {
+            return Some((moved(next, last), 2));
+        }
+    }
+    iterate(known, next, last, size)
+}
+
+/// From the third evaluation on: rare.
+#[inline(never)]
+fn iterate(known: &Known, mut e: [f64; 2], mut update: [f64; 2], size: [f64; 2]) -> Option<([f64; 2], u32)> {
+    for iteration in 3..50 {
+        let (from, step) = (e, update);
+        let mut part = 1.0;
+        loop {
+            e = [from[0] + part * step[0], from[1] + part * step[1]];
+            update = known.update(e);
+            if relative(update, from, size) < relative(step, from, size) || small(update, e, size) || part < 1e-6 {
+                break;
+            }
+            part *= 0.5;
+        }
+        if part == 1.0 && small(update, e, size) {
+            return Some((moved(e, update), iteration));
+        }
+    }
+    None
+}

@@ -1,0 +1,83 @@
+//! Where the rows of a run go.
+
+use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::path::Path;
+
+use super::CliError;
+use super::output::OutputFile;
+use super::table::TableFormat;
+
+/// Where rows go.
+pub enum Destination {
+    /// To a file.
+    File(OutputFile),
+    /// To standard output.
+    Stdout(BufWriter<Stdout>),
+    /// Nowhere.
+    Nowhere,
+}
+
+impl Destination {
+    /// The place that was asked for, and the format it wants. A file is begun, so that a place that cannot be written
+    /// is found before the run. Without a file rows go to standard output; if nobody asked for rows, not to a terminal.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if the file's name asks for no known format or it cannot be written.
+    pub fn new(out: Option<&Path>, rows_wanted: bool) -> Result<(TableFormat, Self), CliError> {
+        match out {
+            Some(path) if path.as_os_str() != "-" => {
+                Ok((TableFormat::of(path)?, Self::File(OutputFile::create(path)?)))
+            }
+            None if !rows_wanted && io::stdout().is_terminal() => Ok((TableFormat::Csv, Self::Nowhere)),
+            _ => Ok((TableFormat::Csv, Self::Stdout(BufWriter::new(io::stdout())))),
+        }
+    }
+
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(file) => Some(file.path()),
+            Self::Stdout(_) | Self::Nowhere => None,
+        }
+    }
+
+    /// The error of this place.
+    pub fn failed(&self, error: io::Error) -> CliError {
+        match self {
+            Self::File(file) => file.failed(error),
+            Self::Stdout(_) | Self::Nowhere => CliError::stdout(error),
+        }
+    }
+
+    /// Completes what was written.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if the last of it cannot be written.
+    pub fn finish(self) -> Result<(), CliError> {
+        match self {
+            Self::File(file) => file.finish(),
+            Self::Stdout(mut stdout) => stdout.flush().map_err(CliError::stdout),
+            Self::Nowhere => Ok(()),
+        }
+    }
+}
+
+impl Write for Destination {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::File(file) => file.write(bytes),
+            Self::Stdout(stdout) => stdout.write(bytes),
+            Self::Nowhere => Ok(bytes.len()),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::File(file) => file.flush(),
+            Self::Stdout(stdout) => stdout.flush(),
+            Self::Nowhere => Ok(()),
+        }
+    }
+}

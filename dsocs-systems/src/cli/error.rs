@@ -1,0 +1,119 @@
+//! What can go wrong on the command line, and the exit status it gives.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use thiserror::Error;
+
+use crate::experiment::ExperimentError;
+use crate::figure::FigureError;
+use crate::registry::{RunFailure, UnknownName};
+use dsocs_core::{RunError, SetupError};
+
+/// The options that do what an error advises.
+fn options(failure: &RunFailure) -> &'static str {
+    match failure {
+        RunFailure::Setup(SetupError::Acceleration { .. }) => {
+            "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
+        }
+        RunFailure::Run(RunError::Behind { .. }) => {
+            "\n(on the command line: `--until` and `--step` of one sign)"
+        }
+        _ => "",
+    }
+}
+
+/// A command failed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CliError {
+    /// A name does not exist.
+    #[error(transparent)]
+    Unknown(#[from] UnknownName),
+    /// A parameter's value is infinite or not a number.
+    #[error("parameter `{name}` is {value}; it must be finite")]
+    Parameter {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: f64,
+    },
+    /// The name of an output file does not say its format.
+    #[error("`{0}` is no table format: an output file's name ends in .csv or .json")]
+    TableFormat(String),
+    /// A file that is to be written cannot be.
+    #[error("cannot write {}: {cause}", .path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why not.
+        cause: io::Error,
+    },
+    /// Standard output cannot be written.
+    #[error("cannot write standard output: {0}")]
+    Stdout(io::Error),
+    /// The reader of standard output has gone, which is no error.
+    #[error("standard output was closed")]
+    Closed,
+    /// A run ended early or did not begin.
+    #[error("{failure}{}", options(.failure))]
+    Run {
+        /// Why.
+        failure: RunFailure,
+    },
+    /// A run ended early after some of it had been written.
+    #[error("{failure}\nwhat was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
+    Partial {
+        /// Why.
+        failure: RunFailure,
+        /// How many rows.
+        rows: u64,
+        /// Where.
+        place: String,
+    },
+    /// An experiment of the paper failed.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}
+
+impl CliError {
+    /// An error of standard output; a reader that has gone is told apart.
+    #[must_use]
+    pub fn stdout(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            Self::Closed
+        } else {
+            Self::Stdout(error)
+        }
+    }
+
+    /// The exit status: 2 for what should be asked differently, 1 for what failed on the way, 0 if only the reader of
+    /// standard output has gone.
+    #[must_use]
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Closed => ExitCode::SUCCESS,
+            Self::Unknown(_)
+            | Self::Parameter { .. }
+            | Self::TableFormat(_)
+            | Self::Figure(FigureError::Format(_))
+            | Self::Run {
+                failure:
+                    RunFailure::Setup(_)
+                    | RunFailure::Length { .. }
+                    | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
+            } => ExitCode::from(2),
+            _ => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl From<RunFailure> for CliError {
+    fn from(failure: RunFailure) -> Self {
+        Self::Run { failure }
+    }
+}

@@ -1,0 +1,142 @@
+//! Files that appear when they are complete.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::CliError;
+
+/// A file in the making. It is written beside its target and takes the target's name at the end, so that a target never
+/// holds half a file.
+pub struct OutputFile {
+    /// The target.
+    path: PathBuf,
+    /// Where it is written.
+    place: Place,
+}
+
+/// Where a file is written.
+enum Place {
+    /// To a temporary file, which takes the target's name at the end.
+    Beside(BufWriter<NamedTempFile>),
+    /// To the target, a device or pipe that must not be replaced.
+    Itself(BufWriter<fs::File>),
+}
+
+impl OutputFile {
+    /// Creates the file, and the folders above it.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::Write`] if the file cannot be written there.
+    pub fn create(path: &Path) -> Result<Self, CliError> {
+        let failed = |cause| CliError::Write {
+            path: path.to_owned(),
+            cause,
+        };
+        // a link is followed, not replaced
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let place = match fs::metadata(&target) {
+            Ok(existing) if existing.is_dir() => return Err(failed(io::ErrorKind::IsADirectory.into())),
+            Ok(existing) if !existing.is_file() => Place::Itself(BufWriter::new(
+                fs::File::options().write(true).open(&target).map_err(failed)?,
+            )),
+            _ => {
+                let folder = match target.parent() {
+                    Some(folder) if !folder.as_os_str().is_empty() => folder,
+                    _ => Path::new("."),
+                };
+                fs::create_dir_all(folder).map_err(failed)?;
+                Place::Beside(BufWriter::new(temporary(folder).map_err(failed)?))
+            }
+        };
+        Ok(Self { path: target, place })
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::Write`] if the last of it cannot be written or it cannot take its name.
+    pub fn finish(self) -> Result<(), CliError> {
+        let Self { path, place } = self;
+        let result = match place {
+            Place::Itself(mut file) => file.flush(),
+            Place::Beside(file) => file
+                .into_inner()
+                .map_err(io::IntoInnerError::into_error)
+                .and_then(|file| file.persist(&path).map(drop).map_err(|error| error.error)),
+        };
+        result.map_err(|cause| CliError::Write { path, cause })
+    }
+
+    /// The target.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The error of this file.
+    pub fn failed(&self, cause: io::Error) -> CliError {
+        CliError::Write {
+            path: self.path.clone(),
+            cause,
+        }
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.place {
+            Place::Beside(file) => file.write(bytes),
+            Place::Itself(file) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.place {
+            Place::Beside(file) => file.flush(),
+            Place::Itself(file) => file.flush(),
+        }
+    }
+}
+
+/// A temporary file with the permissions that a new file has.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".dsocs-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666)); // the umask takes its part off
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Writes a whole file.
+///
+/// # Errors
+///
+/// [`CliError::Write`] if it cannot be written.
+pub fn write(path: &Path, content: &[u8]) -> Result<(), CliError> {
+    let mut file = OutputFile::create(path)?;
+    if let Err(cause) = file.write_all(content) {
+        return Err(file.failed(cause));
+    }
+    file.finish()
+}
+
+/// Makes a folder and tries whether files can be written to it.
+///
+/// # Errors
+///
+/// [`CliError::Write`] if not.
+pub fn check_folder(folder: &Path) -> Result<(), CliError> {
+    fs::create_dir_all(folder)
+        .and_then(|()| temporary(folder)?.write_all(b"test"))
+        .map_err(|cause| CliError::Write {
+            path: folder.to_owned(),
+            cause,
+        })
+}

@@ -1,0 +1,95 @@
+//! `dsocs paper`: the paper's figures, their numbers and the tables of errors.
+
+mod figures;
+mod report;
+mod summary;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use dsocs_core::Node;
+use rayon::prelude::*;
+
+use super::{CliError, output, progress};
+use crate::experiment::pendulum::Moment;
+use crate::experiment::{ErrorRow, ExperimentError, particle, pendulum};
+use crate::figure::Format;
+use crate::reference::Reference;
+
+/// What `dsocs paper` takes.
+#[derive(Args, Debug)]
+pub struct PaperArguments {
+    /// The folder for figures and numbers
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    out: PathBuf,
+}
+
+/// Everything behind the figures.
+struct Results {
+    /// The particle's motion.
+    particle: Vec<Node<2>>,
+    /// The particle's errors.
+    particle_errors: Vec<ErrorRow>,
+    /// The pendulum's motion.
+    pendulum: Vec<Moment>,
+    /// The pendulum's errors.
+    pendulum_errors: Vec<ErrorRow>,
+    /// The pendulum's continuous motion.
+    reference: Reference,
+}
+
+/// Reproduces the paper's figures.
+///
+/// # Errors
+///
+/// [`CliError`] if the folder cannot be written (which is tried before anything is computed) or an experiment fails.
+pub fn paper(arguments: &PaperArguments) -> Result<(), CliError> {
+    let folder = &arguments.out;
+    output::check_folder(folder)?;
+    let begun = Instant::now();
+
+    let results = compute()?;
+    output::write(&folder.join("summary.json"), &summary::json(&results))?;
+    let computed = begun.elapsed();
+
+    let figures = figures::all(&results);
+    let bar = progress::bar(2 * figures.len() as u64, "figures");
+    figures.par_iter().try_for_each(|(name, figure)| {
+        let drawn = figure.draw()?;
+        for (format, ending) in [(Format::Svg, "svg"), (Format::Png, "png")] {
+            output::write(&folder.join(format!("{name}.{ending}")), &drawn.encode(format)?)?;
+            bar.inc(1);
+        }
+        Ok::<_, CliError>(())
+    })?;
+    bar.finish_and_clear();
+
+    let names: Vec<&str> = figures.iter().map(|&(name, _)| name).collect();
+    report::print(&results, folder, &names, [computed, begun.elapsed()])
+}
+
+/// Runs all experiments, independent ones at the same time.
+fn compute() -> Result<Results, ExperimentError> {
+    let runs = 2 * (particle::STEPS.len() + pendulum::STEPS.len()) as u64;
+    let bar = progress::bar(runs + 3, "computing");
+    let done = || bar.inc(1);
+    let particle_runs = || (particle::motion().inspect(|_| done()), particle::errors(done));
+    let pendulum_runs = || {
+        let reference = pendulum::reference().inspect(|_| done())?;
+        let errors = pendulum::errors(&reference, done)?;
+        Ok::<_, ExperimentError>((reference, errors))
+    };
+    let shown_pendulum = || pendulum::motion().inspect(|_| done());
+    let ((particle, particle_errors), (shown, pendulum_results)) =
+        rayon::join(particle_runs, || rayon::join(shown_pendulum, pendulum_runs));
+    bar.finish_and_clear();
+    let (reference, pendulum_errors) = pendulum_results?;
+    Ok(Results {
+        particle: particle?,
+        particle_errors: particle_errors?,
+        pendulum: shown?,
+        pendulum_errors,
+        reference,
+    })
+}

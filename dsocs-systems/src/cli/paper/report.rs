@@ -1,0 +1,90 @@
+//! What `dsocs paper` says on the terminal.
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use comfy_table::{Cell, CellAlignment, Table, presets};
+
+use super::{CliError, Results};
+use crate::experiment::{ErrorRow, StartRule, slope};
+use crate::pendulum::InertiaWheelPendulum;
+
+/// Prints the tables of errors and where everything is.
+///
+/// # Errors
+///
+/// [`CliError::Stdout`] if standard output cannot be written.
+pub fn print(
+    results: &Results,
+    folder: &Path,
+    figures: &[&str],
+    [computed, total]: [Duration; 2],
+) -> Result<(), CliError> {
+    let reference = &results.reference;
+    let end = reference.states.len() - 1;
+    let value = reference
+        .lyapunov(&InertiaWheelPendulum::default(), end)
+        .unwrap_or(f64::NAN);
+    let files = format!(
+        "Figures (SVG and PNG) in {}: {}.\nEvery number behind them: {}.\n{:.2} s for the numbers, {:.2} s in all.\n",
+        folder.display(),
+        figures.join(", "),
+        folder.join("summary.json").display(),
+        computed.as_secs_f64(),
+        total.as_secs_f64(),
+    );
+    let text = format!("{}\n{files}", tables(results, value));
+    std::io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(CliError::stdout)
+}
+
+/// The tables of errors, and the Lyapunov function at the end of the continuous and the discrete motion.
+fn tables(results: &Results, reference: f64) -> String {
+    let discrete = results.pendulum.last().map_or(f64::NAN, |moment| moment.lyapunov);
+    format!(
+        "Particle with curvature 1 over [0, 500], against the exact solution\n{}\n\n\
+         Inertia wheel pendulum over [0, 2000], against the continuous motion\n{}\n\n\
+         V(2000) of the continuous pendulum: {reference:.9} J\n\
+         V(2000) of the discrete pendulum (h = 0.1, paper start): {discrete:.9} J\n",
+        errors(&results.particle_errors, "max |x error| [m]"),
+        errors(&results.pendulum_errors, "max |θ error| [rad]"),
+    )
+}
+
+/// A table of errors with the local slopes.
+fn errors(rows: &[ErrorRow], quantity: &str) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let head = |start: StartRule| [format!("{}\n{quantity}", start.name()), "local\nslope".to_owned()];
+    table.set_header(std::iter::once("h [s]".to_owned()).chain(StartRule::ALL.into_iter().flat_map(head)));
+    let of = |start| rows.iter().filter(move |row| row.start == start);
+    let mut steps: Vec<f64> = of(StartRule::Paper).map(|row| row.h).collect();
+    steps.dedup();
+    for (index, h) in steps.iter().enumerate() {
+        let mut cells = vec![right(h.to_string())];
+        for start in StartRule::ALL {
+            let Some(row) = of(start).nth(index) else { continue };
+            let before = index.checked_sub(1).and_then(|before| of(start).nth(before));
+            let local =
+                before.map(|before| (before.max_error / row.max_error).ln() / (before.h / row.h).ln());
+            cells.push(right(format!("{:.7e}", row.max_error)));
+            cells.push(right(
+                local.map_or_else(String::new, |slope| format!("{slope:.3}")),
+            ));
+        }
+        table.add_row(cells);
+    }
+    let mut cells = vec![right("fit".to_owned())];
+    for start in StartRule::ALL {
+        cells.extend([right(String::new()), right(format!("{:.3}", slope(rows, start)))]);
+    }
+    table.add_row(cells);
+    table
+}
+
+/// A cell whose content stands at its right.
+fn right(content: String) -> Cell {
+    Cell::new(content).set_alignment(CellAlignment::Right)
+}

@@ -1,0 +1,242 @@
+//! `dsocs run`: one trajectory.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use dsocs_core::RunError;
+use serde_json::{Map, Value, json};
+
+use super::destination::Destination;
+use super::plot::Plot;
+use super::table::TableWriter;
+use super::{CliError, progress};
+use crate::registry::{self, AnySystem, Beginning, Entry, RunFailure, UnknownName};
+
+/// How many nodes there are between two signs of progress.
+const PROGRESS: u64 = 1024;
+
+/// What `dsocs run` takes.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub struct RunArguments {
+    /// The system, one of `dsocs list`
+    system: String,
+    /// The step h, in s; negative to run back in time
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// The time to run to, in s
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    until: Option<f64>,
+    /// The first node, a number for each coordinate
+    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',')]
+    q0: Option<Vec<f64>>,
+    /// The initial velocity, a number for each coordinate
+    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',')]
+    v0: Option<Vec<f64>>,
+    /// The second node, instead of a velocity
+    #[arg(
+        long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',',
+        conflicts_with_all = ["v0", "start"]
+    )]
+    q1: Option<Vec<f64>>,
+    /// How the second node follows from position and velocity [default: second-order]
+    #[arg(long, value_enum)]
+    start: Option<StartOption>,
+    /// A parameter's value; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
+    set: Vec<(String, f64)>,
+    /// Write every N-th node
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+    /// Write (and plot) these columns alone, in this order
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    columns: Option<Vec<String>>,
+    /// The table: a .csv or .json file, `-` for CSV on standard output (the default)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// A figure of the coordinates (or of --columns) against time: an .svg or .png file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+}
+
+/// How the second node follows from position and velocity.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum StartOption {
+    /// q1 = q0 + h v0
+    Paper,
+    /// q1 = q0 + h v0 + h²/2 a0
+    SecondOrder,
+}
+
+/// Reads `name=value`.
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let value = value
+        .trim()
+        .parse()
+        .map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.trim().to_owned(), value))
+}
+
+/// Runs one system and writes its trajectory.
+///
+/// # Errors
+///
+/// [`CliError`] if what was asked for does not exist, cannot be written or cannot be computed. What was computed is
+/// written all the same.
+pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
+    let entry = Entry::find(&arguments.system)?;
+    let mut system = (entry.build)();
+    for (name, value) in &arguments.set {
+        system.set(name, *value)?;
+        if !value.is_finite() {
+            return Err(CliError::Parameter {
+                name: name.clone(),
+                value: *value,
+            });
+        }
+    }
+    let h = arguments.step.unwrap_or(entry.step);
+    let until = arguments.until.unwrap_or(entry.until.copysign(h));
+    if until.is_infinite() {
+        return Err(RunFailure::from(RunError::Until { until }).into());
+    }
+    let beginning = beginning(arguments, entry);
+    let all = registry::columns(system.as_ref());
+    let chosen = chosen(arguments.columns.as_deref(), &all)?;
+
+    let mut plot = match &arguments.plot {
+        Some(path) => {
+            let coordinates = 1..=system.coordinates().len();
+            let shown = if arguments.columns.is_some() {
+                chosen.clone()
+            } else {
+                coordinates.collect()
+            };
+            Some(Plot::create(path, entry, &all, &shown)?)
+        }
+        None => None,
+    };
+    let (format, destination) = Destination::new(arguments.out.as_deref(), plot.is_none())?;
+    let about = about(entry, system.as_mut(), h, until, &beginning);
+    let names = chosen.iter().map(|&column| all[column].clone()).collect();
+    let mut table = TableWriter::new(format, destination, about, names);
+
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
+    let bar = progress::bar((until / h).abs() as u64, entry.name);
+    let (mut rows, mut broken) = (0, None);
+    let (mut every_value, mut values) = (Vec::new(), Vec::new());
+    let result = system.run(h, &beginning, until, &mut |row| {
+        if let Some(plot) = &mut plot {
+            plot.push(row);
+        }
+        if row.index % PROGRESS == 0 {
+            bar.set_position(row.index);
+        }
+        if row.index % arguments.every != 0 {
+            return ControlFlow::Continue(());
+        }
+        every_value.clear();
+        every_value.extend(row.values());
+        values.clear();
+        values.extend(chosen.iter().map(|&column| every_value[column]));
+        rows += 1;
+        match table.row(&values) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                broken = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    });
+    bar.finish_and_clear();
+    if let Some(error) = broken {
+        return Err(table.get_ref().failed(error));
+    }
+    if rows > 0 {
+        finish(table)?;
+        plot.map_or(Ok(()), Plot::finish)?;
+    }
+    match result {
+        Ok(()) => Ok(()),
+        Err(failure) if rows > 0 => {
+            let files = [&arguments.out, &arguments.plot].into_iter().flatten();
+            let places: Vec<String> = files.map(|path| path.display().to_string()).collect();
+            let place = if places.is_empty() {
+                "standard output".to_owned()
+            } else {
+                places.join(" and ")
+            };
+            Err(CliError::Partial { failure, rows, place })
+        }
+        Err(failure) => Err(failure.into()),
+    }
+}
+
+/// Completes the table and its file.
+fn finish(table: TableWriter<Destination>) -> Result<(), CliError> {
+    let on_stdout = table.get_ref().path().is_none();
+    let path = table.get_ref().path().map(PathBuf::from).unwrap_or_default();
+    match table.finish() {
+        Ok(destination) => destination.finish(),
+        Err(error) if on_stdout => Err(CliError::stdout(error)),
+        Err(cause) => Err(CliError::Write { path, cause }),
+    }
+}
+
+/// The start that was asked for.
+fn beginning(arguments: &RunArguments, entry: &Entry) -> Beginning {
+    let q0 = arguments.q0.clone().unwrap_or_else(|| entry.q0.to_vec());
+    let v0 = arguments.v0.clone().unwrap_or_else(|| entry.v0.to_vec());
+    match (&arguments.q1, arguments.start) {
+        (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
+        (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0 },
+        (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0 },
+    }
+}
+
+/// The numbers of the columns that were asked for.
+fn chosen(names: Option<&[String]>, all: &[String]) -> Result<Vec<usize>, UnknownName> {
+    let Some(names) = names else {
+        return Ok((0..all.len()).collect());
+    };
+    names
+        .iter()
+        .map(|name| {
+            all.iter()
+                .position(|column| column == name)
+                .ok_or_else(|| UnknownName::new("column", name, all.iter().cloned()))
+        })
+        .collect()
+}
+
+/// What is said of a run before its rows, where the format has a place for it.
+fn about(
+    entry: &Entry,
+    system: &mut dyn AnySystem,
+    h: f64,
+    until: f64,
+    beginning: &Beginning,
+) -> Map<String, Value> {
+    let start = match beginning {
+        Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
+        Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
+        Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
+    };
+    let parameters: Map<String, Value> = system
+        .parameters()
+        .into_iter()
+        .map(|parameter| (parameter.name.to_owned(), parameter.value.into()))
+        .collect();
+    [
+        ("system", entry.name.into()),
+        ("step", h.into()),
+        ("until", until.into()),
+        ("start", start),
+        ("parameters", parameters.into()),
+    ]
+    .into_iter()
+    .map(|(key, value)| (key.to_owned(), value))
+    .collect()
+}

@@ -1,0 +1,190 @@
+//! Axes: their ranges and the labels of their ticks.
+
+/// An axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Axis {
+    /// What is shown, with its unit in brackets. Empty for an axis that shares the label of another panel.
+    pub label: String,
+    /// How values become places.
+    pub scale: Scale,
+    /// The range; if it is not given, the data and a margin.
+    pub range: Option<[f64; 2]>,
+}
+
+/// How values become places on an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scale {
+    /// In proportion.
+    #[default]
+    Linear,
+    /// By the logarithm. Values that are not positive are left out.
+    Logarithmic,
+}
+
+impl Axis {
+    /// A linear axis.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            ..Self::default()
+        }
+    }
+
+    /// A logarithmic axis.
+    pub fn logarithmic(label: impl Into<String>) -> Self {
+        Self {
+            label: label.into(),
+            scale: Scale::Logarithmic,
+            range: None,
+        }
+    }
+
+    /// Sets the range.
+    #[must_use]
+    pub fn over(mut self, from: f64, to: f64) -> Self {
+        self.range = Some([from.min(to), from.max(to)]);
+        self
+    }
+
+    /// Whether a value has a place on the axis.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
+    }
+
+    /// The range for these values, never empty.
+    pub(super) fn range_of(&self, values: impl Iterator<Item = f64>) -> (f64, f64) {
+        if let Some([from, to]) = self.range
+            && from < to
+        {
+            return (from, to);
+        }
+        let (least, greatest) = values
+            .filter(|&value| self.shows(value))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
+                (least.min(value), greatest.max(value))
+            });
+        match (self.scale, least <= greatest) {
+            (Scale::Linear, false) => (0.0, 1.0),
+            (Scale::Logarithmic, false) => (0.1, 1.0),
+            (Scale::Linear, true) => {
+                let span = greatest - least;
+                // a constant (to rounding) keeps a window in which its ticks can be told apart
+                let floor = 1e-9 * least.abs().max(greatest.abs());
+                let margin = if span > floor {
+                    0.06 * span
+                } else {
+                    floor.max(1e-9) * 1e6
+                };
+                (least - margin, greatest + margin)
+            }
+            (Scale::Logarithmic, true) => {
+                let margin = (greatest / least).powf(0.06).max(1.25);
+                (least / margin, greatest * margin)
+            }
+        }
+    }
+}
+
+/// The label of a tick on a logarithmic axis: on one that shows several decades, powers of ten alone are labelled.
+pub(super) fn logarithmic_label(value: f64, decades: f64) -> String {
+    // a tick is one digit times a power of ten, but for rounding
+    let exponent = (value.log10() + 1e-6).floor();
+    let digit = (value / 10f64.powf(exponent)).round();
+    match (digit < 1.5, decades < 2.2) {
+        (true, _) => format!("10{}", superscript(exponent)),
+        (false, true) => format!("{digit}·10{}", superscript(exponent)),
+        (false, false) => String::new(),
+    }
+}
+
+/// A whole number as a superscript.
+fn superscript(number: f64) -> String {
+    format!("{number}")
+        .chars()
+        .map(|character| match character {
+            '-' => '⁻',
+            '0' => '⁰',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            '4' => '⁴',
+            '5' => '⁵',
+            '6' => '⁶',
+            '7' => '⁷',
+            '8' => '⁸',
+            '9' => '⁹',
+            other => other,
+        })
+        .collect()
+}
+
+/// The label of a tick on a linear axis with this range: no more digits than tell its ticks apart, a true minus sign.
+pub(super) fn linear_label(value: f64, (from, to): (f64, f64)) -> String {
+    let span = to - from;
+    let value = if value.abs() < 1e-9 * span { 0.0 } else { value };
+    let size = from.abs().max(to.abs());
+    let text = if (1e-3..1e6).contains(&size) {
+        // ticks are at least a fiftieth of the span apart
+        let digits = (2.0 - span.log10().floor()).clamp(0.0, 15.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and 15
+        let text = format!("{value:.*}", digits as usize);
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else {
+        let exponent = value.abs().log10().floor();
+        let digits = format!("{:.4}", value / 10f64.powf(exponent));
+        format!(
+            "{}·10{}",
+            digits.trim_end_matches('0').trim_end_matches('.'),
+            superscript(exponent)
+        )
+    };
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_ticks() {
+        assert_eq!(logarithmic_label(1e-3, 2.0), "10⁻³");
+        assert_eq!(logarithmic_label(1e12, 2.0), "10¹²");
+        assert_eq!(logarithmic_label(0.02, 2.5), "");
+        assert_eq!(logarithmic_label(0.02, 1.5), "2·10⁻²");
+        assert_eq!(linear_label(-0.5, (-1.0, 1.0)), "−0.5");
+        assert_eq!(linear_label(1e-17, (-1.0, 1.0)), "0");
+        assert_eq!(linear_label(15_000.0, (0.0, 16_000.0)), "15000");
+        assert_eq!(linear_label(2.5e7, (0.0, 3e7)), "2.5·10⁷");
+        assert_eq!(linear_label(100.0, (99.9, 100.1)), "100");
+    }
+
+    #[test]
+    fn a_range_is_never_empty() {
+        for scale in [Scale::Linear, Scale::Logarithmic] {
+            let axis = Axis {
+                scale,
+                ..Axis::default()
+            };
+            for values in [
+                vec![],
+                vec![0.0],
+                vec![1e9],
+                vec![f64::NAN],
+                vec![1.0, 1.0 + 1e-16],
+                vec![-3.0],
+            ] {
+                let (from, to) = axis.range_of(values.iter().copied());
+                assert!(
+                    from < to && from.is_finite() && to.is_finite(),
+                    "{scale:?} {values:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Figures: panels of curves with axes and legends, as SVG and PNG.
+//!
+//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file knows the plotting crate, one the
+//! renderer: text becomes outlines of an embedded font, so that a figure looks alike on a machine without any fonts.
+
+mod axis;
+mod draw;
+mod envelope;
+mod render;
+
+pub use axis::{Axis, Scale};
+pub use envelope::Envelope;
+pub use render::{FigureError, Format, Rendered};
+
+/// A colour-blind-safe blue (Okabe and Ito).
+pub const BLUE: &str = "#0072B2";
+/// A colour-blind-safe vermilion (Okabe and Ito).
+pub const VERMILION: &str = "#D55E00";
+/// A colour-blind-safe green (Okabe and Ito).
+pub const GREEN: &str = "#009E73";
+/// A colour-blind-safe purple (Okabe and Ito).
+pub const PURPLE: &str = "#AA4499";
+
+/// A figure: panels of one size, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Width and height, in pixels.
+    pub size: [f64; 2],
+    /// How many panels stand side by side.
+    pub columns: usize,
+    /// The panels, row by row.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// Draws the figure.
+    ///
+    /// # Errors
+    ///
+    /// [`FigureError`] if what the plotting crate writes cannot be read back.
+    pub fn draw(&self) -> Result<Rendered, FigureError> {
+        Rendered::new(&draw::svg(self))
+    }
+}
+
+/// One pair of axes with its curves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// The curves, the first at the back. Points that are not finite are left out.
+    pub curves: Vec<Curve>,
+    /// Where the labels of the curves stand.
+    pub legend: Legend,
+    /// Whether one unit has the same length on both axes (linear axes only).
+    pub equal_aspect: bool,
+}
+
+/// Where the labels of curves stand in a panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Legend {
+    /// In the upper left corner.
+    #[default]
+    TopLeft,
+    /// With its upper left corner at this point of the data.
+    At([f64; 2]),
+}
+
+/// A sequence of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// The points `[x, y]`.
+    pub points: Vec<[f64; 2]>,
+    /// How they are shown.
+    pub style: Style,
+    /// The colour, as SVG writes it.
+    pub colour: &'static str,
+    /// The label in the legend.
+    pub label: Option<String>,
+}
+
+/// How the points of a curve are shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Style {
+    /// Joined by a line of this width, in pixels.
+    Line(f64),
+    /// Joined by a dashed line of this width, in pixels.
+    Dashed(f64),
+    /// Discs of this radius, in pixels.
+    Discs(f64),
+    /// Squares of this half side, in pixels.
+    Squares(f64),
+}

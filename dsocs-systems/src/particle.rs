@@ -1,0 +1,150 @@
+//! A particle in the plane with prescribed signed curvature (paper, section 5.1).
+
+use dsocs_core::{Real, dsocs};
+
+/// A signed curvature κ, prescribed at every point of the plane.
+///
+/// ```
+/// use dsocs_core::Real;
+/// use dsocs_systems::{Curvature, CurvedParticle};
+///
+/// /// Sharper turns the farther from the origin.
+/// struct Funnel;
+///
+/// impl Curvature for Funnel {
+///     fn at<D: Real>(&self, x: D, y: D) -> D {
+///         (x * x + y * y + 1.0).sqrt()
+///     }
+/// }
+///
+/// let particle = CurvedParticle { mass: 1.0, curvature: Funnel };
+/// # let _ = particle;
+/// ```
+pub trait Curvature {
+    /// The curvature at the point `(x, y)`, in 1/m: positive to the left of the motion.
+    fn at<D: Real>(&self, x: D, y: D) -> D;
+}
+
+/// The same curvature everywhere, in 1/m. The particle moves on a circle, or for 0 on a straight line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant(pub f64);
+
+impl Curvature for Constant {
+    fn at<D: Real>(&self, _: D, _: D) -> D {
+        D::from(self.0)
+    }
+}
+
+/// A curvature that varies over the plane, `κ(x, y) = mean + amplitude · sin(k x) · cos(k y)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wavy {
+    /// The mean curvature, in 1/m.
+    pub mean: f64,
+    /// The amplitude of its variation, in 1/m.
+    pub amplitude: f64,
+    /// The wave number `k`, in 1/m.
+    pub wave_number: f64,
+}
+
+impl Default for Wavy {
+    /// `1 + sin(x) cos(y) / 2`.
+    fn default() -> Self {
+        Self {
+            mean: 1.0,
+            amplitude: 0.5,
+            wave_number: 1.0,
+        }
+    }
+}
+
+impl Curvature for Wavy {
+    fn at<D: Real>(&self, x: D, y: D) -> D {
+        (x * self.wave_number).sin() * (y * self.wave_number).cos() * self.amplitude + self.mean
+    }
+}
+
+/// A particle in the plane that turns with a prescribed signed curvature, by a force orthogonal to its velocity.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+
+    // C_K: the polar angle of the velocity turns by the curvature per unit length.
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature.at(x, y);
+
+    // C_V: the force is orthogonal to the velocity.
+    variational = [(dot(x), dot(y))];
+}]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvedParticle<K: Curvature> {
+    /// The mass of the particle \[kg\].
+    pub mass: f64,
+    /// The prescribed curvature.
+    pub curvature: K,
+}
+
+impl Default for CurvedParticle<Constant> {
+    /// The paper's example: unit curvature (the mass does not enter the motion).
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            curvature: Constant(1.0),
+        }
+    }
+}
+
+impl CurvedParticle<Constant> {
+    /// The exact position, in m, and velocity, in m/s, a time `t`, in s, after `(q0, v0)`.
+    ///
+    /// The speed is constant, so the velocity turns by `κ |v0| t`. The displacement is the chord of that arc, written
+    /// so that nothing cancels for a small curvature: for κ = 0 it is the straight line.
+    #[must_use]
+    pub fn exact(&self, q0: [f64; 2], v0: [f64; 2], t: f64) -> ([f64; 2], [f64; 2]) {
+        let half = self.curvature.0 * v0[0].hypot(v0[1]) * t / 2.0;
+        let ratio = if half == 0.0 { 1.0 } else { half.sin() / half };
+        let chord = rotated(v0, half);
+        (
+            [q0[0] + t * ratio * chord[0], q0[1] + t * ratio * chord[1]],
+            rotated(v0, 2.0 * half),
+        )
+    }
+}
+
+/// A plane vector turned to the left by an angle, in rad.
+fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
+    [cos * x - sin * y, sin * x + cos * y]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exact_solution_is_the_papers() {
+        for t in [0.0, 0.3, 7.0, 123.4, 500.0] {
+            let (q, v) = CurvedParticle::default().exact([0.0, 0.0], [1.0, 1.0], t);
+            let phase = 2f64.sqrt() * t - std::f64::consts::FRAC_PI_4;
+            let x = phase.cos() - 0.5f64.sqrt();
+            let y = phase.sin() + 0.5f64.sqrt();
+            assert!((q[0] - x).abs() < 1e-12 && (q[1] - y).abs() < 1e-12, "{t}");
+            let speed = 2f64.sqrt();
+            assert!((v[0] + speed * phase.sin()).abs() < 1e-12 && (v[1] - speed * phase.cos()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_small_curvature_is_nearly_a_straight_line() {
+        let at = |curvature| CurvedParticle {
+            mass: 1.0,
+            curvature: Constant(curvature),
+        };
+        let (straight, _) = at(0.0).exact([1.0, 2.0], [3.0, 4.0], 5.0);
+        assert!((straight[0] - 16.0).abs() < 1e-14 && (straight[1] - 22.0).abs() < 1e-14);
+        // the sagitta of the arc: κ s² / 2 with the length s = 25
+        let (bent, _) = at(1e-12).exact([1.0, 2.0], [3.0, 4.0], 5.0);
+        let sagitta = 1e-12 * 625.0 / 2.0;
+        assert!((bent[0] - straight[0] + 0.8 * sagitta).abs() < 1e-14);
+        assert!((bent[1] - straight[1] - 0.6 * sagitta).abs() < 1e-14);
+    }
+}

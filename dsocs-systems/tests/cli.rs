@@ -1,0 +1,364 @@
+//! The command line: exit status, messages and files.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+/// The command with these arguments, in an empty folder.
+fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+/// What the command with these arguments answers.
+fn output(arguments: &[&str]) -> Output {
+    let folder = tempfile::tempdir().unwrap();
+    dsocs(folder.path(), arguments).output().unwrap()
+}
+
+/// Standard output of a command that succeeds.
+fn stdout(arguments: &[&str]) -> String {
+    let output = output(arguments);
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(
+        output.stderr.is_empty(),
+        "no progress where standard error is no terminal"
+    );
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Exit status and standard error of a command that fails without writing rows.
+fn refused(arguments: &[&str]) -> (i32, String) {
+    let output = output(arguments);
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(!message.contains("panicked"), "{message}");
+    (output.status.code().unwrap(), message)
+}
+
+/// The rows of a table on standard output, without the names.
+fn rows(csv: &str) -> Vec<Vec<f64>> {
+    let number = |field: &str| {
+        if field.is_empty() {
+            f64::NAN
+        } else {
+            field.parse().unwrap()
+        }
+    };
+    csv.lines()
+        .skip(1)
+        .map(|line| line.split(',').map(number).collect())
+        .collect()
+}
+
+#[test]
+fn run_writes_the_columns_with_17_digits() {
+    let csv = stdout(&["run", "particle", "--step", "0.1", "--until", "1"]);
+    assert_eq!(csv.lines().next(), Some("t,x,y,v_x,v_y,force_x,force_y,energy"));
+    assert_eq!(csv.lines().count(), 12);
+    let field = csv
+        .lines()
+        .nth(2)
+        .and_then(|line| line.split(',').nth(1))
+        .unwrap();
+    let digits = field
+        .split('e')
+        .next()
+        .unwrap()
+        .chars()
+        .filter(char::is_ascii_digit)
+        .count();
+    assert_eq!(digits, 17, "{field}");
+
+    let csv = stdout(&["run", "pendulum", "--until", "0.2"]);
+    let names = "t,theta,psi,v_theta,v_psi,force_theta,force_psi,energy,lyapunov,dissipation,w";
+    assert_eq!(csv.lines().next(), Some(names));
+    let first = &rows(&csv)[0];
+    assert!((first[8] - 14_770.162_450_804_23).abs() < 1e-9);
+}
+
+#[test]
+fn starts_parameters_and_intervals_are_what_was_asked_for() {
+    let second = |arguments: &[&str]| {
+        rows(&stdout(
+            &[&["run", "particle", "--until", "0.4"], arguments].concat(),
+        ))[1]
+            .clone()
+    };
+    let paper = second(&["--start", "paper", "--v0", "1,-2"]);
+    assert_eq!(paper[1..3], [0.1, -0.2]);
+    let nodes = second(&["--q0", "-1,-1", "--q1", "-0.9,-1.1"]);
+    assert_eq!(nodes[1..3], [-0.9, -1.1]);
+    let curved = second(&["--set", "curvature=2", "--set", "mass=3"]);
+    assert!(
+        (curved[7] - 3.0 * second(&[])[7]).abs() < 1e-12,
+        "the energy of a mass of 3"
+    );
+    assert!(curved[3] < second(&[])[3]);
+    let every = second(&["--every", "2"]);
+    assert_eq!(every[..1], [0.2]);
+
+    let backwards = rows(&stdout(&[
+        "run",
+        "particle",
+        "--step",
+        "-0.1",
+        "--until",
+        "-0.3",
+        "--columns",
+        "x,t",
+    ]));
+    let times: Vec<f64> = backwards.iter().map(|row| row[1]).collect();
+    assert_eq!(times, [0.0, -0.1, -0.2, -0.1 * 3.0]);
+}
+
+#[test]
+fn files_are_written_in_the_format_of_their_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| {
+        let output = dsocs(
+            folder.path(),
+            &[&["run", "pendulum", "--until", "5"], arguments].concat(),
+        )
+        .output()
+        .unwrap();
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        output
+    };
+    let output = run(&["--out", "new/folder/a.json", "--plot", "a.svg"]);
+    assert!(output.stdout.is_empty());
+    let json: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("new/folder/a.json")).unwrap()).unwrap();
+    assert_eq!(json["system"], "pendulum");
+    assert_eq!(json["step"], 0.1);
+    assert_eq!(json["start"]["rule"], "second_order");
+    assert_eq!(json["parameters"]["chi"], 100.0);
+    assert_eq!(json["columns"][10], "w");
+    assert_eq!(json["rows"].as_array().map(Vec::len), Some(51));
+    let svg = fs::read_to_string(folder.path().join("a.svg")).unwrap();
+    assert!(svg.starts_with("<svg") && !svg.contains("<text"));
+
+    run(&["--out", "a.csv", "--plot", "a.png"]);
+    assert!(
+        fs::read(folder.path().join("a.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("a.csv")).unwrap(),
+        stdout(&["run", "pendulum", "--until", "5"])
+    );
+    let leftover = fs::read_dir(folder.path()).unwrap().filter(|entry| {
+        entry
+            .as_ref()
+            .unwrap()
+            .file_name()
+            .to_string_lossy()
+            .starts_with('.')
+    });
+    assert_eq!(leftover.count(), 0, "no temporary file stays");
+}
+
+#[test]
+fn names_that_do_not_exist_are_told_with_the_nearest() {
+    for (arguments, kind, nearest) in [
+        (&["run", "pendulm"][..], "system `pendulm`", "`pendulum`"),
+        (&["run", "pendulum", "--set", "chj=1"], "parameter `chj`", "`chi`"),
+        (
+            &["run", "particle", "--columns", "t,forc_x"],
+            "column `forc_x`",
+            "`force_x`",
+        ),
+    ] {
+        let (code, message) = refused(arguments);
+        assert_eq!(code, 2);
+        assert!(
+            message.contains(kind) && message.contains(&format!("did you mean {nearest}")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_status_2() {
+    for (options, expected) in [
+        (&["--step", "0"][..], "finite and not zero"),
+        (&["--step", "NaN"], "finite and not zero"),
+        (&["--step", "inf"], "finite and not zero"),
+        (&["--step", "-0.1", "--until", "5"], "the other way"),
+        (&["--until", "-1"], "the other way"),
+        (&["--until", "nan"], "NaN"),
+        (&["--until", "inf"], "inf"),
+        (
+            &["--q0", "1,2,3"],
+            "q0 has 3 components, but there are 2 coordinates: x, y",
+        ),
+        (&["--v0", "1"], "v0 has 1 component,"),
+        (&["--q0", "0,nan"], "component `y` of the start's q0 is NaN"),
+        (&["--v0", "inf,0"], "component `x` of the start's v0 is inf"),
+        (&["--set", "mass=inf"], "parameter `mass` is inf"),
+        (&["--set", "curvature=nan"], "parameter `curvature` is NaN"),
+        (&["--set", "mass"], "NAME=VALUE"),
+        (&["--set", "mass=heavy"], "`heavy` is not a number"),
+        (&["--v0", "0,0"], "at rest"),
+        (&["--q1", "0.1,0.1", "--v0", "1,1"], "cannot be used with"),
+        (&["--q1", "0.1,0.1", "--start", "paper"], "cannot be used with"),
+        (&["--every", "0"], "--every"),
+        (&["--out", "table.txt"], ".csv or .json"),
+        (&["--plot", "figure.jpg"], ".svg or .png"),
+    ] {
+        let (code, message) = refused(&[&["run", "particle"], options].concat());
+        assert_eq!(code, 2, "{options:?}: {message}");
+        assert!(message.contains(expected), "{options:?}: {message}");
+    }
+}
+
+#[test]
+fn a_failed_step_leaves_what_was_computed() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "run", "particle", "--start", "paper", "--v0", "0,0", "--out", "rest.csv", "--plot", "rest.svg",
+    ];
+    let output = dsocs(folder.path(), &arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        message.contains("step 1") && message.contains("at rest") && message.contains("rest.csv"),
+        "{message}"
+    );
+    let csv = fs::read_to_string(folder.path().join("rest.csv")).unwrap();
+    assert_eq!(rows(&csv).len(), 1);
+    assert!(
+        csv.lines().nth(1).unwrap().contains(",,"),
+        "what is not a number is empty: {csv}"
+    );
+    assert!(folder.path().join("rest.svg").exists());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_told_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("file"), "").unwrap();
+    for arguments in [
+        &["paper", "--out", "file"][..],
+        &["--out", "file/results"],
+        &["run", "particle", "--out", "file/a.csv", "--until", "1e9"],
+        &["run", "particle", "--plot", "file/a.svg", "--until", "1e9"],
+    ] {
+        let output = dsocs(folder.path(), arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            message.contains("cannot write") && message.contains("file"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = dsocs(folder.path(), &["run", "particle", "--until", "1e9"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut some = [0; 1000];
+    child.stdout.take().unwrap().read_exact(&mut some).unwrap(); // and close
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success());
+    assert!(output.stderr.is_empty());
+}
+
+#[test]
+fn list_names_systems_coordinates_and_parameters() {
+    let json: Value = serde_json::from_str(&stdout(&["list", "--format", "json"])).unwrap();
+    let names: Vec<&str> = json
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|system| system["name"].as_str())
+        .collect();
+    assert_eq!(names, ["particle", "pendulum"]);
+    assert_eq!(json[0]["kind"], "second-order");
+    assert_eq!(json[1]["coordinates"], serde_json::json!(["theta", "psi"]));
+    let i = &json[1]["parameters"][0];
+    assert_eq!(
+        (i["name"].as_str(), i["default"].as_f64(), i["unit"].as_str()),
+        (Some("i"), Some(312.5), Some("kg m²"))
+    );
+    let text = stdout(&["list"]);
+    assert!(text.contains("particle") && text.contains("rho"));
+}
+
+#[test]
+fn the_papers_figures_and_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = dsocs(folder.path(), &[]).output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(output.stderr.is_empty());
+    let results = folder.path().join("results");
+    for figure in [
+        "particle-path",
+        "particle-xy",
+        "particle-error",
+        "pendulum-motion",
+        "pendulum-error",
+    ] {
+        let svg = fs::read_to_string(results.join(format!("{figure}.svg"))).unwrap();
+        assert!(
+            !svg.contains("<text") && svg.len() < 500_000,
+            "{figure}: {} bytes",
+            svg.len()
+        );
+        assert!(
+            fs::read(results.join(format!("{figure}.png")))
+                .unwrap()
+                .starts_with(b"\x89PNG")
+        );
+    }
+    let summary: Value = serde_json::from_slice(&fs::read(results.join("summary.json")).unwrap()).unwrap();
+    let number = |value: &Value| value.as_f64().unwrap();
+    assert_eq!(summary["particle"]["errors"].as_array().map(Vec::len), Some(14));
+    assert_eq!(summary["pendulum"]["errors"].as_array().map(Vec::len), Some(10));
+    for (row, expected) in [
+        (&summary["particle"]["errors"][0]["max_error_x"], 2.044_112_3),
+        (&summary["particle"]["errors"][13]["max_error_x"], 1.175_092_3e-4),
+        (
+            &summary["pendulum"]["errors"][0]["max_error_theta"],
+            3.287_090_7e-1,
+        ),
+        (
+            &summary["pendulum"]["errors"][9]["max_error_theta"],
+            1.613_679_1e-3,
+        ),
+    ] {
+        assert!((number(row) / expected - 1.0).abs() < 1e-6, "{row} {expected}");
+    }
+    assert!((number(&summary["particle"]["slope"]["paper"]) - 1.61).abs() < 0.01);
+    assert!((number(&summary["pendulum"]["reference_lyapunov_2000"]) - 195.472_779_467).abs() < 1e-6);
+    let lyapunov = summary["pendulum"]["lyapunov"].as_array().unwrap();
+    assert_eq!(lyapunov.len(), 20_001);
+    assert_eq!(lyapunov[20_000]["t"].to_string(), "2000.0");
+    let table = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        table.contains("2.0441123e0") && table.contains("1.6136791e-3"),
+        "{table}"
+    );
+}
