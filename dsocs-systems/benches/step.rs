@@ -86,7 +86,13 @@ fn field(x: f64, y: f64) -> f64 {
 }
 
 /// Rivals must solve the same problem: the same nodes to rounding, in as many iterations.
-fn must_agree(name: &str, mut generated: impl Stepper, mut rival: impl Stepper, steps: u32, tolerance: [f64; 2]) {
+fn must_agree(
+    name: &str,
+    mut generated: impl Stepper,
+    mut rival: impl Stepper,
+    steps: u32,
+    tolerance: [f64; 2],
+) {
     let mut iterations = [0; 2];
     for k in 0..steps {
         iterations[0] += generated.step();
@@ -94,12 +100,21 @@ fn must_agree(name: &str, mut generated: impl Stepper, mut rival: impl Stepper, 
         let (left, right) = (generated.place(), rival.place());
         for i in 0..2 {
             let distance = (left[i] - right[i]).abs();
-            assert!(distance <= tolerance[i], "{name}, step {k}: coordinate {i} is {distance:e} apart");
+            assert!(
+                distance <= tolerance[i],
+                "{name}, step {k}: coordinate {i} is {distance:e} apart"
+            );
         }
     }
     let mean = iterations.map(|count| f64::from(count) / f64::from(steps));
-    println!("{name}: the same motion, {:.3} iterations a step generated, {:.3} by hand", mean[0], mean[1]);
-    assert!((mean[0] - mean[1]).abs() < 0.1, "{name}: one of the two has an easier time");
+    println!(
+        "{name}: the same motion, {:.3} iterations a step generated, {:.3} by hand",
+        mean[0], mean[1]
+    );
+    assert!(
+        (mean[0] - mean[1]).abs() < 0.1,
+        "{name}: one of the two has an easier time"
+    );
 }
 
 /// One line of the table.
@@ -129,7 +144,7 @@ fn alternate(
         start.elapsed().as_secs_f64() * 1e9 / f64::from(units)
     }
     for _ in 0..batches / 10 {
-        (generated(), by_hand());
+        black_box((generated(), by_hand()));
     }
     let (mut left, mut right, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for batch in 0..batches {
@@ -145,7 +160,13 @@ fn alternate(
         right.push(by_hand);
         ratios.push(generated / by_hand);
     }
-    Line { system, what, generated: median(left), by_hand: median(right), ratio: median(ratios) }
+    Line {
+        system,
+        what,
+        generated: median(left),
+        by_hand: median(right),
+        ratio: median(ratios),
+    }
 }
 
 /// Batches of steps, one after the other along a run, and the run again from its start.
@@ -206,7 +227,12 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
     curvature: F,
     batches: usize,
 ) -> [Line; 2] {
-    let run = alternate([name, "step"], batches, steps(flow(system, PARTICLE)), steps(by_hand(curvature)));
+    let run = alternate(
+        [name, "step"],
+        batches,
+        steps(flow(system, PARTICLE)),
+        steps(by_hand(curvature)),
+    );
     let (leg, e) = in_the_middle(flow(system, PARTICLE));
     let constants = system.constants(H);
     let known = system.known(&constants, &leg);
@@ -229,7 +255,12 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
 fn pendulum_lines(batches: usize) -> [Line; 2] {
     let name = "pendulum";
     let system = InertiaWheelPendulum::default();
-    let run = alternate([name, "step"], batches, steps(flow(&system, PENDULUM)), steps(pendulum_by_hand()));
+    let run = alternate(
+        [name, "step"],
+        batches,
+        steps(flow(&system, PENDULUM)),
+        steps(pendulum_by_hand()),
+    );
     let (leg, e) = in_the_middle(flow(&system, PENDULUM));
     let constants = system.constants(H);
     let known = system.known(&constants, &leg);
@@ -273,32 +304,89 @@ fn measure<S: Stepper>(criterion: &mut Criterion, name: &str, variant: &str, mut
 }
 
 fn main() {
-    let constant = CurvedParticle { mass: 1.0, curvature: Constant(1.0) };
-    let wavy = CurvedParticle { mass: 1.0, curvature: Wavy::default() };
+    let constant = CurvedParticle {
+        mass: 1.0,
+        curvature: Constant(1.0),
+    };
+    let wavy = CurvedParticle {
+        mass: 1.0,
+        curvature: Wavy::default(),
+    };
     let pendulum = InertiaWheelPendulum::default();
     let one = |_: f64, _: f64| 1.0;
 
-    must_agree("particle, κ = 1", flow(&constant, PARTICLE), by_hand(one), RUN, [1e-11; 2]);
-    must_agree("particle, κ(x, y)", flow(&wavy, PARTICLE), by_hand(field), RUN, [1e-9; 2]);
-    must_agree("pendulum", flow(&pendulum, PENDULUM), pendulum_by_hand(), RUN, [5e-11, 1e-8]);
+    must_agree(
+        "particle, κ = 1",
+        flow(&constant, PARTICLE),
+        by_hand(one),
+        RUN,
+        [1e-11; 2],
+    );
+    must_agree(
+        "particle, κ(x, y)",
+        flow(&wavy, PARTICLE),
+        by_hand(field),
+        RUN,
+        [1e-9; 2],
+    );
+    must_agree(
+        "pendulum",
+        flow(&pendulum, PENDULUM),
+        pendulum_by_hand(),
+        RUN,
+        [5e-11, 1e-8],
+    );
 
     let mut criterion = Criterion::default().configure_from_args();
-    measure(&mut criterion, "particle, constant curvature", "generated", flow(&constant, PARTICLE));
-    measure(&mut criterion, "particle, constant curvature", "by hand", by_hand(one));
-    measure(&mut criterion, "particle, curvature field", "generated", flow(&wavy, PARTICLE));
-    measure(&mut criterion, "particle, curvature field", "by hand", by_hand(field));
+    measure(
+        &mut criterion,
+        "particle, constant curvature",
+        "generated",
+        flow(&constant, PARTICLE),
+    );
+    measure(
+        &mut criterion,
+        "particle, constant curvature",
+        "by hand",
+        by_hand(one),
+    );
+    measure(
+        &mut criterion,
+        "particle, curvature field",
+        "generated",
+        flow(&wavy, PARTICLE),
+    );
+    measure(
+        &mut criterion,
+        "particle, curvature field",
+        "by hand",
+        by_hand(field),
+    );
     measure(&mut criterion, "pendulum", "generated", flow(&pendulum, PENDULUM));
     measure(&mut criterion, "pendulum", "by hand", pendulum_by_hand());
     criterion.final_summary();
 
     let given = |argument: &str| std::env::args().any(|given| given == argument);
-    let batches = if given("--test") { 2 } else if given("--quick") { 400 } else { 4000 };
+    let batches = if given("--test") {
+        2
+    } else if given("--quick") {
+        400
+    } else {
+        4000
+    };
     println!("\nsystem               what                 generated ns  by hand ns  ratio");
     let lines = particle_lines("particle, κ = 1", &constant, one, batches)
         .into_iter()
         .chain(particle_lines("particle, κ(x, y)", &wavy, field, batches))
         .chain(pendulum_lines(batches));
-    for Line { system, what, generated, by_hand, ratio } in lines {
+    for Line {
+        system,
+        what,
+        generated,
+        by_hand,
+        ratio,
+    } in lines
+    {
         println!("{system:<20} {what:<20} {generated:>12.1} {by_hand:>11.1} {ratio:>6.2}");
     }
 }

@@ -3,6 +3,8 @@
 //! They use all that `dsocs-core` uses (the second difference as the unknown, compensated sums, the same predictor and
 //! stop rule), but for one system each: rows simplified with pencil and paper, no traits, no reports, no errors.
 
+#![allow(clippy::needless_range_loop)] // components by index, as it would be written by hand
+
 pub mod particle;
 pub mod pendulum;
 
@@ -26,7 +28,12 @@ struct Path {
 
 impl Path {
     fn new(q0: [f64; 2], d: [f64; 2]) -> Self {
-        let mut path = Self { q: q0, q_low: [0.0; 2], d, d_low: [0.0; 2] };
+        let mut path = Self {
+            q: q0,
+            q_low: [0.0; 2],
+            d,
+            d_low: [0.0; 2],
+        };
         path.follow();
         path
     }
@@ -73,7 +80,10 @@ struct History<const M: usize> {
 
 impl<const M: usize> History<M> {
     fn new() -> Self {
-        Self { differences: [[f64::NAN; M]; 6], size: [0.0; M] }
+        Self {
+            differences: [[f64::NAN; M]; 6],
+            size: [0.0; M],
+        }
     }
 
     #[inline(always)]

@@ -39,7 +39,13 @@ impl Known {
         let bend = dx * e[1] - dy * e[0] - pull * squared;
         let work = s[0] * e[0] + s[1] * e[1];
         let slope = 3.0 * pull;
-        ([bend, work], [[-dy - slope * s[0], dx - slope * s[1]], [s[0] + e[0], s[1] + e[1]]])
+        (
+            [bend, work],
+            [
+                [-dy - slope * s[0], dx - slope * s[1]],
+                [s[0] + e[0], s[1] + e[1]],
+            ],
+        )
     }
 
     /// Newton's update, by Cramer's rule.
@@ -53,7 +59,11 @@ impl Known {
 
 impl<K: Fn(f64, f64) -> f64> Particle<K> {
     pub fn new(curvature: K, q0: [f64; 2], d: [f64; 2]) -> Self {
-        Self { curvature, path: Path::new(q0, d), history: History::new() }
+        Self {
+            curvature,
+            path: Path::new(q0, d),
+            history: History::new(),
+        }
     }
 
     pub fn position(&self) -> [f64; 2] {
@@ -120,12 +130,15 @@ fn iterate(known: &Known, mut e: [f64; 2], mut update: [f64; 2], size: [f64; 2])
         loop {
             e = [from[0] + part * step[0], from[1] + part * step[1]];
             update = known.update(e);
-            if relative(update, from, size) < relative(step, from, size) || small(update, e, size) || part < 1e-6 {
+            if relative(update, from, size) < relative(step, from, size)
+                || small(update, e, size)
+                || part < 1e-6
+            {
                 break;
             }
             part *= 0.5;
         }
-        if part == 1.0 && small(update, e, size) {
+        if part >= 1.0 && small(update, e, size) {
             return Some((moved(e, update), iteration));
         }
     }

@@ -89,7 +89,11 @@ impl Constants {
 
 impl Pendulum {
     pub fn new(h: f64, q0: [f64; 2], d: [f64; 2]) -> Self {
-        Self { constants: Constants::new(h), path: Path::new(q0, d), history: History::new() }
+        Self {
+            constants: Constants::new(h),
+            path: Path::new(q0, d),
+            history: History::new(),
+        }
     }
 
     pub fn position(&self) -> [f64; 2] {
@@ -105,7 +109,8 @@ impl Pendulum {
         let [guess] = self.history.predict();
         let guess = if guess.is_nan() { 0.0 } else { guess };
         let (z, iterations) = solve(constants, &known, guess, size)?;
-        self.path.advance([z, constants.wheel[0] * known.sine - constants.wheel[1] * z]);
+        self.path
+            .advance([z, constants.wheel[0] * known.sine - constants.wheel[1] * z]);
         if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
             return None;
         }
@@ -162,7 +167,7 @@ fn iterate(
         }
         let (before, after) = (step.abs(), update.abs());
         let scale = z.abs().max(size);
-        if part == 1.0 && after <= LAST_UPDATE * scale {
+        if part >= 1.0 && after <= LAST_UPDATE * scale {
             let contraction = after / before;
             if after / scale * contraction * contraction <= REMAINDER || after >= 0.5 * before {
                 return Some((z + update, count));

@@ -1,0 +1,15 @@
+//! A force of which the displacements cannot be found.
+
+use dsocs_core::dsocs;
+
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
+    kinematic = ddot(x) + x;
+    forces = [(x, y, z)];
+}]
+pub struct Particle {
+    pub mass: f64,
+}
+
+fn main() {}

@@ -1,0 +1,378 @@
+//! Comparison of a generated system with its [`Declaration`] written by hand, at one state.
+
+use core::fmt::Display;
+
+use dsocs_core::{Leg, Point, Real, System, Unknown as _};
+use num_dual::Dual64;
+
+use crate::independent::{self, Declaration};
+use crate::tangent::Tangent;
+
+/// How far two evaluations of one number may differ, relative to what rounding the nodes can do.
+///
+/// The independent rows are formed from nodes, whose rounding is a few units of `2.2e-16`; a mistake in a formula is of
+/// the order of 1.
+const ROUNDING: f64 = 1e-12;
+
+/// How far a difference quotient (of fourth order) may be from the derivative.
+const DIFFERENCE: f64 = 1e-6;
+
+/// A state to compare at.
+#[derive(Clone, Copy, Debug)]
+pub struct State<const N: usize> {
+    /// The step.
+    pub h: f64,
+    /// The middle node.
+    pub q: [f64; N],
+    /// The increment that led to it, over `h`: a velocity.
+    pub v: [f64; N],
+    /// The second difference, over `h²`: an acceleration.
+    pub a: [f64; N],
+}
+
+/// What a comparison is to know about a system.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// Whether functions of the user's are called with what Newton's iteration varies: then the generated code, run with
+    /// [`Tangent`]s, does not see through them.
+    pub opaque: bool,
+    /// The step of difference quotients, relative to the unknown's natural scale `h² · 1`.
+    pub nudge: f64,
+}
+
+impl Default for Kind {
+    fn default() -> Self {
+        Self {
+            opaque: false,
+            nudge: 1e-3,
+        }
+    }
+}
+
+/// Why a comparison was not passed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Mismatch {
+    /// The declaration has no value at this state: there is nothing to compare.
+    Undefined,
+    /// Something differs, in words.
+    Differs(String),
+}
+
+/// Whether two numbers differ by more than `tolerance`; a NaN differs from everything.
+fn expect(what: impl Display, generated: f64, independent: f64, tolerance: f64) -> Result<(), Mismatch> {
+    if (generated - independent).abs() <= tolerance {
+        return Ok(());
+    }
+    Err(Mismatch::Differs(format!(
+        "{what}: generated {generated:e}, independent {independent:e}, tolerance {tolerance:e}"
+    )))
+}
+
+/// Compares everything that `#[dsocs]` generates for one step and at one point.
+///
+/// # Errors
+///
+/// What differs, in words.
+pub fn compare<S: System<N>, P: Declaration<N>, const N: usize>(
+    system: &S,
+    declaration: &P,
+    state: State<N>,
+    kind: Kind,
+) -> Result<(), Mismatch> {
+    step(system, declaration, state, kind)?;
+    point(system, declaration, state)
+}
+
+/// Derivatives of rows by each component of a vector, `[row][component]`, and the rows.
+fn differentiate<const N: usize>(
+    at: [f64; N],
+    function: impl Fn([Dual64; N]) -> Vec<Dual64>,
+) -> (Vec<f64>, Vec<[f64; N]>) {
+    let columns: [Vec<Dual64>; N] = core::array::from_fn(|j| function(independent::variable(at, j)));
+    let rows = columns[0].iter().map(|row| row.re).collect();
+    let jacobian = (0..columns[0].len())
+        .map(|i| core::array::from_fn(|j| columns[j][i].eps))
+        .collect();
+    (rows, jacobian)
+}
+
+/// The sum of `|derivative · x|`: what one unit of relative error in `x` does.
+fn condition<const N: usize>(slopes: &[f64; N], x: &[f64; N]) -> f64 {
+    slopes.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum()
+}
+
+/// The nodes of a step.
+fn nodes<R: Real, const N: usize>(q: [R; N], d: [R; N], e: [R; N]) -> [[R; N]; 3] {
+    let q0 = core::array::from_fn(|i| q[i] - d[i]);
+    let q2 = core::array::from_fn(|i| q[i] + (d[i] + e[i]));
+    [q0, q, q2]
+}
+
+/// The methods of a step.
+fn step<S: System<N>, P: Declaration<N>, const N: usize>(
+    system: &S,
+    declaration: &P,
+    State { h, q, v, a }: State<N>,
+    kind: Kind,
+) -> Result<(), Mismatch> {
+    let leg = Leg {
+        q,
+        d: v.map(|v| v * h),
+    };
+    let constants = system.constants(h);
+    let known = system.known(&constants, &leg);
+    let z = system.unknown(&a.map(|a| a * h * h));
+    let e = system.second_difference(&constants, &known, &z);
+    let unknowns = z.as_ref().len();
+
+    let dual = |x: [f64; N]| independent::fixed(x);
+    let (rows, slopes) = differentiate(e, |e| {
+        independent::rows(declaration, Dual64::from(h), nodes(dual(q), dual(leg.d), e))
+    });
+    let (_, by_q) = differentiate(q, |q| {
+        independent::rows(declaration, Dual64::from(h), nodes(q, dual(leg.d), dual(e)))
+    });
+    if rows.iter().chain(slopes.as_flattened()).any(|x| !x.is_finite()) {
+        return Err(Mismatch::Undefined);
+    }
+    // rounding q0 and q2 moves d and e, and those weigh 1/h²
+    let scale: Vec<f64> = (0..rows.len())
+        .map(|i| {
+            let size: [f64; N] = core::array::from_fn(|j| q[j].abs() + leg.d[j].abs() + e[j].abs());
+            rows[i].abs() + condition(&by_q[i], &q) + condition(&slopes[i], &size)
+        })
+        .collect();
+
+    // rows: those that generated code has eliminated vanish at every z
+    let generated = system.residual(&constants, &known, &z);
+    let mut kept = Vec::new();
+    for (i, (&row, &scale)) in rows.iter().zip(&scale).enumerate() {
+        let next = generated.rows.as_ref().get(kept.len());
+        let eliminated = row.abs() <= ROUNDING * scale && rows.len() - unknowns > i - kept.len();
+        match next {
+            Some(&next) if (next - row).abs() <= ROUNDING * scale => kept.push(i),
+            _ if eliminated => {}
+            Some(&next) => expect(format_args!("row {i}"), next, row, ROUNDING * scale)?,
+            None => expect(format_args!("eliminated row {i}"), 0.0, row, ROUNDING * scale)?,
+        }
+    }
+    if kept.len() != unknowns {
+        return Err(Mismatch::Differs(format!(
+            "{unknowns} unknowns, but rows {kept:?} are left of {rows:?}"
+        )));
+    }
+
+    // the Jacobian: by the chain rule through e(z), by the generated code itself, and by differences
+    for k in 0..unknowns {
+        let moved = moving(system, h, &leg, z.as_ref(), k);
+        for (place, &i) in kept.iter().enumerate() {
+            let entry = generated.jacobian.as_ref()[place].as_ref()[k];
+            let chain: f64 = (0..N).map(|j| slopes[i][j] * moved.second_difference[j]).sum();
+            let size: f64 = (0..N)
+                .map(|j| (slopes[i][j] * moved.second_difference[j]).abs())
+                .sum();
+            // the entry's own condition is not known; that of its row over the unknown's scale stands in
+            let tolerance = 100.0 * ROUNDING * (size + entry.abs() + scale[i] / (h * h));
+            expect(format_args!("∂row {i}/∂z{k}"), entry, chain, tolerance)?;
+            if !kind.opaque {
+                expect(
+                    format_args!("∂row {i}/∂z{k} by itself"),
+                    entry,
+                    moved.rows[place],
+                    tolerance,
+                )?;
+            }
+            let nudge = kind.nudge * h * h;
+            let quotient = richardson(nudge, |shift| {
+                let mut z = z;
+                z.as_mut()[k] += shift;
+                system.residual(&constants, &known, &z).rows.as_ref()[place]
+            });
+            let tolerance = DIFFERENCE * (size + entry.abs()) + 10.0 * f64::EPSILON * scale[i] / nudge;
+            expect(
+                format_args!("∂row {i}/∂z{k} by differences"),
+                entry,
+                quotient,
+                tolerance,
+            )?;
+        }
+    }
+
+    reported(system, declaration, h, &leg, e)
+}
+
+/// What is reported of a step with the second difference `e`.
+fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
+    system: &S,
+    declaration: &P,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: [f64; N],
+) -> Result<(), Mismatch> {
+    let constants = system.constants(h);
+    let known = system.known(&constants, leg);
+    let (q, dual) = (leg.q, |x: [f64; N]| independent::fixed(x));
+    let nodes = nodes(q, leg.d, e);
+    let sizes = |i: usize| q[i].abs() + leg.d[i].abs() + e[i].abs();
+    let size: f64 = (0..N).map(sizes).sum();
+    let at = system.point(&constants, &known, leg, &e);
+    let map = declaration.phi_kinematic(h, nodes);
+    for (name, generated, independent, power) in [
+        ("q", at.q, map[0], 0),
+        ("v", at.v, map[1], 1),
+        ("a", at.a, map[2], 2),
+    ] {
+        for i in 0..N {
+            let tolerance = ROUNDING * (independent[i].abs() + size / h.abs().powi(power));
+            expect(
+                format_args!("{name}{i} of the point"),
+                generated[i],
+                independent[i],
+                tolerance,
+            )?;
+        }
+    }
+    let force = system.force(&constants, &known, leg, &e);
+    let independent_force =
+        |e| independent::force(declaration, Dual64::from(h), self::nodes(dual(q), dual(leg.d), e)).to_vec();
+    let (expected, by_e) = differentiate(e, independent_force);
+    for i in 0..N {
+        let scale = expected[i].abs() + size * by_e[i].iter().map(|slope| slope.abs()).sum::<f64>();
+        expect(
+            format_args!("force {i}"),
+            force[i],
+            expected[i],
+            ROUNDING * (scale + size),
+        )?;
+    }
+    let expected = independent::discrete_lagrangian(declaration, h, nodes[0], q);
+    let value = system.discrete_lagrangian(h, leg);
+    let (_, by_node) = differentiate(q, |q| {
+        vec![independent::discrete_lagrangian(
+            declaration,
+            Dual64::from(h),
+            dual(nodes[0]),
+            q,
+        )]
+    });
+    let scale = expected.abs() + 1.0 + size * by_node[0].iter().map(|slope| slope.abs()).sum::<f64>();
+    expect("discrete Lagrangian", value, expected, ROUNDING * scale)
+}
+
+/// The generated code, moved along unknown `k` with [`Tangent`]s.
+struct Moving<const N: usize> {
+    /// The rows' derivatives.
+    rows: Vec<f64>,
+    /// The second difference's.
+    second_difference: [f64; N],
+}
+
+fn moving<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    z: &[f64],
+    k: usize,
+) -> Moving<N> {
+    let fixed = |x: [f64; N]| x.map(|x| Tangent::new(x, 0.0));
+    let leg = Leg {
+        q: fixed(leg.q),
+        d: fixed(leg.d),
+    };
+    let constants = system.constants(Tangent::new(h, 0.0));
+    let known = system.known(&constants, &leg);
+    let mut moving = S::Unknown::<Tangent>::zero();
+    for (j, (to, &value)) in moving.as_mut().iter_mut().zip(z).enumerate() {
+        *to = Tangent::new(value, f64::from(u8::from(j == k)));
+    }
+    let rows = system.residual(&constants, &known, &moving).rows;
+    Moving {
+        rows: rows.as_ref().iter().map(|row| row.0.eps).collect(),
+        second_difference: system
+            .second_difference(&constants, &known, &moving)
+            .map(|e| e.0.eps),
+    }
+}
+
+/// The derivative at 0 by central differences of two steps.
+fn richardson(step: f64, function: impl Fn(f64) -> f64) -> f64 {
+    let central = |step: f64| (function(step) - function(-step)) / (2.0 * step);
+    (4.0 * central(step / 2.0) - central(step)) / 3.0
+}
+
+/// The methods at a point.
+fn point<S: System<N>, P: Declaration<N>, const N: usize>(
+    system: &S,
+    declaration: &P,
+    State { q, v, a, .. }: State<N>,
+) -> Result<(), Mismatch> {
+    let dual = |x: [f64; N]| independent::fixed(x);
+    let (rows, by_a) = differentiate(a, |a| {
+        independent::continuous_rows(declaration, dual(q), dual(v), a)
+    });
+    let (_, by_q) = differentiate(q, |q| {
+        independent::continuous_rows(declaration, q, dual(v), dual(a))
+    });
+    let (_, by_v) = differentiate(v, |v| {
+        independent::continuous_rows(declaration, dual(q), v, dual(a))
+    });
+    if rows.iter().chain(by_a.as_flattened()).any(|x| !x.is_finite()) {
+        return Err(Mismatch::Undefined);
+    }
+    let generated = system.continuous(&Point { q, v, a });
+    for i in 0..N {
+        let largest: f64 = by_a[i]
+            .iter()
+            .fold(0.0, |largest, slope| slope.abs().max(largest));
+        let scale = rows[i].abs()
+            + largest
+            + condition(&by_a[i], &a)
+            + condition(&by_q[i], &q)
+            + condition(&by_v[i], &v);
+        expect(
+            format_args!("continuous row {i}"),
+            generated.rows[i],
+            rows[i],
+            ROUNDING * scale,
+        )?;
+        for (j, (entry, slope)) in generated.jacobian[i].iter().zip(&by_a[i]).enumerate() {
+            expect(
+                format_args!("∂(continuous row {i})/∂a{j}"),
+                *entry,
+                *slope,
+                ROUNDING * scale,
+            )?;
+        }
+    }
+    let (expected, by_v) = differentiate(v, |v| {
+        independent::continuous_force(declaration, dual(q), v, dual(a)).to_vec()
+    });
+    let (_, by_a) = differentiate(a, |a| {
+        independent::continuous_force(declaration, dual(q), dual(v), a).to_vec()
+    });
+    let force = system.continuous_force(&Point { q, v, a });
+    for i in 0..N {
+        let scale = 1.0 + expected[i].abs() + condition(&by_v[i], &v) + condition(&by_a[i], &a);
+        expect(
+            format_args!("continuous force {i}"),
+            force[i],
+            expected[i],
+            ROUNDING * scale,
+        )?;
+    }
+    let (values, slopes) = differentiate(v, |v| vec![declaration.lagrangian(dual(q), v)]);
+    let scale = 1.0 + values[0].abs() + condition(&slopes[0], &v);
+    expect(
+        "Lagrangian",
+        system.lagrangian(&q, &v),
+        values[0],
+        ROUNDING * scale,
+    )?;
+    let energy = independent::energy(declaration, q, v);
+    expect(
+        "energy",
+        system.energy(&q, &v),
+        energy,
+        ROUNDING * (scale + energy.abs()),
+    )
+}

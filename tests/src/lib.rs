@@ -1,0 +1,8 @@
+//! What the tests share: the reference data, formulations that owe nothing to the generated code, and comparisons.
+
+pub mod check;
+pub mod closed_form;
+pub mod data;
+pub mod fit;
+pub mod independent;
+pub mod tangent;

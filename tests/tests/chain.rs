@@ -1,0 +1,200 @@
+//! Chains, declared with arrays and sums, are the chains of mechanics: their step is the one of an independent
+//! formulation, of order 2, and their energy does not drift.
+
+use dsocs_core::{Flow, Point, Real, Start, System, Unknown};
+use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
+use dsocs_tests::check::{Kind, State, compare};
+use dsocs_tests::fit::{local_slopes, slope};
+use dsocs_tests::independent::{Declaration, map2};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestRunner};
+
+planar_chain! {
+    /// Three links.
+    #[derive(Clone, Debug)]
+    struct PlanarChain3; 3
+}
+
+/// The chain in Cartesian terms: `Σ m |dx/dt|² / 2 − m g height` over the points, each placed by the rods before it.
+struct Cartesian<const N: usize> {
+    masses: [f64; N],
+    lengths: [f64; N],
+    gravity: f64,
+}
+
+impl<const N: usize> Declaration<N> for Cartesian<N> {
+    fn lagrangian<R: Real>(&self, q: [R; N], v: [R; N]) -> R {
+        let zero = R::from(0.0);
+        let (mut height, mut across, mut up, mut sum) = (zero, zero, zero, zero);
+        for i in 0..N {
+            height = height - q[i].cos() * self.lengths[i];
+            across = across + q[i].cos() * v[i] * self.lengths[i];
+            up = up + q[i].sin() * v[i] * self.lengths[i];
+            sum = sum + ((across * across + up * up) * 0.5 - height * self.gravity) * self.masses[i];
+        }
+        sum
+    }
+
+    fn kinematic<R: Real>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<R> {
+        Vec::new()
+    }
+
+    fn variational<R: Real>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<[R; N]> {
+        let unit = |i| core::array::from_fn(|j| R::from(f64::from(u8::from(i == j))));
+        (0..N).map(unit).collect()
+    }
+
+    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; N], q1: [R; N]) -> ([R; N], [R; N]) {
+        (
+            map2(q0, q1, |x0, x1| (x0 + x1) * 0.5),
+            map2(q0, q1, |x0, x1| (x1 - x0) / h),
+        )
+    }
+}
+
+fn against<S: System<N>, const N: usize>(system: &S, cartesian: &Cartesian<N>, cases: u32) {
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(3),
+        ..Config::default()
+    };
+    let vector = |size: f64| prop::array::uniform::<_, N>(-size..size);
+    let states = (0.02..0.5, vector(2.0), vector(2.0), vector(3.0));
+    let result = TestRunner::new(config).run(&states, |(h, q, v, a)| {
+        compare(system, cartesian, State { h, q, v, a }, Kind::default())
+            .map_err(|mismatch| TestCaseError::fail(format!("{mismatch:?}")))
+    });
+    if let Err(error) = result {
+        panic!("{error}");
+    }
+}
+
+#[test]
+fn two_links_are_those_of_cartesian_coordinates() {
+    let (masses, lengths, gravity) = ([1.5, 0.7], [0.8, 1.3], 9.81);
+    let chain = PlanarChain2 {
+        masses,
+        lengths,
+        gravity,
+    };
+    against(
+        &chain,
+        &Cartesian {
+            masses,
+            lengths,
+            gravity,
+        },
+        100,
+    );
+}
+
+#[test]
+fn eight_links_are_those_of_cartesian_coordinates() {
+    let masses = core::array::from_fn(|i| 0.5 + 0.25 * i as f64);
+    let lengths = core::array::from_fn(|i| 1.0 - 0.125 * i as f64 / 2.0);
+    let chain = PlanarChain8 {
+        masses,
+        lengths,
+        gravity: 9.81,
+    };
+    against(
+        &chain,
+        &Cartesian {
+            masses,
+            lengths,
+            gravity: 9.81,
+        },
+        20,
+    );
+}
+
+const TRIPLE: PlanarChain3 = PlanarChain3 {
+    masses: [1.0, 0.5, 2.0],
+    lengths: [1.0, 1.5, 0.75],
+    gravity: 9.81,
+};
+const Q0: [f64; 3] = [1.0, 1.5, 0.25];
+const V0: [f64; 3] = [0.0, -1.0, 2.0];
+const UNTIL: f64 = 2.0;
+
+/// The acceleration of the continuous chain, whose rows are affine in it.
+fn acceleration(q: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+    let linearization = TRIPLE.continuous(&Point { q, v, a: [0.0; 3] });
+    <[f64; 3]>::solve(&linearization.jacobian, &linearization.rows.map(|row| -row)).unwrap()
+}
+
+/// The position at [`UNTIL`] by the classical Runge–Kutta method, of fourth order.
+fn runge_kutta(steps: u32) -> [f64; 3] {
+    let h = UNTIL / f64::from(steps);
+    let shifted = |x: [f64; 3], dx: [f64; 3], h: f64| core::array::from_fn(|i| x[i] + h * dx[i]);
+    let (mut q, mut v) = (Q0, V0);
+    for _ in 0..steps {
+        let (q1, v1) = (v, acceleration(q, v));
+        let (q2, v2) = slopes(shifted(q, q1, h / 2.0), shifted(v, v1, h / 2.0));
+        let (q3, v3) = slopes(shifted(q, q2, h / 2.0), shifted(v, v2, h / 2.0));
+        let (q4, v4) = slopes(shifted(q, q3, h), shifted(v, v3, h));
+        q = core::array::from_fn(|i| q[i] + h / 6.0 * (q1[i] + 2.0 * q2[i] + 2.0 * q3[i] + q4[i]));
+        v = core::array::from_fn(|i| v[i] + h / 6.0 * (v1[i] + 2.0 * v2[i] + 2.0 * v3[i] + v4[i]));
+    }
+    q
+}
+
+fn slopes(q: [f64; 3], v: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    (v, acceleration(q, v))
+}
+
+#[test]
+fn three_links_are_of_order_two() {
+    let exact = runge_kutta(20_000);
+    let coarse = runge_kutta(10_000);
+    let uncertainty = distance(exact, coarse);
+    assert!(uncertainty < 1e-10, "{uncertainty:e}");
+    let steps = [200_u32, 400, 800, 1600, 3200];
+    let h = steps.map(|steps| UNTIL / f64::from(steps));
+    let errors = core::array::from_fn::<_, 5, _>(|i| {
+        let mut flow = Flow::new(&TRIPLE, h[i], Start::second_order(Q0, V0)).unwrap();
+        let last = flow.until(UNTIL).unwrap().nodes.pop().unwrap();
+        assert_eq!(last.index, u64::from(steps[i]));
+        distance(last.q, exact)
+    });
+    println!("errors {errors:?}, slopes {:?}", local_slopes(&h, &errors));
+    let slope = slope(&h, &errors);
+    assert!((slope - 2.0).abs() < 0.03, "{slope}");
+}
+
+fn distance(x: [f64; 3], y: [f64; 3]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_energy_does_not_drift() {
+    let chain = PlanarChain8::default();
+    let q0 = core::array::from_fn(|i| 1.0 + 0.125 * i as f64);
+    // the energy at a leg's middle, where the midpoint map evaluates the Lagrangian
+    let deviation = |h: f64, until: f64| {
+        let mut flow = Flow::new(&chain, h, Start::second_order(q0, [0.0; 8])).unwrap();
+        let mut energies: Vec<f64> = Vec::new();
+        while flow.time() < until {
+            flow.advance().unwrap();
+            let leg = flow.leg();
+            let middle = core::array::from_fn(|i| leg.q[i] - leg.d[i] / 2.0);
+            energies.push(chain.energy(&middle, &leg.d.map(|d| d / h)));
+        }
+        let half = energies.len() / 2;
+        let size = |part: &[f64]| {
+            part.iter()
+                .map(|energy| (energy - energies[0]).abs())
+                .fold(0.0, f64::max)
+        };
+        (size(&energies[..half]), size(&energies[half..]))
+    };
+    let (early, late) = deviation(2e-3, 20.0);
+    println!("energy deviates by {early:e} in the first half, {late:e} in the second");
+    assert!(late < 3.0 * early && early < 0.05, "{early:e} {late:e}");
+    // and falls with the square of the step
+    let (finer, _) = deviation(1e-3, 10.0);
+    let (coarser, _) = deviation(2e-3, 10.0);
+    println!("{coarser:e} {finer:e}");
+    assert!(coarser / finer > 3.0, "{coarser:e} {finer:e}");
+}

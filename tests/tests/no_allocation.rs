@@ -1,0 +1,72 @@
+//! A step allocates nothing.
+
+use dsocs_core::{Flow, Node, Start, System};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
+use dsocs_tests::closed_form::pendulum::START;
+
+fn allocations<S: System<2>>(system: &S, h: f64, start: Start<2>) {
+    let mut flow = Flow::new(system, h, start).unwrap();
+    let steps = allocation_counter::measure(|| {
+        for _ in 0..1000 {
+            flow.advance().unwrap();
+        }
+    });
+    assert_eq!(
+        steps.count_total, 0,
+        "1000 steps allocate {} bytes",
+        steps.bytes_total
+    );
+
+    let mut flow = Flow::new(system, h, start).unwrap();
+    let nodes = allocation_counter::measure(|| {
+        for _ in 0..1000 {
+            flow.next().unwrap().unwrap();
+        }
+    });
+    assert_eq!(
+        nodes.count_total, 0,
+        "1000 nodes allocate {} bytes",
+        nodes.bytes_total
+    );
+
+    let mut energy = 0.0;
+    let stream = allocation_counter::measure(|| {
+        flow.stream(2000.0 * h, &mut |node: &Node<2>| energy += node.energy)
+            .unwrap();
+    });
+    assert_eq!(
+        stream.count_total, 0,
+        "a stream of 1000 nodes allocates {} bytes",
+        stream.bytes_total
+    );
+    assert!(energy.is_finite());
+}
+
+#[test]
+fn the_particle() {
+    let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);
+    allocations(&CurvedParticle::default(), 0.1, start);
+    allocations(
+        &CurvedParticle {
+            mass: 1.0,
+            curvature: Wavy::default(),
+        },
+        0.01,
+        start,
+    );
+}
+
+#[test]
+fn the_pendulum() {
+    allocations(
+        &InertiaWheelPendulum::default(),
+        0.1,
+        Start::paper(START.0, START.1),
+    );
+}
+
+#[test]
+fn the_counter_counts() {
+    let counted = allocation_counter::measure(|| drop(std::hint::black_box(Box::new(1.0))));
+    assert_eq!(counted.count_total, 1);
+}

@@ -1,0 +1,106 @@
+//! Both starts put the second node where the paper and its second-order correction say.
+
+#![allow(clippy::float_cmp)] // the same numbers, to the last bit
+
+use std::f64::consts::SQRT_2;
+
+use dsocs_core::{Flow, Start};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
+use dsocs_tests::closed_form::pendulum::{self, START};
+
+fn close(found: [f64; 2], expected: [f64; 2], tolerance: f64) {
+    for i in 0..2 {
+        assert!(
+            (found[i] - expected[i]).abs() <= tolerance * expected[i].abs(),
+            "{found:?} instead of {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn of_the_particle() {
+    let particle = CurvedParticle::default();
+    let (q0, v0, h) = ([0.0, 0.0], [1.0, 1.0], 0.1);
+    let paper = Flow::new(&particle, h, Start::paper(q0, v0)).unwrap();
+    close(*paper.position(), [0.1, 0.1], 0.0);
+
+    // a0 is κ |v| times the velocity, turned to the left
+    let mut second = Flow::new(&particle, h, Start::second_order(q0, v0)).unwrap();
+    close(
+        *second.position(),
+        [h - h * h / SQRT_2, h + h * h / SQRT_2],
+        4e-16,
+    );
+    let node = second.next().unwrap().unwrap();
+    close(node.a, [-SQRT_2, SQRT_2], 1e-15);
+    close(node.force, [-SQRT_2, SQRT_2], 1e-15);
+}
+
+#[test]
+fn of_the_particle_with_mass_and_curvature() {
+    let wavy = Wavy {
+        mean: -0.5,
+        amplitude: 0.25,
+        wave_number: 2.0,
+    };
+    let particle = CurvedParticle {
+        mass: 3.0,
+        curvature: wavy,
+    };
+    let (q0, v0, h) = ([0.3, -0.7], [2.0, -1.0], 1e-3);
+    let curvature = -0.5 + 0.25 * (0.6_f64).sin() * (-1.4_f64).cos();
+    let speed = 5.0_f64.sqrt();
+    let a0 = [curvature * speed, 2.0 * curvature * speed];
+    let mut flow = Flow::new(&particle, h, Start::second_order(q0, v0)).unwrap();
+    close(
+        *flow.position(),
+        [
+            q0[0] + h * v0[0] + h * h / 2.0 * a0[0],
+            q0[1] + h * v0[1] + h * h / 2.0 * a0[1],
+        ],
+        4e-16,
+    );
+    let node = flow.next().unwrap().unwrap();
+    close(node.a, a0, 1e-14);
+    close(node.force, [3.0 * a0[0], 3.0 * a0[1]], 1e-14);
+}
+
+#[test]
+fn of_the_pendulum() {
+    let system = InertiaWheelPendulum::default();
+    let ((q0, v0), h) = (START, 0.1);
+    let paper = Flow::new(&system, h, Start::paper(q0, v0)).unwrap();
+    close(*paper.position(), [0.5, 0.05], 4e-16);
+
+    let a0 = pendulum::acceleration(q0, v0);
+    let second = Flow::new(&system, h, Start::second_order(q0, v0)).unwrap();
+    close(
+        *second.position(),
+        [0.5 + h * h / 2.0 * a0[0], 0.05 + h * h / 2.0 * a0[1]],
+        1e-13,
+    );
+}
+
+#[test]
+fn nodes_are_taken_as_they_are() {
+    let particle = CurvedParticle::default();
+    let flow = Flow::new(&particle, 0.1, Start::nodes([1e9, 0.0], [1e9 + 0.1, 0.1])).unwrap();
+    close(*flow.position(), [1e9 + 0.1, 0.1], 0.0);
+    close(flow.leg().d, [(1e9 + 0.1) - 1e9, 0.1], 0.0);
+}
+
+#[test]
+fn the_clock_may_begin_anywhere() {
+    let particle = CurvedParticle::default();
+    let start = Start::paper([0.0, 0.0], [1.0, 1.0]);
+    let plain = Flow::new(&particle, 0.1, start).unwrap().until(5.0).unwrap();
+    let later = Flow::new(&particle, 0.1, start.at(100.0))
+        .unwrap()
+        .until(105.0)
+        .unwrap();
+    assert_eq!((plain.len(), later.len()), (51, 51));
+    for (plain, later) in plain.iter().zip(&later) {
+        assert!((later.t - plain.t - 100.0).abs() < 1e-13);
+        assert_eq!(plain.q, later.q);
+    }
+}

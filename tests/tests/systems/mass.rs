@@ -1,0 +1,103 @@
+//! Lagrangians whose mass matrix depends on the configuration.
+
+use dsocs_core::{Real, dsocs};
+use dsocs_tests::independent::{Declaration, map2, rate};
+
+/// The planar double pendulum, free.
+#[dsocs {
+    coordinates(alpha, beta);
+    lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
+        + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos()
+        + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
+}]
+pub struct DoublePendulum {
+    pub ratio: f64,
+    pub gravity: f64,
+}
+
+/// The same with the midpoint rule.
+#[dsocs {
+    coordinates(alpha, beta);
+    lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
+        + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos()
+        + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
+    phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
+}]
+pub struct DoublePendulumMidpoint {
+    pub ratio: f64,
+    pub gravity: f64,
+}
+
+/// The same, driven so that its energy falls, by a torque at the elbow.
+#[dsocs {
+    coordinates(alpha, beta);
+    let kinetic = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
+        + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos();
+    let potential = -gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
+    lagrangian = kinetic - potential;
+    kinematic = dot(kinetic + potential) + (dot(alpha) - dot(beta)).powi(2);
+    forces = [(1, -1)];
+}]
+pub struct Constrained {
+    pub ratio: f64,
+    pub gravity: f64,
+}
+
+fn kinetic<R: Real>(ratio: f64, q: [R; 2], v: [R; 2]) -> R {
+    let coupling = v[0] * v[1] * (q[0] - q[1]).cos() * ratio;
+    v[0] * v[0] * (0.5 + ratio / 2.0) + v[1] * v[1] * (ratio / 2.0) + coupling
+}
+
+fn potential<R: Real>(ratio: f64, gravity: f64, q: [R; 2]) -> R {
+    (q[0].cos() * (1.0 + ratio) + q[1].cos() * ratio) * -gravity
+}
+
+macro_rules! free {
+    () => {
+        fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+            kinetic(self.ratio, q, v) - potential(self.ratio, self.gravity, q)
+        }
+
+        fn kinematic<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<R> {
+            Vec::new()
+        }
+
+        fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+            let (zero, one) = (R::from(0.0), R::from(1.0));
+            vec![[one, zero], [zero, one]]
+        }
+    };
+}
+
+impl Declaration<2> for DoublePendulum {
+    free!();
+}
+
+impl Declaration<2> for DoublePendulumMidpoint {
+    free!();
+
+    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+        (
+            map2(q0, q1, |x0, x1| (x0 + x1) / 2.0),
+            map2(q0, q1, |x0, x1| (x1 - x0) / h),
+        )
+    }
+}
+
+impl Declaration<2> for Constrained {
+    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+        kinetic(self.ratio, q, v) - potential(self.ratio, self.gravity, q)
+    }
+
+    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+        let power = rate(q, v, a, |q, v| {
+            kinetic(self.ratio, q, v) + potential(self.ratio, self.gravity, q)
+        });
+        let slip = v[0] - v[1];
+        vec![power + slip * slip]
+    }
+
+    fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+        vec![[R::from(1.0); 2]]
+    }
+}

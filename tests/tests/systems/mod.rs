@@ -1,0 +1,8 @@
+//! Systems written twice: declared, and by hand.
+
+pub mod builtin;
+pub mod constrained;
+pub mod maps;
+pub mod mass;
+pub mod opaque;
+pub mod paper;
