@@ -382,6 +382,19 @@ impl<'g> Program<'g> {
     }
 
     fn power(&mut self, base: Value, n: i32) -> Value {
+        if let (true, &Op::Unary(Unary::Sqrt, square)) = (n < 0, self.op(base)) {
+            // with r = sqrt(s), 1/r = r (1/s): the reciprocal need not wait for the root
+            let inverse = self.push(Op::Recip(square));
+            let mut power = if n % 2 == 0 {
+                inverse
+            } else {
+                self.push(Op::Mul(base, inverse))
+            };
+            for _ in 0..(-n - 1) / 2 {
+                power = self.push(Op::Mul(power, inverse));
+            }
+            return power;
+        }
         if n < 0 {
             let inverse = self.push(Op::Recip(base));
             return self.power(inverse, -n);

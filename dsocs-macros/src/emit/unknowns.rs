@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::collapse::{Collapse, Variables};
 use super::equations::Equation;
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::{Graph, Leaf, Merge, NodeId};
 
 /// The rows that are left, and the second difference, in terms of the unknowns `Z`.
 pub(crate) struct Unknowns {
@@ -77,11 +77,18 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
             *node = collapse.rewrite(*node);
         }
     }
+    let mut merge = Merge::default();
+    for node in rows.iter_mut().chain(&mut second_difference) {
+        *node = merge.rewrite(graph, *node);
+    }
     let jacobian = rows
         .iter()
         .map(|&row| {
             (0..kept.len())
-                .map(|j| graph.derivative(row, Leaf::Z(j)))
+                .map(|j| {
+                    let entry = graph.derivative(row, Leaf::Z(j));
+                    merge.rewrite(graph, entry)
+                })
                 .collect()
         })
         .collect();

@@ -2,22 +2,56 @@
 
 use super::{Graph, Leaf, Node, NodeId, Unary};
 
+/// In which direction a derivative is taken.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Direction {
+    /// Of one leaf.
+    Of(Leaf),
+    /// Of the motion: `q` moves with `v`, and `v` with `a`.
+    Time,
+}
+
 impl Graph {
     /// `∂node/∂leaf`.
     pub(crate) fn derivative(&mut self, id: NodeId, leaf: Leaf) -> NodeId {
-        if !self.depends_on(id, leaf) {
+        self.tangent(id, Direction::Of(leaf))
+    }
+
+    /// `d/dt` along the motion. The node must be of order 1 at most.
+    ///
+    /// The tangent is carried through each expression, not summed up from partial derivatives: `d/dt (p²/2)` is `p ṗ`,
+    /// where `ṗ` may be small although its terms are not.
+    pub(crate) fn total_derivative(&mut self, id: NodeId) -> NodeId {
+        self.tangent(id, Direction::Time)
+    }
+
+    fn moves(&self, id: NodeId, direction: Direction) -> bool {
+        match direction {
+            Direction::Of(leaf) => self.depends_on(id, leaf),
+            Direction::Time => self
+                .leaves(id)
+                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_))),
+        }
+    }
+
+    fn tangent(&mut self, id: NodeId, direction: Direction) -> NodeId {
+        if !self.moves(id, direction) {
             return self.constant(0.0);
         }
-        if let Some(&known) = self.derivatives.get(&(id, leaf)) {
+        if let Some(&known) = self.derivatives.get(&(id, direction)) {
             return known;
         }
         let result = match self.node(id).clone() {
             Node::Constant(_) | Node::Param(_) => self.constant(0.0),
-            Node::Leaf(_) => self.constant(1.0),
+            Node::Leaf(leaf) => match (direction, leaf) {
+                (Direction::Time, Leaf::Q(i)) => self.leaf(Leaf::V(i)),
+                (Direction::Time, Leaf::V(i)) => self.leaf(Leaf::A(i)),
+                _ => self.constant(1.0),
+            },
             Node::Sum(_, terms) => {
                 let terms: Vec<_> = terms
                     .iter()
-                    .map(|&(term, c)| (self.derivative(term, leaf), c.get()))
+                    .map(|&(term, c)| (self.tangent(term, direction), c.get()))
                     .collect();
                 self.linear(0.0, &terms)
             }
@@ -25,7 +59,7 @@ impl Graph {
                 let mut terms = Vec::new();
                 for k in 0..factors.len() {
                     let (base, exponent) = factors[k];
-                    let tangent = self.derivative(base, leaf);
+                    let tangent = self.tangent(base, direction);
                     if self.is_zero(tangent) {
                         continue;
                     }
@@ -38,12 +72,12 @@ impl Graph {
             }
             Node::Unary(op, a) => {
                 let outer = self.unary_derivative(op, a, id);
-                let tangent = self.derivative(a, leaf);
+                let tangent = self.tangent(a, direction);
                 self.mul(outer, tangent)
             }
-            Node::Powf(a, b) => self.powf_derivative(id, a, b, leaf),
+            Node::Powf(a, b) => self.powf_derivative(id, a, b, direction),
             Node::Atan2(y, x) => {
-                let (dy, dx) = (self.derivative(y, leaf), self.derivative(x, leaf));
+                let (dy, dx) = (self.tangent(y, direction), self.tangent(x, direction));
                 let squares = [self.powi(x, 2), self.powi(y, 2)];
                 let radius = self.sum(&squares);
                 let (left, right) = (self.mul(x, dy), self.mul(y, dx));
@@ -51,13 +85,13 @@ impl Graph {
                 self.div(turn, radius)
             }
             Node::Select(op, [left, right, then, otherwise]) => {
-                let (then, otherwise) = (self.derivative(then, leaf), self.derivative(otherwise, leaf));
+                let (then, otherwise) = (self.tangent(then, direction), self.tangent(otherwise, direction));
                 self.select(op, left, right, then, otherwise)
             }
             Node::Call { callee, args, wrt } => {
                 let mut terms = Vec::new();
                 for (place, &arg) in args.iter().enumerate() {
-                    let tangent = self.derivative(arg, leaf);
+                    let tangent = self.tangent(arg, direction);
                     if self.is_zero(tangent) {
                         continue;
                     }
@@ -70,7 +104,7 @@ impl Graph {
                 self.sum(&terms)
             }
         };
-        self.derivatives.insert((id, leaf), result);
+        self.derivatives.insert((id, direction), result);
         result
     }
 
@@ -141,34 +175,18 @@ impl Graph {
         }
     }
 
-    fn powf_derivative(&mut self, id: NodeId, a: NodeId, b: NodeId, leaf: Leaf) -> NodeId {
+    fn powf_derivative(&mut self, id: NodeId, a: NodeId, b: NodeId, direction: Direction) -> NodeId {
         let mut terms = Vec::new();
-        let base_tangent = self.derivative(a, leaf);
+        let base_tangent = self.tangent(a, direction);
         if !self.is_zero(base_tangent) {
             let lower = self.linear(-1.0, &[(b, 1.0)]);
             let power = self.powf(a, lower);
             terms.push(self.product(&[(b, 1), (power, 1), (base_tangent, 1)]));
         }
-        let exponent_tangent = self.derivative(b, leaf);
+        let exponent_tangent = self.tangent(b, direction);
         if !self.is_zero(exponent_tangent) {
             let log = self.unary(Unary::Ln, a);
             terms.push(self.product(&[(id, 1), (log, 1), (exponent_tangent, 1)]));
-        }
-        self.sum(&terms)
-    }
-
-    /// `d/dt` along the motion: `Σ ∂/∂q · v + ∂/∂v · a`. The node must be of order 1 at most.
-    pub(crate) fn total_derivative(&mut self, id: NodeId) -> NodeId {
-        let leaves: Vec<Leaf> = self.leaves(id).collect();
-        let mut terms = Vec::new();
-        for leaf in leaves {
-            let rate = match leaf {
-                Leaf::Q(i) => self.leaf(Leaf::V(i)),
-                Leaf::V(i) => self.leaf(Leaf::A(i)),
-                _ => continue,
-            };
-            let partial = self.derivative(id, leaf);
-            terms.push(self.mul(partial, rate));
         }
         self.sum(&terms)
     }

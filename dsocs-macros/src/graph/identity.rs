@@ -31,6 +31,13 @@ impl Graph {
         (0..SEEDS.len()).all(|point| self.residue(id, point) == Some(0))
     }
 
+    /// What tells an expression from others that are not equal to it as rational functions, and the same for its
+    /// opposite; `None` where it cannot be evaluated.
+    pub(super) fn fingerprint(&mut self, id: NodeId) -> Option<([u64; 2], [u64; 2])> {
+        let key = [self.residue(id, 0)?, self.residue(id, 1)?];
+        Some((key, key.map(|residue| (PRIME - residue) % PRIME)))
+    }
+
     /// The expression's value modulo the prime; `None` where a denominator is zero or a number is not finite.
     fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
         if let Some(&known) = self.residues[point].get(&id) {

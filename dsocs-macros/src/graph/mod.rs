@@ -14,6 +14,7 @@ mod build;
 mod derivative;
 mod difference;
 mod identity;
+mod merge;
 mod quotient;
 
 use std::collections::HashMap;
@@ -21,6 +22,7 @@ use std::collections::HashMap;
 use proc_macro2::{Ident, Span, TokenStream};
 
 pub(crate) use difference::Change;
+pub(crate) use merge::Merge;
 
 /// A node of a [`Graph`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
@@ -196,7 +198,7 @@ pub(crate) struct Graph {
     param_texts: HashMap<String, usize>,
     callees: Vec<Callee>,
     callee_texts: HashMap<String, usize>,
-    derivatives: HashMap<(NodeId, Leaf), NodeId>,
+    derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
     residues: identity::Residues,
 }
 
