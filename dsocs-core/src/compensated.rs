@@ -14,7 +14,10 @@ pub(crate) struct Compensated<const N: usize, T = f64> {
 impl<T: Scalar, const N: usize> Compensated<N, T> {
     /// Numbers that are known exactly.
     pub fn exact(hi: [T; N]) -> Self {
-        Self { hi, lo: [T::splat(0.0); N] }
+        Self {
+            hi,
+            lo: [T::splat(0.0); N],
+        }
     }
 
     /// `left - right` without rounding.

@@ -15,7 +15,7 @@ use crate::trajectory::{Failure, Node, Observer, Trajectory};
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`] says otherwise,
 /// parts of updates apart.
-const MAX_ITERATIONS: u32 = 60;
+pub(crate) const MAX_ITERATIONS: u32 = 60;
 
 /// A discrete motion in progress.
 ///
@@ -90,21 +90,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// [`SetupError`] if the step, the start or a parameter is not usable, or if the start needs the initial
     /// acceleration and the continuous system has none.
     pub fn new(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
-        if !h.is_finite() || h == 0.0 {
-            return Err(SetupError::Step { h });
-        }
-        if !(h * h).is_normal() {
-            return Err(SetupError::StepRange { h });
-        }
-        let values = (0..).map_while(|index| system.parameter(index));
-        for (parameter, value) in S::PARAMETERS.iter().zip(values) {
-            if !value.is_finite() {
-                return Err(SetupError::Parameter {
-                    name: parameter.name,
-                    value,
-                });
-            }
-        }
+        Self::check(system, h)?;
         let beginning = start.begin(system, h)?;
         Ok(Self {
             system,
@@ -121,6 +107,26 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             max_iterations: MAX_ITERATIONS,
             ended: false,
         })
+    }
+
+    /// Checks the step and the parameters.
+    pub(crate) fn check(system: &S, h: f64) -> Result<(), SetupError> {
+        if !h.is_finite() || h == 0.0 {
+            return Err(SetupError::Step { h });
+        }
+        if !(h * h).is_normal() {
+            return Err(SetupError::StepRange { h });
+        }
+        let values = (0..).map_while(|index| system.parameter(index));
+        for (parameter, value) in S::PARAMETERS.iter().zip(values) {
+            if !value.is_finite() {
+                return Err(SetupError::Parameter {
+                    name: parameter.name,
+                    value,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Sets how often the rows of a step are evaluated from one guess before it is given up (60 unless set; at
@@ -404,5 +410,7 @@ impl<S: System<N>, const N: usize> Iterator for Flow<'_, S, N> {
 
 impl<S: System<N>, const N: usize> FusedIterator for Flow<'_, S, N> {}
 
+mod exchange;
+pub(crate) use exchange::State;
 #[cfg(test)]
 mod tests;

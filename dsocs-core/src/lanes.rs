@@ -1,9 +1,9 @@
 //! Eight numbers side by side, and masks of them.
 
 use core::fmt;
-use core::ops::{Add, BitAnd, Div, Mul, Neg, Not, Sub};
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-use wide::{CmpLe, CmpLt, f64x8, u64x8};
+use wide::{f64x8, u64x8};
 
 use crate::scalar::Scalar;
 
@@ -93,12 +93,12 @@ impl BitAnd for Mask {
     }
 }
 
-impl Not for Mask {
+impl BitOr for Mask {
     type Output = Self;
 
     #[inline]
-    fn not(self) -> Self {
-        Self(!self.0)
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
     }
 }
 
@@ -106,13 +106,13 @@ impl Lanes {
     /// Where `self < other`; nowhere where either is NaN.
     #[inline]
     pub(crate) fn below(self, other: Self) -> Mask {
-        Mask(CmpLt::simd_lt(self.0, other.0))
+        Mask(self.0.simd_lt(other.0))
     }
 
     /// Where `self <= other`; nowhere where either is NaN.
     #[inline]
     pub(crate) fn at_most(self, other: Self) -> Mask {
-        Mask(CmpLe::simd_le(self.0, other.0))
+        Mask(self.0.simd_le(other.0))
     }
 
     /// Where the number is neither infinite nor NaN.

@@ -50,8 +50,10 @@
 
 mod clock;
 mod compensated;
+mod ensemble;
 mod error;
 mod flow;
+mod lanes;
 mod newton;
 mod predictor;
 mod rounding;
@@ -67,8 +69,10 @@ mod unknown;
 pub use dsocs_macros::dsocs;
 pub use num_dual::DualNum;
 
+pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::Flow;
+pub use lanes::Lanes;
 pub use newton::Stop;
 pub use scalar::Scalar;
 pub use start::Start;

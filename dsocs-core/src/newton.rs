@@ -4,10 +4,10 @@ use crate::error::{NewtonFailure, StepFailure};
 use crate::unknown::{Linearization, Unknown};
 
 /// An update this small relative to the unknowns is the last: the error after it is its square.
-const LAST_UPDATE: f64 = 1e-9;
+pub(crate) const LAST_UPDATE: f64 = 1e-9;
 
 /// The error that may remain after the last update, relative to the unknowns.
-const REMAINDER: f64 = 1e-16;
+pub(crate) const REMAINDER: f64 = 1e-16;
 
 /// A residual within so many bounds of its rounding error is zero for all that can be told.
 const ROUNDINGS: f64 = 4.0;

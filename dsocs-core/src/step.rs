@@ -8,7 +8,7 @@ use crate::system::{Leg, System};
 use crate::unknown::{Linearization, Unknown};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
-const SECOND_DIFFERENCE: f64 = 1e-5;
+pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
 
 /// How a step was solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -26,10 +26,10 @@ pub struct Point<T, const N: usize> {
     pub a: [T; N],
 }
 
-/// A parameter of a system: a field of type `f64` of the declared struct.
+/// A parameter of a system: a field of type `f64` of the declared struct, or an element of an array of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
-    /// The field's name.
+    /// The field's name; `masses_2` for an element.
     pub name: &'static str,
     /// The field's documentation, one paragraph in one line (units stand in brackets at its end, by convention).
     pub doc: &'static str,
@@ -57,9 +57,10 @@ pub trait System<const N: usize> {
     /// Whether every row of [`System::residual`] is affine in the unknowns: then one update solves the step.
     const LINEAR: bool = false;
 
-    /// The coordinates' names, in order.
+    /// The coordinates' names, in order; `theta_2` for one of an array.
     const COORDINATES: [&'static str; N];
-    /// The parameters: fields of type `f64`, in order. Fields of other types are not listed.
+    /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
+    /// listed.
     const PARAMETERS: &'static [Parameter];
     /// The names of the observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [&'static str];

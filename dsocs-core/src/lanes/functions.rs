@@ -42,7 +42,11 @@ fn polynomial<const D: usize>(x: Lanes, coefficients: [f64; D]) -> Lanes {
 #[inline]
 fn patch(x: Lanes, valid: Mask, result: Lanes, function: fn(f64) -> f64) -> Lanes {
     let bits = valid.bits();
-    if bits == 0xff { result } else { replaced(x, bits, result, function) }
+    if bits == 0xff {
+        result
+    } else {
+        replaced(x, bits, result, function)
+    }
 }
 
 /// The rare part of [`patch`].
@@ -122,13 +126,11 @@ fn circular(x: Lanes, quarters: u64, function: fn(f64) -> f64) -> Lanes {
     let chosen = odd.select(cosine, sine);
     let result = Lanes::from_bits(chosen.bits() ^ sign);
 
-    let reduced = Lanes::splat(SMALLEST_ANGLE).at_most(r.abs()).bits() | x.abs().below(Lanes::splat(0.5)).bits();
-    if reduced & x.abs().at_most(Lanes::splat(LARGEST_ANGLE)).bits() == 0xff {
-        result
-    } else {
-        let valid = reduced & x.abs().at_most(Lanes::splat(LARGEST_ANGLE)).bits();
-        replaced(x, valid, result, function)
-    }
+    let size = x.abs();
+    // near 0 nothing is taken away, and nothing lost
+    let accurate = Lanes::splat(SMALLEST_ANGLE).at_most(r.abs()) | size.below(Lanes::splat(0.5));
+    let valid = accurate & size.at_most(Lanes::splat(LARGEST_ANGLE));
+    patch(x, valid, result, function)
 }
 
 /// A power of two `2^k` and `exp(r) - 1` with `x = k ln 2 + r`, for arguments of at most [`LARGEST_EXPONENT`].
@@ -169,7 +171,12 @@ fn reduced_exponential(x: Lanes) -> (Lanes, Lanes) {
 pub(super) fn exp(x: Lanes) -> Lanes {
     let (power, less_one) = reduced_exponential(x);
     let result = power + power * less_one;
-    patch(x, x.abs().at_most(Lanes::splat(LARGEST_EXPONENT)), result, f64::exp)
+    patch(
+        x,
+        x.abs().at_most(Lanes::splat(LARGEST_EXPONENT)),
+        result,
+        f64::exp,
+    )
 }
 
 /// `exp(x) - 1` for arguments of at most [`LARGEST_EXPONENT`].
@@ -183,9 +190,9 @@ fn exponential_less_one(x: Lanes) -> Lanes {
 #[inline]
 pub(super) fn exp_m1(x: Lanes) -> Lanes {
     // the vector code would lose the sign of a zero
-    let inside = x.abs().at_most(Lanes::splat(LARGEST_EXPONENT)).bits() & Lanes::splat(0.0).below(x.abs()).bits();
-    let result = exponential_less_one(x);
-    if inside == 0xff { result } else { replaced(x, inside, result, f64::exp_m1) }
+    let size = x.abs();
+    let inside = size.at_most(Lanes::splat(LARGEST_EXPONENT)) & Lanes::splat(0.0).below(size);
+    patch(x, inside, exponential_less_one(x), f64::exp_m1)
 }
 
 /// The hyperbolic tangent.

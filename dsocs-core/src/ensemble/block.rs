@@ -1,0 +1,419 @@
+//! One block: up to eight trajectories, step by step.
+
+use core::array;
+use core::num::NonZeroU64;
+
+use super::newton::{self, Roots};
+use super::{MemberError, Observed};
+use crate::compensated::Compensated;
+use crate::error::RunError;
+use crate::flow::{Flow, State};
+use crate::lanes::{LANES, Lanes};
+use crate::newton::Stop;
+use crate::predictor::Predictor;
+use crate::scalar::Scalar;
+use crate::start::Start;
+use crate::step::SECOND_DIFFERENCE;
+use crate::system::{Leg, Point, System};
+use crate::trajectory::{Node, Observer};
+use crate::unknown::Unknown;
+
+/// What all blocks have in common.
+#[derive(Debug)]
+pub(super) struct Run<'s, S> {
+    /// The system.
+    pub system: &'s S,
+    /// The step.
+    pub h: f64,
+    /// How far to go.
+    pub t: f64,
+    /// Which nodes are observed: those whose number is a multiple of this.
+    pub every: Option<NonZeroU64>,
+    /// How often the rows of a step may be evaluated from one guess.
+    pub max_iterations: u32,
+}
+
+/// A trajectory with its lane.
+struct Member<'s, S: System<N>, O, const N: usize> {
+    /// The trajectory for itself, where it begins and where its lane cannot go on.
+    flow: Flow<'s, S, N>,
+    /// The number of its last node.
+    last: u64,
+    /// Its place among the starts of the block.
+    place: usize,
+    /// Its observer.
+    observer: O,
+}
+
+/// Up to eight trajectories that have begun, and what their lanes hold.
+struct Block<'r, 's, S: System<N>, O, const N: usize> {
+    /// What all blocks have in common.
+    run: &'r Run<'s, S>,
+    /// The trajectories, by lane.
+    members: Vec<Member<'s, S, O, N>>,
+    /// How they ended.
+    ended: Vec<Option<Result<Node<N>, MemberError>>>,
+    /// The lanes whose trajectories go on, as bits.
+    active: u32,
+    /// What is known since the run began.
+    constants: S::Constants<Lanes>,
+    /// The last nodes.
+    q: Compensated<N, Lanes>,
+    /// The increments that led to them.
+    d: Compensated<N, Lanes>,
+    /// The past solutions.
+    predictor: Predictor<S::Unknown<Lanes>, Lanes>,
+    /// The number of the next step's middle node.
+    index: u64,
+}
+
+/// A step of all lanes.
+struct Solved<S: System<N>, const N: usize> {
+    /// Its first two nodes.
+    leg: Leg<Lanes, N>,
+    /// What was known since it began.
+    known: S::Known<Lanes>,
+    /// The second difference.
+    e: [Lanes; N],
+    /// The solution.
+    roots: Roots<S::Unknown<Lanes>>,
+    /// The lanes that were solved for themselves.
+    alone: u32,
+}
+
+/// The numbers of the lanes whose bits are set.
+fn lanes(bits: u32) -> impl Iterator<Item = usize> {
+    (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
+}
+
+impl<'s, S> Run<'s, S> {
+    /// Runs one block.
+    pub fn block<O: Observer<N>, const N: usize>(
+        &self,
+        starts: &[Start<N>],
+        observers: Vec<O>,
+    ) -> Vec<Observed<O, N>>
+    where
+        S: System<N>,
+    {
+        let mut members = Vec::with_capacity(starts.len());
+        let mut ended: Vec<(usize, Observed<O, N>)> = Vec::with_capacity(starts.len());
+        for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
+            match self.begin(start, &mut observer) {
+                Ok(Begun::Going { flow, last }) => members.push(Member {
+                    flow,
+                    last,
+                    place,
+                    observer,
+                }),
+                Ok(Begun::Ended(node)) => ended.push((
+                    place,
+                    Observed {
+                        observer,
+                        last: Ok(node),
+                    },
+                )),
+                Err(error) => ended.push((
+                    place,
+                    Observed {
+                        observer,
+                        last: Err(error),
+                    },
+                )),
+            }
+        }
+        if !members.is_empty() {
+            ended.extend(Block::new(self, members).run());
+        }
+        ended.sort_by_key(|(place, _)| *place);
+        ended.into_iter().map(|(_, observed)| observed).collect()
+    }
+
+    /// The nodes 0 and 1, which need a guess without a past.
+    fn begin<O: Observer<N>, const N: usize>(
+        &self,
+        start: Start<N>,
+        observer: &mut O,
+    ) -> Result<Begun<'s, S, N>, MemberError>
+    where
+        S: System<N>,
+    {
+        let mut flow = Flow::new(self.system, self.h, start)?.max_iterations(self.max_iterations);
+        let last = flow.last_node(self.t)?;
+        if self.t.is_infinite() && self.every.is_none() {
+            return Err(RunError::Until { until: self.t }.into());
+        }
+        for index in 0..2 {
+            let node = flow.next_node()?;
+            if self.observes(index) && observer.node(&node).is_break() || index == last {
+                return Ok(Begun::Ended(node));
+            }
+        }
+        Ok(Begun::Going { flow, last })
+    }
+
+    /// Whether node `index` is observed.
+    #[inline]
+    fn observes(&self, index: u64) -> bool {
+        self.every.is_some_and(|every| index.is_multiple_of(every.get()))
+    }
+}
+
+/// A trajectory at node 1.
+enum Begun<'s, S: System<N>, const N: usize> {
+    /// It goes on, to node `last`.
+    Going {
+        /// The trajectory.
+        flow: Flow<'s, S, N>,
+        /// The number of its last node.
+        last: u64,
+    },
+    /// It ends with this node.
+    Ended(Node<N>),
+}
+
+impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
+    /// Puts trajectories into lanes. Lanes that are left over repeat them.
+    fn new(run: &'r Run<'s, S>, members: Vec<Member<'s, S, O, N>>) -> Self {
+        let zero = [Lanes::splat(0.0); N];
+        let mut block = Self {
+            run,
+            ended: members.iter().map(|_| None).collect(),
+            active: (1 << members.len()) - 1,
+            constants: run.system.constants(Lanes::splat(run.h)),
+            q: Compensated::exact(zero),
+            d: Compensated::exact(zero),
+            predictor: Predictor::new(),
+            index: 2,
+            members,
+        };
+        for lane in 0..LANES {
+            let state = block.members[lane % block.members.len()].flow.state();
+            block.set_state(lane, &state);
+        }
+        block
+    }
+
+    /// Runs all trajectories to their ends; each comes with its place among the starts.
+    fn run(mut self) -> impl Iterator<Item = (usize, Observed<O, N>)> {
+        let mut wanted = self.next_node_wanted();
+        while self.active != 0 {
+            let solved = self.step();
+            if self.index == wanted {
+                self.hand_out(&solved);
+            }
+            self.index += 1;
+            // where a lane has failed, what was wanted may lie behind
+            if self.index > wanted {
+                wanted = self.next_node_wanted();
+            }
+        }
+        self.members
+            .into_iter()
+            .zip(self.ended)
+            .filter_map(|(member, last)| {
+                let Member { place, observer, .. } = member;
+                last.map(|last| (place, Observed { observer, last }))
+            })
+    }
+
+    /// The number of the next node that is the last of a trajectory or is observed.
+    fn next_node_wanted(&self) -> u64 {
+        let last = lanes(self.active).map(|lane| self.members[lane].last).min();
+        let observed = self
+            .run
+            .every
+            .and_then(|every| self.index.checked_next_multiple_of(every.get()));
+        let wanted = last.unwrap_or(self.index).max(self.index);
+        observed.map_or(wanted, |observed| observed.min(wanted))
+    }
+
+    /// Solves one step in all lanes and moves on.
+    #[inline]
+    fn step(&mut self) -> Solved<S, N> {
+        let (system, constants) = (self.run.system, &self.constants);
+        let leg = Leg {
+            q: self.q.hi,
+            d: self.d.hi,
+        };
+        let known = system.known(constants, &leg);
+        let increment = system.unknown(&leg.d);
+        let expected = self.predictor.size().zip(&increment, |past, d| {
+            past.larger(Lanes::splat(SECOND_DIFFERENCE) * d.abs())
+        });
+        let roots = newton::solve(
+            S::LINEAR,
+            |z| system.residual(constants, &known, z),
+            self.predictor.extrapolate(),
+            &expected,
+            self.run.max_iterations,
+            self.active,
+        );
+        let e = system.second_difference(constants, &known, &roots.z);
+        let mut d = self.d;
+        d.add(&e);
+        let q = self.q.plus(&d);
+        let finite = q.hi.iter().fold(u32::MAX, |finite, q| finite & q.finite().bits());
+        let alone = self.active & (roots.left | !finite);
+        if alone != 0 {
+            self.solve_alone(alone);
+        }
+        (self.q, self.d) = (q, d);
+        self.predictor.push(&roots.z);
+        if alone != 0 {
+            self.take_back(alone);
+        }
+        Solved {
+            leg,
+            known,
+            e,
+            roots,
+            alone,
+        }
+    }
+
+    /// Solves the step in single lanes, from every guess and with damping.
+    #[cold]
+    #[inline(never)]
+    fn solve_alone(&mut self, alone: u32) {
+        for lane in lanes(alone) {
+            let state = self.state(lane);
+            let flow = &mut self.members[lane].flow;
+            flow.resume(self.index, state);
+            if let Err(error) = flow.advance() {
+                self.end(lane, Err(error.into()));
+            }
+        }
+    }
+
+    /// Puts the solutions of single lanes back.
+    #[cold]
+    #[inline(never)]
+    fn take_back(&mut self, alone: u32) {
+        for lane in lanes(alone & self.active) {
+            let state = self.members[lane].flow.state();
+            self.set_state(lane, &state);
+        }
+        self.cover();
+    }
+
+    /// Ends a trajectory.
+    fn end(&mut self, lane: usize, last: Result<Node<N>, MemberError>) {
+        self.active &= !(1 << lane);
+        self.ended[lane] = Some(last);
+    }
+
+    /// Lets the lanes whose trajectories have ended follow one that goes on: what is no number, or far from where a
+    /// system has a solution, would cost time.
+    fn cover(&mut self) {
+        if let Some(living) = lanes(self.active).next() {
+            let state = self.state(living);
+            for lane in lanes(!self.active) {
+                self.set_state(lane, &state);
+            }
+        }
+    }
+
+    /// Hands the middle nodes of a step out, to observers and to the trajectories that end there.
+    fn hand_out(&mut self, solved: &Solved<S, N>) {
+        let (system, constants) = (self.run.system, &self.constants);
+        let Solved {
+            leg,
+            known,
+            e,
+            roots,
+            alone,
+        } = solved;
+        let point = system.point(constants, known, leg, e);
+        let force = system.force(constants, known, leg, e);
+        let energy = system.energy(&point.q, &point.v);
+        let zero = Lanes::splat(0.0);
+        let exact = roots
+            .rows
+            .as_ref()
+            .iter()
+            .fold(u32::MAX, |exact, row| exact & row.abs().at_most(zero).bits());
+        let observed = self.run.observes(self.index);
+        let going = self.active;
+        for lane in lanes(going) {
+            let member = &mut self.members[lane];
+            let by_itself = if alone >> lane & 1 == 1 {
+                member.flow.node()
+            } else {
+                None
+            };
+            let node = by_itself.unwrap_or_else(|| {
+                let Point { q, v, a } = Point {
+                    q: one_lane(&point.q, lane),
+                    v: one_lane(&point.v, lane),
+                    a: one_lane(&point.a, lane),
+                };
+                Node {
+                    index: self.index,
+                    t: member.flow.time_of(self.index),
+                    q,
+                    v,
+                    a,
+                    force: one_lane(&force, lane),
+                    energy: energy.lane(lane),
+                    iterations: roots.evaluations[lane],
+                    stop: if exact >> lane & 1 == 1 {
+                        Stop::Exact
+                    } else {
+                        Stop::Update
+                    },
+                }
+            });
+            if observed && member.observer.node(&node).is_break() || self.index == member.last {
+                self.end(lane, Ok(node));
+            }
+        }
+        if self.active != going {
+            self.cover();
+        }
+    }
+
+    /// What one lane holds.
+    fn state(&self, lane: usize) -> State<S::Unknown<f64>, N> {
+        let mut predictor = Predictor::<S::Unknown<f64>>::new();
+        self.predictor
+            .convert(&mut predictor, |to: &mut S::Unknown<f64>, from| {
+                for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
+                    *to = from.lane(lane);
+                }
+            });
+        State {
+            q: one_sum(&self.q, lane),
+            d: one_sum(&self.d, lane),
+            predictor,
+        }
+    }
+
+    /// Fills one lane.
+    fn set_state(&mut self, lane: usize, state: &State<S::Unknown<f64>, N>) {
+        for (sums, one) in [(&mut self.q, &state.q), (&mut self.d, &state.d)] {
+            for i in 0..N {
+                sums.hi[i].set_lane(lane, one.hi[i]);
+                sums.lo[i].set_lane(lane, one.lo[i]);
+            }
+        }
+        state.predictor.convert(&mut self.predictor, |to, from| {
+            for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
+                to.set_lane(lane, *from);
+            }
+        });
+    }
+}
+
+/// One lane of a vector.
+fn one_lane<const N: usize>(x: &[Lanes; N], lane: usize) -> [f64; N] {
+    array::from_fn(|i| x[i].lane(lane))
+}
+
+/// One lane of compensated sums.
+fn one_sum<const N: usize>(sums: &Compensated<N, Lanes>, lane: usize) -> Compensated<N> {
+    Compensated {
+        hi: one_lane(&sums.hi, lane),
+        lo: one_lane(&sums.lo, lane),
+    }
+}

@@ -1,0 +1,197 @@
+//! Trajectories in lanes are as accurate as single ones, whatever lies beside them and however many threads there are.
+
+use std::num::NonZeroU64;
+
+use dsocs_core::{Ensemble, Flow, MemberError, Node, RunError, Start, StepFailure, System, Trajectory};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
+use dsocs_tests::closed_form::pendulum::START;
+use dsocs_tests::data::Table;
+
+/// The places of the reference's start among the others: in full blocks, and in the last one, which is not full.
+const PLACES: [usize; 4] = [0, 5, 12, 17];
+
+/// Up to a time: the largest deviations of both coordinates, as for single trajectories.
+type Tolerance = (f64, [f64; 2]);
+
+/// Runs the reference's start in the company of others and compares all nodes of the reference.
+fn compare<S: System<2> + Sync>(
+    system: &S,
+    h: f64,
+    t: f64,
+    start: Start<2>,
+    others: impl Fn(f64) -> Start<2>,
+    (file, columns, tolerances): (&str, [&str; 2], &[Tolerance]),
+) {
+    let starts = (0_u32..18).map(|k| {
+        let is_reference = PLACES.iter().any(|&place| place == k as usize);
+        if is_reference { start } else { others(f64::from(k)) }
+    });
+    let ensemble = Ensemble::new(system, h).unwrap().starts(starts);
+    let observed = ensemble.observe_until(t, NonZeroU64::MIN, |_| Trajectory::default());
+    let [first, rest @ ..] = PLACES.map(|place| &observed[place].observer);
+    assert!(rest.iter().all(|other| *other == first), "lanes differ");
+    let table = Table::read(file);
+    for (k, q) in table.indices("k").into_iter().zip(table.pairs(columns)) {
+        let node = &first.nodes[usize::try_from(k).unwrap()];
+        let (_, tolerance) = tolerances
+            .iter()
+            .find(|(until, _)| node.t <= until + 1e-9)
+            .unwrap();
+        for i in 0..2 {
+            let deviation = (node.q[i] - q[i]).abs();
+            assert!(
+                deviation <= tolerance[i],
+                "h = {h}, t = {}: coordinate {i} is {deviation:e} off",
+                node.t
+            );
+        }
+    }
+}
+
+fn pendulum(k: f64) -> Start<2> {
+    Start::paper([0.5 - 0.01 * k, 0.1 * k], [0.001 * k, 0.5])
+}
+
+#[test]
+fn the_pendulum_is_the_references() {
+    let cases: [(f64, f64, &str, &[Tolerance]); 3] = [
+        (
+            0.1,
+            2000.0,
+            "pendulum_discrete_h0.1.csv",
+            &[
+                (10.0, [2e-13, 5e-10]),
+                (100.0, [3e-11, 5e-9]),
+                (2000.0, [5e-11, 1e-8]),
+            ],
+        ),
+        (
+            0.05,
+            2000.0,
+            "pendulum_discrete_h0.05.csv",
+            &[(100.0, [1e-10, 3e-8]), (2000.0, [2e-10, 4e-8])],
+        ),
+        (
+            0.0125,
+            2000.0,
+            "pendulum_discrete_h0.0125.csv",
+            &[(100.0, [1e-9, 2e-7]), (2000.0, [1e-9, 2e-7])],
+        ),
+    ];
+    for (h, t, file, tolerances) in cases {
+        let start = Start::paper(START.0, START.1);
+        let reference = (file, ["theta", "psi"], tolerances);
+        compare(&InertiaWheelPendulum::default(), h, t, start, pendulum, reference);
+    }
+}
+
+#[test]
+fn the_particle_is_the_references() {
+    let cases: [(f64, &str, [(f64, f64); 4]); 2] = [
+        (
+            0.1,
+            "particle_discrete_h0.1.csv",
+            [(1.0, 1e-14), (10.0, 5e-13), (100.0, 5e-11), (500.0, 1e-9)],
+        ),
+        (
+            0.01,
+            "particle_discrete_h0.01.csv",
+            [(1.0, 1e-12), (10.0, 5e-11), (100.0, 3e-9), (500.0, 4e-8)],
+        ),
+    ];
+    for (h, file, tolerances) in cases {
+        let tolerances = tolerances.map(|(until, tolerance)| (until, [tolerance; 2]));
+        let start = Start::paper([0.0, 0.0], [1.0, 1.0]);
+        let others = |k: f64| Start::paper([k, 1.0], [0.3 * k - 1.0, 1.0]);
+        let reference = (file, ["x", "y"], tolerances.as_slice());
+        compare(&CurvedParticle::default(), h, 500.0, start, others, reference);
+    }
+}
+
+/// The last node of a flow.
+fn single<S: System<2>>(system: &S, h: f64, start: Start<2>, t: f64) -> Node<2> {
+    let mut last = None;
+    let mut flow = Flow::new(system, h, start).unwrap();
+    flow.stream(t, &mut |node: &Node<2>| last = Some(*node)).unwrap();
+    last.unwrap()
+}
+
+#[test]
+fn a_curvature_that_the_macro_cannot_see_into_is_the_flows_bit_for_bit() {
+    let particle = CurvedParticle {
+        mass: 2.0,
+        curvature: Wavy::default(),
+    };
+    let starts: Vec<_> = (0..13)
+        .map(|k| Start::second_order([0.4 * f64::from(k), 0.0], [1.0, 0.1 * f64::from(k)]))
+        .collect();
+    for h in [0.01, 0.1, 0.3] {
+        let ended = Ensemble::new(&particle, h)
+            .unwrap()
+            .starts(starts.clone())
+            .run_until(40.0);
+        for (&start, last) in starts.iter().zip(ended) {
+            assert_eq!(last, Ok(single(&particle, h, start, 40.0)));
+        }
+    }
+}
+
+#[test]
+fn neither_threads_nor_company_change_a_bit() {
+    let system = InertiaWheelPendulum::default();
+    let starts: Vec<_> = (0..37).map(|k| pendulum(f64::from(k))).collect();
+    let run = |starts: &[Start<2>], threads| {
+        let ensemble = Ensemble::new(&system, 0.1)
+            .unwrap()
+            .starts(starts.iter().copied());
+        ensemble.threads(threads).unwrap().run_until(300.0)
+    };
+    let first = run(&starts, 1);
+    assert!(first.iter().all(Result::is_ok));
+    for threads in [2, 4] {
+        assert_eq!(run(&starts, threads), first);
+    }
+    let backwards: Vec<_> = starts.iter().rev().copied().collect();
+    assert!(run(&backwards, 2).iter().rev().eq(&first));
+    for (place, &start) in starts.iter().enumerate().step_by(5) {
+        assert_eq!(run(&[start], 1)[0], first[place]);
+    }
+}
+
+#[test]
+fn a_particle_at_rest_fails_by_itself() {
+    let particle = CurvedParticle::default();
+    let start = |k: i32| {
+        let speed = if k % 3 == 1 { 0.0 } else { f64::from(k) };
+        Start::paper([0.0, f64::from(k)], [speed, 0.0])
+    };
+    let ended = Ensemble::new(&particle, 0.1)
+        .unwrap()
+        .starts((0..20).map(|k| start(k + 1)))
+        .run_until(10.0);
+    for (k, last) in (1..).zip(ended) {
+        if k % 3 == 1 {
+            let Err(MemberError::Run(RunError::Step(error))) = last else {
+                panic!("{last:?}");
+            };
+            assert_eq!(error.details().index, 1);
+            assert_eq!(error.details().q1, [0.0, f64::from(k)]);
+            assert_eq!(error.details().cause.reason, StepFailure::NotFinite);
+        } else {
+            assert_eq!(last, Ok(single(&particle, 0.1, start(k), 10.0)));
+        }
+    }
+}
+
+#[test]
+fn running_back_is_the_flows_too() {
+    let particle = CurvedParticle::default();
+    let starts = (0..9).map(|k| Start::second_order([0.0, 0.0], [1.0, f64::from(k)]).at(2.0));
+    let ended = Ensemble::new(&particle, -0.05)
+        .unwrap()
+        .starts(starts.clone())
+        .run_until(-3.0);
+    for (start, last) in starts.zip(ended) {
+        assert_eq!(last, Ok(single(&particle, -0.05, start, -3.0)));
+    }
+}
