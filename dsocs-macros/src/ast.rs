@@ -59,13 +59,26 @@ pub(crate) struct Declaration {
     pub(crate) observe: Part<Observe>,
 }
 
-/// `coordinates(x, y);`
+/// `coordinates(x, y, theta: [3]);`
 #[derive(Clone, Debug)]
 pub(crate) struct Coordinates {
-    /// The names, in order.
+    /// What was written, in order.
+    pub(crate) groups: Vec<Group>,
+    /// The names of all coordinates, in order: `x`, `y`, `theta_0`, `theta_1`, `theta_2`.
     pub(crate) names: Vec<Ident>,
     /// How many `let`s stand before: the order of the names decides which of two equal ones is the second.
     pub(crate) lets_before: usize,
+}
+
+/// `x` or `theta: [3]` among the coordinates.
+#[derive(Clone, Debug)]
+pub(crate) struct Group {
+    /// The name.
+    pub(crate) name: Ident,
+    /// The place of its first coordinate among all.
+    pub(crate) first: usize,
+    /// How many coordinates it has, if it is an array.
+    pub(crate) length: Option<usize>,
 }
 
 /// `let NAME = EXPR;`
@@ -104,8 +117,8 @@ pub(crate) struct Directions {
     pub(crate) keyword: Ident,
     /// Which of the two.
     pub(crate) side: Side,
-    /// Each field or force.
-    pub(crate) fields: Vec<Components>,
+    /// Each field or force: its components, in the shape of the coordinates.
+    pub(crate) fields: Vec<Expr>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }
@@ -117,15 +130,6 @@ pub(crate) enum Side {
     Variational,
     /// `F_V`, its annihilator, by forms that span it.
     Forces,
-}
-
-/// `(E1, …, En)`.
-#[derive(Clone, Debug)]
-pub(crate) struct Components {
-    /// The whole.
-    pub(crate) whole: Expr,
-    /// The components.
-    pub(crate) entries: Vec<Expr>,
 }
 
 /// `phi_… = |q0, q1| …;`

@@ -1,7 +1,5 @@
 //! The rules between the parts of a declaration, as far as they need no expression.
 
-use proc_macro2::Ident;
-
 use crate::ast::{Branch, Declaration, Directions, Part, Side};
 use crate::errors::{Errors, Reported};
 use crate::input::Fields;
@@ -18,7 +16,6 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     let Some(coordinates) = declaration.coordinates.given() else {
         return Ok(());
     };
-    let names = &coordinates.names;
     let kinematic = match &declaration.kinematic {
         Part::Absent => None,
         Part::Broken(_) => return Ok(()),
@@ -32,32 +29,8 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
             "expected `variational = […];` or `forces = […];` beside `kinematic`: \
              the kinematic constraints do not tell in which directions the constraint forces act",
         )),
-        (Part::Given(directions), _) => {
-            let components = components(directions, names, errors);
-            components.and(equations(directions, rows, names.len(), errors))
-        }
+        (Part::Given(directions), _) => equations(directions, rows, coordinates.names.len(), errors),
     }
-}
-
-fn components(directions: &Directions, names: &[Ident], errors: &Errors) -> Result<(), Reported> {
-    let mut result = Ok(());
-    for field in directions
-        .fields
-        .iter()
-        .filter(|field| field.entries.len() != names.len())
-    {
-        let list: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
-        result = Err(errors.at(
-            &field.whole,
-            format!(
-                "expected a tuple with a component for each of the coordinates {}: {} components, found {}",
-                list.join(", "),
-                names.len(),
-                field.entries.len()
-            ),
-        ));
-    }
-    result
 }
 
 fn equations(directions: &Directions, rows: usize, n: usize, errors: &Errors) -> Result<(), Reported> {

@@ -45,13 +45,16 @@ impl Errors {
         Reported(())
     }
 
-    /// The mistakes, in the order of the source; `Ok` if there are none.
+    /// The mistakes, in the order of the source, each once; `Ok` if there are none.
     pub(crate) fn finish(self) -> Result<(), Vec<syn::Error>> {
         let mut found = self.found.borrow_mut().take().unwrap_or_default();
-        found.sort_by_key(|error| {
-            let start = error.span().start();
-            (start.line, start.column)
-        });
+        let place = |error: &syn::Error| {
+            let (start, end) = (error.span().start(), error.span().end());
+            [start.line, start.column, end.line, end.column]
+        };
+        found.sort_by_key(place);
+        // what is written once may be read many times: the body of a sum, of a function
+        found.dedup_by(|a, b| place(a) == place(b) && a.to_string() == b.to_string());
         if found.is_empty() { Ok(()) } else { Err(found) }
     }
 }

@@ -2,14 +2,19 @@
 
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
+use syn::ext::IdentExt;
 use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Meta, Type};
 
 use crate::errors::{Errors, Reported};
 use crate::model::ParameterField;
+use crate::parse::bare;
 
 /// The fields of the struct.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fields(Vec<Field>);
+
+/// The most elements of an array that are listed as parameters: a table of data is none.
+const LISTED: usize = 1000;
 
 /// A field of the struct.
 #[derive(Clone, Debug)]
@@ -20,6 +25,10 @@ pub(crate) struct Field {
     pub(crate) kind: Kind,
     /// Its type is a reference to that.
     reference: bool,
+    /// How many elements it has, if it is an array of literal length.
+    pub(crate) length: Option<usize>,
+    /// The same, if they are of type `f64`.
+    numbers: Option<usize>,
     /// Its type as text.
     ty: String,
     /// Its documentation in one line.
@@ -35,6 +44,8 @@ pub(crate) enum Kind {
     Exact,
     /// A primitive type that is no such number.
     NoNumber,
+    /// An array.
+    Array,
     /// A type parameter of the struct.
     Generic,
     /// A type that the macro does not know; perhaps another name of `f64`.
@@ -70,17 +81,21 @@ impl Fields {
         self.0.get(index)
     }
 
+    /// The names of the elements of arrays, at the tokens of their fields.
+    pub(crate) fn elements(&self) -> Vec<Ident> {
+        let parameters = self.parameters().into_iter();
+        parameters
+            .filter(|parameter| parameter.element.is_some())
+            .map(|parameter| Ident::new(&parameter.name, parameter.ident.span()))
+            .collect()
+    }
+
     /// The fields that can be listed and set by name.
     pub(crate) fn parameters(&self) -> Vec<ParameterField> {
-        let numbers = self
-            .0
+        self.0
             .iter()
-            .filter(|field| field.kind == Kind::Number && !field.reference);
-        numbers
-            .map(|field| ParameterField {
-                ident: field.ident.clone(),
-                doc: field.doc.clone(),
-            })
+            .filter(|field| !field.reference)
+            .flat_map(Field::parameters)
             .collect()
     }
 }
@@ -102,7 +117,16 @@ impl Field {
                 "i64" | "i128" | "isize" | "u64" | "u128" | "usize" | "bool" | "char" | "str" | "String",
             ) => Kind::NoNumber,
             Some(name) if generics.type_params().any(|parameter| parameter.ident == name) => Kind::Generic,
+            _ if matches!(ty, Type::Array(_)) => Kind::Array,
             _ => Kind::Unknown,
+        };
+        let (length, numbers) = match ty {
+            Type::Array(array) => {
+                let is_number = matches!(&*array.elem, Type::Path(path) if path.path.is_ident("f64"));
+                let length = length(&array.len);
+                (length, length.filter(|_| is_number))
+            }
+            _ => (None, None),
         };
         let doc = doc(&field.attrs);
         let ty = field.ty.to_token_stream().to_string().replace(' ', "");
@@ -110,9 +134,29 @@ impl Field {
             ident,
             kind,
             reference,
+            length,
+            numbers,
             ty,
             doc,
         })
+    }
+
+    /// The numbers that it consists of.
+    fn parameters(&self) -> Vec<ParameterField> {
+        let name = self.ident.unraw().to_string();
+        let parameter = |name: String, element| ParameterField {
+            name,
+            ident: self.ident.clone(),
+            element,
+            doc: self.doc.clone(),
+        };
+        match (self.kind, self.numbers) {
+            (Kind::Number, _) => vec![parameter(name, None)],
+            (Kind::Array, Some(length)) => (0..length.min(LISTED))
+                .map(|i| parameter(format!("{name}_{i}"), Some(i)))
+                .collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// The field as an `f64`, at the tokens where it is used.
@@ -132,6 +176,12 @@ impl Field {
                     self.ty
                 ),
             )),
+            Kind::Array => Err(errors.at(
+                used,
+                format!(
+                    "expected a number, but the field `{used}` is an array; expected an element, `{used}[0]`"
+                ),
+            )),
             Kind::Generic => Err(errors.at(
                 used,
                 format!(
@@ -149,6 +199,17 @@ pub(crate) fn place(used: &Ident) -> TokenStream {
     // resolved like the method's own `self`, shown where the user wrote the name
     let receiver = Ident::new("self", Span::call_site().located_at(used.span()));
     quote_spanned!(used.span()=> #receiver.#used)
+}
+
+/// The length of an array, if it is a literal.
+fn length(expr: &Expr) -> Option<usize> {
+    match bare(expr) {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Int(digits) => digits.base10_parse().ok(),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 /// The documentation of an item in one line.

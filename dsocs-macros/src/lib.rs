@@ -50,9 +50,10 @@ use proc_macro::TokenStream;
 ///
 /// | statement | meaning |
 /// |---|---|
-/// | `coordinates(x, y);` | the coordinates, `n` of them |
+/// | `coordinates(x, y);` | the coordinates, `n` of them; `theta: [8]` among them is an array (see below) |
 /// | `lagrangian = L;` | the Lagrangian `L(q, v)` |
 /// | `let name = e;` | a name for an expression |
+/// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
 /// | `kinematic = c;` or `kinematic = [c1, c2];` | the kinematic constraints `c(q, v, a) = 0` (`C_K`) |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
@@ -88,13 +89,45 @@ use proc_macro::TokenStream;
 /// - Any other function or method of coordinates is the user's own, called with dual numbers where a derivative is
 ///   needed, so it is generic over its number type: `curvature.at(x, y)`, `friction(dot(x))`. Its arguments are
 ///   numbers.
-/// - Coordinates, fields, `let`s, `h`, `dot` and `ddot` share one namespace.
+/// - Coordinates, fields, `let`s, `h`, `dot`, `ddot`, `sum` and `product` share one namespace.
+///
+/// # Arrays, sums and functions
+///
+/// ```ignore
+/// /// Masses on a line, each tied to the next one by a spring.
+/// #[dsocs {
+///     coordinates(x: [8]);
+///     let stretch = |i| x[i + 1] - x[i];
+///     lagrangian = sum(0..8, |i| masses[i] / 2 * dot(x[i]).powi(2))
+///         - sum(0..7, |i| stiffness / 2 * stretch(i).powi(2));
+/// }]
+/// pub struct Row {
+///     pub masses: [f64; 8],
+///     pub stiffness: f64,
+/// }
+/// ```
+///
+/// - `coordinates(x, theta: [8]);` declares eight coordinates `theta[0]` to `theta[7]`; the length is a literal, also one that
+///   a macro by example has put there. They are listed, and may be written, as `theta_0` to `theta_7`. The numbers in a
+///   field of type `[f64; 8]` are listed as parameters in the same way, and are written `masses[2]`.
+/// - `sum(range, |i| e)` and `product(range, |i| e)` are written out when the declaration is read. The range has both
+///   ends, `0..8` or `0..=i`.
+/// - An index is an integer: literals, indices of sums around it and `let`s of whole numbers, joined by `+`, `-`, `*`,
+///   `/`, `%` as in Rust. In an expression `i` is a number like any other (there `i / 2` for `i = 1` is one half), in
+///   `powi(i)` an exponent, and in an expression of the parameters alone an integer literal, `table.value(i)`.
+/// - Where indices decide the condition of an `if`, only the branch that is taken is read:
+///   `if i > 0 { theta[i - 1] } else { 0 }`. There `==` and `!=` compare too.
+/// - `let f = |i, a| e;` is a function: `f(2, dot(x))` is `e` with its parameters replaced. An argument is an index or any
+///   expression. It sees the names that are known where it stands, so it cannot call itself.
+/// - The components of a field stand in the shape of the coordinates: for `coordinates(x, theta: [3]);` a field is
+///   `(1, [a, b, c])`, `(1, [0; 3])` or `(1, |i| e)`, or all of them in one tuple, `(1, a, b, c)`.
 ///
 /// # Maps
 ///
 /// A map computes the point of the continuous system from the nodes. The nodes and its values are vectors, and
-/// arithmetic holds for each component; `q0.x` is one component, by the coordinate's name or as `q0.0`. A value may
-/// also be a tuple of `n` components, in each of which `q0` means that component. Maps may use the parameters, the
+/// arithmetic holds for each component; `q0.x` is one component, by the coordinate's name or as `q0.0`, and `q0.theta[2]`
+/// one of an array. A value may also be a tuple of `n` components (in the shape of the coordinates, as for fields), in
+/// each of which `q0` means that component. Maps may use the parameters, the
 /// step `h`, `let`s in a block of their own and functions; they know no motion, so no coordinates, no `dot` and no
 /// `let` of the declaration.
 ///

@@ -12,7 +12,7 @@ pub(crate) struct Model {
     pub(crate) item: ItemStruct,
     /// The coordinates' names.
     pub(crate) coordinates: Vec<Ident>,
-    /// The fields of type `f64`, in order.
+    /// The numbers among the fields, in order.
     pub(crate) parameters: Vec<ParameterField>,
     /// All expressions.
     pub(crate) graph: Graph,
@@ -32,11 +32,15 @@ pub(crate) struct Model {
     pub(crate) observe: Vec<(Ident, NodeId)>,
 }
 
-/// A parameter that can be listed and set by name: a field of type `f64`.
+/// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
 #[derive(Clone, Debug)]
 pub(crate) struct ParameterField {
-    /// The field's name.
+    /// Its name: `mass`, `masses_2`.
+    pub(crate) name: String,
+    /// The field.
     pub(crate) ident: Ident,
+    /// The element's place in the field, if it is an array.
+    pub(crate) element: Option<usize>,
     /// Its documentation in one line.
     pub(crate) doc: String,
 }

@@ -1,17 +1,24 @@
 //! The one namespace of a declaration: coordinates, fields, `let`s and the words of the language.
 
-use proc_macro2::Ident;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::rc::Rc;
 
-use crate::ast::{Declaration, Let};
+use proc_macro2::Ident;
+use syn::ExprClosure;
+
+use crate::ast::{Declaration, Group, Let};
 use crate::errors::{Errors, Reported};
 use crate::graph::NodeId;
 use crate::input::Fields;
 
 /// Names with a meaning of their own.
-pub(crate) const RESERVED: [(&str, &str); 3] = [
+pub(crate) const RESERVED: [(&str, &str); 5] = [
     ("h", "the step"),
     ("dot", "the time derivative"),
     ("ddot", "the second time derivative"),
+    ("sum", "a sum over a range"),
+    ("product", "a product over a range"),
 ];
 
 /// What a name stands for.
@@ -19,14 +26,29 @@ pub(crate) const RESERVED: [(&str, &str); 3] = [
 pub(crate) enum Binding {
     /// A coordinate, by its place.
     Coordinate(usize),
+    /// An array of coordinates, by its place among [`Coordinates::groups`](crate::ast::Coordinates::groups).
+    Array(usize),
     /// A field of the struct, by its place.
     Field(usize),
-    /// A `let`.
+    /// A `let`, or an argument of a function.
     Let(Result<NodeId, Reported>),
+    /// A `let` with a closure: a function of the declaration's own.
+    Function(Function),
+    /// An integer that is known while the declaration is read: an index of a sum, or an argument of a function.
+    Index(i64),
     /// A node of the discrete path, in a map: 0, 1 or 2.
     Node(usize),
     /// A `let` in a map, with its components.
     Vector(Result<Vec<NodeId>, Reported>),
+}
+
+/// `|i, j| …`, with parameters that have been checked.
+#[derive(Clone, Debug)]
+pub(crate) struct Function {
+    /// The closure.
+    pub(crate) closure: Rc<ExprClosure>,
+    /// Whether it is defined in a map, and so made of nodes.
+    pub(crate) of_nodes: bool,
 }
 
 impl Binding {
@@ -34,6 +56,9 @@ impl Binding {
     pub(crate) fn kind(&self) -> &'static str {
         match self {
             Self::Coordinate(_) => "a coordinate",
+            Self::Array(_) => "an array of coordinates",
+            Self::Function(_) => "a function",
+            Self::Index(_) => "an index",
             Self::Field(_) => "a parameter",
             Self::Let(_) | Self::Vector(_) => "a `let`",
             Self::Node(_) => "a node",
@@ -47,14 +72,33 @@ pub(crate) struct Scope {
     names: Vec<(String, Binding)>,
 }
 
+/// The names that [`Scope::split_off`] took away.
+#[derive(Debug)]
+pub(crate) struct Inner(Vec<(String, Binding)>);
+
 impl Scope {
     /// The innermost meaning of a name.
     pub(crate) fn get(&self, name: &Ident) -> Option<&Binding> {
-        self.names
-            .iter()
-            .rev()
-            .find(|(known, _)| name == known)
+        self.place(name)
+            .and_then(|place| self.names.get(place))
             .map(|(_, binding)| binding)
+    }
+
+    /// The place of the innermost meaning of a name; what stands before it was known when it was defined.
+    pub(crate) fn place(&self, name: &Ident) -> Option<usize> {
+        let name = name.to_string();
+        self.names.iter().rposition(|(known, _)| *known == name)
+    }
+
+    /// Takes away the names from a place on, for [`Scope::restore`].
+    pub(crate) fn split_off(&mut self, place: usize) -> Inner {
+        Inner(self.names.split_off(place))
+    }
+
+    /// Brings back what [`Scope::split_off`] took away.
+    pub(crate) fn restore(&mut self, place: usize, inner: Inner) {
+        self.names.truncate(place);
+        self.names.extend(inner.0);
     }
 
     /// Adds a name whose clashes have been checked.
@@ -93,14 +137,15 @@ impl Scope {
 
 /// Reports every top-level name that has a meaning already, at the second one.
 pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors: &Errors) {
-    let mut known: Vec<(&Ident, &str)> = Vec::new();
-    let mut add = |name: &'d Ident, kind| {
-        if let Some((_, first)) = known.iter().find(|(known, _)| *known == name) {
-            clash(name, first, errors);
-        } else {
+    let mut known: HashMap<String, &str> = HashMap::new();
+    let mut add = |name: &Ident, kind| match known.entry(name.to_string()) {
+        Entry::Occupied(first) => {
+            clash(name, first.get(), errors);
+        }
+        Entry::Vacant(place) => {
             // a reserved word has been reported; what else it clashes with does not matter
             let _ = check_reserved(name, errors);
-            known.push((name, kind));
+            place.insert(kind);
         }
     };
     let coordinates = declaration.coordinates.given();
@@ -109,11 +154,16 @@ pub(crate) fn check<'d>(declaration: &'d Declaration, fields: &'d Fields, errors
         .min(declaration.lets.len());
     let (before, after) = declaration.lets.split_at(split);
     let lets = |lets: &'d [Let]| lets.iter().map(|binding| (&binding.name, "a `let`"));
+    let array = |group: &'d Group| group.length.map(|_| (&group.name, "an array of coordinates"));
+    let arrays = coordinates.iter().flat_map(|part| &part.groups).filter_map(array);
     let coordinates = coordinates
         .iter()
         .flat_map(|part| &part.names)
         .map(|name| (name, "a coordinate"));
-    let fields = fields.iter().map(|field| (&field.ident, "a parameter"));
+    let coordinates = arrays.chain(coordinates);
+    let elements = fields.elements();
+    let fields = fields.iter().map(|field| &field.ident).chain(&elements);
+    let fields = fields.map(|name| (name, "a parameter"));
     for (name, kind) in lets(before).chain(coordinates).chain(lets(after)).chain(fields) {
         add(name, kind);
     }

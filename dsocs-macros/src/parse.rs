@@ -4,12 +4,11 @@ use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, Local, Pat, Stmt};
 
-use crate::ast::{
-    Branch, Components, Coordinates, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar,
-    Side,
-};
+use crate::ast::{Branch, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar, Side};
 use crate::errors::{Errors, Reported};
 use crate::names::{did_you_mean, nearest};
+
+mod coordinates;
 
 /// The words that a statement can begin with, apart from `let`.
 const STATEMENTS: [&str; 10] = [
@@ -29,8 +28,8 @@ const STATEMENTS: [&str; 10] = [
 pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     let mut declaration = Declaration::default();
     for chunk in chunks(tokens) {
-        match statements.parse2(chunk.clone()) {
-            Ok((attributes, statements)) => {
+        match statement.parse2(chunk.clone()) {
+            Ok((attributes, statement)) => {
                 for attribute in attributes
                     .iter()
                     .filter(|attribute| !attribute.path().is_ident("doc"))
@@ -40,8 +39,17 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                         "attributes other than documentation have no meaning in a declaration",
                     );
                 }
-                for statement in statements {
-                    read(&mut declaration, statement, errors);
+                match statement {
+                    Statement::Coordinates(keyword, arguments) => {
+                        let lets_before = declaration.lets.len();
+                        let coordinates = coordinates::read(&keyword, arguments, lets_before, errors);
+                        fill(&mut declaration.coordinates, &keyword, coordinates, errors);
+                    }
+                    Statement::Rust(statements) => {
+                        for statement in statements {
+                            read(&mut declaration, statement, errors);
+                        }
+                    }
                 }
             }
             Err(error) => {
@@ -73,8 +81,21 @@ fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
     chunks
 }
 
-fn statements(input: ParseStream) -> syn::Result<(Vec<Attribute>, Vec<Stmt>)> {
-    Ok((Attribute::parse_outer(input)?, Block::parse_within(input)?))
+/// A statement, as far as its syntax tells it from the others.
+enum Statement {
+    /// `coordinates(…);`, which is no Rust statement for its arrays.
+    Coordinates(Ident, Vec<coordinates::Argument>),
+    /// Any other one (several where a `;` is missing).
+    Rust(Vec<Stmt>),
+}
+
+fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, Statement)> {
+    let attributes = Attribute::parse_outer(input)?;
+    let statement = match coordinates::parse(input)? {
+        Some((keyword, arguments)) => Statement::Coordinates(keyword, arguments),
+        None => Statement::Rust(Block::parse_within(input)?),
+    };
+    Ok((attributes, statement))
 }
 
 /// Marks every statement that seems to begin in these tokens as broken, so that it is not reported as missing.
@@ -132,10 +153,6 @@ fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
             }
         },
         Stmt::Expr(Expr::Call(call), _) => match plain_name(&call.func) {
-            Some(keyword) if keyword == "coordinates" => {
-                let coordinates = read_coordinates(declaration, keyword, &call.args, errors);
-                fill(&mut declaration.coordinates, keyword, coordinates, errors);
-            }
             Some(keyword) if STATEMENTS.iter().any(|statement| keyword == statement) => {
                 let reported = errors.at(keyword, format!("expected `{keyword} = …;`"));
                 mark(declaration, &keyword.to_string(), reported);
@@ -317,47 +334,14 @@ fn fill_directions(
     }
 }
 
-fn read_coordinates<'e>(
-    declaration: &Declaration,
-    keyword: &Ident,
-    arguments: impl IntoIterator<Item = &'e Expr>,
-    errors: &Errors,
-) -> Result<Coordinates, Reported> {
-    let mut names = Vec::new();
-    let mut wrong = None;
-    for argument in arguments {
-        match plain_name(argument) {
-            Some(name) => names.push(name.clone()),
-            None => wrong = Some(errors.at(argument, "expected the name of a coordinate")),
-        }
-    }
-    match wrong {
-        Some(reported) => Err(reported),
-        None if names.is_empty() => {
-            Err(errors.at(keyword, "expected at least one coordinate, `coordinates(x, y);`"))
-        }
-        None => Ok(Coordinates {
-            names,
-            lets_before: declaration.lets.len(),
-        }),
-    }
-}
-
-fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Components>, Reported> {
+fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
     let Expr::Array(array) = value else {
         return Err(errors.at(
             value,
             format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`"),
         ));
     };
-    let fields = array.elems.into_iter().map(|whole| {
-        let entries = match &whole {
-            Expr::Tuple(tuple) => tuple.elems.iter().cloned().collect(),
-            other => vec![other.clone()],
-        };
-        Components { whole, entries }
-    });
-    Ok(fields.collect())
+    Ok(array.elems.into_iter().collect())
 }
 
 fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use dsocs_core::{Flow, Node, RunError, SetupError, Start, System, until_break};
 use thiserror::Error;
 
+use crate::chain::PlanarChain8;
 use crate::particle::{Constant, CurvedParticle};
 use crate::pendulum::InertiaWheelPendulum;
 
@@ -48,6 +49,22 @@ pub const SYSTEMS: &[Entry] = &[
             })
         },
     },
+    Entry {
+        name: "chain",
+        kind: "unconstrained",
+        summary: "a planar chain of eight links, hanging from a pivot",
+        units: &["rad"; 8],
+        q0: &[1.0; 8],
+        v0: &[0.0; 8],
+        step: 0.005,
+        until: 20.0,
+        build: || {
+            Box::new(Erased {
+                system: PlanarChain8::default(),
+                extra: &[],
+            })
+        },
+    },
 ];
 
 /// A system that can be run by name.
@@ -55,7 +72,7 @@ pub const SYSTEMS: &[Entry] = &[
 pub struct Entry {
     /// The name.
     pub name: &'static str,
-    /// The kind of its constraints: `second-order`.
+    /// The kind of its constraints: `second-order` or `unconstrained`.
     pub kind: &'static str,
     /// What it is, in a line.
     pub summary: &'static str,

@@ -291,7 +291,7 @@ fn list_names_systems_coordinates_and_parameters() {
         .iter()
         .filter_map(|system| system["name"].as_str())
         .collect();
-    assert_eq!(names, ["particle", "pendulum"]);
+    assert_eq!(names, ["particle", "pendulum", "chain"]);
     assert_eq!(json[0]["kind"], "second-order");
     assert_eq!(json[1]["coordinates"], serde_json::json!(["theta", "psi"]));
     let i = &json[1]["parameters"][0];

@@ -5,4 +5,6 @@ pub mod closed_form;
 pub mod data;
 pub mod fit;
 pub mod independent;
+#[cfg(doctest)]
+mod readme;
 pub mod tangent;

@@ -150,7 +150,7 @@ fn three_links_are_of_order_two() {
     let coarse = runge_kutta(10_000);
     let uncertainty = distance(exact, coarse);
     assert!(uncertainty < 1e-10, "{uncertainty:e}");
-    let steps = [200_u32, 400, 800, 1600, 3200];
+    let steps = [800_u32, 1600, 3200, 6400, 12_800];
     let h = steps.map(|steps| UNTIL / f64::from(steps));
     let errors = core::array::from_fn::<_, 5, _>(|i| {
         let mut flow = Flow::new(&TRIPLE, h[i], Start::second_order(Q0, V0)).unwrap();
@@ -160,7 +160,7 @@ fn three_links_are_of_order_two() {
     });
     println!("errors {errors:?}, slopes {:?}", local_slopes(&h, &errors));
     let slope = slope(&h, &errors);
-    assert!((slope - 2.0).abs() < 0.03, "{slope}");
+    assert!((slope - 2.0).abs() < 0.02, "{slope}");
 }
 
 fn distance(x: [f64; 3], y: [f64; 3]) -> f64 {
@@ -170,7 +170,7 @@ fn distance(x: [f64; 3], y: [f64; 3]) -> f64 {
 #[test]
 fn the_energy_does_not_drift() {
     let chain = PlanarChain8::default();
-    let q0 = core::array::from_fn(|i| 1.0 + 0.125 * i as f64);
+    let q0 = core::array::from_fn(|i| 0.5 + 0.0625 * i as f64);
     // the energy at a leg's middle, where the midpoint map evaluates the Lagrangian
     let deviation = |h: f64, until: f64| {
         let mut flow = Flow::new(&chain, h, Start::second_order(q0, [0.0; 8])).unwrap();
@@ -191,7 +191,7 @@ fn the_energy_does_not_drift() {
     };
     let (early, late) = deviation(2e-3, 20.0);
     println!("energy deviates by {early:e} in the first half, {late:e} in the second");
-    assert!(late < 3.0 * early && early < 0.05, "{early:e} {late:e}");
+    assert!(late < 2.0 * early && early < 0.05, "{early:e} {late:e}");
     // and falls with the square of the step
     let (finer, _) = deviation(1e-3, 10.0);
     let (coarser, _) = deviation(2e-3, 10.0);

@@ -53,11 +53,22 @@ fn metadata(model: &Model) -> TokenStream {
     let coordinates = model.coordinates.iter().map(plain);
     let observables = model.observe.iter().map(|(name, _)| plain(name));
     let parameters = model.parameters.iter().map(|field| {
-        let (name, doc) = (plain(&field.ident), &field.doc);
+        let (name, doc) = (&field.name, &field.doc);
         quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
     });
     let index = (0..model.parameters.len()).map(Literal::usize_unsuffixed);
-    let fields: Vec<_> = model.parameters.iter().map(|field| &field.ident).collect();
+    let fields: Vec<_> = model
+        .parameters
+        .iter()
+        .map(|field| {
+            let ident = &field.ident;
+            let element = field.element.map(|place| {
+                let place = Literal::usize_unsuffixed(place);
+                quote!([#place])
+            });
+            quote!(#ident #element)
+        })
+        .collect();
     let indices: Vec<_> = index.collect();
     quote! {
         const COORDINATES: [&'static str; #n] = [#(#coordinates),*];

@@ -98,6 +98,10 @@ fn is_one((coefficient, factors): &Early) -> bool {
     factors.is_empty() && *coefficient == Bits::new(1.0)
 }
 
+/// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
+/// the compiler where it writes debug information; longer code declares its names together.
+const MOST_SCOPES: usize = 200;
+
 impl<'g> Program<'g> {
     /// An empty program; `stage_of` tells when a leaf is known. Numbers and parameters are known at stage 0.
     pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
@@ -500,13 +504,20 @@ impl<'g> Program<'g> {
             (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
         };
         let mut statements = TokenStream::new();
+        let together = bound.len() > MOST_SCOPES;
+        if together {
+            let names = bound.iter().map(|value| &names[value]);
+            let count = Literal::usize_unsuffixed(bound.len());
+            statements.extend(quote!(let [#(#names),*]: [__T; #count];));
+        }
+        let declare = (!together).then(|| quote!(let));
         for value in bound {
             let name = &names[&value];
             let right = match given.get(&value) {
                 Some(tokens) => tokens.clone(),
                 None => self.operation(value, &folded, &operand, leaf),
             };
-            statements.extend(quote!(let #name = #right;));
+            statements.extend(quote!(#declare #name = #right;));
         }
         let results = outputs.iter().map(|&output| operand(output)).collect();
         (statements, results)

@@ -3,12 +3,11 @@
 use std::f64::consts::{LN_2, LN_10, PI};
 
 use proc_macro2::Ident;
-use syn::{Expr, Lit, UnOp};
+use syn::Expr;
 
 use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Graph, NodeId, Unary};
-use crate::parse::bare;
 
 /// A function of `f64`, called as a method.
 #[derive(Clone, Copy, Debug)]
@@ -161,30 +160,13 @@ impl Lowering<'_> {
     }
 
     fn exponent(&self, argument: &Expr) -> Result<i32, Reported> {
-        let parsed = match bare(argument) {
-            Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
-                integer(&unary.expr).and_then(|digits| format!("-{digits}").parse().ok())
-            }
-            other => integer(other).and_then(|digits| digits.parse().ok()),
-        };
-        parsed.ok_or_else(|| {
+        let known = self.integer(argument).and_then(|value| value.try_into().ok());
+        known.ok_or_else(|| {
             self.errors.at(
                 argument,
                 "expected an integer literal as the exponent of `powi`; any other exponent is for `powf`",
             )
         })
-    }
-}
-
-fn integer(expr: &Expr) -> Option<String> {
-    match bare(expr) {
-        Expr::Lit(literal) => match &literal.lit {
-            Lit::Int(digits) if matches!(digits.suffix(), "" | "i32") => {
-                Some(digits.base10_digits().to_owned())
-            }
-            _ => None,
-        },
-        _ => None,
     }
 }
 

@@ -5,7 +5,6 @@ use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
 use super::builtin::{Builtin, is_not_supported};
-use super::closed::is_closed;
 use super::{Lowered, Lowering, Origin};
 use crate::graph::{Callee, NodeId};
 use crate::input::{Kind, place};
@@ -21,12 +20,18 @@ impl Lowering<'_> {
             match self.scope.get(name) {
                 // also where a name has been given this one, which is reported
                 _ if text == "dot" || text == "ddot" => return self.dot(name, call),
-                Some(Binding::Field(_)) if !is_closed(whole, &self.scope) => {
+                _ if text == "sum" || text == "product" => return self.fold(name, call),
+                Some(Binding::Function(function)) => {
+                    let function = function.clone();
+                    return self.apply(name, &function, call);
+                }
+                Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
                     return self.opaque(callee, None, &arguments);
                 }
                 Some(Binding::Field(_)) => {}
+                Some(Binding::Let(Err(reported)) | Binding::Vector(Err(reported))) => return Err(*reported),
                 Some(binding) => {
                     let kind = binding.kind();
                     let message =
@@ -37,6 +42,14 @@ impl Lowering<'_> {
                     return Err(self.errors.at(
                         name,
                         format!("functions of numbers are methods in Rust: expected `(…).{text}()` or `f64::{text}(…)`"),
+                    ));
+                }
+                None if self.functions.contains(&text) => {
+                    return Err(self.errors.at(
+                        name,
+                        format!(
+                            "`{text}` is defined further down, or here; expected its `let` before this use"
+                        ),
                     ));
                 }
                 None => {}
@@ -51,7 +64,7 @@ impl Lowering<'_> {
             if let (Some(builtin), Some((receiver, rest))) = (builtin, arguments.split_first()) {
                 return self.builtin(builtin, name, receiver, rest);
             }
-            if !is_closed(whole, &self.scope) {
+            if !self.is_closed(whole) {
                 let hint = did_you_mean(&name.to_string(), Builtin::names());
                 return Err(self.errors.at(
                     name,
@@ -59,12 +72,12 @@ impl Lowering<'_> {
                 ));
             }
         }
-        if is_closed(whole, &self.scope) {
+        if self.is_closed(whole) {
             return self.param(whole);
         }
         let callee = match &*call.func {
             Expr::Path(path) => path.to_token_stream(),
-            other if is_closed(other, &self.scope) => self.closed(other)?,
+            other if self.is_closed(other) => self.closed(other)?,
             other => return Err(self.errors.at(other, "expected the name of a function")),
         };
         self.opaque(Callee::Function(callee), None, &arguments)
@@ -79,10 +92,10 @@ impl Lowering<'_> {
         {
             return self.builtin(builtin, &call.method, &call.receiver, &arguments);
         }
-        if is_closed(whole, &self.scope) {
+        if self.is_closed(whole) {
             return self.param(whole);
         }
-        if is_closed(&call.receiver, &self.scope) {
+        if self.is_closed(&call.receiver) {
             let receiver = self.closed(&call.receiver)?;
             let (dot, method, turbofish) = (&call.dot_token, &call.method, &call.turbofish);
             let callee: TokenStream = quote!(#receiver #dot #method #turbofish);

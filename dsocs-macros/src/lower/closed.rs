@@ -1,34 +1,36 @@
 //! Expressions of the parameters alone, which become code as they stand, with `self.` before the fields.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Literal, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
+use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
-use syn::{Expr, ExprCall, ExprPath, FieldValue, Member, PatIdent, Token};
+use syn::{Expr, ExprCall, ExprIndex, ExprPath, FieldValue, Member, PatIdent, Token};
 
 use super::Lowering;
 use crate::errors::Reported;
 use crate::input::place;
-use crate::names::{Binding, RESERVED, Scope};
+use crate::names::{Binding, RESERVED};
 use crate::parse::plain_name;
 
-/// Whether an expression contains no coordinate, no `let`, no node and no word of the language.
-pub(super) fn is_closed(expr: &Expr, scope: &Scope) -> bool {
-    let mut search = Search { scope, found: false };
-    search.visit_expr(expr);
-    !search.found
-}
-
-struct Search<'s> {
-    scope: &'s Scope,
+/// Looks for something of the motion or of the language.
+struct Search<'s, 'l> {
+    lowering: &'s Lowering<'l>,
     found: bool,
 }
 
-impl<'ast> Visit<'ast> for Search<'_> {
+impl<'ast> Visit<'ast> for Search<'_, '_> {
+    fn visit_expr_index(&mut self, index: &'ast ExprIndex) {
+        self.visit_expr(&index.expr);
+        if self.lowering.integer(&index.index).is_none() {
+            self.visit_expr(&index.index);
+        }
+    }
+
     fn visit_expr_path(&mut self, path: &'ast ExprPath) {
         if let Some(name) = path.path.get_ident() {
-            let open = match self.scope.get(name) {
-                Some(binding) => !matches!(binding, Binding::Field(_)),
+            let open = match self.lowering.scope.get(name) {
+                Some(binding) => !matches!(binding, Binding::Field(_) | Binding::Index(_)),
                 None => RESERVED.iter().any(|(word, _)| name == word),
             };
             self.found |= open;
@@ -38,6 +40,16 @@ impl<'ast> Visit<'ast> for Search<'_> {
 }
 
 impl Lowering<'_> {
+    /// Whether an expression contains no coordinate, no `let`, no node and no word of the language.
+    pub(super) fn is_closed(&self, expr: &Expr) -> bool {
+        let mut search = Search {
+            lowering: self,
+            found: false,
+        };
+        search.visit_expr(expr);
+        !search.found
+    }
+
     /// The tokens of a closed expression.
     pub(super) fn closed(&self, expr: &Expr) -> Result<TokenStream, Reported> {
         let mut bound = Bound::default();
@@ -75,13 +87,46 @@ impl Rewrite<'_, '_> {
         if self.bound.iter().any(|bound| name == bound) {
             return None;
         }
-        if let Some(Binding::Field(_)) = self.lowering.scope.get(name) {
-            return Some(place(name));
+        match self.lowering.scope.get(name) {
+            Some(Binding::Field(_)) => return Some(place(name)),
+            Some(&Binding::Index(value)) => return Some(literal(value, name.span())),
+            _ => {}
         }
         if let Err(reported) = self.lowering.check_free_name(name) {
             self.wrong = Some(reported);
         }
         None
+    }
+}
+
+impl Rewrite<'_, '_> {
+    /// The value of an index that names nothing which the expression itself binds.
+    fn index(&self, index: &Expr) -> Option<i64> {
+        let mut names = Names::default();
+        names.visit_expr(index);
+        let free = names.0.iter().all(|name| !self.bound.contains(name));
+        self.lowering.integer(index).filter(|_| free)
+    }
+}
+
+/// The names that an expression consists of.
+#[derive(Default)]
+struct Names(Vec<String>);
+
+impl<'ast> Visit<'ast> for Names {
+    fn visit_expr_path(&mut self, path: &'ast ExprPath) {
+        self.0.extend(path.path.get_ident().map(ToString::to_string));
+    }
+}
+
+/// An integer of whatever type is expected where it stands.
+fn literal(value: i64, span: Span) -> TokenStream {
+    let mut digits = Literal::u64_unsuffixed(value.unsigned_abs());
+    digits.set_span(span);
+    if value < 0 {
+        quote_spanned!(span=> -#digits)
+    } else {
+        digits.into_token_stream()
     }
 }
 
@@ -91,6 +136,14 @@ impl VisitMut for Rewrite<'_, '_> {
             Expr::Path(path) => {
                 if let Some(place) = self.path(path) {
                     *expr = Expr::Verbatim(place);
+                }
+            }
+            Expr::Index(index) => {
+                self.visit_expr_mut(&mut index.expr);
+                match self.index(&index.index) {
+                    // as a number, so that equal elements are one parameter
+                    Some(value) => *index.index = Expr::Verbatim(literal(value, index.index.span())),
+                    None => self.visit_expr_mut(&mut index.index),
                 }
             }
             Expr::Macro(invocation) => {

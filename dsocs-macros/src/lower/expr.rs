@@ -4,7 +4,6 @@ use proc_macro2::Ident;
 use quote::{ToTokens, quote};
 use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
-use super::closed::is_closed;
 use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Leaf, NodeId};
@@ -24,7 +23,7 @@ impl Lowering<'_> {
                     let value = self.expr(&unary.expr)?;
                     Ok(self.graph.neg(value))
                 }
-                UnOp::Deref(_) if is_closed(expr, &self.scope) => self.param(expr),
+                UnOp::Deref(_) if self.is_closed(expr) => self.param(expr),
                 _ => Err(self
                     .errors
                     .at(unary, "expected a number; the only sign before one is `-`")),
@@ -35,17 +34,9 @@ impl Lowering<'_> {
             Expr::Call(call) => self.call(call, expr),
             Expr::MethodCall(call) => self.method_call(call, expr),
             Expr::Field(field) => self.field(field, expr),
-            Expr::Index(index) => {
-                if is_closed(expr, &self.scope) {
-                    return self.param(expr);
-                }
-                Err(self.errors.at(
-                    index,
-                    "expected an index without coordinates and `let`s; what varies with the motion is a function, `table.at(x)`",
-                ))
-            }
+            Expr::Index(index) => self.index(index, expr),
             Expr::Cast(cast) => {
-                if is_closed(expr, &self.scope) {
+                if self.is_closed(expr) {
                     return self.param(expr);
                 }
                 Err(self.errors.at(
@@ -94,11 +85,17 @@ impl Lowering<'_> {
                 let tokens = field.number(name, self.errors)?;
                 return Ok(self.graph.param(tokens));
             }
-            Some(Binding::Coordinate(_)) if self.component.is_some() => {
+            Some(&Binding::Index(value)) => self.graph.constant(value as f64),
+            Some(Binding::Array(_)) if self.component.is_some() => return Err(self.motion_in_map(path, path)),
+            Some(&Binding::Array(group)) => return Err(self.whole_array(path, path, group)),
+            Some(Binding::Function(_)) => {
                 return Err(self.errors.at(
                     name,
-                    format!("a map knows the nodes, not the motion; expected a coordinate of a node, such as `q0.{name}`"),
+                    format!("`{name}` is a function; expected its arguments, `{name}(…)`"),
                 ));
+            }
+            Some(Binding::Coordinate(_)) if self.component.is_some() => {
+                return Err(self.motion_in_map(name, name));
             }
             Some(Binding::Let(_)) if self.component.is_some() => {
                 return Err(self.errors.at(
@@ -144,15 +141,16 @@ impl Lowering<'_> {
             "h" => "the step `h` is known in the maps only: a system is continuous until they discretize it"
                 .to_owned(),
             "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
+            "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
             _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
             _ if self.later.contains(&text) => {
                 format!("`{text}` is defined further down; expected its `let` before this use")
             }
             _ => {
-                let known = self.scope.names(|binding| {
-                    self.component.is_none() || !matches!(binding, Binding::Coordinate(_) | Binding::Let(_))
-                });
+                let known = self
+                    .scope
+                    .names(|binding| self.component.is_none() || !is_of_motion(binding));
                 match nearest(&text, known) {
                     Some(near) => format!("no name `{text}` is known here; did you mean `{near}`?"),
                     None => format!(
@@ -215,11 +213,7 @@ impl Lowering<'_> {
                     continue;
                 }
             };
-            let binding = if self.component.is_some() {
-                Binding::Vector(self.vector(&value))
-            } else {
-                Binding::Let(self.expr(&value))
-            };
+            let binding = self.binding(&value);
             wrong = self.scope.define(&name, binding, self.errors).err().or(wrong);
         }
         let value = tail(self, last);
@@ -228,6 +222,12 @@ impl Lowering<'_> {
     }
 
     fn choice(&mut self, choice: &ExprIf) -> Lowered {
+        // the branch that is not taken need not have a meaning: `if i > 0 { theta[i - 1] } else { 0 }`
+        match (self.decided(&choice.cond), &choice.else_branch) {
+            (Some(true), Some(_)) => return self.block(&choice.then_branch, Self::expr),
+            (Some(false), Some((_, otherwise))) => return self.expr(otherwise),
+            _ => {}
+        }
         let then = self.block(&choice.then_branch, Self::expr);
         let otherwise = match &choice.else_branch {
             Some((_, otherwise)) => self.expr(otherwise),
@@ -274,8 +274,7 @@ impl Lowering<'_> {
 
     /// A condition that the graph cannot see into, such as a field of type `bool`.
     fn flag(&mut self, condition: &Expr, then: NodeId, otherwise: NodeId) -> Lowered {
-        let is_opaque =
-            !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && is_closed(condition, &self.scope);
+        let is_opaque = !matches!(condition, Expr::Let(_) | Expr::Lit(_)) && self.is_closed(condition);
         if !is_opaque {
             return Err(self.errors.at(
                 condition,
@@ -289,7 +288,7 @@ impl Lowering<'_> {
     }
 
     fn field(&mut self, field: &ExprField, whole: &Expr) -> Lowered {
-        if is_closed(whole, &self.scope) {
+        if self.is_closed(whole) {
             if let Some(name) = plain_name(&field.base).filter(|name| *name == "self") {
                 let member = field.member.to_token_stream();
                 return Err(self.errors.at(
@@ -299,15 +298,9 @@ impl Lowering<'_> {
             }
             return self.param(whole);
         }
-        let is_vector = plain_name(bare(&field.base))
-            .and_then(|name| self.scope.get(name))
-            .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::Vector(_)));
-        if is_vector {
-            let component = self.coordinate(&field.member)?;
-            let outer = self.component.replace(component);
-            let value = self.expr(&field.base);
-            self.component = outer;
-            return value;
+        if self.is_vector(&field.base) {
+            let component = self.coordinate(field)?;
+            return self.component_of(&field.base, component);
         }
         let value = self.expr(&field.base);
         value.and_then(|_| {
@@ -320,9 +313,38 @@ impl Lowering<'_> {
         })
     }
 
-    fn coordinate(&self, member: &Member) -> Result<usize, Reported> {
+    /// Whether an expression is the name of a vector of a map.
+    pub(super) fn is_vector(&self, expr: &Expr) -> bool {
+        plain_name(bare(expr))
+            .and_then(|name| self.scope.get(name))
+            .is_some_and(|binding| matches!(binding, Binding::Node(_) | Binding::Vector(_)))
+    }
+
+    /// One component of a vector of a map.
+    pub(super) fn component_of(&mut self, vector: &Expr, component: usize) -> Lowered {
+        let outer = self.component.replace(component);
+        let value = self.expr(vector);
+        self.component = outer;
+        value
+    }
+
+    /// What to say about a coordinate in a map.
+    pub(super) fn motion_in_map(&self, tokens: impl ToTokens, coordinate: impl ToTokens) -> Reported {
+        let coordinate = coordinate.to_token_stream().to_string().replace(' ', "");
+        self.errors.at(
+            tokens,
+            format!("a map knows the nodes, not the motion; expected a coordinate of a node, such as `q0.{coordinate}`"),
+        )
+    }
+
+    fn coordinate(&self, field: &ExprField) -> Result<usize, Reported> {
         let n = self.coordinates.len();
-        match member {
+        if let Member::Named(name) = &field.member
+            && let Some(group) = self.array(name)
+        {
+            return Err(self.whole_array(name, field, group));
+        }
+        match &field.member {
             Member::Named(name) => self
                 .coordinates
                 .iter()
@@ -347,6 +369,15 @@ impl Lowering<'_> {
     }
 }
 
+/// Whether a name is none that a map may use.
+fn is_of_motion(binding: &Binding) -> bool {
+    match binding {
+        Binding::Coordinate(_) | Binding::Array(_) | Binding::Let(_) => true,
+        Binding::Function(function) => !function.of_nodes,
+        _ => false,
+    }
+}
+
 /// A component of a node of the path.
 fn node_leaf(node: usize, component: usize) -> Leaf {
     match node {
@@ -362,8 +393,9 @@ fn not_a_number(expr: &Expr) -> &'static str {
         Expr::Tuple(_) => "expected a number, found a tuple",
         Expr::Array(_) | Expr::Repeat(_) => "expected a number, found a list",
         Expr::Closure(_) => {
-            "expected a number, found a closure; a function of the struct's own is a field or a method"
+            "expected a number, found a closure; a function of the declaration is `let f = |i| …;`, to be used as `f(2)`"
         }
+        Expr::Range(_) => "expected a number, found a range, which stands in `sum(0..8, |i| …)`",
         Expr::Macro(_) => "a macro cannot be seen into: expected the expression itself, or a function",
         Expr::Match(_) => "expected a number; a choice is written `if … { … } else { … }`",
         Expr::Reference(_) => "expected a number, without `&`",

@@ -102,26 +102,15 @@ impl Lowering<'_> {
     }
 
     fn components(&mut self, expr: &Expr) -> Result<Vec<NodeId>, Reported> {
-        let n = self.coordinates.len();
         match bare(expr) {
-            Expr::Tuple(tuple) if tuple.elems.len() == n => {
-                let entries = tuple.elems.iter().enumerate().map(|(i, entry)| {
-                    self.component = Some(i);
-                    self.expr(entry)
-                });
-                let entries: Vec<_> = entries.collect();
-                entries.into_iter().collect()
+            Expr::Tuple(_) => self.entries(expr),
+            // the list of a single array
+            Expr::Array(_) | Expr::Repeat(_) | Expr::Closure(_) if self.groups.len() == 1 => {
+                self.entries(expr)
             }
-            Expr::Tuple(tuple) => Err(self.errors.at(
-                tuple,
-                format!(
-                    "expected {n} components, one for each coordinate, found {}",
-                    tuple.elems.len()
-                ),
-            )),
             Expr::Block(block) if block.label.is_none() => self.block(&block.block, Self::components),
             // a mistake in one component is a mistake in all of them: the first one ends it
-            other => (0..n)
+            other => (0..self.coordinates.len())
                 .map(|i| {
                     self.component = Some(i);
                     self.expr(other)

@@ -4,18 +4,24 @@ mod builtin;
 mod call;
 mod closed;
 mod expr;
+mod function;
+mod index;
 mod map;
+mod shape;
 
 use proc_macro2::{Ident, TokenStream};
 use syn::{Expr, ItemStruct};
 
 use crate::annihilator::{Defect, annihilator};
-use crate::ast::{Branch, Declaration, Directions, Kinematic, Map, Observe, Part, Scalar, Side};
+use crate::ast::{
+    Branch, Coordinates, Declaration, Directions, Group, Kinematic, Map, Observe, Part, Scalar, Side,
+};
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::Fields;
 use crate::model::{Model, Row};
 use crate::names::{Binding, Scope, did_you_mean};
+use crate::parse::bare;
 
 /// A node, unless a mistake was reported.
 type Lowered = Result<NodeId, Reported>;
@@ -31,6 +37,9 @@ struct Origin {
 struct Lowering<'d> {
     graph: Graph,
     fields: &'d Fields,
+    /// The coordinates as they were declared.
+    groups: &'d [Group],
+    /// All coordinates, those of arrays one by one.
     coordinates: &'d [Ident],
     errors: &'d Errors,
     scope: Scope,
@@ -38,6 +47,10 @@ struct Lowering<'d> {
     component: Option<usize>,
     /// The names of all `let`s, to tell an unknown name from one that is defined too late.
     later: Vec<String>,
+    /// Those of them that are functions.
+    functions: Vec<String>,
+    /// How many terms of sums and calls of functions have been written out.
+    expanded: usize,
     /// The derivatives in the expression being lowered, inner ones first.
     origins: Vec<Origin>,
 }
@@ -50,14 +63,19 @@ pub(crate) fn model(
     checked: Result<(), Reported>,
     errors: &Errors,
 ) -> Result<Model, Reported> {
-    let coordinates = match &declaration.coordinates {
-        Part::Given(coordinates) => &coordinates.names,
+    let Coordinates {
+        groups,
+        names: coordinates,
+        ..
+    } = match &declaration.coordinates {
+        Part::Given(coordinates) => coordinates,
         Part::Broken(reported) => return Err(*reported),
         Part::Absent => return Err(errors.missing("coordinates(x, y);")),
     };
     let mut lowering = Lowering {
         graph: Graph::new(),
         fields,
+        groups,
         coordinates,
         errors,
         scope: Scope::default(),
@@ -67,6 +85,13 @@ pub(crate) fn model(
             .iter()
             .map(|binding| binding.name.to_string())
             .collect(),
+        functions: declaration
+            .lets
+            .iter()
+            .filter(|binding| matches!(&binding.value, Ok(value) if matches!(bare(value), Expr::Closure(_))))
+            .map(|binding| binding.name.to_string())
+            .collect(),
+        expanded: 0,
         origins: Vec::new(),
     };
     // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
@@ -76,15 +101,19 @@ pub(crate) fn model(
     for (index, name) in coordinates.iter().enumerate() {
         lowering.scope.push(name, Binding::Coordinate(index));
     }
+    for (index, group) in groups.iter().enumerate() {
+        if group.length.is_some() {
+            lowering.scope.push(&group.name, Binding::Array(index));
+        }
+    }
     let outer = lowering.scope.len();
     for binding in &declaration.lets {
         lowering.origins.clear();
-        let value = binding
-            .value
-            .as_ref()
-            .map_err(|&reported| reported)
-            .and_then(|value| lowering.expr(value));
-        lowering.scope.push(&binding.name, Binding::Let(value));
+        let value = match &binding.value {
+            Ok(value) => lowering.binding(value),
+            Err(reported) => Binding::Let(Err(*reported)),
+        };
+        lowering.scope.push(&binding.name, value);
     }
     let scopes = Scopes {
         all: lowering.scope.clone(),
@@ -238,16 +267,13 @@ impl Lowering<'_> {
         directions: &Directions,
         checked: Result<(), Reported>,
     ) -> Result<Vec<Vec<NodeId>>, Reported> {
-        let fields = directions.fields.iter().map(|field| {
-            let entries: Vec<_> = field.entries.iter().map(|entry| self.expr(entry)).collect();
-            entries.into_iter().collect::<Result<Vec<_>, _>>()
-        });
+        let fields = directions.fields.iter().map(|field| self.entries(field));
         let fields: Vec<_> = fields.collect();
         let fields: Vec<_> = fields.into_iter().collect::<Result<_, _>>()?;
         checked?;
         // the annihilator also finds out whether they are independent
         let annihilated = annihilator(&mut self.graph, &fields, self.coordinates.len());
-        let at = |row: usize| directions.fields.get(row).map(|field| &field.whole);
+        let at = |row: usize| directions.fields.get(row);
         match (directions.side, annihilated) {
             (side, Err(Defect::Dependent(row))) => {
                 let noun = if side == Side::Forces { "forces" } else { "fields" };

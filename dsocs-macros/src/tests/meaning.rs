@@ -281,9 +281,17 @@ fn the_parts_of_a_model() {
     let parameters: Vec<_> = model
         .parameters
         .iter()
-        .map(|p| (p.ident.to_string(), p.doc.clone()))
+        .map(|p| (p.name.as_str(), p.element, p.doc.as_str()))
         .collect();
-    assert_eq!(parameters, [("mass".to_owned(), "The mass, in [kg].".to_owned())]);
+    assert_eq!(
+        parameters,
+        [
+            ("mass", None, "The mass, in [kg]."),
+            ("masses_0", Some(0), ""),
+            ("masses_1", Some(1), ""),
+            ("masses_2", Some(2), ""),
+        ]
+    );
     assert_eq!(
         model.kinematic.iter().map(|row| row.order).collect::<Vec<_>>(),
         [2, 1]

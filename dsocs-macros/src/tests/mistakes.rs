@@ -22,7 +22,7 @@ pub(super) fn one(declaration: &str, place: &str, message: &str) {
 }
 
 #[track_caller]
-fn one_on(declaration: &str, item: &str, place: &str, message: &str) {
+pub(super) fn one_on(declaration: &str, item: &str, place: &str, message: &str) {
     let found = mistakes_on(declaration, item);
     let right = found.len() == 1 && found[0].0 == place && found[0].1.contains(message);
     assert!(right, "expected `{message}` at `{place}`, found {found:#?}");
@@ -199,7 +199,7 @@ fn expressions() {
     expression("!x", "!x", "is `-`");
     expression("(x, y)", "(x, y)", "found a tuple");
     expression("[x, y]", "[x, y]", "found a list");
-    expression("|a| x", "|a| x", "found a closure");
+    expression("2 * |a| x", "|a| x", "found a closure");
     expression("format!(\"x\")", "format!(\"x\")", "macro");
     expression("table.at(format!(\"x\"))", "format!(\"x\")", "macro");
     expression("match x { _ => y }", "match x { _ => y }", "if … { … } else");

@@ -1,5 +1,7 @@
 //! The front end: what a declaration means, and what is said about a wrong one.
 
+mod arrays;
+mod arrays_mistakes;
 mod meaning;
 mod mistakes;
 mod together;

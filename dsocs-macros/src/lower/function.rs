@@ -1,0 +1,183 @@
+//! What is written once and read many times: sums over ranges, and functions of the declaration's own.
+
+use std::ops::Range;
+use std::rc::Rc;
+
+use proc_macro2::Ident;
+use quote::ToTokens;
+use syn::{Expr, ExprCall, ExprClosure, ExprRange, Pat, RangeLimits, ReturnType};
+
+use super::{Lowered, Lowering};
+use crate::errors::Reported;
+use crate::names::{Binding, Function};
+use crate::parse::bare;
+
+/// The most terms and calls that a declaration may be written out to.
+const MOST: usize = 200_000;
+
+impl Lowering<'_> {
+    /// What a `let` makes of its value.
+    pub(super) fn binding(&mut self, value: &Expr) -> Binding {
+        match bare(value) {
+            Expr::Closure(closure) => match self.check_parameters(closure) {
+                Ok(()) => Binding::Function(Function {
+                    closure: Rc::new(closure.clone()),
+                    of_nodes: self.component.is_some(),
+                }),
+                Err(reported) => Binding::Let(Err(reported)),
+            },
+            _ if self.component.is_some() => Binding::Vector(self.vector(value)),
+            _ => Binding::Let(self.expr(value)),
+        }
+    }
+
+    /// `sum(0..8, |i| …)` or `product(0..8, |i| …)`
+    pub(super) fn fold(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+        let arguments: Vec<_> = call.args.iter().map(bare).collect();
+        let (range, closure) = match arguments.as_slice() {
+            [range, Expr::Closure(closure)] if closure.inputs.len() == 1 => (*range, closure),
+            _ => {
+                return Err(self.errors.at(
+                    call,
+                    format!("expected a range and a closure of its index, `{name}(0..8, |i| …)`"),
+                ));
+            }
+        };
+        let range = self.range(range);
+        self.check_parameters(closure)?;
+        let mut terms = Vec::new();
+        for index in range? {
+            terms.push(self.at(closure, index)?);
+        }
+        Ok(if name == "sum" {
+            self.graph.sum(&terms)
+        } else {
+            let factors: Vec<_> = terms.into_iter().map(|factor| (factor, 1)).collect();
+            self.graph.product(&factors)
+        })
+    }
+
+    /// The body of `|i| …` at one index.
+    pub(super) fn at(&mut self, closure: &ExprClosure, index: i64) -> Lowered {
+        self.count(closure)?;
+        let outer = self.scope.len();
+        if let Some(name) = closure.inputs.first().and_then(plain_parameter) {
+            self.scope.push(name, Binding::Index(index));
+        }
+        let value = self.expr(&closure.body);
+        self.scope.truncate(outer);
+        value
+    }
+
+    /// `f(2, x)` of a `let f = |i, a| …;`
+    pub(super) fn apply(&mut self, name: &Ident, function: &Function, call: &ExprCall) -> Lowered {
+        if self.component.is_some() && !function.of_nodes {
+            return Err(self.errors.at(
+                name,
+                format!(
+                    "a map knows the nodes, not the motion, and `{name}` is a function of the declaration; \
+                     expected a `let` in a block of the map"
+                ),
+            ));
+        }
+        let closure = &function.closure;
+        let (expected, found) = (closure.inputs.len(), call.args.len());
+        if expected != found {
+            let plural = if expected == 1 { "" } else { "s" };
+            return Err(self.errors.at(
+                call,
+                format!("expected {expected} argument{plural} of `{name}`, found {found}"),
+            ));
+        }
+        self.count(call)?;
+        let mut arguments = Vec::new();
+        for argument in &call.args {
+            let binding = match self.integer(argument) {
+                Some(value) => Binding::Index(value),
+                None if self.component.is_some() => Binding::Vector(self.vector(argument)),
+                None => Binding::Let(self.expr(argument)),
+            };
+            if let Binding::Let(Err(reported)) | Binding::Vector(Err(reported)) = binding {
+                return Err(reported);
+            }
+            arguments.push(binding);
+        }
+        // the body sees what was known where it stands, and its arguments
+        let place = self.scope.place(name).unwrap_or_default();
+        let inner = self.scope.split_off(place);
+        let names = closure.inputs.iter().filter_map(plain_parameter);
+        for (name, argument) in names.zip(arguments) {
+            self.scope.push(name, argument);
+        }
+        let value = self.expr(&closure.body);
+        self.scope.restore(place, inner);
+        value
+    }
+
+    /// Reports parameters that are no plain names, or have a meaning already.
+    pub(super) fn check_parameters(&mut self, closure: &ExprClosure) -> Result<(), Reported> {
+        let outer = self.scope.len();
+        let mut wrong = None;
+        if let ReturnType::Type(_, ty) = &closure.output {
+            wrong = Some(
+                self.errors
+                    .at(ty, "no type is written here: every expression is a number"),
+            );
+        }
+        for input in &closure.inputs {
+            let defined = match (plain_parameter(input), input) {
+                (Some(name), _) => self.scope.define(name, Binding::Index(0), self.errors),
+                (None, Pat::Type(typed)) => Err(self
+                    .errors
+                    .at(&typed.ty, "no type is written here: every expression is a number")),
+                (None, _) => Err(self.errors.at(input, "expected a plain name")),
+            };
+            wrong = defined.err().or(wrong);
+        }
+        self.scope.truncate(outer);
+        wrong.map_or(Ok(()), Err)
+    }
+
+    /// The integers of `0..8` or `0..=i`.
+    fn range(&self, expr: &Expr) -> Result<Range<i64>, Reported> {
+        let Expr::Range(ExprRange {
+            start: Some(start),
+            end: Some(end),
+            limits,
+            ..
+        }) = expr
+        else {
+            return Err(self
+                .errors
+                .at(expr, "expected a range with both ends, such as `0..8` or `0..=i`"));
+        };
+        let (first, last) = (self.known_integer(start), self.known_integer(end));
+        let (first, last) = (first?, last?);
+        let end = match limits {
+            RangeLimits::HalfOpen(_) => last,
+            RangeLimits::Closed(_) => last.saturating_add(1),
+        };
+        Ok(first..end)
+    }
+
+    /// Counts a term or a call, of which there is an end.
+    fn count(&mut self, tokens: impl ToTokens) -> Result<(), Reported> {
+        self.expanded += 1;
+        if self.expanded > MOST {
+            return Err(self.errors.at(
+                tokens,
+                format!("written out, the sums and functions of the declaration have more than {MOST} terms"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn plain_parameter(pattern: &Pat) -> Option<&Ident> {
+    match pattern {
+        Pat::Ident(name) if name.by_ref.is_none() && name.mutability.is_none() && name.subpat.is_none() => {
+            Some(&name.ident)
+        }
+        _ => None,
+    }
+}

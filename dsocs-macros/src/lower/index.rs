@@ -1,0 +1,222 @@
+//! Integers that are known while the declaration is read, and what they choose: coordinates of arrays, elements of
+//! parameters, branches.
+
+use proc_macro2::Ident;
+use quote::ToTokens;
+use syn::{BinOp, Expr, ExprIndex, Lit, Member, UnOp};
+
+use super::{Lowered, Lowering};
+use crate::errors::Reported;
+use crate::graph::Leaf;
+use crate::names::Binding;
+use crate::parse::{bare, plain_name};
+
+impl Lowering<'_> {
+    /// The value of an integer expression of literals and indices.
+    pub(super) fn integer(&self, expr: &Expr) -> Option<i64> {
+        match bare(expr) {
+            Expr::Lit(literal) => match &literal.lit {
+                Lit::Int(digits) if matches!(digits.suffix(), "" | "usize" | "i32") => {
+                    digits.base10_parse().ok()
+                }
+                _ => None,
+            },
+            Expr::Path(_) => match self.scope.get(plain_name(bare(expr))?)? {
+                Binding::Index(value) => Some(*value),
+                Binding::Let(Ok(node)) => self.graph.as_constant(*node).and_then(whole),
+                _ => None,
+            },
+            Expr::Unary(unary) if matches!(unary.op, UnOp::Neg(_)) => {
+                self.integer(&unary.expr)?.checked_neg()
+            }
+            Expr::Binary(binary) => {
+                let (left, right) = (self.integer(&binary.left)?, self.integer(&binary.right)?);
+                match binary.op {
+                    BinOp::Add(_) => left.checked_add(right),
+                    BinOp::Sub(_) => left.checked_sub(right),
+                    BinOp::Mul(_) => left.checked_mul(right),
+                    BinOp::Div(_) => left.checked_div(right),
+                    BinOp::Rem(_) => left.checked_rem(right),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a condition of integers holds.
+    pub(super) fn decided(&self, condition: &Expr) -> Option<bool> {
+        match bare(condition) {
+            Expr::Unary(unary) if matches!(unary.op, UnOp::Not(_)) => {
+                self.decided(&unary.expr).map(|holds| !holds)
+            }
+            Expr::Binary(binary) => match binary.op {
+                BinOp::And(_) => Some(self.decided(&binary.left)? && self.decided(&binary.right)?),
+                BinOp::Or(_) => Some(self.decided(&binary.left)? || self.decided(&binary.right)?),
+                _ => {
+                    let (left, right) = (self.integer(&binary.left)?, self.integer(&binary.right)?);
+                    match binary.op {
+                        BinOp::Lt(_) => Some(left < right),
+                        BinOp::Le(_) => Some(left <= right),
+                        BinOp::Gt(_) => Some(left > right),
+                        BinOp::Ge(_) => Some(left >= right),
+                        BinOp::Eq(_) => Some(left == right),
+                        BinOp::Ne(_) => Some(left != right),
+                        _ => None,
+                    }
+                }
+            },
+            _ => None,
+        }
+    }
+
+    /// `theta[2]`, `masses[i + 1]`, in a map `q0.theta[2]`.
+    pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Lowered {
+        let base = bare(&index.expr);
+        let array = match base {
+            Expr::Path(_) => plain_name(base).and_then(|name| self.array(name)),
+            _ => None,
+        };
+        if let Some(group) = array {
+            if self.component.is_some() {
+                return Err(self.motion_in_map(whole, whole));
+            }
+            let coordinate = self.element(group, &index.index)?;
+            return Ok(self.graph.leaf(Leaf::Q(coordinate)));
+        }
+        if let Expr::Field(field) = base
+            && self.is_vector(&field.base)
+        {
+            let array = match &field.member {
+                Member::Named(name) => self.array(name),
+                Member::Unnamed(_) => None,
+            };
+            if let Some(group) = array {
+                let component = self.element(group, &index.index)?;
+                return self.component_of(&field.base, component);
+            }
+        }
+        self.check_base(base)?;
+        self.check_parameter(base, &index.index)?;
+        if self.is_closed(whole) {
+            return self.param(whole);
+        }
+        Err(self.errors.at(
+            index,
+            "expected an index without coordinates and `let`s; what varies with the motion is a function, `table.at(x)`",
+        ))
+    }
+
+    /// The place of an array of coordinates among the groups.
+    pub(super) fn array(&self, name: &Ident) -> Option<usize> {
+        self.groups
+            .iter()
+            .position(|group| group.length.is_some() && group.name == *name)
+    }
+
+    /// Reports an array of coordinates where one of them should be.
+    pub(super) fn whole_array(&self, tokens: impl ToTokens, used: impl ToTokens, group: usize) -> Reported {
+        let length = self.groups.get(group).and_then(|group| group.length).unwrap_or(1);
+        let used = used.to_token_stream().to_string().replace(' ', "");
+        self.errors.at(
+            tokens,
+            format!(
+                "expected one of the {length} coordinates of this array, `{used}[0]` to `{used}[{}]`",
+                length - 1
+            ),
+        )
+    }
+
+    /// The coordinate at an index of an array.
+    fn element(&self, group: usize, index: &Expr) -> Result<usize, Reported> {
+        let Some((group, length)) = self
+            .groups
+            .get(group)
+            .and_then(|group| Some((group, group.length?)))
+        else {
+            return Err(self.errors.at(index, "expected an array of coordinates"));
+        };
+        let value = self.known_integer(index)?;
+        match usize::try_from(value) {
+            Ok(place) if place < length => Ok(group.first + place),
+            _ => Err(self.outside(index, value, &group.name, length)),
+        }
+    }
+
+    /// An integer that has to be known here.
+    pub(super) fn known_integer(&self, expr: &Expr) -> Result<i64, Reported> {
+        self.integer(expr).ok_or_else(|| {
+            self.errors.at(
+                expr,
+                "expected an integer that the declaration itself tells: a literal or an index of `sum`, such as `i + 1`",
+            )
+        })
+    }
+
+    fn outside(&self, index: &Expr, value: i64, array: &Ident, length: usize) -> Reported {
+        self.errors.at(
+            index,
+            format!(
+                "this index is {value}, but `{array}` has the length {length}; expected an index from 0 to {}",
+                length.saturating_sub(1)
+            ),
+        )
+    }
+
+    /// Reports an index after something that has none.
+    fn check_base(&self, base: &Expr) -> Result<(), Reported> {
+        let Some((name, binding)) = plain_name(base).and_then(|name| Some((name, self.scope.get(name)?)))
+        else {
+            return Ok(());
+        };
+        let expected = match binding {
+            Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) => {
+                "it stands without an index".to_owned()
+            }
+            Binding::Function(_) => format!("expected parentheses, `{name}(…)`"),
+            Binding::Node(_) | Binding::Vector(_) => {
+                format!(
+                    "expected a component by the name of its coordinate, such as `{name}.{}`",
+                    self.example()
+                )
+            }
+            Binding::Array(_) | Binding::Field(_) => return Ok(()),
+        };
+        Err(self
+            .errors
+            .at(name, format!("`{name}` is {}: {expected}", binding.kind())))
+    }
+
+    /// A coordinate, as it is written.
+    fn example(&self) -> String {
+        self.groups
+            .last()
+            .map_or_else(String::new, |group| match group.length {
+                Some(_) => format!("{}[0]", group.name),
+                None => group.name.to_string(),
+            })
+    }
+
+    /// Reports an index outside of a field whose type tells its length.
+    fn check_parameter(&self, base: &Expr, index: &Expr) -> Result<(), Reported> {
+        let Some(name) = plain_name(base) else {
+            return Ok(());
+        };
+        let length = match self.scope.get(name) {
+            Some(Binding::Field(field)) => self.fields.get(*field).and_then(|field| field.length),
+            _ => None,
+        };
+        match (self.integer(index), length) {
+            (Some(value), Some(length)) if usize::try_from(value).map_or(true, |place| place >= length) => {
+                Err(self.outside(index, value, name, length))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A number as an integer, if it is one and small enough to be exact.
+#[allow(clippy::cast_possible_truncation, clippy::float_cmp)] // exactly an integer
+fn whole(value: f64) -> Option<i64> {
+    (value.trunc() == value && value.abs() < 1e15).then_some(value as i64)
+}

@@ -1,0 +1,108 @@
+//! Vectors whose components stand in the shape of the coordinates: `(u, v, [a, b, c])` for `(x, y, theta: [3])`.
+
+use quote::ToTokens;
+use syn::{Expr, ExprClosure};
+
+use super::Lowering;
+use crate::ast::Group;
+use crate::errors::Reported;
+use crate::graph::NodeId;
+use crate::parse::bare;
+
+/// A component as it is written.
+enum Entry<'e> {
+    /// An expression.
+    Value(&'e Expr),
+    /// `|i| …` at an index.
+    At(&'e ExprClosure, i64),
+}
+
+impl Lowering<'_> {
+    /// The components of a vector that is written as a tuple, or for a single group as its one component or list.
+    pub(super) fn entries(&mut self, whole: &Expr) -> Result<Vec<NodeId>, Reported> {
+        let entries = self.flatten(whole)?;
+        let lower = |(i, entry): (usize, Entry)| {
+            if self.component.is_some() {
+                self.component = Some(i);
+            }
+            match entry {
+                Entry::Value(value) => self.expr(value),
+                Entry::At(closure, index) => self.at(closure, index),
+            }
+        };
+        let entries: Vec<_> = entries.into_iter().enumerate().map(lower).collect();
+        entries.into_iter().collect()
+    }
+
+    /// The components one by one.
+    fn flatten<'e>(&mut self, whole: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
+        let n = self.coordinates.len();
+        let parts: Vec<&Expr> = match bare(whole) {
+            Expr::Tuple(tuple) => tuple.elems.iter().collect(),
+            other => vec![other],
+        };
+        if parts.len() == self.groups.len() {
+            let groups = self.groups.iter().zip(parts);
+            let lists: Vec<_> = groups.map(|(group, part)| self.list(group, part)).collect();
+            let lists: Vec<_> = lists.into_iter().collect::<Result<_, _>>()?;
+            return Ok(lists.into_iter().flatten().collect());
+        }
+        if parts.len() == n {
+            return Ok(parts.into_iter().map(Entry::Value).collect());
+        }
+        let message = if self.component.is_some() {
+            format!(
+                "expected {n} components, one for each coordinate, found {}",
+                parts.len()
+            )
+        } else {
+            let names = self.groups.iter().map(|group| match group.length {
+                Some(length) => format!("`{}: [{length}]`", group.name),
+                None => format!("`{}`", group.name),
+            });
+            format!(
+                "expected a tuple with a component for each of the coordinates {}: {n} components, found {}",
+                names.collect::<Vec<_>>().join(", "),
+                parts.len()
+            )
+        };
+        Err(self.errors.at(whole, message))
+    }
+
+    /// The components of one coordinate or array of coordinates.
+    fn list<'e>(&mut self, group: &Group, part: &'e Expr) -> Result<Vec<Entry<'e>>, Reported> {
+        let Some(length) = group.length else {
+            return Ok(vec![Entry::Value(part)]);
+        };
+        let found = match bare(part) {
+            Expr::Array(array) if array.elems.len() == length => {
+                return Ok(array.elems.iter().map(Entry::Value).collect());
+            }
+            Expr::Array(array) => array.elems.len().to_string(),
+            Expr::Repeat(repeat) => {
+                let found = self.known_integer(&repeat.len)?;
+                if usize::try_from(found).is_ok_and(|found| found == length) {
+                    return Ok((0..length).map(|_| Entry::Value(&repeat.expr)).collect());
+                }
+                found.to_string()
+            }
+            Expr::Closure(closure) if closure.inputs.len() == 1 => {
+                self.check_parameters(closure)?;
+                return Ok((0_i64..).take(length).map(|i| Entry::At(closure, i)).collect());
+            }
+            // in a map, a vector; its components are those of the array
+            other if self.component.is_some() || length == 1 => {
+                return Ok((0..length).map(|_| Entry::Value(other)).collect());
+            }
+            other => format!("`{}`", other.to_token_stream()),
+        };
+        Err(self.errors.at(
+            part,
+            format!(
+                "expected the {length} components of `{}` in brackets, `[a, b, …]`, `[a; {length}]` or `|i| …`, \
+                 found {found}",
+                group.name
+            ),
+        ))
+    }
+}

@@ -1,0 +1,147 @@
+//! `coordinates(x, y, theta: [3]);`
+
+use proc_macro2::Ident;
+use quote::{ToTokens, format_ident};
+use syn::ext::IdentExt;
+use syn::parse::{Parse, ParseStream};
+use syn::punctuated::Punctuated;
+use syn::{Expr, Lit, Token, parenthesized, token};
+
+use super::{bare, plain_name};
+use crate::ast::{Coordinates, Group};
+use crate::errors::{Errors, Reported};
+
+/// The most coordinates that a system may have: its code grows at least with their number's square.
+const MOST: usize = 1000;
+
+/// `x` or `theta: [3]`.
+pub(super) struct Argument {
+    name: Expr,
+    length: Option<Expr>,
+}
+
+impl Parse for Argument {
+    fn parse(input: ParseStream) -> syn::Result<Self> {
+        let name = input.parse()?;
+        let colon: Option<Token![:]> = input.parse()?;
+        let length = colon.map(|_| input.parse()).transpose()?;
+        Ok(Self { name, length })
+    }
+}
+
+/// The statement, if it is one of this kind.
+pub(super) fn parse(input: ParseStream) -> syn::Result<Option<(Ident, Vec<Argument>)>> {
+    let ahead = input.fork();
+    if !matches!(ahead.call(Ident::parse_any), Ok(word) if word == "coordinates") || !ahead.peek(token::Paren)
+    {
+        return Ok(None);
+    }
+    let keyword = input.call(Ident::parse_any)?;
+    let list;
+    parenthesized!(list in input);
+    let arguments = Punctuated::<Argument, Token![,]>::parse_terminated(&list)?;
+    input.parse::<Token![;]>()?;
+    Ok(Some((keyword, arguments.into_iter().collect())))
+}
+
+/// Checks the arguments and counts the coordinates.
+pub(super) fn read(
+    keyword: &Ident,
+    arguments: Vec<Argument>,
+    lets_before: usize,
+    errors: &Errors,
+) -> Result<Coordinates, Reported> {
+    let mut coordinates = Coordinates {
+        groups: Vec::new(),
+        names: Vec::new(),
+        lets_before,
+    };
+    let mut wrong = None;
+    for argument in arguments {
+        let name = name(&argument.name, errors);
+        let length = argument
+            .length
+            .map(|brackets| length(&brackets, errors))
+            .transpose();
+        match (name, length) {
+            (Ok(name), Ok(length)) => coordinates.add(name, length),
+            (Err(reported), _) | (_, Err(reported)) => wrong = Some(reported),
+        }
+        if coordinates.names.len() > MOST {
+            wrong = Some(errors.at(keyword, format!("expected at most {MOST} coordinates")));
+            break;
+        }
+    }
+    match wrong {
+        Some(reported) => Err(reported),
+        None if coordinates.names.is_empty() => {
+            Err(errors.at(keyword, "expected at least one coordinate, `coordinates(x, y);`"))
+        }
+        None => Ok(coordinates),
+    }
+}
+
+impl Coordinates {
+    fn add(&mut self, name: Ident, length: Option<usize>) {
+        let first = self.names.len();
+        match length {
+            None => self.names.push(name.clone()),
+            Some(length) => {
+                let names = (0..length).map(|i| format_ident!("{}_{}", name, i, span = name.span()));
+                self.names.extend(names);
+            }
+        }
+        self.groups.push(Group { name, first, length });
+    }
+}
+
+fn name(expr: &Expr, errors: &Errors) -> Result<Ident, Reported> {
+    if let Some(name) = plain_name(expr) {
+        return Ok(name.clone());
+    }
+    if let Expr::Index(index) = expr
+        && let Some(name) = plain_name(&index.expr)
+    {
+        let length = index.index.to_token_stream();
+        return Err(errors.at(
+            expr,
+            format!("expected an array of coordinates as `{name}: [{length}]`"),
+        ));
+    }
+    Err(errors.at(expr, "expected the name of a coordinate"))
+}
+
+/// `[3]`
+fn length(brackets: &Expr, errors: &Errors) -> Result<usize, Reported> {
+    const EXPECTED: &str = "expected the number of coordinates in brackets, as in `theta: [8]`";
+    let number = match bare(brackets) {
+        Expr::Array(array) if array.elems.len() == 1 => &array.elems[0],
+        Expr::Repeat(repeat) => {
+            let length = repeat.len.to_token_stream();
+            return Err(errors.at(
+                brackets,
+                format!(
+                    "expected the number of coordinates alone, `[{length}]`: each is a number of type `f64`"
+                ),
+            ));
+        }
+        _ => return Err(errors.at(brackets, EXPECTED)),
+    };
+    match bare(number) {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Int(digits) if matches!(digits.suffix(), "" | "usize") => {
+                match digits.base10_parse::<usize>() {
+                    Ok(0) => Err(errors.at(number, "expected at least one coordinate in an array")),
+                    Ok(length) if length <= MOST => Ok(length),
+                    _ => Err(errors.at(number, format!("expected at most {MOST} coordinates"))),
+                }
+            }
+            _ => Err(errors.at(number, EXPECTED)),
+        },
+        _ => Err(errors.at(
+            number,
+            "expected a literal number, as in `theta: [8]`: the code for the system is written for one number of \
+             coordinates, before the values of constants are known",
+        )),
+    }
+}
