@@ -27,10 +27,10 @@ impl<const N: usize> Declaration<N> for Cartesian<N> {
         let zero = R::from(0.0);
         let (mut height, mut across, mut up, mut sum) = (zero, zero, zero, zero);
         for i in 0..N {
-            height = height - q[i].cos() * self.lengths[i];
-            across = across + q[i].cos() * v[i] * self.lengths[i];
-            up = up + q[i].sin() * v[i] * self.lengths[i];
-            sum = sum + ((across * across + up * up) * 0.5 - height * self.gravity) * self.masses[i];
+            height -= q[i].cos() * self.lengths[i];
+            across += q[i].cos() * v[i] * self.lengths[i];
+            up += q[i].sin() * v[i] * self.lengths[i];
+            sum += ((across * across + up * up) * 0.5 - height * self.gravity) * self.masses[i];
         }
         sum
     }

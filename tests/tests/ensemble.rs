@@ -23,7 +23,7 @@ fn compare<S: System<2> + Sync>(
     (file, columns, tolerances): (&str, [&str; 2], &[Tolerance]),
 ) {
     let starts = (0_u32..18).map(|k| {
-        let is_reference = PLACES.iter().any(|&place| place == k as usize);
+        let is_reference = PLACES.contains(&(k as usize));
         if is_reference { start } else { others(f64::from(k)) }
     });
     let ensemble = Ensemble::new(system, h).unwrap().starts(starts);
@@ -87,7 +87,7 @@ fn the_pendulum_is_the_references() {
 
 #[test]
 fn the_particle_is_the_references() {
-    let cases: [(f64, &str, [(f64, f64); 4]); 2] = [
+    let cases = [
         (
             0.1,
             "particle_discrete_h0.1.csv",

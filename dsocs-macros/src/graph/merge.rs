@@ -4,6 +4,8 @@
 //! rounding noise. Here every expression is replaced by the shortest one that is equal to it as a rational function
 //! ([`mod@super::identity`] tells), so that such differences vanish by themselves and nothing is computed twice.
 
+#![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
+
 use std::collections::HashMap;
 
 use super::{Graph, Node, NodeId};
