@@ -99,7 +99,7 @@ fn is_one((coefficient, factors): &Early) -> bool {
 }
 
 /// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
-/// the compiler where it writes debug information; longer code declares its names together.
+/// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
 const MOST_SCOPES: usize = 200;
 
 impl<'g> Program<'g> {
@@ -503,21 +503,43 @@ impl<'g> Program<'g> {
             (None, Op::Constant(bits)) => number(bits.get()),
             (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
         };
-        let mut statements = TokenStream::new();
-        let together = bound.len() > MOST_SCOPES;
-        if together {
-            let names = bound.iter().map(|value| &names[value]);
-            let count = Literal::usize_unsuffixed(bound.len());
-            statements.extend(quote!(let [#(#names),*]: [__T; #count];));
-        }
-        let declare = (!together).then(|| quote!(let));
-        for value in bound {
+        let statement = |value: Value| {
             let name = &names[&value];
             let right = match given.get(&value) {
                 Some(tokens) => tokens.clone(),
                 None => self.operation(value, &folded, &operand, leaf),
             };
-            statements.extend(quote!(#declare #name = #right;));
+            quote!(let #name = #right;)
+        };
+        if bound.len() <= MOST_SCOPES {
+            let results = outputs.iter().map(|&output| operand(output)).collect();
+            return (bound.iter().map(|&value| statement(value)).collect(), results);
+        }
+        let mut last_use: HashMap<Value, usize> =
+            outputs.iter().map(|&output| (output, usize::MAX)).collect();
+        for (place, &value) in bound.iter().enumerate().rev() {
+            if given.contains_key(&value) {
+                continue;
+            }
+            for part in self.op(value).parts() {
+                last_use.entry(part).or_insert(place);
+                if folded.contains(&part) {
+                    for inner in self.op(part).parts() {
+                        last_use.entry(inner).or_insert(place);
+                    }
+                }
+            }
+        }
+        let mut statements = TokenStream::new();
+        for (block, values) in bound.chunks(MOST_SCOPES).enumerate() {
+            let end = (block + 1) * MOST_SCOPES;
+            let lasting: Vec<&Ident> = values
+                .iter()
+                .filter(|&value| last_use.get(value).is_some_and(|&place| place >= end))
+                .map(|value| &names[value])
+                .collect();
+            let code: TokenStream = values.iter().map(|&value| statement(value)).collect();
+            statements.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
         }
         let results = outputs.iter().map(|&output| operand(output)).collect();
         (statements, results)

@@ -5,11 +5,11 @@
 //! hand with the pendulum: the variational equation gives `ψ₂`, and one equation for `θ₂` is left. A system whose rows
 //! are all of this kind has no unknowns left and takes no iteration.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 
 use super::collapse::{Collapse, Variables};
 use super::equations::Equation;
-use crate::graph::{Graph, Leaf, Merge, Node, NodeId};
+use crate::graph::{Graph, Leaf, Merge, NodeId};
 
 /// The rows that are left, and the second difference, in terms of the unknowns `Z`.
 pub(crate) struct Unknowns {
@@ -81,9 +81,6 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
     for node in rows.iter_mut().chain(&mut second_difference) {
         *node = merge.rewrite(graph, *node);
     }
-    for row in &mut rows {
-        *row = without_scale(graph, *row);
-    }
     let jacobian = rows
         .iter()
         .map(|&row| {
@@ -103,61 +100,10 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
     }
 }
 
-/// A row without the number and the powers of parameters and step that all its terms have in common: a row is zero
-/// whatever it is multiplied by.
-fn without_scale(graph: &mut Graph, row: NodeId) -> NodeId {
-    let (constant, terms) = match graph.node(row) {
-        Node::Sum(constant, terms) => (
-            constant.get(),
-            terms.iter().map(|&(term, c)| (term, c.get())).collect(),
-        ),
-        _ => (0.0, vec![(row, 1.0)]),
-    };
-    if constant != 0.0 {
-        return row;
-    }
-    let mut common: Option<BTreeMap<NodeId, i32>> = None;
-    for &(term, _) in &terms {
-        let factors = match graph.node(term) {
-            Node::Product(factors) => factors.clone(),
-            _ => vec![(term, 1)],
-        };
-        let early: BTreeMap<NodeId, i32> = factors
-            .into_iter()
-            .filter(|&(factor, _)| graph.leaves(factor).all(|leaf| matches!(leaf, Leaf::H)))
-            .collect();
-        common = Some(match common {
-            None => early,
-            // of equal sign the smaller power, of opposite signs none
-            Some(common) => common
-                .into_iter()
-                .filter_map(|(factor, n)| {
-                    let other = *early.get(&factor)?;
-                    (n.signum() == other.signum()).then(|| (factor, n.signum() * n.abs().min(other.abs())))
-                })
-                .collect(),
-        });
-    }
-    let scale: Vec<(NodeId, i32)> = common
-        .into_iter()
-        .flatten()
-        .map(|(factor, n)| (factor, -n))
-        .collect();
-    let first = terms[0].1;
-    let terms: Vec<_> = terms
-        .iter()
-        .map(|&(term, c)| {
-            let mut factors = scale.clone();
-            factors.push((term, 1));
-            (graph.product(&factors), c / first)
-        })
-        .collect();
-    graph.linear(0.0, &terms)
-}
-
 /// A row, a coordinate in whose second difference it is linear, and the coefficient: the simplest there is.
 fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(usize, usize, NodeId)> {
-    let mut best: Option<(usize, (usize, usize, NodeId))> = None;
+    let mut best: Option<(u32, (usize, usize, NodeId))> = None;
+    let mut merge = Merge::default();
     for (row, equation) in rows.iter().enumerate() {
         if equation.divide.is_some() {
             continue;
@@ -172,21 +118,11 @@ fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(u
             if !early || graph.is_zero(coefficient) {
                 continue;
             }
-            let size = size(graph, coefficient);
+            let size = merge.size(graph, coefficient);
             if best.as_ref().is_none_or(|(smallest, _)| size < *smallest) {
                 best = Some((size, (row, i, coefficient)));
             }
         }
     }
     best.map(|(_, choice)| choice)
-}
-
-/// The number of leaves and parameters in an expression written out.
-fn size(graph: &Graph, id: NodeId) -> usize {
-    graph
-        .parts(id)
-        .into_iter()
-        .map(|part| size(graph, part))
-        .sum::<usize>()
-        .max(1)
 }

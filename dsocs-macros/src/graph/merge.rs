@@ -62,7 +62,7 @@ impl Merge {
     }
 
     /// The number of leaves, parameters and numbers in the expression written out.
-    fn size(&mut self, graph: &Graph, id: NodeId) -> u32 {
+    pub(crate) fn size(&mut self, graph: &Graph, id: NodeId) -> u32 {
         if let Some(&size) = self.sizes.get(&id) {
             return size;
         }
