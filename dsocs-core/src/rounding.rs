@@ -258,7 +258,7 @@ impl Scalar for Bounded {
     }
 }
 
-/// The bounds of the rounding errors in the rows of a residual; see [`System::rounding`].
+/// A bound, to first order in the unit round-off, of the rounding error in each row of [`System::residual`].
 pub(crate) fn bounds<S: System<N> + ?Sized, const N: usize>(
     system: &S,
     h: f64,

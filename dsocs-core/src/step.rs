@@ -3,6 +3,7 @@
 use crate::error::{NewtonFailure, StepFailure};
 use crate::newton::{self, Equations, Root, Stop};
 use crate::predictor::Predictor;
+use crate::rounding;
 use crate::start;
 use crate::system::{Leg, System};
 use crate::unknown::{Linearization, Unknown};
@@ -59,7 +60,7 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     }
 
     fn rounding(&self, z: &Self::Z) -> Self::Z {
-        self.system.rounding(self.h, &self.leg, z)
+        rounding::bounds(self.system, self.h, &self.leg, z)
     }
 }
 

@@ -85,14 +85,6 @@ pub trait System<const N: usize> {
         z: &Self::Unknown<T>,
     ) -> Linearization<T, Self::Unknown<T>>;
 
-    /// A bound, to first order in the unit round-off, of the rounding error in each row of [`System::residual`].
-    ///
-    /// The solver asks for it only where Newton's updates stop shrinking: a residual below it is zero for all that
-    /// double precision can tell.
-    fn rounding(&self, h: f64, leg: &Leg<f64, N>, z: &Self::Unknown<f64>) -> Self::Unknown<f64> {
-        crate::rounding::bounds(self, h, leg, z)
-    }
-
     /// The unknowns that belong to a second difference `e` (the starting point of Newton's iteration).
     fn unknown<T: Scalar>(&self, e: &[T; N]) -> Self::Unknown<T>;
 

@@ -48,14 +48,6 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             ) -> ::dsocs_core::Linearization<#scalar, Self::Unknown<#scalar>> {
                 ::core::unreachable!()
             }
-            fn rounding(
-                &self,
-                h: f64,
-                leg: &::dsocs_core::Leg<f64, #n>,
-                z: &Self::Unknown<f64>,
-            ) -> Self::Unknown<f64> {
-                ::core::unreachable!()
-            }
             fn unknown<#scalar: ::dsocs_core::Scalar>(&self, e: &[#scalar; #n]) -> Self::Unknown<#scalar> {
                 ::core::unreachable!()
             }

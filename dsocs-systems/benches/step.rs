@@ -7,6 +7,7 @@
 #![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
 
 mod handwritten;
+mod throughput;
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -388,5 +389,21 @@ fn main() {
     } in lines
     {
         println!("{system:<20} {what:<20} {generated:>12.1} {by_hand:>11.1} {ratio:>6.2}");
+    }
+    let rounds = (batches / 20).max(2);
+    println!("\nmany trajectories    a flow each ns  ensemble ns  gain  all threads ns  gain");
+    let near = |(q, v): ([f64; 2], [f64; 2])| {
+        move |part: f64| Start::paper(q, [v[0] + 0.1 * part, v[1] - 0.1 * part])
+    };
+    let tables = [
+        throughput::measure(&constant, "particle, κ = 1", H, near(PARTICLE), rounds),
+        throughput::measure(&wavy, "particle, κ(x, y)", H, near(PARTICLE), rounds),
+        throughput::measure(&pendulum, "pendulum", H, near(PENDULUM), rounds),
+    ];
+    for table in tables {
+        println!(
+            "{:<20} {:>14.1} {:>12.1} {:>5.2} {:>15.1} {:>5.2}",
+            table.system, table.flows, table.ensemble, table.lanes, table.all_threads, table.threads
+        );
     }
 }

@@ -15,14 +15,27 @@ pub(crate) struct PointNodes {
 
 impl PointNodes {
     fn substitution(&self) -> HashMap<Leaf, NodeId> {
-        let mut map = HashMap::new();
-        for i in 0..self.q.len() {
-            map.insert(Leaf::Q(i), self.q[i]);
-            map.insert(Leaf::V(i), self.v[i]);
-            map.insert(Leaf::A(i), self.a[i]);
-        }
-        map
+        places([
+            (Leaf::Q as LeafOf, &self.q),
+            (Leaf::V, &self.v),
+            (Leaf::A, &self.a),
+        ])
     }
+}
+
+/// The leaf of a coordinate.
+type LeafOf = fn(usize) -> Leaf;
+
+/// What stands in the place of leaves, coordinate by coordinate.
+fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashMap<Leaf, NodeId> {
+    let components = |(leaf, nodes): (LeafOf, &[NodeId])| {
+        nodes
+            .iter()
+            .enumerate()
+            .map(|(i, &node)| (leaf(i), node))
+            .collect::<Vec<_>>()
+    };
+    vectors.into_iter().flat_map(components).collect()
 }
 
 /// A row that has to vanish, and a factor that has to be divided out of it.
@@ -146,12 +159,11 @@ fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -
             a,
         };
     };
-    let mut places = HashMap::new();
-    for i in 0..n {
-        places.insert(Leaf::X0(i), nodes.q0[i]);
-        places.insert(Leaf::X1(i), nodes.q1[i]);
-        places.insert(Leaf::X2(i), nodes.q2[i]);
-    }
+    let places = places([
+        (Leaf::X0 as LeafOf, &nodes.q0),
+        (Leaf::X1, &nodes.q1),
+        (Leaf::X2, &nodes.q2),
+    ]);
     let mut put = |components: &[NodeId]| -> Vec<NodeId> {
         components
             .iter()
@@ -185,19 +197,11 @@ fn lagrangian_point(model: &Model, graph: &mut Graph) -> [Vec<NodeId>; 2] {
 pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
     let n = model.coordinates.len();
     let [q, v] = lagrangian_point(model, graph);
-    let mut point = HashMap::new();
-    for i in 0..n {
-        point.insert(Leaf::Q(i), q[i]);
-        point.insert(Leaf::V(i), v[i]);
-    }
+    let point = places([(Leaf::Q as LeafOf, &q), (Leaf::V, &v)]);
     let value = graph.substitute(model.lagrangian, &point);
     let nodes = Nodes::new(graph, n);
-    let mut places = HashMap::new();
-    for i in 0..n {
-        places.insert(Leaf::X0(i), nodes.q0[i]);
-        places.insert(Leaf::X1(i), nodes.q1[i]);
-    }
-    graph.substitute(value, &places)
+    let leg = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
+    graph.substitute(value, &leg)
 }
 
 /// `-(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
@@ -209,11 +213,7 @@ pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
 fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId> {
     let n = model.coordinates.len();
     let [q, v] = lagrangian_point(model, graph);
-    let mut point = HashMap::new();
-    for i in 0..n {
-        point.insert(Leaf::Q(i), q[i]);
-        point.insert(Leaf::V(i), v[i]);
-    }
+    let point = places([(Leaf::Q as LeafOf, &q), (Leaf::V, &v)]);
     let mut moved = HashMap::new();
     let mut by_position = Vec::new();
     let mut by_velocity = Vec::new();
@@ -225,14 +225,10 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId
         by_position.push(graph.substitute_in(dq, &point, &mut moved));
         by_velocity.push(graph.substitute_in(dv, &point, &mut moved));
     }
-    let mut first = HashMap::new(); // the leg q0, q1
-    let mut second = HashMap::new(); // the leg q1, q2
+    let first = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
+    let second = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
     let mut change = HashMap::new();
     for i in 0..n {
-        first.insert(Leaf::X0(i), nodes.q0[i]);
-        first.insert(Leaf::X1(i), nodes.q1[i]);
-        second.insert(Leaf::X0(i), nodes.q1[i]);
-        second.insert(Leaf::X1(i), nodes.q2[i]);
         change.insert(
             Leaf::X0(i),
             Change {

@@ -1,0 +1,256 @@
+//! Straight-line code of a [`Program`].
+
+use std::collections::{BTreeSet, HashMap};
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::{quote, quote_spanned};
+
+use super::{Op, Program, Value};
+use crate::graph::{Callee, Comparison, Leaf};
+
+/// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
+/// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
+const MOST_SCOPES: usize = 200;
+
+impl Program<'_> {
+    /// Straight-line code for `outputs`: the statements, then an expression for each output.
+    ///
+    /// `given` values come from the expressions there; leaves come from `leaf`.
+    pub(crate) fn code(
+        &self,
+        outputs: &[Value],
+        given: &HashMap<Value, TokenStream>,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> (TokenStream, Vec<TokenStream>) {
+        let mut needed = BTreeSet::new();
+        let mut uses: HashMap<Value, usize> = HashMap::new();
+        let mut open: Vec<Value> = outputs.to_vec();
+        for &output in outputs {
+            *uses.entry(output).or_default() += 2; // an output is never folded into another operation
+        }
+        while let Some(value) = open.pop() {
+            if !needed.insert(value) || given.contains_key(&value) {
+                continue;
+            }
+            for part in self.op(value).parts() {
+                *uses.entry(part).or_default() += 1;
+                open.push(part);
+            }
+        }
+        let quotient = |value: Value| match self.op(value) {
+            Op::Recip(a) if uses.get(&value) == Some(&1) && !given.contains_key(&value) => Some(*a),
+            _ => None,
+        };
+        let mut folded = BTreeSet::new();
+        for &value in &needed {
+            if given.contains_key(&value) {
+                continue;
+            }
+            if let Op::Mul(a, b) = self.op(value) {
+                if quotient(*b).is_some() {
+                    folded.insert(*b);
+                } else if quotient(*a).is_some() {
+                    folded.insert(*a);
+                }
+            }
+        }
+        // numbered in the order in which they are computed, so that the code shows nothing of how it came about
+        let bound: Vec<Value> = needed
+            .iter()
+            .copied()
+            .filter(|value| !matches!(self.op(*value), Op::Constant(_)) && !folded.contains(value))
+            .collect();
+        let names: HashMap<Value, Ident> = bound
+            .iter()
+            .enumerate()
+            // mixed-site hygiene: no name of ours can capture one of the user's
+            .map(|(place, &value)| (value, Ident::new(&format!("n{place}"), Span::mixed_site())))
+            .collect();
+        let operand = |value: Value| match (names.get(&value), self.op(value)) {
+            (Some(name), _) => quote!(#name),
+            (None, Op::Constant(bits)) => number(bits.get()),
+            (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
+        };
+        let statement = |value: Value| {
+            let name = &names[&value];
+            let right = match given.get(&value) {
+                Some(tokens) => tokens.clone(),
+                None => self.operation(value, &folded, &operand, leaf),
+            };
+            quote!(let #name = #right;)
+        };
+        if bound.len() <= MOST_SCOPES {
+            let results = outputs.iter().map(|&output| operand(output)).collect();
+            return (bound.iter().map(|&value| statement(value)).collect(), results);
+        }
+        let mut last_use: HashMap<Value, usize> =
+            outputs.iter().map(|&output| (output, usize::MAX)).collect();
+        for (place, &value) in bound.iter().enumerate().rev() {
+            if given.contains_key(&value) {
+                continue;
+            }
+            for part in self.op(value).parts() {
+                last_use.entry(part).or_insert(place);
+                if folded.contains(&part) {
+                    for inner in self.op(part).parts() {
+                        last_use.entry(inner).or_insert(place);
+                    }
+                }
+            }
+        }
+        let mut statements = TokenStream::new();
+        for (block, values) in bound.chunks(MOST_SCOPES).enumerate() {
+            let end = (block + 1) * MOST_SCOPES;
+            let lasting: Vec<&Ident> = values
+                .iter()
+                .filter(|&value| last_use.get(value).is_some_and(|&place| place >= end))
+                .map(|value| &names[value])
+                .collect();
+            let code: TokenStream = values.iter().map(|&value| statement(value)).collect();
+            statements.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
+        }
+        let results = outputs.iter().map(|&output| operand(output)).collect();
+        (statements, results)
+    }
+
+    fn operation(
+        &self,
+        value: Value,
+        folded: &BTreeSet<Value>,
+        operand: &dyn Fn(Value) -> TokenStream,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> TokenStream {
+        let operand = |value: &Value| operand(*value);
+        match self.op(value) {
+            Op::Constant(bits) => number(bits.get()),
+            Op::Leaf(which) => leaf(*which),
+            Op::Param(param) => {
+                let tokens = self.graph.param_tokens(*param);
+                quote!(__T::splat(#tokens))
+            }
+            Op::Neg(a) => {
+                let a = operand(a);
+                quote!(-#a)
+            }
+            Op::Add(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a + #b)
+            }
+            Op::Sub(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a - #b)
+            }
+            Op::Mul(a, b) => {
+                let (top, bottom) = if folded.contains(b) {
+                    (a, self.op(*b))
+                } else if folded.contains(a) {
+                    (b, self.op(*a))
+                } else {
+                    let (a, b) = (operand(a), operand(b));
+                    return quote!(#a * #b);
+                };
+                let top = operand(top);
+                let bottom = bottom.parts().iter().map(operand).next();
+                quote!(#top / #bottom)
+            }
+            Op::Recip(a) => {
+                let a = operand(a);
+                quote!(__T::recip(#a))
+            }
+            Op::Powi(a, n) => {
+                let (a, n) = (operand(a), Literal::i32_unsuffixed(*n));
+                quote!(__T::powi(#a, #n))
+            }
+            Op::Unary(op, a) => {
+                let (function, a) = (Ident::new(op.name(), Span::call_site()), operand(a));
+                quote!(__T::#function(#a))
+            }
+            Op::Powf(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(__T::powf(#a, #b))
+            }
+            Op::Atan2(y, x) => {
+                let (y, x) = (operand(y), operand(x));
+                quote!(__T::atan2(#y, #x))
+            }
+            Op::Select(op, parts) => {
+                let function = match op {
+                    Comparison::Lt => quote!(select_lt),
+                    Comparison::Le => quote!(select_le),
+                };
+                let parts = parts.iter().map(operand);
+                quote!(__T::#function(#(#parts),*))
+            }
+            Op::Call { callee, args, wrt } => {
+                let args: Vec<_> = args.iter().map(operand).collect();
+                call(self.graph.callee(*callee), &args, wrt)
+            }
+        }
+    }
+}
+
+/// A number as the generic scalar.
+fn number(value: f64) -> TokenStream {
+    let literal = if value.is_nan() {
+        quote!(f64::NAN)
+    } else if value.is_infinite() {
+        if value > 0.0 {
+            quote!(f64::INFINITY)
+        } else {
+            quote!(f64::NEG_INFINITY)
+        }
+    } else {
+        let magnitude = Literal::f64_unsuffixed(value.abs());
+        if value < 0.0 {
+            quote!(-#magnitude)
+        } else {
+            quote!(#magnitude)
+        }
+    };
+    quote!(__T::splat(#literal))
+}
+
+/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
+/// the partial derivative asks, seeded one argument a level.
+fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    // everything at the user's name, so that rustc's word on a wrong function points there
+    let span = callee.span();
+    let lane = Ident::new("lane", Span::mixed_site());
+    let args: Vec<_> = args
+        .iter()
+        .enumerate()
+        .map(|(place, arg)| seed(span, &quote_spanned!(span=> __T::lane(#arg, #lane)), place, wrt))
+        .collect();
+    let result = match callee {
+        Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
+        Callee::Method(method) => {
+            let (receiver, rest) = (&args[0], &args[1..]);
+            quote_spanned!(span=> (#receiver).#method(#(#rest),*))
+        }
+    };
+    let parts = wrt.iter().map(|_| Ident::new("eps", span));
+    quote_spanned!(span=> __T::from_lanes(|#lane| [#result #(.#parts)*])[0])
+}
+
+fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
+    match wrt.split_first() {
+        None => value.clone(),
+        Some((&first, rest)) => {
+            let inner = seed(span, value, place, rest);
+            let tangent = seed_constant(span, if first == place { 1.0 } else { 0.0 }, rest.len());
+            quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #tangent))
+        }
+    }
+}
+
+fn seed_constant(span: Span, value: f64, depth: usize) -> TokenStream {
+    if depth == 0 {
+        let value = Literal::f64_suffixed(value);
+        return quote!(#value);
+    }
+    let (inner, zero) = (
+        seed_constant(span, value, depth - 1),
+        seed_constant(span, 0.0, depth - 1),
+    );
+    quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #zero))
+}
