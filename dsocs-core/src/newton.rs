@@ -12,6 +12,12 @@ pub(crate) const REMAINDER: f64 = 1e-16;
 /// A residual within so many bounds of its rounding error is zero for all that can be told.
 const ROUNDINGS: f64 = 4.0;
 
+/// A second update this small is the last, however the first may have been: `C ρ'² = ρ'³/ρ²`, and `ρ` was not small.
+const SURELY_LAST: f64 = 4e-12;
+
+/// An update that is this part of the one before shows that the iteration converges fast.
+const MUCH_SMALLER: f64 = 0.25;
+
 /// How small a stagnating update must be, in the first iterations, to be suspected of being rounding.
 const SUSPECT: f64 = 1e-2;
 
@@ -125,16 +131,15 @@ pub(crate) fn solve<E: Equations>(
         return Ok(newton.arrive(&first));
     }
     let second = newton.full_step(&first);
-    if let Ok(second) = &second
-        && newton.is_small(second, LAST_UPDATE)
+    if let Ok(at) = &second
+        && newton.is_small(at, SURELY_LAST)
     {
-        let sizes = [&first, second].map(|at| newton.relative(&at.update, &at.z));
-        if remainder(sizes[0], sizes[1]) <= REMAINDER {
-            sizes.into_iter().for_each(record);
-            return Ok(newton.arrive(second));
-        }
+        [&first, at]
+            .into_iter()
+            .for_each(|at| record(newton.relative(&at.update, &at.z)));
+        return Ok(newton.arrive(at));
     }
-    newton.iterate(first, second, max_iterations, record)
+    newton.go_on(first, second, max_iterations, record)
 }
 
 /// What remains after the later of two full updates, relative to the unknowns: with quadratic convergence the
@@ -265,23 +270,52 @@ impl<E: Equations> Newton<'_, E> {
         self.evaluate(from.z.zip(&from.update, |z, update| z + update))
     }
 
-    /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
-    /// has been evaluated.
-    #[inline(never)]
-    fn iterate(
+    /// Full updates, as long as each is much smaller than the one before: nothing else needs to be looked at.
+    #[inline]
+    fn go_on(
         mut self,
         first: Iterate<E::Z>,
         second: Evaluated<E::Z>,
         max_iterations: u32,
         record: &mut impl FnMut(f64),
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
-        let mut now = first;
+        let (mut now, mut next) = (first, second);
         let mut size = self.relative(&now.update, &now.z);
         record(size);
+        loop {
+            let Ok(at) = &next else {
+                return self.iterate(now, size, next, max_iterations, record);
+            };
+            let next_size = self.relative(&at.update, &at.z);
+            if next_size <= LAST_UPDATE && remainder(size, next_size) <= REMAINDER {
+                record(next_size);
+                return Ok(self.arrive(at));
+            }
+            let converges = next_size < MUCH_SMALLER * size;
+            if !converges || self.evaluations >= max_iterations {
+                return self.iterate(now, size, next, max_iterations, record);
+            }
+            record(next_size);
+            (now, size) = (*at, next_size);
+            next = self.full_step(&now);
+        }
+    }
+
+    /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
+    /// has been evaluated.
+    #[inline(never)]
+    fn iterate(
+        mut self,
+        mut now: Iterate<E::Z>,
+        mut size: f64,
+        next: Evaluated<E::Z>,
+        max_iterations: u32,
+        record: &mut impl FnMut(f64),
+    ) -> Result<Root<E::Z>, Failed<E::Z>> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let (mut smallest, mut stagnant) = (size, 0);
-        let mut evaluated = Some(second);
-        for iteration in 1..max_iterations {
+        let mut evaluated = Some(next);
+        for iteration in self.evaluations - 1..max_iterations {
             let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
             let (before, last_size) = (now, size);
             (now, part) = (next, taken);
