@@ -134,9 +134,9 @@ pub(crate) fn solve<E: Equations>(
     if let Ok(at) = &second
         && newton.is_small(at, SURELY_LAST)
     {
-        [&first, at]
-            .into_iter()
-            .for_each(|at| record(newton.relative(&at.update, &at.z)));
+        for at in [&first, at] {
+            record(newton.relative(&at.update, &at.z));
+        }
         return Ok(newton.arrive(at));
     }
     newton.go_on(first, second, max_iterations, record)
