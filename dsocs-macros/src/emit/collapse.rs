@@ -117,13 +117,7 @@ impl<'g> Collapse<'g> {
             }
             self.graph.linear(constant.get(), &sum)
         } else {
-            let parts: Vec<_> = self
-                .graph
-                .parts(id)
-                .into_iter()
-                .map(|part| self.rewrite(part))
-                .collect();
-            self.graph.rebuild(id, &parts)
+            self.rewrite_parts(id)
         };
         self.done.insert(id, result);
         result

@@ -63,14 +63,13 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
         *part = graph.substitute_in(*part, &names, &mut done);
     }
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
-    let rows: Vec<NodeId> = rows
+    let mut rows: Vec<NodeId> = rows
         .into_iter()
         .map(|row| match row.divide {
             Some(factor) => graph.quotient(row.value, factor, &leaves),
             None => row.value,
         })
         .collect();
-    let (mut rows, mut second_difference) = (rows, second_difference);
     for variables in [Variables::Unknowns, Variables::Leg] {
         let mut collapse = Collapse::new(graph, variables);
         for node in rows.iter_mut().chain(&mut second_difference) {
@@ -115,7 +114,8 @@ fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(u
             }
             let coefficient = graph.derivative(equation, Leaf::E(i));
             let early = graph.leaves(coefficient).all(|leaf| matches!(leaf, Leaf::H));
-            if !early || graph.is_zero(coefficient) {
+            // a zero that the normal form does not see would be divided by
+            if !early || graph.vanishes(coefficient) {
                 continue;
             }
             let size = merge.size(graph, coefficient);
