@@ -13,6 +13,9 @@ pub enum StepFailure {
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
+    /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
+    /// unknowns is zero: the row does not exist there, or says nothing.
+    Degenerate,
 }
 
 impl fmt::Display for StepFailure {
@@ -21,6 +24,7 @@ impl fmt::Display for StepFailure {
             Self::NotFinite => "the equations are not finite",
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
+            Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })
     }
 }
@@ -199,7 +203,7 @@ impl StepError {
     fn advice(&self) -> &'static str {
         let step = &*self.0;
         match step.cause.reason {
-            StepFailure::NotFinite if step.q0 == step.q1 => {
+            StepFailure::NotFinite | StepFailure::Degenerate if step.q0 == step.q1 => {
                 "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity is undefined: \
                  start with a velocity that is not zero"
             }
@@ -210,6 +214,10 @@ impl StepError {
             StepFailure::Singular => {
                 "the constraints and the variational equations are not independent here; if two roots meet at a factor \
                  of the constraint, divide it out with `branch = divide(factor)`"
+            }
+            StepFailure::Degenerate => {
+                "the declaration divides by something that is zero at this root, or a parameter makes one of its rows \
+                 vanish: look for a velocity or a mass that is zero"
             }
             StepFailure::NotConverged => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \

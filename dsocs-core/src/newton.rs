@@ -7,16 +7,17 @@ use crate::unknown::{Linearization, Unknown};
 pub(crate) const LAST_UPDATE: f64 = 1e-9;
 
 /// The error that may remain after the last update, relative to the unknowns.
-pub(crate) const REMAINDER: f64 = 1e-16;
+const REMAINDER: f64 = 1e-16;
 
 /// A residual within so many bounds of its rounding error is zero for all that can be told.
 const ROUNDINGS: f64 = 4.0;
 
-/// A second update this small is the last, however the first may have been: `C ρ'² = ρ'³/ρ²`, and `ρ` was not small.
-const SURELY_LAST: f64 = 4e-12;
+/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
+/// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
+pub(crate) const SETTLED: [(f64, f64); 3] = [(4e-12, LAST_UPDATE), (1e-10, 1e-7), (LAST_UPDATE, 3.2e-6)];
 
 /// An update that is this part of the one before shows that the iteration converges fast.
-const MUCH_SMALLER: f64 = 0.25;
+pub(crate) const MUCH_SMALLER: f64 = 0.25;
 
 /// How small a stagnating update must be, in the first iterations, to be suspected of being rounding.
 const SUSPECT: f64 = 1e-2;
@@ -37,7 +38,7 @@ pub enum Stop {
     Update,
     /// The updates stopped shrinking, and the residual is within the bound of its own rounding error.
     Rounding,
-    /// The residual is exactly zero.
+    /// The residual is exactly zero where the updates did not become small as fast as they should.
     Exact,
 }
 
@@ -51,6 +52,13 @@ pub(crate) trait Equations {
 
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
+
+    /// Whether what the declared rows were multiplied by is anything but zero at `z`, by comparison with a point
+    /// `nearby`: a root where it is zero is none of the declared rows.
+    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
+        let _ = (z, nearby);
+        true
+    }
 
     /// Bounds of the rounding errors in the rows.
     fn rounding(&self, z: &Self::Z) -> Self::Z;
@@ -102,16 +110,65 @@ struct Newton<'a, E: Equations> {
     size: &'a E::Z,
     /// How often the rows were evaluated.
     evaluations: u32,
+    /// Evaluations that need not be made again.
+    made: &'a [Trial<E::Z>],
+}
+
+/// An evaluation of the rows whose update nobody has looked at yet.
+#[derive(Clone, Copy)]
+struct Trial<Z> {
+    /// The point, with its update where the iteration may use it.
+    at: Iterate<Z>,
+    /// Whether the update is what Newton's iteration asks for, if it is finite.
+    safe: bool,
+}
+
+impl<Z: Unknown<f64>> Trial<Z> {
+    #[inline]
+    fn new<E: Equations<Z = Z>>(equations: &E, z: Z) -> Self {
+        let linearization = equations.linearize(&z);
+        let (update, safe) = linearization.quick_update();
+        let rows = linearization.rows;
+        Self {
+            at: Iterate { z, rows, update },
+            safe,
+        }
+    }
+
+    /// Whether the update is at most `tolerance` relative to the unknowns; an infinite or undefined one is not.
+    #[inline]
+    fn is_small(&self, size: &Z, tolerance: f64) -> bool {
+        self.safe && is_small(&self.at, size, tolerance)
+    }
+
+    /// Whether the update is the last, after that of `before`.
+    #[inline]
+    fn settles(&self, before: &Self, size: &Z) -> bool {
+        before.safe && self.safe && settles(&before.at, &self.at, size)
+    }
+
+    /// Whether affine rows are solved by the update.
+    #[inline]
+    fn is_solution(&self) -> bool {
+        self.safe && self.at.update.as_ref().iter().all(|update| update.is_finite())
+    }
+
+    /// Where the update leads.
+    #[inline]
+    fn next(&self) -> Z {
+        self.at.z.zip(&self.at.update, |z, update| z + update)
+    }
 }
 
 /// Solves the equations by Newton's iteration from `start`.
 ///
 /// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
 /// or to `size` where the unknown is smaller. There is no absolute tolerance. `record` is told the relative
-/// size of every update.
+/// size of every update, but for iterations that end with one of the first three.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
-/// more is needed.
+/// more is needed. One or two evaluations are the usual case, and stand here by themselves: whatever is odd fails
+/// to be small, and is left to the iteration that looks at everything.
 #[inline]
 pub(crate) fn solve<E: Equations>(
     equations: &E,
@@ -120,26 +177,85 @@ pub(crate) fn solve<E: Equations>(
     max_iterations: u32,
     record: &mut impl FnMut(f64),
 ) -> Result<Root<E::Z>, Failed<E::Z>> {
-    let mut newton = Newton {
+    let first = Trial::new(equations, start);
+    if E::LINEAR {
+        if first.is_solution() && is_declared(equations, &first.next(), size) {
+            return Ok(arrived(&first, 1));
+        }
+    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &start, size) {
+        return Ok(arrived(&first, 1));
+    }
+    let second = Trial::new(equations, first.next());
+    if second.settles(&first, size) && is_declared(equations, &second.at.z, size) {
+        return Ok(arrived(&second, 2));
+    }
+    go_on(equations, &first, &second, size, max_iterations, record)
+}
+
+/// The iteration after two evaluations that did not end it. A third often does.
+#[inline(never)]
+fn go_on<E: Equations>(
+    equations: &E,
+    first: &Trial<E::Z>,
+    second: &Trial<E::Z>,
+    size: &E::Z,
+    max_iterations: u32,
+    record: &mut impl FnMut(f64),
+) -> Result<Root<E::Z>, Failed<E::Z>> {
+    let third = Trial::new(equations, second.next());
+    if third.settles(second, size) && max_iterations > 2 && is_declared(equations, &third.at.z, size) {
+        return Ok(arrived(&third, 3));
+    }
+    let newton = Newton {
         equations,
         size,
-        evaluations: 0,
+        evaluations: 3,
+        made: &[*first, *second, third],
     };
-    let first = newton.evaluate(start)?;
-    if E::LINEAR || newton.is_small(&first, LAST_UPDATE) {
-        record(newton.relative(&first.update, &first.z));
-        return Ok(newton.arrive(&first));
+    let root = newton.look(first.at.z, max_iterations, record)?;
+    if is_declared(equations, &root.z, size) {
+        return Ok(root);
     }
-    let second = newton.full_step(&first);
-    if let Ok(at) = &second
-        && newton.is_small(at, SURELY_LAST)
-    {
-        for at in [&first, at] {
-            record(newton.relative(&at.update, &at.z));
-        }
-        return Ok(newton.arrive(at));
+    Err(Failed {
+        reason: StepFailure::Degenerate,
+        z: root.z,
+        rows: equations.linearize(&root.z).rows,
+    })
+}
+
+/// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
+#[inline]
+fn is_declared<E: Equations>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
+    let nearby = z.zip(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
+    equations.is_declared(z, &nearby)
+}
+
+/// The root that an update leads to.
+#[inline]
+fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
+    Root {
+        z: last.next(),
+        evaluations,
+        stop: Stop::Update,
     }
-    newton.go_on(first, second, max_iterations, record)
+}
+
+/// Whether the update at `now` is the last, after the full one at `before` (see [`SETTLED`]).
+#[inline]
+fn settles<Z: Unknown<f64>>(before: &Iterate<Z>, now: &Iterate<Z>, size: &Z) -> bool {
+    let settled = |(largest, smallest)| is_small(now, size, largest) && !is_small(before, size, smallest);
+    SETTLED.into_iter().any(settled)
+}
+
+/// Whether an update is at most `tolerance` relative to the unknowns (no division: this is the usual path).
+#[inline]
+fn is_small<Z: Unknown<f64>>(at: &Iterate<Z>, size: &Z, tolerance: f64) -> bool {
+    let sizes = at.z.as_ref().iter().zip(size.as_ref());
+    at.update
+        .as_ref()
+        .iter()
+        .zip(sizes)
+        .all(|(update, (z, size))| update.abs() <= tolerance * z.abs().max(*size))
 }
 
 /// What remains after the later of two full updates, relative to the unknowns: with quadratic convergence the
@@ -181,8 +297,11 @@ pub(crate) fn explain<E: Equations>(
 
 impl<E: Equations> Newton<'_, E> {
     /// The rows at `z` and the update from there.
-    #[inline]
     fn evaluate(&mut self, z: E::Z) -> Evaluated<E::Z> {
+        let here = |trial: &&Trial<E::Z>| trial.at.z.as_ref() == z.as_ref() && trial.is_solution();
+        if let Some(trial) = self.made.iter().find(here) {
+            return Ok(trial.at);
+        }
         self.evaluations += 1;
         let linearization = self.equations.linearize(&z);
         let rows = linearization.rows;
@@ -216,17 +335,6 @@ impl<E: Equations> Newton<'_, E> {
             z,
             rows,
         })
-    }
-
-    /// Whether an update is at most `tolerance` relative to the unknowns (no division: this is the usual path).
-    #[inline]
-    fn is_small(&self, at: &Iterate<E::Z>, tolerance: f64) -> bool {
-        let sizes = at.z.as_ref().iter().zip(self.size.as_ref());
-        at.update
-            .as_ref()
-            .iter()
-            .zip(sizes)
-            .all(|(update, (z, size))| update.abs() <= tolerance * z.abs().max(*size))
     }
 
     /// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
@@ -270,26 +378,33 @@ impl<E: Equations> Newton<'_, E> {
         self.evaluate(from.z.zip(&from.update, |z, update| z + update))
     }
 
-    /// Full updates, as long as each is much smaller than the one before: nothing else needs to be looked at.
-    #[inline]
-    fn go_on(
+    /// Full updates from `start`, as long as each is much smaller than the one before: nothing else needs to be looked
+    /// at.
+    fn look(
         mut self,
-        first: Iterate<E::Z>,
-        second: Evaluated<E::Z>,
+        start: E::Z,
         max_iterations: u32,
         record: &mut impl FnMut(f64),
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
-        let (mut now, mut next) = (first, second);
+        let mut now = self.evaluate(start)?;
         let mut size = self.relative(&now.update, &now.z);
         record(size);
+        if is_small(&now, self.size, LAST_UPDATE) || E::LINEAR {
+            return Ok(self.arrive(&now));
+        }
+        let mut next = self.full_step(&now);
         loop {
             let Ok(at) = &next else {
                 return self.iterate(now, size, next, max_iterations, record);
             };
             let next_size = self.relative(&at.update, &at.z);
-            if next_size <= LAST_UPDATE && remainder(size, next_size) <= REMAINDER {
+            if settles(&now, at, self.size) {
                 record(next_size);
-                return Ok(self.arrive(at));
+                let stop = Stop::Update;
+                return Ok(Root {
+                    stop,
+                    ..self.arrive(at)
+                });
             }
             let converges = next_size < MUCH_SMALLER * size;
             if !converges || self.evaluations >= max_iterations {
@@ -315,7 +430,7 @@ impl<E: Equations> Newton<'_, E> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let (mut smallest, mut stagnant) = (size, 0);
         let mut evaluated = Some(next);
-        for iteration in self.evaluations - 1..max_iterations {
+        for iteration in self.evaluations.saturating_sub(1)..max_iterations {
             let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
             let (before, last_size) = (now, size);
             (now, part) = (next, taken);
@@ -381,7 +496,7 @@ impl<E: Equations> Newton<'_, E> {
             };
             if let Ok(next) = trial {
                 if self.shrinks(from, &next)
-                    || self.is_small(&next, LAST_UPDATE)
+                    || is_small(&next, self.size, LAST_UPDATE)
                     || self.roundings(&next) <= ROUNDINGS
                 {
                     return Ok((next, part));

@@ -11,6 +11,9 @@ use crate::unknown::{Linearization, Unknown};
 /// How large an unknown second difference is expected to be at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
 
+/// How much what the rows were multiplied by may change, relative to itself, from a root to a point nearby.
+pub(crate) const NEARLY_THE_SAME: f64 = 1e-2;
+
 /// How a step was solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepReport {
@@ -57,6 +60,20 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
         self.system.residual(self.constants, &self.known, z)
+    }
+
+    #[inline]
+    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
+        if !S::SCALED {
+            return true;
+        }
+        let here = self.system.scales(self.constants, &self.known, z);
+        let there = self.system.scales(self.constants, &self.known, nearby);
+        let scales = here.as_ref().iter().zip(there.as_ref());
+        // false also where one of them is no number
+        scales
+            .into_iter()
+            .all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
     }
 
     fn rounding(&self, z: &Self::Z) -> Self::Z {

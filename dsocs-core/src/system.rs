@@ -57,6 +57,9 @@ pub trait System<const N: usize> {
     /// Whether every row of [`System::residual`] is affine in the unknowns: then one update solves the step.
     const LINEAR: bool = false;
 
+    /// Whether rows were multiplied by more than a number (see [`System::scales`]).
+    const SCALED: bool = false;
+
     /// The coordinates' names, in order; `theta_2` for one of an array.
     const COORDINATES: [&'static str; N];
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
@@ -84,6 +87,21 @@ pub trait System<const N: usize> {
         known: &Self::Known<T>,
         z: &Self::Unknown<T>,
     ) -> Linearization<T, Self::Unknown<T>>;
+
+    /// What each row of [`System::residual`] is, divided by the declared row: denominators that were multiplied out, and
+    /// factors of the parameters and of `h` that were dropped.
+    ///
+    /// Where one of them vanishes the declared row does not exist, or is zero whatever the unknowns are: a root there is
+    /// not accepted.
+    fn scales<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        z: &Self::Unknown<T>,
+    ) -> Self::Unknown<T> {
+        let _ = (constants, known);
+        z.zip(z, |_, _| T::splat(1.0))
+    }
 
     /// The unknowns that belong to a second difference `e` (the starting point of Newton's iteration).
     fn unknown<T: Scalar>(&self, e: &[T; N]) -> Self::Unknown<T>;

@@ -20,6 +20,14 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
     pub fn update(&self) -> Option<U> {
         U::solve(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
     }
+
+    /// Newton's update without a look at it, and whether it can be trusted if it is finite (see
+    /// [`Unknown::solve_quick`]).
+    #[inline]
+    #[must_use]
+    pub(crate) fn quick_update(&self) -> (U, bool) {
+        U::solve_quick(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
+    }
 }
 
 /// The unknowns of one step: `[T; M]`.
@@ -46,6 +54,11 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
     #[must_use]
     fn solve(matrix: &Self::Square, right: &Self) -> Option<Self>;
+
+    /// Solves `matrix · z = right` with the operations of [`Unknown::solve`], but does not look at the solution, which
+    /// may be infinite or NaN. If it is finite, `true` says that it is that of [`Unknown::solve`].
+    #[must_use]
+    fn solve_quick(matrix: &Self::Square, right: &Self) -> (Self, bool);
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`].
     ///
@@ -87,6 +100,22 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
+    fn solve_quick(matrix: &[[T; M]; M], right: &Self) -> (Self, bool) {
+        match M {
+            1 => {
+                let mut solution = *right;
+                solution[0] = right[0] / matrix[0][0];
+                (solution, true)
+            }
+            2 => {
+                let determinant = determinant(matrix);
+                (quotients(matrix, right, determinant), is_safe(determinant))
+            }
+            _ => (eliminate(matrix, right), true),
+        }
+    }
+
+    #[inline]
     fn solve_lanes(matrix: &[[T; M]; M], right: &Self) -> Self {
         match M {
             1 => {
@@ -122,10 +151,15 @@ fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
 #[inline]
 fn cramer<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> Option<[T; M]> {
     let determinant = determinant(matrix);
+    is_safe(determinant).then(|| quotients(matrix, right, determinant))
+}
+
+/// Whether neither overflow nor underflow has harmed Cramer's rule with this determinant.
+#[inline]
+fn is_safe<T: Scalar>(determinant: T) -> bool {
     every_lane(determinant, |x| {
         x.abs() > SMALLEST_DETERMINANT && x.abs() < LARGEST_DETERMINANT
     })
-    .then(|| quotients(matrix, right, determinant))
 }
 
 /// The determinant of two rows.

@@ -143,11 +143,13 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
         })
         .collect();
 
-    // rows: those that generated code has eliminated vanish at every z
+    // rows: those that generated code has eliminated vanish at every z, the others are told with what was multiplied out
     let generated = system.residual(&constants, &known, &z);
+    let scales = system.scales(&constants, &known, &z);
+    let declared = generated.rows.zip(&scales, |row, scale| row / scale);
     let mut kept = Vec::new();
     for (i, (&row, &scale)) in rows.iter().zip(&scale).enumerate() {
-        let next = generated.rows.as_ref().get(kept.len());
+        let next = declared.as_ref().get(kept.len());
         let eliminated = row.abs() <= ROUNDING * scale && rows.len() - unknowns > i - kept.len();
         match next {
             Some(&next) if (next - row).abs() <= ROUNDING * scale => kept.push(i),
@@ -166,7 +168,9 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     for k in 0..unknowns {
         let moved = moving(system, h, &leg, z.as_ref(), k);
         for (place, &i) in kept.iter().enumerate() {
-            let entry = generated.jacobian.as_ref()[place].as_ref()[k];
+            let multiple = scales.as_ref()[place];
+            let slope = generated.jacobian.as_ref()[place].as_ref()[k] / multiple;
+            let entry = slope - declared.as_ref()[place] * (moved.scales[place] / multiple);
             let chain: f64 = (0..N).map(|j| slopes[i][j] * moved.second_difference[j]).sum();
             let size: f64 = (0..N)
                 .map(|j| (slopes[i][j] * moved.second_difference[j]).abs())
@@ -177,8 +181,8 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
             if !kind.opaque {
                 expect(
                     format_args!("∂row {i}/∂z{k} by itself"),
-                    entry,
-                    moved.rows[place],
+                    slope,
+                    moved.rows[place] / multiple,
                     tolerance,
                 )?;
             }
@@ -186,12 +190,12 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
             let quotient = richardson(nudge, |shift| {
                 let mut z = z;
                 z.as_mut()[k] += shift;
-                system.residual(&constants, &known, &z).rows.as_ref()[place]
+                system.residual(&constants, &known, &z).rows.as_ref()[place] / multiple
             });
-            let tolerance = DIFFERENCE * (size + entry.abs()) + 10.0 * f64::EPSILON * scale[i] / nudge;
+            let tolerance = DIFFERENCE * (size + slope.abs()) + 10.0 * f64::EPSILON * scale[i] / nudge;
             expect(
                 format_args!("∂row {i}/∂z{k} by differences"),
-                entry,
+                slope,
                 quotient,
                 tolerance,
             )?;
@@ -263,6 +267,8 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
 struct Moving<const N: usize> {
     /// The rows' derivatives.
     rows: Vec<f64>,
+    /// Those of what the rows were multiplied by.
+    scales: Vec<f64>,
     /// The second difference's.
     second_difference: [f64; N],
 }
@@ -286,8 +292,10 @@ fn moving<S: System<N>, const N: usize>(
         *to = Tangent::new(value, f64::from(u8::from(j == k)));
     }
     let rows = system.residual(&constants, &known, &moving).rows;
+    let scales = system.scales(&constants, &known, &moving);
     Moving {
         rows: rows.as_ref().iter().map(|row| row.0.eps).collect(),
+        scales: scales.as_ref().iter().map(|scale| scale.0.eps).collect(),
         second_difference: system
             .second_difference(&constants, &known, &moving)
             .map(|e| e.0.eps),

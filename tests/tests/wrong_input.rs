@@ -88,7 +88,7 @@ fn a_particle_at_rest() {
     let details = step.details();
     assert_eq!((details.index, details.time, details.h), (1, 0.1, 0.1));
     assert_eq!((&details.q0, &details.q1), (&vec![0.0, 0.0], &vec![0.0, 0.0]));
-    assert_eq!(details.cause.reason, StepFailure::NotFinite);
+    assert_eq!(details.cause.reason, StepFailure::Degenerate);
     assert_eq!(failure.trajectory.len(), 1, "node 0 is kept");
     let message = failure.to_string();
     for part in ["step 1", "t = 0.1", "at rest", "q0"] {

@@ -13,10 +13,10 @@ use crate::newton::Stop;
 use crate::predictor::Predictor;
 use crate::scalar::Scalar;
 use crate::start::Start;
-use crate::step::SECOND_DIFFERENCE;
+use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::{Leg, Point, System};
 use crate::trajectory::{Node, Observer};
-use crate::unknown::Unknown;
+use crate::unknown::{Linearization, Unknown};
 
 /// What all blocks have in common.
 #[derive(Debug)]
@@ -31,6 +31,41 @@ pub(super) struct Run<'s, S> {
     pub every: Option<NonZeroU64>,
     /// How often the rows of a step may be evaluated from one guess.
     pub max_iterations: u32,
+}
+
+/// The rows of a step, in lanes.
+struct Rows<'a, S: System<N>, const N: usize> {
+    /// The system.
+    system: &'a S,
+    /// What is known since the run began.
+    constants: &'a S::Constants<Lanes>,
+    /// What is known since the step began.
+    known: &'a S::Known<Lanes>,
+}
+
+impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
+    type Z = S::Unknown<Lanes>;
+
+    const LINEAR: bool = S::LINEAR;
+
+    #[inline]
+    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
+        self.system.residual(self.constants, self.known, z)
+    }
+
+    #[inline]
+    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32 {
+        if !S::SCALED {
+            return u32::MAX;
+        }
+        let here = self.system.scales(self.constants, self.known, z);
+        let there = self.system.scales(self.constants, self.known, nearby);
+        let scales = here.as_ref().iter().zip(there.as_ref());
+        scales.fold(u32::MAX, |declared, (&here, &there)| {
+            let change = (here - there).abs();
+            declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs()).bits()
+        })
+    }
 }
 
 /// A trajectory with its lane.
@@ -241,9 +276,13 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         let expected = self.predictor.size().zip(&increment, |past, d| {
             past.larger(Lanes::splat(SECOND_DIFFERENCE) * d.abs())
         });
+        let rows = Rows {
+            system,
+            constants,
+            known: &known,
+        };
         let roots = newton::solve(
-            S::LINEAR,
-            |z| system.residual(constants, &known, z),
+            &rows,
             self.predictor.extrapolate(),
             &expected,
             self.run.max_iterations,
@@ -327,12 +366,6 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         let point = system.point(constants, known, leg, e);
         let force = system.force(constants, known, leg, e);
         let energy = system.energy(&point.q, &point.v);
-        let zero = Lanes::splat(0.0);
-        let exact = roots
-            .rows
-            .as_ref()
-            .iter()
-            .fold(u32::MAX, |exact, row| exact & row.abs().at_most(zero).bits());
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
@@ -357,11 +390,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                     force: one_lane(&force, lane),
                     energy: energy.lane(lane),
                     iterations: roots.evaluations[lane],
-                    stop: if exact >> lane & 1 == 1 {
-                        Stop::Exact
-                    } else {
-                        Stop::Update
-                    },
+                    stop: Stop::Update,
                 }
             });
             if observed && member.observer.node(&node).is_break() || self.index == member.last {

@@ -1,7 +1,7 @@
 //! Newton's iteration in lanes: the rules of [`crate::newton`] where they lead to a root by full updates alone.
 
 use crate::lanes::{Lanes, Mask};
-use crate::newton::{LAST_UPDATE, REMAINDER};
+use crate::newton::{LAST_UPDATE, MUCH_SMALLER, SETTLED};
 use crate::scalar::Scalar;
 use crate::unknown::{Linearization, Unknown};
 
@@ -12,8 +12,6 @@ const MAX_EVALUATIONS: u32 = 8;
 pub(super) struct Roots<U> {
     /// The unknowns.
     pub z: U,
-    /// The rows that were evaluated last.
-    pub rows: U,
     /// How often the rows were evaluated.
     pub evaluations: [u32; Lanes::LANES],
     /// The lanes without a root, as bits.
@@ -23,74 +21,117 @@ pub(super) struct Roots<U> {
 /// A point of the iteration.
 #[derive(Clone, Copy)]
 struct Iterate<U> {
-    /// The unknowns.
-    z: U,
     /// Newton's update.
     update: U,
-    /// Its size relative to the unknowns.
-    size: Lanes,
+    /// The size of each unknown: as it is, or as it is expected.
+    expected: U,
 }
 
-/// Solves the rows that `linearize` evaluates, from `start`, in the lanes of `active`.
+impl<U: Unknown<Lanes>> Iterate<U> {
+    /// Where the update is at most `tolerance` relative to the unknowns.
+    #[inline]
+    fn small(&self, tolerance: f64) -> u32 {
+        let pairs = self.update.as_ref().iter().zip(self.expected.as_ref());
+        pairs.fold(u32::MAX, |small, (update, &expected)| {
+            small & update.abs().at_most(Lanes::splat(tolerance) * expected).bits()
+        })
+    }
+
+    /// Where the update is the last, after the one `before`.
+    #[inline]
+    fn settles(&self, before: &Self) -> u32 {
+        SETTLED.into_iter().fold(0, |settled, (largest, smallest)| {
+            settled | self.small(largest) & !before.small(smallest)
+        })
+    }
+
+    /// The size of the update relative to the unknowns; NaN where the update is.
+    #[inline]
+    fn relative(&self) -> Lanes {
+        let zero = Lanes::splat(0.0);
+        let pairs = self.update.as_ref().iter().zip(self.expected.as_ref());
+        pairs.fold(zero, |largest, (update, &expected)| {
+            let size = update.abs();
+            let ratio = Lanes::select_le(size, zero, zero, size / expected);
+            Lanes::select_le(ratio, largest, largest, ratio)
+        })
+    }
+
+    /// Where the update is so much smaller than the one `before` that the iteration converges fast.
+    #[inline]
+    fn converges(&self, before: &Self) -> u32 {
+        self.relative()
+            .below(Lanes::splat(MUCH_SMALLER) * before.relative())
+            .bits()
+    }
+}
+
+/// Equations in lanes.
+pub(super) trait Equations {
+    /// The unknowns.
+    type Z: Unknown<Lanes>;
+
+    /// Whether the rows are affine in the unknowns.
+    const LINEAR: bool;
+
+    /// The rows and their Jacobian.
+    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
+
+    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::newton::Equations`]).
+    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32;
+}
+
+/// Solves equations from `start`, in the lanes of `active`.
 ///
 /// A lane that gets a root gets, after as many evaluations, the root that [`crate::newton::solve`] finds. The lanes
 /// that would take part of an update, or stagnate, are left.
 #[inline]
-pub(super) fn solve<U: Unknown<Lanes>>(
-    linear: bool,
-    linearize: impl Fn(&U) -> Linearization<Lanes, U>,
-    start: U,
-    expected: &U,
+pub(super) fn solve<E: Equations>(
+    equations: &E,
+    start: E::Z,
+    expected: &E::Z,
     max_iterations: u32,
     active: u32,
-) -> Roots<U> {
+) -> Roots<E::Z> {
     let mut found = Roots {
         z: start,
-        rows: start,
         evaluations: [1; Lanes::LANES],
         left: active,
     };
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut z = start;
-    let mut before: Option<Iterate<U>> = None;
+    let (mut before, mut before_that): (Option<Iterate<E::Z>>, Option<Iterate<E::Z>>) = (None, None);
+    let mut converging = u32::MAX;
     // one loop, so that the generated rows stand in it once and are inlined
     for evaluation in 1..=limit {
-        let at = linearize(&z);
-        let update = U::solve_lanes(&at.jacobian, &at.rows.zip(&at.rows, |row, _| -row));
+        let at = equations.linearize(&z);
+        let update = E::Z::solve_lanes(&at.jacobian, &at.rows.zip(&at.rows, |row, _| -row));
         let next = z.zip(&update, |z, update| z + update);
-        let small = if linear {
-            u32::MAX
-        } else {
-            small_update(&z, &update, expected)
+        let now = Iterate {
+            update,
+            expected: z.zip(expected, |z, expected| expected.larger(z.abs())),
         };
-        let Some(last) = before else {
-            (found.z, found.rows) = (next, at.rows);
-            found.left = active & !small;
-            if found.left == 0 {
-                return found;
-            }
-            before = Some(Iterate {
-                z,
-                update,
-                size: relative(&z, &update, expected),
+        let last = match &before {
+            None if E::LINEAR => u32::MAX,
+            None => now.small(LAST_UPDATE),
+            Some(before) => now.settles(before),
+        };
+        let mut arrived = found.left & last & converging;
+        if arrived != 0 {
+            let root = if E::LINEAR { next } else { z };
+            let nearby = root.zip(expected, |z, expected| {
+                z + Lanes::splat(LAST_UPDATE) * expected.larger(z.abs())
             });
-            z = continued(found.left, &z, &next);
-            continue;
-        };
-        let size = relative(&z, &update, expected);
-        let is_last = if evaluation == 2 {
-            small | at_most(size, LAST_UPDATE)
-        } else {
-            at_most(size, LAST_UPDATE)
-        };
-        let contraction = size / last.size;
-        let settled = at_most(size * contraction * contraction, REMAINDER);
-        let accepted = small | shrinking(&last, &update, expected);
-        let arrived = found.left & accepted & ((is_last & settled) | at_most(size, 0.0));
+            arrived &= equations.declared(&root, &nearby);
+        }
+        if arrived == active {
+            (found.z, found.left) = (next, 0);
+            found.evaluations = [evaluation; Lanes::LANES];
+            return found;
+        }
         if arrived != 0 {
             let here = Mask::from_bits(arrived);
             found.z = next.zip(&found.z, |new, old| here.select(new, old));
-            found.rows = at.rows.zip(&found.rows, |new, old| here.select(new, old));
             for (lane, evaluations) in found.evaluations.iter_mut().enumerate() {
                 if arrived >> lane & 1 == 1 {
                     *evaluations = evaluation;
@@ -98,13 +139,21 @@ pub(super) fn solve<U: Unknown<Lanes>>(
             }
             found.left &= !arrived;
         }
-        // an update that is not half of the last one is the other iteration's business
-        let going = found.left & accepted & size.below(Lanes::splat(0.5) * last.size).bits();
-        if going == 0 {
+        if found.left == 0 {
             break;
         }
-        before = Some(Iterate { z, update, size });
-        z = continued(going, &z, &next);
+        // three evaluations are made without a look at how they converge, a fourth is not
+        if let (Some(second), 3..) = (&before, evaluation) {
+            converging &= now.converges(second);
+            if let (Some(first), 3) = (&before_that, evaluation) {
+                converging &= second.converges(first);
+            }
+            if found.left & converging == 0 {
+                break;
+            }
+        }
+        (before_that, before) = (before, Some(now));
+        z = continued(found.left, &z, &next);
     }
     found
 }
@@ -114,56 +163,4 @@ pub(super) fn solve<U: Unknown<Lanes>>(
 fn continued<U: Unknown<Lanes>>(going: u32, z: &U, next: &U) -> U {
     let going = Mask::from_bits(going);
     next.zip(z, |next, z| going.select(next, z))
-}
-
-/// Where a number is at most `bound`.
-#[inline]
-fn at_most(x: Lanes, bound: f64) -> u32 {
-    x.at_most(Lanes::splat(bound)).bits()
-}
-
-/// Where an update is at most [`LAST_UPDATE`] relative to the unknowns.
-#[inline]
-fn small_update<U: Unknown<Lanes>>(z: &U, update: &U, expected: &U) -> u32 {
-    let sizes = z.as_ref().iter().zip(expected.as_ref());
-    let mut small = u32::MAX;
-    for (update, (z, &expected)) in update.as_ref().iter().zip(sizes) {
-        let bound = Lanes::splat(LAST_UPDATE) * expected.larger(z.abs());
-        small &= update.abs().at_most(bound).bits();
-    }
-    small
-}
-
-/// The size of an update relative to the unknowns, or to their expected sizes where these are larger. NaN where the
-/// update is.
-#[inline]
-fn relative<U: Unknown<Lanes>>(z: &U, update: &U, expected: &U) -> Lanes {
-    let zero = Lanes::splat(0.0);
-    let sizes = z.as_ref().iter().zip(expected.as_ref());
-    update
-        .as_ref()
-        .iter()
-        .zip(sizes)
-        .fold(zero, |largest, (update, (z, &expected))| {
-            let size = update.abs();
-            let ratio = size / expected.larger(z.abs());
-            let ratio = Lanes::select_le(size, zero, zero, ratio);
-            Lanes::select_le(ratio, largest, largest, ratio)
-        })
-}
-
-/// Where the update is smaller than the one before it, both relative to the same sizes.
-fn shrinking<U: Unknown<Lanes>>(before: &Iterate<U>, update: &U, expected: &U) -> u32 {
-    let zero = Lanes::splat(0.0);
-    let (mut first, mut second) = (zero, zero);
-    for (i, &expected) in expected.as_ref().iter().enumerate() {
-        let (z, last) = (before.z.as_ref()[i].abs(), before.update.as_ref()[i].abs());
-        let size = expected.larger(z).larger(last);
-        let share = |update: Lanes| Lanes::select_le(size, zero, zero, update / size);
-        first = first.larger(share(last));
-        // NaN is kept
-        let now = share(update.as_ref()[i].abs());
-        second = Lanes::select_le(now, second, second, now);
-    }
-    second.below(first).bits() | at_most(second, 0.0)
 }

@@ -1,9 +1,10 @@
 //! From a checked declaration to its `impl System`; nothing here can fail.
 //!
-//! [`equations`] says what has to vanish, [`unknowns`] what is looked for, [`collapse`] gathers
-//! what is affine in it, [`program`] turns expressions into
+//! [`equations`] says what has to vanish, [`unknowns`] what is looked for, [`clear`] multiplies
+//! denominators out, [`collapse`] gathers what is affine, [`program`] turns expressions into
 //! straight-line code, [`step`] and [`point`] wrap that code into the methods of the trait.
 
+mod clear;
 mod collapse;
 mod equations;
 mod point;

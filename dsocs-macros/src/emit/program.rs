@@ -153,6 +153,11 @@ impl<'g> Program<'g> {
         self.stages[value.0 as usize]
     }
 
+    /// Whether a value is the number 1.
+    pub(crate) fn is_one(&self, value: Value) -> bool {
+        matches!(self.op(value), Op::Constant(bits) if *bits == Bits::new(1.0))
+    }
+
     fn op(&self, value: Value) -> &Op {
         &self.ops[value.0 as usize]
     }
@@ -397,6 +402,15 @@ impl<'g> Program<'g> {
         if n < 0 {
             let inverse = self.push(Op::Recip(base));
             return self.power(inverse, -n);
+        }
+        if let (2.., &Op::Unary(Unary::Sqrt, square)) = (n, self.op(base)) {
+            // r² is known before r
+            let even = self.power(square, n / 2);
+            return if n % 2 == 0 {
+                even
+            } else {
+                self.push(Op::Mul(base, even))
+            };
         }
         if n > LONGEST_PRODUCT {
             return self.push(Op::Powi(base, n));

@@ -81,6 +81,7 @@ fn stored(values: &[Value], array: &TokenStream) -> HashMap<Value, TokenStream> 
 struct Stages<'g> {
     program: Program<'g>,
     rows: Vec<Value>,
+    scales: Vec<Value>,
     jacobian: Vec<Value>,
     second_difference: Vec<Value>,
     point: Vec<Value>,
@@ -98,20 +99,27 @@ impl<'g> Stages<'g> {
         let mut program = Program::new(graph, stage_of);
         let all = [
             &unknowns.rows,
+            &unknowns.scales,
             &jacobian,
             &unknowns.second_difference,
             &point,
             &step.force,
         ];
         program.plan(&all.map(Vec::as_slice).concat());
-        let [rows, jacobian, second_difference, point, force] = all.map(|nodes| {
+        let [rows, scales, jacobian, second_difference, point, force] = all.map(|nodes| {
             nodes
                 .iter()
                 .map(|&node| program.lower(node))
                 .collect::<Vec<Value>>()
         });
 
-        let iterated = [rows.clone(), jacobian.clone(), second_difference.clone()].concat();
+        let iterated = [
+            rows.clone(),
+            scales.clone(),
+            jacobian.clone(),
+            second_difference.clone(),
+        ]
+        .concat();
         let nothing = BTreeSet::new();
         let (known, mut constants): (BTreeSet<Value>, BTreeSet<Value>) = program
             .frontier(&iterated, STEP, &nothing)
@@ -125,6 +133,7 @@ impl<'g> Stages<'g> {
         Self {
             program,
             rows,
+            scales,
             jacobian,
             second_difference,
             point,
@@ -182,8 +191,13 @@ fn types(graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
     let known = Literal::usize_unsuffixed(stages.known.len());
     let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
     let linear = unknowns.jacobian.iter().flatten().all(affine);
+    let scaled = unknowns
+        .scales
+        .iter()
+        .any(|&scale| graph.as_constant(scale).is_none());
     quote! {
         const LINEAR: bool = #linear;
+        const SCALED: bool = #scaled;
 
         type Unknown<__T: ::dsocs_core::Scalar> = [__T; #m];
         type Constants<__T: ::dsocs_core::Scalar> = [__T; #constants];
@@ -221,6 +235,7 @@ fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStr
     let (residual_code, results) = stages.later(&equations);
     let (rows, jacobian) = results.split_at(stages.rows.len());
     let jacobian = matrix(jacobian, rows.len());
+    let scales = scales_method(stages);
     let (difference_code, difference) = stages.later(&stages.second_difference);
     let kept = unknowns.kept.iter().map(|&i| argument(Leaf::E(i)));
     let n = Literal::usize_unsuffixed(n);
@@ -235,6 +250,8 @@ fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStr
             #residual_code
             ::dsocs_core::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
         }
+
+        #scales
 
         #[inline]
         fn unknown<__T: ::dsocs_core::Scalar>(&self, e: &[__T; #n]) -> Self::Unknown<__T> {
@@ -252,6 +269,26 @@ fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStr
             [#(#difference),*]
         }
     }
+}
+
+/// `scales`, where there is something to tell.
+fn scales_method(stages: &Stages) -> Option<TokenStream> {
+    if stages.scales.iter().all(|&scale| stages.program.is_one(scale)) {
+        return None;
+    }
+    let (code, scales) = stages.later(&stages.scales);
+    Some(quote! {
+        #[inline]
+        fn scales<__T: ::dsocs_core::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> Self::Unknown<__T> {
+            #code
+            [#(#scales),*]
+        }
+    })
 }
 
 /// `point` and `force`: what is computed at a node once its step is solved.

@@ -7,6 +7,7 @@
 
 use std::collections::HashMap;
 
+use super::clear::Cleared;
 use super::collapse::{Collapse, Variables};
 use super::equations::Equation;
 use crate::graph::{Graph, Leaf, Merge, NodeId};
@@ -15,6 +16,8 @@ use crate::graph::{Graph, Leaf, Merge, NodeId};
 pub(crate) struct Unknowns {
     /// The rows that Newton's iteration makes zero.
     pub(crate) rows: Vec<NodeId>,
+    /// What each of them is, divided by the declared row.
+    pub(crate) scales: Vec<NodeId>,
     /// `jacobian[i][j] = ∂rows[i]/∂Z(j)`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
     /// The coordinate whose second difference is unknown `j`.
@@ -63,21 +66,33 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
         *part = graph.substitute_in(*part, &names, &mut done);
     }
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
-    let mut rows: Vec<NodeId> = rows
+    let (mut rows, mut scales): (Vec<NodeId>, Vec<NodeId>) = rows
         .into_iter()
-        .map(|row| match row.divide {
-            Some(factor) => graph.quotient(row.value, factor, &leaves),
-            None => row.value,
+        .map(|row| {
+            let row = match row.divide {
+                Some(factor) => graph.quotient(row.value, factor, &leaves),
+                None => row.value,
+            };
+            let Cleared { row, scale } = Cleared::untouched(graph, row).without_denominator(graph);
+            (row, scale)
         })
-        .collect();
+        .unzip();
     for variables in [Variables::Unknowns, Variables::Leg] {
         let mut collapse = Collapse::new(graph, variables);
-        for node in rows.iter_mut().chain(&mut second_difference) {
+        for node in rows.iter_mut().chain(&mut scales).chain(&mut second_difference) {
             *node = collapse.rewrite(*node);
         }
     }
+    for (row, scale) in rows.iter_mut().zip(&mut scales) {
+        let cleared = Cleared {
+            row: *row,
+            scale: *scale,
+        };
+        let cleared = cleared.without_common_factor(graph);
+        (*row, *scale) = (cleared.row, cleared.scale);
+    }
     let mut merge = Merge::default();
-    for node in rows.iter_mut().chain(&mut second_difference) {
+    for node in rows.iter_mut().chain(&mut scales).chain(&mut second_difference) {
         *node = merge.rewrite(graph, *node);
     }
     let jacobian = rows
@@ -93,6 +108,7 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
         .collect();
     Unknowns {
         rows,
+        scales,
         jacobian,
         kept,
         second_difference,

@@ -98,7 +98,7 @@ impl Graph {
     }
 
     /// The number that scales a node, and the node without it: `3 x y` is `(3, x y)`. A sum with several terms gives
-    /// its common factor, the coefficient of its first term, if all have the same size, else the sign of its first term.
+    /// its smallest coefficient if all are multiples of it, with the sign of its first term.
     pub(super) fn split(&mut self, node: NodeId) -> (f64, NodeId) {
         match self.node(node) {
             Node::Constant(value) => {
@@ -106,16 +106,14 @@ impl Graph {
                 (value, self.constant(1.0))
             }
             Node::Sum(constant, terms) => {
-                let common = terms[0].1.get();
-                let uniform = terms
+                let smallest = terms
                     .iter()
-                    .all(|(_, coefficient)| coefficient.get().abs() == common.abs());
-                let whole = constant.get() % common == 0.0;
-                let common = match (uniform && whole, common < 0.0) {
-                    (true, _) => common,
-                    (false, true) => -1.0,
-                    (false, false) => 1.0,
-                };
+                    .map(|(_, c)| c.get().abs())
+                    .fold(f64::INFINITY, f64::min);
+                let multiple = |c: &Bits| c.get() % smallest == 0.0;
+                let multiples = multiple(constant) && terms.iter().all(|(_, c)| multiple(c));
+                let common = if multiples { smallest } else { 1.0 };
+                let common = common.copysign(terms[0].1.get());
                 if common == 1.0 {
                     return (1.0, node);
                 }
@@ -159,8 +157,85 @@ impl Graph {
     pub(crate) fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
         match self.as_constant(a) {
             Some(value) => self.constant(op.apply(value)),
+            None if op == Unary::Sqrt => self.sqrt(a),
             None => self.intern(Node::Unary(op, a)),
         }
+    }
+
+    /// A square root without the squares of parameters and of the step that all terms of its argument share:
+    /// `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`.
+    fn sqrt(&mut self, a: NodeId) -> NodeId {
+        let (terms, constant) = self.terms(a);
+        let common = if constant == 0.0 {
+            self.common_factors(&terms)
+        } else {
+            Vec::new()
+        };
+        let size = terms[0].1.abs();
+        let root = size.sqrt();
+        let exact = constant == 0.0 && root * root == size && terms.iter().all(|&(_, c)| c.abs() == size);
+        let root = if exact { root } else { 1.0 };
+        let squares: Vec<_> = common
+            .into_iter()
+            .map(|(base, n)| (base, n / 2))
+            .filter(|&(_, n)| n != 0)
+            .collect();
+        if root == 1.0 && squares.is_empty() {
+            return self.intern(Node::Unary(Unary::Sqrt, a));
+        }
+        let inverse: Vec<_> = squares.iter().map(|&(base, n)| (base, -2 * n)).collect();
+        let inverse = self.product(&inverse);
+        let rest: Vec<_> = terms
+            .iter()
+            .map(|&(term, c)| (self.mul(term, inverse), c / (root * root)))
+            .collect();
+        let rest = self.linear(constant, &rest);
+        let mut factors = vec![(self.unary(Unary::Sqrt, rest), 1)];
+        for (base, n) in squares {
+            factors.push((self.unary(Unary::Abs, base), n));
+        }
+        let product = self.product(&factors);
+        self.scale(root, product)
+    }
+
+    /// An expression as the terms of a sum with their coefficients, and the sum's constant.
+    pub(crate) fn terms(&self, a: NodeId) -> (Vec<(NodeId, f64)>, f64) {
+        match self.node(a) {
+            Node::Sum(constant, terms) => (
+                terms.iter().map(|&(term, c)| (term, c.get())).collect(),
+                constant.get(),
+            ),
+            _ => (vec![(a, 1.0)], 0.0),
+        }
+    }
+
+    /// An expression as the factors of a product with their exponents.
+    pub(crate) fn factors(&self, a: NodeId) -> Vec<(NodeId, i32)> {
+        match self.node(a) {
+            Node::Product(factors) => factors.clone(),
+            _ => vec![(a, 1)],
+        }
+    }
+
+    /// The factors of parameters and of the step that all terms share, with the smallest of their exponents.
+    pub(crate) fn common_factors(&self, terms: &[(NodeId, f64)]) -> Vec<(NodeId, i32)> {
+        let early = |&(base, _): &(NodeId, i32)| self.leaves(base).all(|leaf| leaf == Leaf::H);
+        let mut common: Option<Vec<(NodeId, i32)>> = None;
+        for &(term, _) in terms {
+            let factors: Vec<_> = self.factors(term).into_iter().filter(early).collect();
+            common = Some(match common {
+                None => factors,
+                Some(common) => common
+                    .into_iter()
+                    .filter_map(|(base, n)| {
+                        let &(_, m) = factors.iter().find(|&&(other, _)| other == base)?;
+                        let least = if n.abs() < m.abs() { n } else { m };
+                        (n.signum() == m.signum()).then_some((base, least))
+                    })
+                    .collect(),
+            });
+        }
+        common.unwrap_or_default()
     }
 
     pub(crate) fn powf(&mut self, a: NodeId, b: NodeId) -> NodeId {
