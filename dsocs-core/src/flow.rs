@@ -183,7 +183,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// [`StepError`] if the step has no solution that is found. The flow stays where it was.
     #[inline]
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
-        self.solve().map(|solved| solved.report)
+        self.solve()
     }
 
     /// The node in the middle of the last step that was solved, with velocity, acceleration, force and energy;
@@ -257,7 +257,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
 
     /// Solves the next step and moves on.
     #[inline]
-    fn solve(&mut self) -> Result<Solved<N>, StepError> {
+    fn solve(&mut self) -> Result<StepReport, StepError> {
         let leg = self.leg();
         let step = Step::new(self.system, &self.constants, leg, self.h);
         let (z, report) = match step.solve(&self.predictor, self.max_iterations) {
@@ -272,15 +272,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             return Err(self.failed(step.not_finite(&z)));
         }
         self.predictor.push(&z);
-        let solved = Solved {
+        self.solved = Some(Solved {
             index: self.middle,
             leg,
             e,
             report,
-        };
-        (self.q, self.d, self.solved, self.started) = (q, d, Some(solved), true);
+        });
+        (self.q, self.d, self.started) = (q, d, true);
         self.middle += 1;
-        Ok(solved)
+        Ok(report)
     }
 
     /// The middle node of a step.
@@ -347,7 +347,8 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             self.started = true;
             return Ok(self.first_node());
         }
-        self.solve().map(|solved| self.node_of(solved))
+        self.solve()?;
+        Ok(self.node().unwrap_or_else(|| self.first_node()))
     }
 
     /// The node of the start.

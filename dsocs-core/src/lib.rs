@@ -101,4 +101,10 @@ impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
 #[doc(hidden)]
 pub mod __private {
     pub use num_dual::Dual;
+
+    /// Computes a part of a long method in a function of its own.
+    #[inline(never)]
+    pub fn apart<R>(part: impl FnOnce() -> R) -> R {
+        part()
+    }
 }

@@ -14,7 +14,7 @@ const ROUNDINGS: f64 = 4.0;
 
 /// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
 /// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
-pub(crate) const SETTLED: [(f64, f64); 3] = [(4e-12, LAST_UPDATE), (1e-10, 1e-7), (LAST_UPDATE, 3.2e-6)];
+pub(crate) const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
 
 /// An update that is this part of the one before shows that the iteration converges fast.
 pub(crate) const MUCH_SMALLER: f64 = 0.25;
@@ -127,8 +127,14 @@ impl<Z: Unknown<f64>> Trial<Z> {
     #[inline]
     fn new<E: Equations<Z = Z>>(equations: &E, z: Z) -> Self {
         let linearization = equations.linearize(&z);
-        let (update, safe) = linearization.quick_update();
         let rows = linearization.rows;
+        let (update, safe) = if E::LINEAR {
+            // the only update has to be a good one
+            let update = linearization.update();
+            (update.unwrap_or(rows), update.is_some())
+        } else {
+            linearization.quick_update()
+        };
         Self {
             at: Iterate { z, rows, update },
             safe,
@@ -186,7 +192,9 @@ pub(crate) fn solve<E: Equations>(
         return Ok(arrived(&first, 1));
     }
     let second = Trial::new(equations, first.next());
-    if second.settles(&first, size) && is_declared(equations, &second.at.z, size) {
+    // the first point is a point nearby for which there is nothing left to compute
+    let declared = |z, nearby| equations.is_declared(z, nearby) || is_declared(equations, z, size);
+    if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
         return Ok(arrived(&second, 2));
     }
     go_on(equations, &first, &second, size, max_iterations, record)

@@ -25,8 +25,10 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
     /// [`Unknown::solve_quick`]).
     #[inline]
     #[must_use]
-    pub(crate) fn quick_update(&self) -> (U, bool) {
-        U::solve_quick(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
+    pub(crate) fn quick_update(mut self) -> (U, bool) {
+        let mut update = self.rows.zip(&self.rows, |row, _| -row);
+        let safe = U::solve_quick(&mut self.jacobian, &mut update);
+        (update, safe)
     }
 }
 
@@ -55,15 +57,15 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn solve(matrix: &Self::Square, right: &Self) -> Option<Self>;
 
-    /// Solves `matrix · z = right` with the operations of [`Unknown::solve`], but does not look at the solution, which
-    /// may be infinite or NaN. If it is finite, `true` says that it is that of [`Unknown::solve`].
+    /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it: it may be infinite or
+    /// NaN. Rows of three and more unknowns are taken as they are, and destroyed. If the solution is finite, `true` says
+    /// that neither overflow nor underflow has harmed it.
     #[must_use]
-    fn solve_quick(matrix: &Self::Square, right: &Self) -> (Self, bool);
+    fn solve_quick(matrix: &mut Self::Square, right: &mut Self) -> bool;
 
-    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`].
+    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
-    /// In lanes without a finite solution, and in those where Cramer's rule for two unknowns might overflow or
-    /// underflow, some component is infinite or NaN.
+    /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN.
     #[must_use]
     fn solve_lanes(matrix: &Self::Square, right: &Self) -> Self;
 }
@@ -90,8 +92,8 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
                 solution[0] = right[0] / matrix[0][0];
                 solution
             }
-            2 => cramer(matrix, right).unwrap_or_else(|| eliminate(matrix, right)),
-            _ => eliminate(matrix, right),
+            2 => cramer(matrix, right).unwrap_or_else(|| eliminate_scaled(matrix, right)),
+            _ => eliminate_scaled(matrix, right),
         };
         solution
             .iter()
@@ -100,18 +102,22 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
-    fn solve_quick(matrix: &[[T; M]; M], right: &Self) -> (Self, bool) {
+    fn solve_quick(matrix: &mut [[T; M]; M], right: &mut Self) -> bool {
         match M {
             1 => {
-                let mut solution = *right;
-                solution[0] = right[0] / matrix[0][0];
-                (solution, true)
+                right[0] = right[0] / matrix[0][0];
+                true
             }
             2 => {
                 let determinant = determinant(matrix);
-                (quotients(matrix, right, determinant), is_safe(determinant))
+                *right = quotients(matrix, right, determinant);
+                is_safe(determinant)
             }
-            _ => (eliminate(matrix, right), true),
+            _ => {
+                let [smallest, largest] = eliminate(matrix, right);
+                every_lane(smallest, |x| x > SMALLEST_DETERMINANT)
+                    && every_lane(largest, |x| x < LARGEST_DETERMINANT)
+            }
         }
     }
 
@@ -130,15 +136,23 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
                 let safe = T::select_lt(T::splat(SMALLEST_DETERMINANT), size, bounded, nan);
                 quotients(matrix, right, safe)
             }
-            _ => eliminate(matrix, right),
+            _ => {
+                let (mut matrix, mut solution) = (*matrix, *right);
+                let [smallest, largest] = eliminate(&mut matrix, &mut solution);
+                let nan = T::splat(f64::NAN);
+                solution.map(|x| {
+                    let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), x, nan);
+                    T::select_lt(T::splat(SMALLEST_DETERMINANT), smallest, bounded, nan)
+                })
+            }
         }
     }
 }
 
-/// Determinants must be larger than this for Cramer's rule.
+/// Determinants must be larger than this for Cramer's rule, and pivots of rows as they are.
 const SMALLEST_DETERMINANT: f64 = 1e-100;
 
-/// Determinants must be smaller than this for Cramer's rule.
+/// Determinants must be smaller than this for Cramer's rule, and pivots of rows as they are.
 const LARGEST_DETERMINANT: f64 = 1e100;
 
 /// Whether a number is as wanted in every lane.
@@ -179,52 +193,110 @@ fn quotients<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M], de
     solution
 }
 
-/// Gauss elimination with partial pivoting of rows that are first brought to a common size.
-///
-/// Rows change places by selection instead of branches, so that lanes may differ in their pivots.
-#[allow(clippy::needless_range_loop)] // two rows at a time, by index, as it stands in the books
-fn eliminate<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
+/// Gauss elimination of rows that are first brought to a common size.
+fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
     let mut a = *matrix;
     let mut x = *right;
-    for i in 0..M {
-        let row = a[i];
+    for (row, x) in a.iter_mut().zip(&mut x) {
         let size = row.iter().fold(T::splat(0.0), |size, entry| {
             T::select_lt(size, entry.abs(), entry.abs(), size)
         });
         let [scale] = T::from_lanes(|lane| [inverse_power_of_two(size.lane(lane))]);
-        a[i] = row.map(|entry| entry * scale);
-        x[i] = x[i] * scale;
+        *row = row.map(|entry| entry * scale);
+        *x = *x * scale;
     }
-    for k in 0..M {
-        for i in k + 1..M {
-            let (above, below) = (a[k][k].abs(), a[i][k].abs());
-            let exchange = |upper: &mut T, lower: &mut T| {
-                let (u, l) = (*upper, *lower);
-                *upper = T::select_lt(above, below, l, u);
-                *lower = T::select_lt(above, below, u, l);
-            };
-            let (head, tail) = a.split_at_mut(i);
-            for j in k..M {
-                exchange(&mut head[k][j], &mut tail[0][j]);
-            }
-            let (head, tail) = x.split_at_mut(i);
-            exchange(&mut head[k], &mut tail[0]);
-        }
-        for i in k + 1..M {
-            let factor = a[i][k] / a[k][k];
-            for j in k + 1..M {
-                a[i][j] = a[i][j] - factor * a[k][j];
-            }
-            x[i] = x[i] - factor * x[k];
-        }
-    }
-    for k in (0..M).rev() {
-        for j in k + 1..M {
-            x[k] = x[k] - a[k][j] * x[j];
-        }
-        x[k] = x[k] / a[k][k];
-    }
+    eliminate(&mut a, &mut x);
     x
+}
+
+/// Brings the row with the largest entry in column `k`, from row `k` down, to the place `k`, in each lane by itself.
+fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize) {
+    let place = |i: usize| T::splat(i as f64);
+    let (mut pivot, mut largest) = (place(k), a[k][k].abs());
+    for (i, row) in a.iter().enumerate().skip(k + 1) {
+        let size = row[k].abs();
+        pivot = T::select_lt(largest, size, place(i), pivot);
+        largest = T::select_lt(largest, size, size, largest);
+    }
+    for i in k + 1..M {
+        let change = |upper: &mut T, lower: &mut T| {
+            let (u, l) = (*upper, *lower);
+            let here = |then: T, otherwise: T| {
+                let not_before = T::select_le(place(i), pivot, then, otherwise);
+                T::select_le(pivot, place(i), not_before, otherwise)
+            };
+            (*upper, *lower) = (here(l, u), here(u, l));
+        };
+        let (head, tail) = a.split_at_mut(i);
+        for j in k..M {
+            change(&mut head[k][j], &mut tail[0][j]);
+        }
+        let (head, tail) = x.split_at_mut(i);
+        change(&mut head[k], &mut tail[0]);
+    }
+}
+
+/// Takes column `k` out of the rows below `k`, the one with its largest entry first.
+#[inline(always)]
+#[allow(clippy::inline_always, clippy::needless_range_loop)] // with a literal `k` no loop and no index is left of it
+fn take_out<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], inverse: &mut [T; M], k: usize) {
+    if T::LANES == 1 {
+        let (mut pivot, mut largest) = (k, a[k][k].abs().lane(0));
+        for i in k + 1..M {
+            let size = a[i][k].abs().lane(0);
+            if largest < size {
+                (pivot, largest) = (i, size);
+            }
+        }
+        if pivot != k {
+            a.swap(k, pivot);
+            x.swap(k, pivot);
+        }
+    } else {
+        exchange(a, x, k);
+    }
+    inverse[k] = a[k][k].recip();
+    for i in k + 1..M {
+        let factor = a[i][k] * inverse[k];
+        for j in k + 1..M {
+            a[i][j] = a[i][j] - factor * a[k][j];
+        }
+        x[i] = x[i] - factor * x[k];
+    }
+}
+
+/// Gauss elimination with partial pivoting, in place. The result is the absolute value of the smallest and that of the
+/// largest pivot.
+///
+/// Several lanes exchange rows by selection instead of branches, because they may differ in their pivots.
+fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> [T; 2] {
+    /// Up to so many columns stand one after the other, each with loops of lengths that are known.
+    const UNROLLED: usize = 8;
+    let mut inverse = *x; // of the pivots
+    if M <= UNROLLED {
+        macro_rules! columns {
+            ($($k:literal)*) => {
+                $(if $k < M { take_out(a, x, &mut inverse, $k); })*
+            };
+        }
+        columns!(0 1 2 3 4 5 6 7);
+    } else {
+        for k in 0..M {
+            take_out(a, x, &mut inverse, k);
+        }
+    }
+    let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
+    for k in (0..M).rev() {
+        let value = x[k] * inverse[k];
+        x[k] = value;
+        for i in 0..k {
+            x[i] = x[i] - a[i][k] * value;
+        }
+        let size = a[k][k].abs();
+        smallest = T::select_lt(size, smallest, size, smallest);
+        largest = T::select_lt(largest, size, size, largest);
+    }
+    [smallest, largest]
 }
 
 /// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for

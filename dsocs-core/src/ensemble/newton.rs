@@ -100,12 +100,19 @@ pub(super) fn solve<E: Equations>(
     };
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut z = start;
-    let (mut before, mut before_that): (Option<Iterate<E::Z>>, Option<Iterate<E::Z>>) = (None, None);
+    let mut before: Option<Iterate<E::Z>> = None;
+    let mut before_that = None;
     let mut converging = u32::MAX;
     // one loop, so that the generated rows stand in it once and are inlined
     for evaluation in 1..=limit {
         let at = equations.linearize(&z);
-        let update = E::Z::solve_lanes(&at.jacobian, &at.rows.zip(&at.rows, |row, _| -row));
+        let update = if E::LINEAR {
+            // where a lane has no solution each looks for its own
+            let nowhere = at.rows.zip(&at.rows, |_, _| Lanes::splat(f64::NAN));
+            at.update().unwrap_or(nowhere)
+        } else {
+            E::Z::solve_lanes(&at.jacobian, &at.rows.zip(&at.rows, |row, _| -row))
+        };
         let next = z.zip(&update, |z, update| z + update);
         let now = Iterate {
             update,

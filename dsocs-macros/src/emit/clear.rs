@@ -18,43 +18,35 @@ const MOST_TERMS: usize = 6;
 pub(crate) struct Cleared {
     /// The product.
     pub(crate) row: NodeId,
+    /// The product with the row as it is differentiated (see [`super::equations::Equation`]).
+    pub(crate) plain: NodeId,
     /// The factor.
     pub(crate) scale: NodeId,
 }
 
 impl Cleared {
     /// A row as it was declared.
-    pub(crate) fn untouched(graph: &mut Graph, row: NodeId) -> Self {
+    pub(crate) fn untouched(graph: &mut Graph, row: NodeId, plain: NodeId) -> Self {
         let scale = graph.constant(1.0);
-        Self { row, scale }
+        Self { row, plain, scale }
+    }
+
+    /// Its expressions, to be rewritten.
+    pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
+        [&mut self.row, &mut self.plain, &mut self.scale].into_iter()
     }
 
     /// Multiplies the denominator out that the unknowns occur in, if there is one and it is not negative.
     pub(crate) fn without_denominator(self, graph: &mut Graph) -> Self {
-        let (terms, constant) = graph.terms(self.row);
+        let (terms, _) = graph.terms(self.row);
         let Some((base, halves)) = denominator(graph, &terms) else {
             return self;
         };
-        let mut cleared = Vec::new();
-        let mut all = terms;
-        if constant != 0.0 {
-            all.push((graph.constant(1.0), constant));
-        }
-        for (term, c) in all {
-            let (mut factors, mut power) = (Vec::new(), halves);
-            for (factor, n) in graph.factors(term) {
-                match half_power(graph, factor, n) {
-                    (inner, present) if inner == base => power += present,
-                    _ => factors.push((factor, n)),
-                }
-            }
-            factors.push(root_power(graph, base, power));
-            cleared.push((graph.product(&factors), c));
-        }
         let (root, n) = root_power(graph, base, halves);
         let factor = graph.powi(root, n);
         Self {
-            row: graph.linear(0.0, &cleared),
+            row: times_power(graph, self.row, base, halves),
+            plain: times_power(graph, self.plain, base, halves),
             scale: graph.mul(self.scale, factor),
         }
     }
@@ -72,22 +64,47 @@ impl Cleared {
             .collect();
         let size = terms[0].1.abs();
         #[allow(clippy::float_cmp)] // coefficients that are the same number
-        let number = if terms.iter().all(|&(_, c)| c.abs() == size) {
-            size
-        } else {
-            1.0
-        };
+        let same = terms.iter().all(|&(_, c)| c.abs() == size);
         let inverse = graph.product(&inverse);
-        let inverse = graph.scale(number.recip(), inverse);
-        let terms: Vec<_> = terms
-            .iter()
-            .map(|&(term, c)| (graph.mul(term, inverse), c))
-            .collect();
+        let inverse = graph.scale(if same { size.recip() } else { 1.0 }, inverse);
         Self {
-            row: graph.linear(0.0, &terms),
+            row: times(graph, self.row, inverse),
+            plain: times(graph, self.plain, inverse),
             scale: graph.mul(self.scale, inverse),
         }
     }
+}
+
+/// A sum times a factor, term by term.
+fn times(graph: &mut Graph, sum: NodeId, factor: NodeId) -> NodeId {
+    let (terms, constant) = graph.terms(sum);
+    let mut products: Vec<_> = terms
+        .iter()
+        .map(|&(term, c)| (graph.mul(term, factor), c))
+        .collect();
+    products.push((factor, constant));
+    graph.linear(0.0, &products)
+}
+
+/// A sum times so many halves of a power of `base`, term by term.
+fn times_power(graph: &mut Graph, sum: NodeId, base: NodeId, halves: i32) -> NodeId {
+    let (mut terms, constant) = graph.terms(sum);
+    if constant != 0.0 {
+        terms.push((graph.constant(1.0), constant));
+    }
+    let mut products = Vec::new();
+    for (term, c) in terms {
+        let (mut factors, mut power) = (Vec::new(), halves);
+        for (factor, n) in graph.factors(term) {
+            match half_power(graph, factor, n) {
+                (inner, present) if inner == base => power += present,
+                _ => factors.push((factor, n)),
+            }
+        }
+        factors.push(root_power(graph, base, power));
+        products.push((graph.product(&factors), c));
+    }
+    graph.linear(0.0, &products)
 }
 
 /// A factor's base and exponent in terms of square roots: `√x` to the power `n` is `n` halves of `x`.

@@ -42,13 +42,17 @@ fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashMap<Leaf, No
 #[derive(Clone, Copy)]
 pub(crate) struct Equation {
     pub(crate) value: NodeId,
+    /// The same row with differences as they are: it loses digits, but its derivative does not, and is the simpler one.
+    pub(crate) plain: NodeId,
     pub(crate) divide: Option<NodeId>,
 }
 
 impl Equation {
     /// Its expressions, to be rewritten.
     pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
-        core::iter::once(&mut self.value).chain(&mut self.divide)
+        [&mut self.value, &mut self.plain]
+            .into_iter()
+            .chain(&mut self.divide)
     }
 }
 
@@ -116,25 +120,34 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
         Some(map) => map_point(graph, &nodes, Some(map)).substitution(),
         None => map_point(graph, &nodes, None).substitution(),
     };
-    let force = discrete_force(model, graph, &nodes);
+    let Force { value: force, plain } = discrete_force(model, graph, &nodes);
     let kinematic = point.substitution();
     let mut rows = Vec::new();
     for row in &model.kinematic {
         let value = graph.substitute(row.value, &kinematic);
         let divide = row.divide.map(|factor| graph.substitute(factor, &kinematic));
-        rows.push(Equation { value, divide });
+        rows.push(Equation {
+            value,
+            plain: value,
+            divide,
+        });
     }
     for field in &model.variational {
-        let terms: Vec<_> = field
+        let field: Vec<_> = field
             .iter()
-            .zip(&force)
-            .map(|(&u, &force)| {
-                let u = graph.substitute(u, &displacements);
-                graph.mul(u, force)
-            })
+            .map(|&u| graph.substitute(u, &displacements))
             .collect();
+        let mut work = |force: &[NodeId]| {
+            let terms: Vec<_> = field
+                .iter()
+                .zip(force)
+                .map(|(&u, &force)| graph.mul(u, force))
+                .collect();
+            graph.sum(&terms)
+        };
         rows.push(Equation {
-            value: graph.sum(&terms),
+            value: work(&force),
+            plain: work(&plain),
             divide: None,
         });
     }
@@ -210,7 +223,7 @@ pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
 /// through its position, the sum is `F₁(q1,q2) + F₂(q0,q1) + (P₁+P₂)(q1,q2) - [P₂(q1,q2) - P₂(q0,q1)]`. The bracket is
 /// formed as a change (see [`Graph::difference`]), because its two values agree to `O(h)`; `P₁ + P₂` is zero whenever
 /// the map's velocity depends on `x1 - x0` alone.
-fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId> {
+fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Force {
     let n = model.coordinates.len();
     let [q, v] = lagrangian_point(model, graph);
     let point = places([(Leaf::Q as LeafOf, &q), (Leaf::V, &v)]);
@@ -248,7 +261,7 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId
     }
     let mut changes = HashMap::new();
     let (mut on_first, mut on_second) = (HashMap::new(), HashMap::new());
-    let mut force = Vec::new();
+    let (mut value, mut plain) = (Vec::new(), Vec::new());
     for i in 0..n {
         let through = |graph: &mut Graph, outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
             let terms: Vec<_> = outer
@@ -269,10 +282,19 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Vec<NodeId
         let rest = graph.substitute_in(rest, &second, &mut on_second);
         let f2 = graph.substitute_in(f2, &first, &mut on_first);
         let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
-        let momentum = graph.difference(p2, &change, &late, &mut changes).delta;
-        force.push(graph.linear(0.0, &[(momentum, 1.0), (rest, -1.0), (f2, -1.0)]));
+        let momentum = graph.difference(p2, &change, &late, &mut changes);
+        value.push(graph.linear(0.0, &[(momentum.delta, 1.0), (rest, -1.0), (f2, -1.0)]));
+        let (after, before) = (momentum.after, momentum.before);
+        plain.push(graph.linear(0.0, &[(after, 1.0), (before, -1.0), (rest, -1.0), (f2, -1.0)]));
     }
-    force
+    Force { value, plain }
+}
+
+/// A force, component by component.
+struct Force {
+    value: Vec<NodeId>,
+    /// With the difference of the momenta as it is.
+    plain: Vec<NodeId>,
 }
 
 /// The continuous system that the declaration describes.
@@ -289,6 +311,7 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     for row in &model.kinematic {
         rows.push(Equation {
             value: row.value,
+            plain: row.value,
             divide: row.divide,
         });
     }
@@ -298,8 +321,10 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
             .zip(&force)
             .map(|(&u, &force)| graph.mul(u, force))
             .collect();
+        let value = graph.sum(&terms);
         rows.push(Equation {
-            value: graph.sum(&terms),
+            value,
+            plain: value,
             divide: None,
         });
     }

@@ -6,9 +6,11 @@
 
 mod clear;
 mod collapse;
+mod distribute;
 mod equations;
 mod point;
 mod program;
+mod rotate;
 mod share;
 mod step;
 mod unknowns;

@@ -93,6 +93,30 @@ impl Term {
     }
 }
 
+/// What is known late and is a factor of every term.
+fn common_factors(group: &[Term]) -> Product {
+    let mut products = group.iter().map(|term| term.product(false));
+    let mut common = products.next().unwrap_or_default();
+    for product in products {
+        common.retain(|factor, count| {
+            *count = product.get(factor).map_or(0, |&present| present.min(*count));
+            *count > 0
+        });
+    }
+    common
+}
+
+/// A product without some of its factors.
+fn without(mut product: Product, factors: &Product) -> Product {
+    for (factor, count) in factors {
+        if let Some(present) = product.get_mut(factor) {
+            *present -= count;
+        }
+    }
+    product.retain(|_, count| *count > 0);
+    product
+}
+
 fn is_one((coefficient, factors): &Early) -> bool {
     factors.is_empty() && *coefficient == Bits::new(1.0)
 }
@@ -257,9 +281,15 @@ impl<'g> Program<'g> {
             open.extend(inner.iter().flat_map(|&product| self.graph.parts(product)));
             for group in self.groups(&terms) {
                 let mut early = group[0].early.clone();
+                let common = if group.len() > 1 {
+                    common_factors(&group)
+                } else {
+                    Product::new()
+                };
                 for term in &group {
-                    products.insert(term.product(group.len() == 1));
+                    products.insert(without(term.product(group.len() == 1), &common));
                 }
+                products.insert(common);
                 while !early.1.is_empty() {
                     let term = self.early_term(&early);
                     products.insert(term.product(true));
@@ -277,14 +307,19 @@ impl<'g> Program<'g> {
             let magnitude = if let [term] = group.as_slice() {
                 self.lower_term(term)
             } else {
+                let common = common_factors(&group);
                 let mut inner: Option<Value> = None;
                 for term in &group {
-                    let product = self.lower_shared(term.product(false));
+                    let product = self.lower_shared(without(term.product(false), &common));
                     inner = Some(match inner {
                         None => product,
                         Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),
                         Some(inner) => self.push(Op::Sub(inner, product)),
                     });
+                }
+                if let (Some(sum), false) = (inner, common.is_empty()) {
+                    let common = self.lower_shared(common);
+                    inner = Some(self.push(Op::Mul(common, sum)));
                 }
                 let early = self.lower_early(&group[0].early);
                 match inner {

@@ -2,15 +2,13 @@
 //!
 //! The tangents of `n/r³` contain `n/r⁵`: computed on its own that costs five products and leaves the range of doubles
 //! long before the user's expression does; computed from `n/r³`, which is there already, it costs one product and
-//! stays in range. This module finds such parts, greedily: the part that saves most products becomes a factor of its
-//! own, until nothing is saved any more.
+//! stays in range. This module finds such parts, greedily: the pair of factors that most products have becomes a factor
+//! of its own, until no two products have a pair in common.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
 
 use crate::graph::{Bits, NodeId};
-
-/// Beyond this many products the search would take longer than it gains.
-const MOST_PRODUCTS: usize = 96;
 
 /// What a product is made of.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -34,36 +32,24 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    /// Finds the shared parts of some products.
+    /// Finds the shared parts of some products: again and again the pair of factors that most products have.
     pub(crate) fn find(products: BTreeSet<Product>) -> Self {
         let originals: Vec<Product> = products.into_iter().filter(|product| size(product) > 1).collect();
-        if originals.len() > MOST_PRODUCTS {
-            return Self::default();
-        }
+        let mut pairs = Pairs::default();
         let mut current = originals.clone();
-        let mut parts = 0;
-        while let Some(part) = best_part(&current) {
-            for product in &mut current {
-                while *product != part && contains(product, &part) {
-                    for (factor, count) in &part {
-                        if let Some(present) = product.get_mut(factor) {
-                            *present -= count;
-                        }
-                    }
-                    product.retain(|_, count| *count > 0);
-                    *product.entry(Factor::Part(parts)).or_insert(0) += 1;
-                }
-            }
-            // a product that is the part itself is replaced by it, the part is defined at the end of the list
-            for product in &mut current {
-                if *product == part {
-                    *product = BTreeMap::from([(Factor::Part(parts), 1)]);
-                }
-            }
-            current.push(part);
-            parts += 1;
+        for (place, product) in current.iter().enumerate() {
+            pairs.enter(place, product);
         }
-        let parts = current.split_off(originals.len());
+        let mut parts = Vec::new();
+        while let Some((pair, holders)) = pairs.most_frequent() {
+            let part = Factor::Part(parts.len());
+            for place in holders {
+                pairs.leave(place, &current[place]);
+                current[place] = with_part(&current[place], &pair, &part);
+                pairs.enter(place, &current[place]);
+            }
+            parts.push(pair_product(&pair));
+        }
         Self {
             parts,
             products: originals.into_iter().zip(current).collect(),
@@ -81,44 +67,98 @@ impl Shared {
     }
 }
 
-fn size(product: &Product) -> u32 {
-    product.values().sum()
+/// Two factors, or twice the same.
+type Pair = (Factor, Factor);
+
+/// In which products each pair of factors occurs.
+#[derive(Default)]
+struct Pairs {
+    holders: HashMap<Pair, BTreeSet<usize>>,
+    /// Pairs by how many products have them; entries that have become wrong are put right when they come up.
+    order: BinaryHeap<(usize, Reverse<Pair>)>,
 }
 
-fn contains(product: &Product, part: &Product) -> bool {
-    part.iter()
-        .all(|(factor, count)| product.get(factor).is_some_and(|present| present >= count))
-}
-
-/// The common part of two products that saves most multiplications.
-fn best_part(products: &[Product]) -> Option<Product> {
-    let mut candidates = BTreeSet::new();
-    for (i, first) in products.iter().enumerate() {
-        for second in &products[..i] {
-            let common: Product = first
-                .iter()
-                .filter_map(|(factor, &count)| {
-                    let both = count.min(*second.get(factor)?);
-                    Some((factor.clone(), both))
-                })
-                .collect();
-            if size(&common) > 1 {
-                candidates.insert(common);
+impl Pairs {
+    fn enter(&mut self, place: usize, product: &Product) {
+        for pair in pairs(product) {
+            let holders = self.holders.entry(pair.clone()).or_default();
+            holders.insert(place);
+            if holders.len() > 1 {
+                self.order.push((holders.len(), Reverse(pair)));
             }
         }
     }
-    let saving = |part: &Product| {
-        let holders = products.iter().filter(|product| contains(product, part)).count();
-        u32::try_from(holders.saturating_sub(1)).unwrap_or(u32::MAX) * (size(part) - 1)
-    };
-    let mut best: Option<(u32, Product)> = None;
-    for candidate in candidates {
-        let saved = saving(&candidate);
-        if saved > 0 && best.as_ref().is_none_or(|(most, _)| saved > *most) {
-            best = Some((saved, candidate));
+
+    fn leave(&mut self, place: usize, product: &Product) {
+        for pair in pairs(product) {
+            if let Some(holders) = self.holders.get_mut(&pair) {
+                holders.remove(&place);
+            }
         }
     }
-    best.map(|(_, part)| part)
+
+    /// The pair that most products have, two at least, and those products.
+    fn most_frequent(&mut self) -> Option<(Pair, Vec<usize>)> {
+        while let Some((count, Reverse(pair))) = self.order.pop() {
+            let holders = self.holders.get(&pair).map_or(0, BTreeSet::len);
+            if holders == count {
+                let holders = self.holders[&pair].iter().copied().collect();
+                return Some((pair, holders));
+            }
+            if holders > 1 {
+                self.order.push((holders, Reverse(pair)));
+            }
+        }
+        None
+    }
+}
+
+/// The pairs of factors of a product.
+fn pairs(product: &Product) -> Vec<Pair> {
+    let factors: Vec<(&Factor, u32)> = product.iter().map(|(factor, &count)| (factor, count)).collect();
+    let mut pairs = Vec::new();
+    for (place, &(first, count)) in factors.iter().enumerate() {
+        if count > 1 {
+            pairs.push((first.clone(), first.clone()));
+        }
+        pairs.extend(
+            factors[place + 1..]
+                .iter()
+                .map(|&(second, _)| (first.clone(), second.clone())),
+        );
+    }
+    pairs
+}
+
+fn pair_product((first, second): &Pair) -> Product {
+    let mut product = Product::new();
+    for factor in [first, second] {
+        *product.entry(factor.clone()).or_insert(0) += 1;
+    }
+    product
+}
+
+/// A product with a part in the place of a pair, as often as it has the pair.
+fn with_part(product: &Product, pair: &Pair, part: &Factor) -> Product {
+    let pair = pair_product(pair);
+    let often = pair
+        .iter()
+        .map(|(factor, count)| product.get(factor).map_or(0, |present| present / count))
+        .min()
+        .unwrap_or(0);
+    let mut product = product.clone();
+    for (factor, count) in pair {
+        if let Some(present) = product.get_mut(&factor) {
+            *present -= count * often;
+        }
+    }
+    product.retain(|_, count| *count > 0);
+    product.insert(part.clone(), often);
+    product
+}
+
+fn size(product: &Product) -> u32 {
+    product.values().sum()
 }
 
 #[cfg(test)]

@@ -77,6 +77,11 @@ fn stored(values: &[Value], array: &TokenStream) -> HashMap<Value, TokenStream> 
         .collect()
 }
 
+/// The operations that compute some nodes.
+fn lower(program: &mut Program, nodes: &[NodeId]) -> Vec<Value> {
+    nodes.iter().map(|&node| program.lower(node)).collect()
+}
+
 /// The values of one step's methods, and where each is computed.
 struct Stages<'g> {
     program: Program<'g>,
@@ -106,12 +111,8 @@ impl<'g> Stages<'g> {
             &step.force,
         ];
         program.plan(&all.map(Vec::as_slice).concat());
-        let [rows, scales, jacobian, second_difference, point, force] = all.map(|nodes| {
-            nodes
-                .iter()
-                .map(|&node| program.lower(node))
-                .collect::<Vec<Value>>()
-        });
+        let [rows, scales, jacobian, second_difference, point, force] =
+            all.map(|nodes| lower(&mut program, nodes));
 
         let iterated = [
             rows.clone(),

@@ -10,7 +10,11 @@ use std::collections::HashMap;
 use super::clear::Cleared;
 use super::collapse::{Collapse, Variables};
 use super::equations::Equation;
+use super::{distribute, rotate};
 use crate::graph::{Graph, Leaf, Merge, NodeId};
+
+/// With more rows than this, none is divided by what its terms have in common.
+const MOST_ROWS_WITH_FACTORS: usize = 2;
 
 /// The rows that are left, and the second difference, in terms of the unknowns `Z`.
 pub(crate) struct Unknowns {
@@ -66,46 +70,59 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
         *part = graph.substitute_in(*part, &names, &mut done);
     }
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
-    let (mut rows, mut scales): (Vec<NodeId>, Vec<NodeId>) = rows
+    let mut rows: Vec<Cleared> = rows
         .into_iter()
         .map(|row| {
-            let row = match row.divide {
-                Some(factor) => graph.quotient(row.value, factor, &leaves),
-                None => row.value,
+            let mut divided = |value| match row.divide {
+                Some(factor) => graph.quotient(value, factor, &leaves),
+                None => value,
             };
-            let Cleared { row, scale } = Cleared::untouched(graph, row).without_denominator(graph);
-            (row, scale)
+            let (value, plain) = (divided(row.value), divided(row.plain));
+            Cleared::untouched(graph, value, plain).without_denominator(graph)
         })
-        .unzip();
+        .collect();
     for variables in [Variables::Unknowns, Variables::Leg] {
         let mut collapse = Collapse::new(graph, variables);
-        for node in rows.iter_mut().chain(&mut scales).chain(&mut second_difference) {
+        for node in rows
+            .iter_mut()
+            .flat_map(Cleared::parts)
+            .chain(&mut second_difference)
+        {
             *node = collapse.rewrite(*node);
         }
     }
-    for (row, scale) in rows.iter_mut().zip(&mut scales) {
-        let cleared = Cleared {
-            row: *row,
-            scale: *scale,
-        };
-        let cleared = cleared.without_common_factor(graph);
-        (*row, *scale) = (cleared.row, cleared.scale);
+    // rows that share products would share fewer of them, each with factors of its own
+    if rows.len() <= MOST_ROWS_WITH_FACTORS {
+        for row in &mut rows {
+            *row = row.without_common_factor(graph);
+        }
     }
     let mut merge = Merge::default();
-    for node in rows.iter_mut().chain(&mut scales).chain(&mut second_difference) {
+    let values = rows.iter_mut().flat_map(|row| [&mut row.row, &mut row.scale]);
+    for node in values.chain(&mut second_difference) {
         *node = merge.rewrite(graph, *node);
     }
-    let jacobian = rows
+    // later, since what loses digits may be shorter
+    for row in &mut rows {
+        row.plain = merge.rewrite(graph, row.plain);
+    }
+    let mut jacobian: Vec<Vec<NodeId>> = rows
         .iter()
-        .map(|&row| {
+        .map(|row| {
             (0..kept.len())
                 .map(|j| {
-                    let entry = graph.derivative(row, Leaf::Z(j));
+                    let entry = graph.derivative(row.plain, Leaf::Z(j));
                     merge.rewrite(graph, entry)
                 })
                 .collect()
         })
         .collect();
+    let mut all: Vec<&mut NodeId> = rows.iter_mut().map(|row| &mut row.row).collect();
+    all.extend(jacobian.iter_mut().flatten());
+    rotate::rewrite(graph, &mut all);
+    distribute::rewrite(graph, &mut all);
+    let scales = rows.iter().map(|row| row.scale).collect();
+    let rows = rows.iter().map(|row| row.row).collect();
     Unknowns {
         rows,
         scales,

@@ -2,7 +2,7 @@
 //!
 //! `D₁L_d(q1,q2) + D₂L_d(q0,q1)` is the difference of two momenta that agree to `O(h)`. Subtracting their values
 //! loses a factor of `1/h` in the digits of the second difference; carrying the change through every operation loses
-//! nothing: `Δ(m v) = m Δv`, `Δ sin x = 2 cos((x₊ + x₋)/2) sin(Δx/2)`.
+//! nothing: `Δ(m v) = m Δv`, `Δ sin x = cos x₋ sin Δx - 2 sin x₋ sin²(Δx/2)`.
 
 use std::collections::HashMap;
 
@@ -153,8 +153,7 @@ impl Graph {
                 self.div(x.delta, sum)
             }
             Unary::Exp => twice(self, Unary::Exp, Unary::Sinh, 1.0),
-            Unary::Sin => twice(self, Unary::Cos, Unary::Sin, 1.0),
-            Unary::Cos => twice(self, Unary::Sin, Unary::Sin, -1.0),
+            Unary::Sin | Unary::Cos => self.turn(op, x.before, half),
             Unary::Sinh => twice(self, Unary::Cosh, Unary::Sinh, 1.0),
             Unary::Cosh => twice(self, Unary::Sinh, Unary::Sinh, 1.0),
             Unary::Tanh => {
@@ -169,5 +168,19 @@ impl Graph {
             }
             _ => self.sub(after, before),
         }
+    }
+
+    /// The change of a sine or cosine from `before` by twice the angle `half`. With `s`, `c` the sine and cosine of `half`
+    /// it is `2 s c cos x - 2 s² sin x` and `-2 s c sin x - 2 s² cos x`: what depends on `x` is known before the change.
+    pub(crate) fn turn(&mut self, op: Unary, before: NodeId, half: NodeId) -> NodeId {
+        let (s, c) = (self.unary(Unary::Sin, half), self.unary(Unary::Cos, half));
+        let (sine, cosine) = (self.unary(Unary::Sin, before), self.unary(Unary::Cos, before));
+        let (own, other, sign) = match op {
+            Unary::Sin => (sine, cosine, 2.0),
+            _ => (cosine, sine, -2.0),
+        };
+        let across = self.product(&[(other, 1), (s, 1), (c, 1)]);
+        let along = self.product(&[(own, 1), (s, 2)]);
+        self.linear(0.0, &[(across, sign), (along, -2.0)])
     }
 }

@@ -5,34 +5,36 @@
 
 #![allow(clippy::needless_range_loop)] // components by index, as it would be written by hand
 
+pub mod chain;
 pub mod particle;
 pub mod pendulum;
 
 /// An update this small relative to the unknowns is the last.
 const LAST_UPDATE: f64 = 1e-9;
 
-/// The error that may remain after the last update, relative to the unknowns.
-const REMAINDER: f64 = 1e-16;
+/// An update of at most the first size is the last if the one before was larger than the second: what remains is below
+/// rounding.
+const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
 
 /// How large a second difference is expected to be at least, relative to the increment.
 const SECOND_DIFFERENCE: f64 = 1e-5;
 
 /// The position and the increment that led to it, as sums of two numbers each.
 #[derive(Clone, Copy, Debug)]
-struct Path {
-    q: [f64; 2],
-    q_low: [f64; 2],
-    d: [f64; 2],
-    d_low: [f64; 2],
+struct Path<const N: usize> {
+    q: [f64; N],
+    q_low: [f64; N],
+    d: [f64; N],
+    d_low: [f64; N],
 }
 
-impl Path {
-    fn new(q0: [f64; 2], d: [f64; 2]) -> Self {
+impl<const N: usize> Path<N> {
+    fn new(q0: [f64; N], d: [f64; N]) -> Self {
         let mut path = Self {
             q: q0,
-            q_low: [0.0; 2],
+            q_low: [0.0; N],
             d,
-            d_low: [0.0; 2],
+            d_low: [0.0; N],
         };
         path.follow();
         path
@@ -40,8 +42,8 @@ impl Path {
 
     /// Adds the second difference to the increment, and the increment to the position.
     #[inline(always)]
-    fn advance(&mut self, e: [f64; 2]) {
-        for i in 0..2 {
+    fn advance(&mut self, e: [f64; N]) {
+        for i in 0..N {
             let (sum, error) = two_sum(self.d[i], e[i]);
             (self.d[i], self.d_low[i]) = fast_two_sum(sum, error + self.d_low[i]);
         }
@@ -50,7 +52,7 @@ impl Path {
 
     #[inline(always)]
     fn follow(&mut self) {
-        for i in 0..2 {
+        for i in 0..N {
             let (sum, error) = two_sum(self.q[i], self.d[i]);
             (self.q[i], self.q_low[i]) = fast_two_sum(sum, error + (self.q_low[i] + self.d_low[i]));
         }
@@ -119,4 +121,90 @@ impl<const M: usize> History<M> {
         }
         guess
     }
+}
+
+#[inline(always)]
+fn small<const N: usize>(update: [f64; N], e: [f64; N], size: [f64; N], tolerance: f64) -> bool {
+    let mut small = true;
+    for i in 0..N {
+        small &= update[i].abs() <= tolerance * e[i].abs().max(size[i]);
+    }
+    small
+}
+
+#[inline(always)]
+fn moved<const N: usize>(e: [f64; N], part: f64, update: [f64; N]) -> [f64; N] {
+    let mut e = e;
+    for i in 0..N {
+        e[i] += part * update[i];
+    }
+    e
+}
+
+/// The update is the last, if the one before was so large (see [`SETTLED`]).
+#[inline(always)]
+fn settled<const N: usize>(before: ([f64; N], [f64; N]), now: ([f64; N], [f64; N]), size: [f64; N]) -> bool {
+    SETTLED.iter().any(|&(largest, smallest)| {
+        small(now.1, now.0, size, largest) && !small(before.1, before.0, size, smallest)
+    })
+}
+
+/// Newton's iteration, with the stop rule of `dsocs-core`.
+#[inline(always)]
+fn solve<const N: usize>(
+    update_at: impl Fn([f64; N]) -> [f64; N],
+    e: [f64; N],
+    size: [f64; N],
+) -> Option<([f64; N], u32)> {
+    let first = update_at(e);
+    let next = moved(e, 1.0, first);
+    if small(first, e, size, LAST_UPDATE) {
+        return Some((next, 1));
+    }
+    let second = update_at(next);
+    if settled((e, first), (next, second), size) {
+        return Some((moved(next, 1.0, second), 2));
+    }
+    iterate(update_at, (next, second), size)
+}
+
+/// From the third evaluation on. An update that does not make the next one smaller is halved.
+#[inline(never)]
+fn iterate<const N: usize>(
+    update_at: impl Fn([f64; N]) -> [f64; N],
+    second: ([f64; N], [f64; N]),
+    size: [f64; N],
+) -> Option<([f64; N], u32)> {
+    let mut now = second;
+    let mut count = 2;
+    while count < 500 {
+        let (before, mut part) = (now, 1.0);
+        loop {
+            let e = moved(before.0, part, before.1);
+            now = (e, update_at(e));
+            count += 1;
+            if part >= 1.0 && settled(before, now, size) {
+                return Some((moved(now.0, 1.0, now.1), count));
+            }
+            if relative(now.1, before.0, size) < relative(before.1, before.0, size) || part < 1e-6 {
+                break;
+            }
+            part *= 0.5;
+        }
+        let (was, is) = (relative(before.1, before.0, size), relative(now.1, now.0, size));
+        // rounding noise, and a motion that is not small compared with it
+        if part >= 1.0 && is <= LAST_UPDATE && is >= 0.5 * was {
+            return Some((moved(now.0, 1.0, now.1), count));
+        }
+    }
+    None
+}
+
+#[inline(always)]
+fn relative<const N: usize>(update: [f64; N], e: [f64; N], size: [f64; N]) -> f64 {
+    let mut largest = 0.0_f64;
+    for i in 0..N {
+        largest = largest.max(update[i].abs() / e[i].abs().max(size[i]));
+    }
+    largest
 }

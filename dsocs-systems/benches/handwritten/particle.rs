@@ -3,13 +3,13 @@
 //! With `s = d₀ + d₁ = 2d + e` the velocity at the middle node is `s/2h` and the acceleration `e/h²`. So the curvature is
 //! `8 d×e/|s|³`, and the variational equation `s·e = 0`. The first row is multiplied by `|s|³`, which saves a division.
 
-use super::{History, LAST_UPDATE, Path, REMAINDER, SECOND_DIFFERENCE};
+use super::{History, Path, SECOND_DIFFERENCE, solve};
 
 /// A particle on its way.
 #[derive(Clone, Copy, Debug)]
 pub struct Particle<K> {
     curvature: K,
-    path: Path,
+    path: Path<2>,
     history: History<2>,
 }
 
@@ -78,7 +78,7 @@ impl<K: Fn(f64, f64) -> f64> Particle<K> {
         let size = [0, 1].map(|i| self.history.size[i].max(SECOND_DIFFERENCE * d[i].abs()));
         let guess = self.history.predict();
         let guess = if guess[0].is_nan() { [0.0; 2] } else { guess };
-        let (e, iterations) = solve(&known, guess, size)?;
+        let (e, iterations) = solve(|e| known.update(e), guess, size)?;
         self.path.advance(e);
         if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
             return None;
@@ -86,61 +86,4 @@ impl<K: Fn(f64, f64) -> f64> Particle<K> {
         self.history.push(e);
         Some(iterations)
     }
-}
-
-#[inline(always)]
-fn small(update: [f64; 2], e: [f64; 2], size: [f64; 2]) -> bool {
-    let within = |i: usize| update[i].abs() <= LAST_UPDATE * e[i].abs().max(size[i]);
-    within(0) && within(1)
-}
-
-#[inline(always)]
-fn moved(e: [f64; 2], update: [f64; 2]) -> [f64; 2] {
-    [e[0] + update[0], e[1] + update[1]]
-}
-
-#[inline(always)]
-fn relative(update: [f64; 2], e: [f64; 2], size: [f64; 2]) -> f64 {
-    (update[0].abs() / e[0].abs().max(size[0])).max(update[1].abs() / e[1].abs().max(size[1]))
-}
-
-#[inline(always)]
-fn solve(known: &Known, e: [f64; 2], size: [f64; 2]) -> Option<([f64; 2], u32)> {
-    let update = known.update(e);
-    if small(update, e, size) {
-        return Some((moved(e, update), 1));
-    }
-    let next = moved(e, update);
-    let last = known.update(next);
-    if small(last, next, size) {
-        let contraction = relative(last, next, size) / relative(update, e, size);
-        if relative(last, next, size) * contraction * contraction <= REMAINDER {
-            return Some((moved(next, last), 2));
-        }
-    }
-    iterate(known, next, last, size)
-}
-
-/// From the third evaluation on: rare.
-#[inline(never)]
-fn iterate(known: &Known, mut e: [f64; 2], mut update: [f64; 2], size: [f64; 2]) -> Option<([f64; 2], u32)> {
-    for iteration in 3..50 {
-        let (from, step) = (e, update);
-        let mut part = 1.0;
-        loop {
-            e = [from[0] + part * step[0], from[1] + part * step[1]];
-            update = known.update(e);
-            if relative(update, from, size) < relative(step, from, size)
-                || small(update, e, size)
-                || part < 1e-6
-            {
-                break;
-            }
-            part *= 0.5;
-        }
-        if part >= 1.0 && small(update, e, size) {
-            return Some((moved(e, update), iteration));
-        }
-    }
-    None
 }

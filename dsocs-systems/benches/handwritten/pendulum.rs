@@ -3,7 +3,7 @@
 //! The variational equation `(I+J) θ'' + J ψ'' = M sin θ` is linear and gives `ψ₂`. What is left of the constraint has the
 //! factor `w`, which is divided out with pencil and paper: `M sin θ − T − I θ'' + ρ tanh w = 0`, where `w` is affine in `θ''`.
 
-use super::{History, LAST_UPDATE, Path, REMAINDER, SECOND_DIFFERENCE};
+use super::{History, Path, SECOND_DIFFERENCE, solve};
 
 /// What is known when the run begins.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub struct Known {
 #[derive(Clone, Copy, Debug)]
 pub struct Pendulum {
     constants: Constants,
-    path: Path,
+    path: Path<2>,
     history: History<1>,
 }
 
@@ -108,7 +108,7 @@ impl Pendulum {
         let size = self.history.size[0].max(SECOND_DIFFERENCE * self.path.d[0].abs());
         let [guess] = self.history.predict();
         let guess = if guess.is_nan() { 0.0 } else { guess };
-        let (z, iterations) = solve(constants, &known, guess, size)?;
+        let ([z], iterations) = solve(|[z]| [constants.update(&known, z)], [guess], [size])?;
         self.path
             .advance([z, constants.wheel[0] * known.sine - constants.wheel[1] * z]);
         if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
@@ -117,62 +117,4 @@ impl Pendulum {
         self.history.push([z]);
         Some(iterations)
     }
-}
-
-#[inline(always)]
-fn solve(constants: &Constants, known: &Known, z: f64, size: f64) -> Option<(f64, u32)> {
-    let update = constants.update(known, z);
-    let scale = z.abs().max(size);
-    if update.abs() <= LAST_UPDATE * scale {
-        return Some((z + update, 1));
-    }
-    let next = z + update;
-    let last = constants.update(known, next);
-    let next_scale = next.abs().max(size);
-    if last.abs() <= LAST_UPDATE * next_scale {
-        let (before, after) = (update.abs() / scale, last.abs() / next_scale);
-        let contraction = after / before;
-        if after * contraction * contraction <= REMAINDER {
-            return Some((next + last, 2));
-        }
-    }
-    iterate(constants, known, [z, update], [next, last], size)
-}
-
-/// From the third evaluation on. The row is monotone, but the switch is steep: an update that does not make the next one
-/// smaller is halved.
-#[inline(never)]
-fn iterate(
-    constants: &Constants,
-    known: &Known,
-    first: [f64; 2],
-    second: [f64; 2],
-    size: f64,
-) -> Option<(f64, u32)> {
-    let ([mut z, mut update], mut trial) = (first, Some(second));
-    let mut count = 2;
-    for _ in 0..50 {
-        let (from, step) = (z, update);
-        let mut part = 1.0;
-        loop {
-            [z, update] = trial.take().unwrap_or_else(|| {
-                count += 1;
-                let z = from + part * step;
-                [z, constants.update(known, z)]
-            });
-            if update.abs() < step.abs() || update.abs() <= LAST_UPDATE * z.abs().max(size) || part < 1e-6 {
-                break;
-            }
-            part *= 0.5;
-        }
-        let (before, after) = (step.abs(), update.abs());
-        let scale = z.abs().max(size);
-        if part >= 1.0 && after <= LAST_UPDATE * scale {
-            let contraction = after / before;
-            if after / scale * contraction * contraction <= REMAINDER || after >= 0.5 * before {
-                return Some((z + update, count));
-            }
-        }
-    }
-    None
 }

@@ -12,6 +12,9 @@ use crate::graph::{Callee, Comparison, Leaf};
 /// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
 const MOST_SCOPES: usize = 200;
 
+/// The time that the compiler takes for a function grows faster than the function: longer code is several functions.
+const LONGEST_FUNCTION: usize = 2000;
+
 impl Program<'_> {
     /// Straight-line code for `outputs`: the statements, then an expression for each output.
     ///
@@ -79,38 +82,38 @@ impl Program<'_> {
             };
             quote!(let #name = #right;)
         };
-        if bound.len() <= MOST_SCOPES {
-            let results = outputs.iter().map(|&output| operand(output)).collect();
-            return (bound.iter().map(|&value| statement(value)).collect(), results);
-        }
-        let mut last_use: HashMap<Value, usize> =
-            outputs.iter().map(|&output| (output, usize::MAX)).collect();
-        for (place, &value) in bound.iter().enumerate().rev() {
+        // what an operation reads, with what the reciprocals read that were folded into it
+        let reads = |value: Value| -> Vec<Value> {
             if given.contains_key(&value) {
-                continue;
+                return Vec::new();
             }
-            for part in self.op(value).parts() {
-                last_use.entry(part).or_insert(place);
-                if folded.contains(&part) {
-                    for inner in self.op(part).parts() {
-                        last_use.entry(inner).or_insert(place);
-                    }
+            let mut reads = self.op(value).parts();
+            for place in 0..reads.len() {
+                if folded.contains(&reads[place]) {
+                    reads.extend(self.op(reads[place]).parts());
                 }
             }
+            reads
+        };
+        // what stands in the arguments may be read in every function by itself
+        let (loads, computed): (Vec<Value>, Vec<Value>) = bound
+            .into_iter()
+            .partition(|value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
+        let mut last_use: HashMap<Value, usize> =
+            outputs.iter().map(|&output| (output, usize::MAX)).collect();
+        for (place, &value) in computed.iter().enumerate().rev() {
+            for part in reads(value) {
+                last_use.entry(part).or_insert(place);
+            }
         }
-        let mut statements = TokenStream::new();
-        for (block, values) in bound.chunks(MOST_SCOPES).enumerate() {
-            let end = (block + 1) * MOST_SCOPES;
-            let lasting: Vec<&Ident> = values
-                .iter()
-                .filter(|&value| last_use.get(value).is_some_and(|&place| place >= end))
-                .map(|value| &names[value])
-                .collect();
-            let code: TokenStream = values.iter().map(|&value| statement(value)).collect();
-            statements.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
-        }
+        let layout = Layout {
+            names: &names,
+            last_use: &last_use,
+            statement: &statement,
+            reads: &reads,
+        };
         let results = outputs.iter().map(|&output| operand(output)).collect();
-        (statements, results)
+        (layout.functions(&loads, &computed, outputs), results)
     }
 
     fn operation(
@@ -186,6 +189,75 @@ impl Program<'_> {
                 call(self.graph.callee(*callee), &args, wrt)
             }
         }
+    }
+}
+
+/// How statements are cut into blocks and functions.
+struct Layout<'a> {
+    names: &'a HashMap<Value, Ident>,
+    /// The place of the statement that reads a value last.
+    last_use: &'a HashMap<Value, usize>,
+    statement: &'a dyn Fn(Value) -> TokenStream,
+    /// What a statement reads.
+    reads: &'a dyn Fn(Value) -> Vec<Value>,
+}
+
+impl Layout<'_> {
+    /// The statements; if they are too many for one function, in several, each of which reads the arguments by itself.
+    fn functions(&self, loads: &[Value], computed: &[Value], outputs: &[Value]) -> TokenStream {
+        let statements = |values: &[Value]| -> TokenStream {
+            values.iter().map(|&value| (self.statement)(value)).collect()
+        };
+        if computed.len() <= LONGEST_FUNCTION {
+            let (loads, code) = (statements(loads), self.blocks(computed, 0));
+            return quote!(#loads #code);
+        }
+        let mut functions = TokenStream::new();
+        for (part, values) in computed.chunks(LONGEST_FUNCTION).enumerate() {
+            let start = part * LONGEST_FUNCTION;
+            let read: BTreeSet<Value> = values.iter().flat_map(|&value| (self.reads)(value)).collect();
+            let own: Vec<Value> = loads.iter().copied().filter(|load| read.contains(load)).collect();
+            let (own, code, lasting) = (
+                statements(&own),
+                self.blocks(values, start),
+                self.lasting(values, start),
+            );
+            functions.extend(quote! {
+                let [#(#lasting),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#lasting),*] });
+            });
+        }
+        let last: Vec<Value> = loads
+            .iter()
+            .copied()
+            .filter(|load| outputs.contains(load))
+            .collect();
+        let last = statements(&last);
+        quote!(#functions #last)
+    }
+
+    /// The statements of one function, the first of which has place `start`; if they are many, in blocks.
+    fn blocks(&self, values: &[Value], start: usize) -> TokenStream {
+        let mut blocks = TokenStream::new();
+        for (block, part) in values.chunks(MOST_SCOPES).enumerate() {
+            let code: TokenStream = part.iter().map(|&value| (self.statement)(value)).collect();
+            if values.len() <= MOST_SCOPES {
+                return code;
+            }
+            let lasting = self.lasting(part, start + block * MOST_SCOPES);
+            blocks.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
+        }
+        blocks
+    }
+
+    /// Those of some values, the first of which has place `start`, that are read after the last of them.
+    fn lasting(&self, values: &[Value], start: usize) -> Vec<&Ident> {
+        let end = start + values.len();
+        let lasts = |value: &&Value| self.last_use.get(value).is_some_and(|&place| place >= end);
+        values
+            .iter()
+            .filter(lasts)
+            .map(|value| &self.names[value])
+            .collect()
     }
 }
 

@@ -1,0 +1,97 @@
+//! Constants multiplied into sums.
+//!
+//! `l (a x + b y)` costs a product more than `(l a) x + (l b) y`, whose constants are known when the run begins. And an
+//! equation in which every term has one constant of its own shares its products with the others: the coefficients of a
+//! mass matrix, say, are symmetric. So a sum that is used once, as a factor beside constants, is multiplied out.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::graph::{Graph, Leaf, Node, NodeId};
+
+/// Rewrites expressions of one system.
+pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
+    let mut distribute = Distribute {
+        uses: uses(graph, outputs),
+        done: HashMap::new(),
+    };
+    for output in outputs {
+        **output = distribute.rewrite(graph, **output);
+    }
+}
+
+/// How often each expression is used.
+fn uses(graph: &Graph, outputs: &[&mut NodeId]) -> HashMap<NodeId, u32> {
+    let (mut uses, mut seen) = (HashMap::new(), HashSet::new());
+    let mut open: Vec<NodeId> = outputs.iter().map(|output| **output).collect();
+    for &output in &open {
+        *uses.entry(output).or_default() += 1;
+    }
+    while let Some(id) = open.pop() {
+        if seen.insert(id) {
+            for part in graph.parts(id) {
+                *uses.entry(part).or_default() += 1;
+                open.push(part);
+            }
+        }
+    }
+    uses
+}
+
+struct Distribute {
+    uses: HashMap<NodeId, u32>,
+    done: HashMap<NodeId, NodeId>,
+}
+
+impl Distribute {
+    fn rewrite(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
+        if let Some(&done) = self.done.get(&id) {
+            return done;
+        }
+        let result = if let Node::Sum(constant, terms) = graph.node(id).clone() {
+            let mut constant = constant.get();
+            let mut flat = Vec::new();
+            for (term, c) in terms {
+                match self.factored_sum(graph, term) {
+                    Some((factor, sum)) => {
+                        let sum = self.rewrite(graph, sum);
+                        let (inner, rest) = graph.terms(sum);
+                        for (inner, d) in inner {
+                            flat.push((graph.mul(factor, inner), c.get() * d));
+                        }
+                        if let Some(factor) = graph.as_constant(factor) {
+                            constant += c.get() * rest * factor;
+                        } else {
+                            flat.push((factor, c.get() * rest));
+                        }
+                    }
+                    None => flat.push((self.rewrite(graph, term), c.get())),
+                }
+            }
+            graph.linear(constant, &flat)
+        } else {
+            let parts = graph.parts(id);
+            let parts: Vec<_> = parts.into_iter().map(|part| self.rewrite(graph, part)).collect();
+            graph.rebuild(id, &parts)
+        };
+        self.done.insert(id, result);
+        result
+    }
+
+    /// Constants and the sum that they multiply, if neither the product nor the sum is used elsewhere.
+    fn factored_sum(&self, graph: &mut Graph, term: NodeId) -> Option<(NodeId, NodeId)> {
+        let once = |id| self.uses.get(&id) == Some(&1);
+        let late = |graph: &Graph, id| graph.leaves(id).any(|leaf| leaf != Leaf::H);
+        let Node::Product(factors) = graph.node(term) else {
+            return None;
+        };
+        let (sums, constants): (Vec<_>, Vec<_>) = factors
+            .iter()
+            .copied()
+            .partition(|&(factor, _)| late(graph, factor));
+        let [(sum, 1)] = sums[..] else {
+            return None;
+        };
+        let is_sum = matches!(graph.node(sum), Node::Sum(..));
+        (is_sum && once(term) && once(sum)).then(|| (graph.product(&constants), sum))
+    }
+}
