@@ -121,12 +121,6 @@ impl Lanes {
         self.abs().below(Self::splat(f64::INFINITY))
     }
 
-    /// The larger of two numbers, neither of which is NaN.
-    #[inline]
-    pub(crate) fn larger(self, other: Self) -> Self {
-        Self::select_lt(self, other, other, self)
-    }
-
     /// Puts a number into one lane.
     #[inline]
     pub(crate) fn set_lane(&mut self, lane: usize, value: f64) {
@@ -227,6 +221,19 @@ impl Scalar for Lanes {
     #[inline]
     fn select_le(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
         left.at_most(right).select(then, otherwise)
+    }
+
+    // the instructions of this architecture give their second operand where either is NaN
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    fn larger(self, other: Self) -> Self {
+        Self(self.0.fast_max(other.0))
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    fn smaller(self, other: Self) -> Self {
+        Self(self.0.fast_min(other.0))
     }
 
     #[inline]

@@ -45,10 +45,9 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
             let last = core::mem::replace(entry, difference);
             difference = difference.zip(&last, |new, old| new - old);
         }
-        self.size = self.size.zip(z, |size, z| {
-            let (remembered, now) = (T::splat(MEMORY) * size, z.abs());
-            T::select_lt(remembered, now, now, remembered)
-        });
+        self.size = self
+            .size
+            .zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
     }
 
     /// The size that each unknown has had lately, at least 0.
@@ -78,9 +77,9 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
                 *sum = *sum + difference;
                 let size = difference.abs();
                 // NaN where the history is too short, which is not smaller than anything
-                let larger = T::select_le(size, *before, *before, size);
+                let larger = before.larger(size);
                 *guess = T::select_le(larger, *smallest, *sum, *guess);
-                *smallest = T::select_le(larger, *smallest, larger, *smallest);
+                *smallest = larger.smaller(*smallest);
                 *before = size;
             }
         }

@@ -38,6 +38,16 @@ pub trait Scalar:
     /// `then` in the lanes where `left <= right`, `otherwise` in the others (also where either is NaN).
     fn select_le(left: Self, right: Self, then: Self, otherwise: Self) -> Self;
 
+    /// The larger of two numbers; `other` where either is NaN.
+    fn larger(self, other: Self) -> Self {
+        Self::select_lt(other, self, self, other)
+    }
+
+    /// The smaller of two numbers; `other` where either is NaN.
+    fn smaller(self, other: Self) -> Self {
+        Self::select_lt(self, other, self, other)
+    }
+
     /// The absolute value.
     fn abs(self) -> Self;
     /// The sign, ±1, as [`f64::signum`].

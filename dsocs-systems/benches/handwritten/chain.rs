@@ -183,8 +183,8 @@ impl<const N: usize> Chain<N> {
         }
     }
 
-    pub fn position(&self) -> [f64; N] {
-        self.path.q
+    pub fn position(&self) -> &[f64] {
+        &self.path.q
     }
 
     /// Takes a step; `None` if Newton's iteration does not converge.

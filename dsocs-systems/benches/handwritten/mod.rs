@@ -112,10 +112,10 @@ impl<const M: usize> History<M> {
             for i in 0..M {
                 sum[i] += difference[i];
                 let size = difference[i].abs();
-                let larger = if before[i] >= size { before[i] } else { size };
-                let better = larger <= smallest[i];
-                guess[i] = if better { sum[i] } else { guess[i] };
-                smallest[i] = if better { larger } else { smallest[i] };
+                // in the order of the instructions: the second where either is NaN
+                let larger = if before[i] > size { before[i] } else { size };
+                guess[i] = if larger <= smallest[i] { sum[i] } else { guess[i] };
+                smallest[i] = if larger < smallest[i] { larger } else { smallest[i] };
                 before[i] = size;
             }
         }

@@ -66,8 +66,8 @@ impl<K: Fn(f64, f64) -> f64> Particle<K> {
         }
     }
 
-    pub fn position(&self) -> [f64; 2] {
-        self.path.q
+    pub fn position(&self) -> &[f64] {
+        &self.path.q
     }
 
     /// Takes a step; `None` if Newton's iteration does not converge.

@@ -96,8 +96,8 @@ impl Pendulum {
         }
     }
 
-    pub fn position(&self) -> [f64; 2] {
-        self.path.q
+    pub fn position(&self) -> &[f64] {
+        &self.path.q
     }
 
     /// Takes a step; `None` if Newton's iteration does not converge.

@@ -64,7 +64,7 @@ pub fn measure<S: System<2> + Sync>(
         columns[3].push(times[0] / times[1]);
         columns[4].push(times[1] / times[2]);
     }
-    let [flows, ensemble, all_threads, lanes, threads] = columns.map(super::median);
+    let [flows, ensemble, all_threads, lanes, threads] = columns.map(crate::measure::median);
     Throughput {
         system: name,
         flows,

@@ -1,0 +1,371 @@
+//! Generated and hand-written code, measured in turn.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use dsocs_core::{Flow, Leg, Start, System};
+
+use crate::handwritten::{chain, particle, pendulum};
+use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
+
+/// The step of the particle and the pendulum.
+pub const H: f64 = 0.1;
+
+/// The chain's, whose fastest motion is of some 30 radians a second.
+const H_CHAIN: f64 = 0.005;
+
+/// The steps after which a run begins again: the pendulum's interesting 2000 seconds.
+const RUN: u32 = 20_000;
+
+/// The chain's: after five seconds rounding has grown so large that two codes go different ways.
+const RUN_CHAIN: u32 = 1000;
+
+/// The particle's start.
+pub const PARTICLE: ([f64; 2], [f64; 2]) = ([0.0, 0.0], [1.0, 1.0]);
+
+/// The pendulum's.
+pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
+
+/// The chain's: bent, and turning.
+const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
+
+/// Something that steps.
+pub trait Stepper: Clone {
+    fn step(&mut self) -> u32;
+    fn place(&self) -> &[f64];
+}
+
+impl<S: System<N>, const N: usize> Stepper for Flow<'_, S, N> {
+    #[inline]
+    fn step(&mut self) -> u32 {
+        self.advance().expect("the step has a solution").iterations
+    }
+
+    fn place(&self) -> &[f64] {
+        self.position()
+    }
+}
+
+impl<K: Fn(f64, f64) -> f64 + Copy> Stepper for particle::Particle<K> {
+    #[inline]
+    fn step(&mut self) -> u32 {
+        self.advance().expect("the step has a solution")
+    }
+
+    fn place(&self) -> &[f64] {
+        self.position()
+    }
+}
+
+impl Stepper for pendulum::Pendulum {
+    #[inline]
+    fn step(&mut self) -> u32 {
+        self.advance().expect("the step has a solution")
+    }
+
+    fn place(&self) -> &[f64] {
+        self.position()
+    }
+}
+
+impl<const N: usize> Stepper for chain::Chain<N> {
+    #[inline]
+    fn step(&mut self) -> u32 {
+        self.advance().expect("the step has a solution")
+    }
+
+    fn place(&self) -> &[f64] {
+        self.position()
+    }
+}
+
+pub fn flow<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    (q0, v0): ([f64; N], [f64; N]),
+) -> Flow<'_, S, N> {
+    Flow::new(system, h, Start::paper(q0, v0)).expect("a start")
+}
+
+pub fn particle_by_hand<K: Fn(f64, f64) -> f64>(curvature: K) -> particle::Particle<K> {
+    particle::Particle::new(curvature, PARTICLE.0, PARTICLE.1.map(|v| H * v))
+}
+
+pub fn pendulum_by_hand() -> pendulum::Pendulum {
+    pendulum::Pendulum::new(H, PENDULUM.0, PENDULUM.1.map(|v| H * v))
+}
+
+/// The field of the bench, `1 + sin(x) cos(y) / 2`, with its coefficients written in.
+pub fn field(x: f64, y: f64) -> f64 {
+    1.0 + 0.5 * x.sin() * y.cos()
+}
+
+/// The particle on a circle.
+pub const CIRCLE: CurvedParticle<Constant> = CurvedParticle {
+    mass: 1.0,
+    curvature: Constant(1.0),
+};
+
+/// The particle in the field.
+pub fn wavy() -> CurvedParticle<Wavy> {
+    CurvedParticle {
+        mass: 1.0,
+        curvature: Wavy::default(),
+    }
+}
+
+/// Rivals must solve the same problem: the same nodes to rounding, in as many iterations.
+fn must_agree(
+    name: &str,
+    mut generated: impl Stepper,
+    mut rival: impl Stepper,
+    steps: u32,
+    tolerance: &[f64],
+) {
+    let mut iterations = [0; 2];
+    for k in 0..steps {
+        iterations[0] += generated.step();
+        iterations[1] += rival.step();
+        let places = generated.place().iter().zip(rival.place()).zip(tolerance);
+        for (i, ((left, right), tolerance)) in places.enumerate() {
+            let distance = (left - right).abs();
+            assert!(
+                distance <= *tolerance,
+                "{name}, step {k}: coordinate {i} is {distance:e} apart"
+            );
+        }
+    }
+    let mean = iterations.map(|count| f64::from(count) / f64::from(steps));
+    eprintln!(
+        "{name}: the same motion, {:.3} iterations a step generated, {:.3} by hand",
+        mean[0], mean[1]
+    );
+    assert!(
+        (mean[0] - mean[1]).abs() < 0.1,
+        "{name}: one of the two has an easier time"
+    );
+}
+
+/// One line of the table.
+pub struct Line {
+    pub system: String,
+    /// `step`, or `eval`: the rows and their Jacobian.
+    pub what: String,
+    pub generated: f64,
+    pub by_hand: f64,
+    pub ratio: f64,
+}
+
+/// The median.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Measures two things in turn. Each closure does a batch of work and says of how many units.
+fn alternate(
+    system: &str,
+    what: &str,
+    batches: usize,
+    mut generated: impl FnMut() -> u32,
+    mut by_hand: impl FnMut() -> u32,
+) -> Line {
+    fn time(batch: &mut impl FnMut() -> u32) -> f64 {
+        let start = Instant::now();
+        let units = batch();
+        start.elapsed().as_secs_f64() * 1e9 / f64::from(units)
+    }
+    for _ in 0..batches / 10 {
+        black_box((generated(), by_hand()));
+    }
+    let (mut left, mut right, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    for batch in 0..batches {
+        // neither always goes first
+        let (generated, by_hand) = if batch % 2 == 0 {
+            let first = time(&mut generated);
+            (first, time(&mut by_hand))
+        } else {
+            let first = time(&mut by_hand);
+            (time(&mut generated), first)
+        };
+        left.push(generated);
+        right.push(by_hand);
+        ratios.push(generated / by_hand);
+    }
+    Line {
+        system: system.to_owned(),
+        what: what.to_owned(),
+        generated: median(left),
+        by_hand: median(right),
+        ratio: median(ratios),
+    }
+}
+
+/// Batches of steps, one after the other along a run, and the run again from its start.
+fn steps<S: Stepper>(start: S, run: u32) -> impl FnMut() -> u32 {
+    let batch = run.min(1000);
+    let (mut stepper, mut done) = (start.clone(), 0);
+    move || {
+        if done == run {
+            (stepper, done) = (start.clone(), 0);
+        }
+        let mut iterations = 0;
+        for _ in 0..batch {
+            iterations += stepper.step();
+        }
+        black_box(iterations);
+        done += batch;
+        batch
+    }
+}
+
+/// Batches of evaluations of the rows and their Jacobian, each at an unknown that waits for the last: as in Newton's
+/// iteration, and unlike independent evaluations, of which a processor does several at a time.
+fn evaluations<const M: usize>(
+    z: [f64; M],
+    batch: u32,
+    evaluate: impl Fn([f64; M]) -> f64,
+) -> impl FnMut() -> u32 {
+    move || {
+        let mut at = black_box(z);
+        for _ in 0..batch {
+            // too small to change the unknown, which the compiler does not know
+            let shift = 1e-200 * evaluate(at);
+            at = z.map(|z| z + shift);
+        }
+        black_box(at);
+        batch
+    }
+}
+
+/// Something that depends on every number of an evaluation.
+#[inline(always)]
+fn all<const M: usize>(rows: [f64; M], jacobian: [[f64; M]; M]) -> f64 {
+    let row_sum = |row: [f64; M]| row.into_iter().fold(0.0, |sum, x| sum + x);
+    row_sum(rows) + row_sum(jacobian.map(row_sum))
+}
+
+/// The state in which residuals are measured: in the middle of a run, at its next second difference.
+fn in_the_middle<S: System<N>, const N: usize>(mut flow: Flow<'_, S, N>) -> (Leg<f64, N>, [f64; N]) {
+    for _ in 0..300 {
+        flow.step();
+    }
+    let leg = flow.leg();
+    flow.step();
+    let after = flow.leg();
+    (leg, std::array::from_fn(|i| after.d[i] - leg.d[i]))
+}
+
+fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
+    name: &str,
+    system: &CurvedParticle<K>,
+    curvature: F,
+    tolerance: f64,
+    batches: usize,
+) -> [Line; 2] {
+    let start = || flow(system, H, PARTICLE);
+    must_agree(name, start(), particle_by_hand(curvature), RUN, &[tolerance; 2]);
+    let run = alternate(
+        name,
+        "step",
+        batches,
+        steps(start(), RUN),
+        steps(particle_by_hand(curvature), RUN),
+    );
+    let (leg, e) = in_the_middle(start());
+    let constants = system.constants(H);
+    let known = system.known(&constants, &leg);
+    let rival = particle::Known::new(leg.d, curvature(leg.q[0], leg.q[1]));
+    let rows = alternate(
+        name,
+        "eval",
+        batches,
+        evaluations(e, 10_000, |e| {
+            let at = system.residual(&constants, &known, &e);
+            all(at.rows, at.jacobian)
+        }),
+        evaluations(e, 10_000, |e| {
+            let (rows, jacobian) = rival.rows(e);
+            all(rows, jacobian)
+        }),
+    );
+    [rows, run]
+}
+
+fn pendulum_lines(batches: usize) -> [Line; 2] {
+    let name = "pendulum";
+    let system = InertiaWheelPendulum::default();
+    let start = || flow(&system, H, PENDULUM);
+    must_agree(name, start(), pendulum_by_hand(), RUN, &[5e-11, 1e-8]);
+    let run = alternate(
+        name,
+        "step",
+        batches,
+        steps(start(), RUN),
+        steps(pendulum_by_hand(), RUN),
+    );
+    let (leg, e) = in_the_middle(start());
+    let constants = system.constants(H);
+    let known = system.known(&constants, &leg);
+    let rival_constants = pendulum::Constants::new(H);
+    let rival = rival_constants.known(leg.q, leg.d);
+    let rows = alternate(
+        name,
+        "eval",
+        batches,
+        evaluations(system.unknown(&e), 10_000, |z| {
+            let at = system.residual(&constants, &known, &z);
+            all(at.rows, at.jacobian)
+        }),
+        evaluations([e[0]], 10_000, |[z]| {
+            let (row, slope) = rival_constants.row(&rival, z);
+            all([row], [[slope]])
+        }),
+    );
+    [rows, run]
+}
+
+fn chain_lines(batches: usize) -> [Line; 2] {
+    let name = "chain8";
+    let system = PlanarChain8::default();
+    let rival_constants = chain::Constants::new(system.masses, system.lengths, system.gravity, H_CHAIN);
+    let start = || flow(&system, H_CHAIN, CHAIN);
+    let by_hand = || chain::Chain::new(rival_constants, CHAIN.0, CHAIN.1.map(|v| H_CHAIN * v));
+    // a chain is chaotic: later, rounding has grown
+    must_agree(name, start(), by_hand(), RUN_CHAIN / 2, &[1e-9; 8]);
+    let run = alternate(
+        name,
+        "step",
+        batches,
+        steps(start(), RUN_CHAIN),
+        steps(by_hand(), RUN_CHAIN),
+    );
+    let (leg, e) = in_the_middle(start());
+    let constants = system.constants(H_CHAIN);
+    let known = system.known(&constants, &leg);
+    let rival = rival_constants.known(leg.q, leg.d);
+    let rows = alternate(
+        name,
+        "eval",
+        batches,
+        evaluations(system.unknown(&e), 2000, |z| {
+            let at = system.residual(&constants, &known, &z);
+            all(at.rows, at.jacobian)
+        }),
+        evaluations(e, 2000, |e| {
+            let (rows, jacobian) = rival_constants.rows(&rival, e);
+            all(rows, jacobian)
+        }),
+    );
+    [rows, run]
+}
+
+/// The table.
+pub fn lines(batches: usize) -> Vec<Line> {
+    let mut lines = Vec::new();
+    lines.extend(particle_lines("particle", &CIRCLE, |_, _| 1.0, 1e-11, batches));
+    lines.extend(particle_lines("particle_field", &wavy(), field, 1e-9, batches));
+    lines.extend(pendulum_lines(batches));
+    lines.extend(chain_lines(batches));
+    lines
+}
