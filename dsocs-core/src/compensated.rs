@@ -3,6 +3,8 @@
 use crate::scalar::Scalar;
 
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
+// two numbers are read and written at once, which costs more where they lie on both sides of a cache line's end
+#[repr(align(16))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Compensated<const N: usize, T = f64> {
     /// The numbers, rounded.

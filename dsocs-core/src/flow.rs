@@ -70,6 +70,7 @@ impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
 }
 
 /// A step that was solved.
+#[repr(align(16))] // as the sums, see [`crate::compensated`]
 #[derive(Clone, Copy, Debug)]
 struct Solved<const N: usize> {
     /// The number of its middle node.

@@ -173,7 +173,7 @@ impl<Z: Unknown<f64>> Trial<Z> {
 /// size of every update, but for iterations that end with one of the first three.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
-/// more is needed. One or two evaluations are the usual case, and stand here by themselves: whatever is odd fails
+/// more is needed. Up to three evaluations are the usual case, and stand here by themselves: whatever is odd fails
 /// to be small, and is left to the iteration that looks at everything.
 #[inline]
 pub(crate) fn solve<E: Equations>(
@@ -197,30 +197,29 @@ pub(crate) fn solve<E: Equations>(
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
         return Ok(arrived(&second, 2));
     }
-    go_on(equations, &first, &second, size, max_iterations, record)
+    let third = Trial::new(equations, second.next());
+    if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
+        return Ok(arrived(&third, 3));
+    }
+    go_on(equations, &[first, second, third], size, max_iterations, record)
 }
 
-/// The iteration after two evaluations that did not end it. A third often does.
+/// The iteration after three evaluations that did not end it.
 #[inline(never)]
 fn go_on<E: Equations>(
     equations: &E,
-    first: &Trial<E::Z>,
-    second: &Trial<E::Z>,
+    made: &[Trial<E::Z>],
     size: &E::Z,
     max_iterations: u32,
     record: &mut impl FnMut(f64),
 ) -> Result<Root<E::Z>, Failed<E::Z>> {
-    let third = Trial::new(equations, second.next());
-    if third.settles(second, size) && max_iterations > 2 && is_declared(equations, &third.at.z, size) {
-        return Ok(arrived(&third, 3));
-    }
     let newton = Newton {
         equations,
         size,
         evaluations: 3,
-        made: &[*first, *second, third],
+        made,
     };
-    let root = newton.look(first.at.z, max_iterations, record)?;
+    let root = newton.look(made[0].at.z, max_iterations, record)?;
     if is_declared(equations, &root.z, size) {
         return Ok(root);
     }

@@ -16,6 +16,7 @@ const MEMORY: f64 = 0.75;
 /// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
 /// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
 /// falls, down to the last solution itself.
+#[repr(align(16))] // as the sums, see [`crate::compensated`]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Predictor<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.

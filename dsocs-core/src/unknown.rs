@@ -26,9 +26,10 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
     #[inline]
     #[must_use]
     pub(crate) fn quick_update(mut self) -> (U, bool) {
-        let mut update = self.rows.zip(&self.rows, |row, _| -row);
+        // the sign changes last, where it becomes part of the sum with the unknowns
+        let mut update = self.rows;
         let safe = U::solve_quick(&mut self.jacobian, &mut update);
-        (update, safe)
+        (update.zip(&update, |x, _| -x), safe)
     }
 }
 

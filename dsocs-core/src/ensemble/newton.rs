@@ -111,7 +111,8 @@ pub(super) fn solve<E: Equations>(
             let nowhere = at.rows.zip(&at.rows, |_, _| Lanes::splat(f64::NAN));
             at.update().unwrap_or(nowhere)
         } else {
-            E::Z::solve_lanes(&at.jacobian, &at.rows.zip(&at.rows, |row, _| -row))
+            let update = E::Z::solve_lanes(&at.jacobian, &at.rows);
+            update.zip(&update, |x, _| -x)
         };
         let next = z.zip(&update, |z, update| z + update);
         let now = Iterate {

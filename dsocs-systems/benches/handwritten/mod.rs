@@ -192,8 +192,8 @@ fn iterate<const N: usize>(
             part *= 0.5;
         }
         let (was, is) = (relative(before.1, before.0, size), relative(now.1, now.0, size));
-        // rounding noise, and a motion that is not small compared with it
-        if part >= 1.0 && is <= LAST_UPDATE && is >= 0.5 * was {
+        // what remains is below rounding, or what is there is rounding
+        if part >= 1.0 && is <= LAST_UPDATE && (is >= 0.5 * was || is * (is / was).powi(2) <= 1e-16) {
             return Some((moved(now.0, 1.0, now.1), count));
         }
     }

@@ -12,7 +12,7 @@ use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, 
 pub const H: f64 = 0.1;
 
 /// The chain's, whose fastest motion is of some 30 radians a second.
-const H_CHAIN: f64 = 0.005;
+pub const H_CHAIN: f64 = 0.005;
 
 /// The steps after which a run begins again: the pendulum's interesting 2000 seconds.
 const RUN: u32 = 20_000;
@@ -27,7 +27,7 @@ pub const PARTICLE: ([f64; 2], [f64; 2]) = ([0.0, 0.0], [1.0, 1.0]);
 pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
 
 /// The chain's: bent, and turning.
-const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
+pub const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
 
 /// Something that steps.
 pub trait Stepper: Clone {
@@ -93,6 +93,21 @@ pub fn particle_by_hand<K: Fn(f64, f64) -> f64>(curvature: K) -> particle::Parti
 
 pub fn pendulum_by_hand() -> pendulum::Pendulum {
     pendulum::Pendulum::new(H, PENDULUM.0, PENDULUM.1.map(|v| H * v))
+}
+
+pub fn chain_by_hand() -> chain::Chain<8> {
+    let PlanarChain8 {
+        masses,
+        lengths,
+        gravity,
+    } = PlanarChain8::default();
+    let constants = chain::Constants::new(masses, lengths, gravity, H_CHAIN);
+    chain::Chain::new(constants, CHAIN.0, CHAIN.1.map(|v| H_CHAIN * v))
+}
+
+/// The same curvature everywhere.
+pub fn one(_: f64, _: f64) -> f64 {
+    1.0
 }
 
 /// The field of the bench, `1 + sin(x) cos(y) / 2`, with its coefficients written in.
@@ -330,15 +345,14 @@ fn chain_lines(batches: usize) -> [Line; 2] {
     let system = PlanarChain8::default();
     let rival_constants = chain::Constants::new(system.masses, system.lengths, system.gravity, H_CHAIN);
     let start = || flow(&system, H_CHAIN, CHAIN);
-    let by_hand = || chain::Chain::new(rival_constants, CHAIN.0, CHAIN.1.map(|v| H_CHAIN * v));
     // a chain is chaotic: later, rounding has grown
-    must_agree(name, start(), by_hand(), RUN_CHAIN / 2, &[1e-9; 8]);
+    must_agree(name, start(), chain_by_hand(), RUN_CHAIN / 2, &[1e-9; 8]);
     let run = alternate(
         name,
         "step",
         batches,
         steps(start(), RUN_CHAIN),
-        steps(by_hand(), RUN_CHAIN),
+        steps(chain_by_hand(), RUN_CHAIN),
     );
     let (leg, e) = in_the_middle(start());
     let constants = system.constants(H_CHAIN);
@@ -363,7 +377,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
 /// The table.
 pub fn lines(batches: usize) -> Vec<Line> {
     let mut lines = Vec::new();
-    lines.extend(particle_lines("particle", &CIRCLE, |_, _| 1.0, 1e-11, batches));
+    lines.extend(particle_lines("particle", &CIRCLE, one, 1e-11, batches));
     lines.extend(particle_lines("particle_field", &wavy(), field, 1e-9, batches));
     lines.extend(pendulum_lines(batches));
     lines.extend(chain_lines(batches));

@@ -10,14 +10,15 @@ mod handwritten;
 #[path = "../../measure/mod.rs"]
 mod measure;
 
+#[path = "../../../src/chain.rs"]
+mod chain;
+#[path = "../../../src/particle.rs"]
+mod particle;
+#[path = "../../../src/pendulum.rs"]
+mod pendulum;
+
 mod systems {
-    #[path = "../../../../src/chain.rs"]
-    pub mod chain;
-    #[path = "../../../../src/particle.rs"]
-    pub mod particle;
-    #[path = "../../../../src/pendulum.rs"]
-    pub mod pendulum;
-    pub use {chain::PlanarChain8, particle::*, pendulum::InertiaWheelPendulum};
+    pub use crate::{chain::PlanarChain8, particle::*, pendulum::InertiaWheelPendulum};
 }
 
 fn main() {
