@@ -230,6 +230,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     }
 
     /// Runs all trajectories to their ends; each comes with its place among the starts.
+    #[inline(never)]
     fn run(mut self) -> impl Iterator<Item = (usize, Observed<O, N>)> {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use dsocs_core::{Ensemble, Flow, Start, System};
 
-/// Trajectories: eight blocks of eight.
-const TRAJECTORIES: u32 = 64;
+/// Trajectories: thirty-two blocks of eight.
+const TRAJECTORIES: u32 = 256;
 
 /// Steps of each.
 const STEPS: u32 = 500;
