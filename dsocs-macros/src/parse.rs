@@ -28,6 +28,14 @@ const STATEMENTS: [&str; 10] = [
 pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     let mut declaration = Declaration::default();
     for chunk in chunks(tokens) {
+        if let Some(tree) = too_deep(&chunk, DEEPEST) {
+            let reported = errors.at(
+                tree,
+                format!("expected an expression that is nested at most {DEEPEST} deep: a `let` gives a part a name"),
+            );
+            mark_broken(&mut declaration, chunk, reported);
+            continue;
+        }
         match statement.parse2(chunk.clone()) {
             Ok((attributes, statement)) => {
                 for attribute in attributes
@@ -79,6 +87,37 @@ fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
         chunks.push(chunk.into_iter().collect());
     }
     chunks
+}
+
+/// Parsing and lowering go as deep as the expression; beyond this depth the compiler's stack might not.
+const DEEPEST: usize = 100;
+
+/// The first token beyond a depth of parentheses, prefixes like `-` and method calls.
+fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
+    let mut prefixes = 0;
+    for tree in tokens.clone() {
+        match &tree {
+            TokenTree::Group(group) => {
+                prefixes = 0;
+                match left.checked_sub(1) {
+                    Some(left) => {
+                        if let Some(deep) = too_deep(&group.stream(), left) {
+                            return Some(deep);
+                        }
+                    }
+                    None => return Some(tree),
+                }
+            }
+            TokenTree::Punct(_) => {
+                prefixes += 1;
+                if prefixes > left {
+                    return Some(tree);
+                }
+            }
+            _ => prefixes = 0,
+        }
+    }
+    None
 }
 
 /// A statement, as far as its syntax tells it from the others.

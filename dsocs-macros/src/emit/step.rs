@@ -173,7 +173,8 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let step = equations::step(model, &mut graph);
     let unknowns = unknowns::choose(&mut graph, &step.rows, n);
     let stages = Stages::new(&graph, &step, &unknowns);
-    let types = types(&graph, &stages, &unknowns);
+    let divided = model.kinematic.iter().any(|row| row.divide.is_some());
+    let types = types(&graph, &stages, &unknowns, divided);
     let early = early_methods(&stages, n);
     let iteration = iteration_methods(&stages, &unknowns, n);
     let node = node_methods(&stages, n);
@@ -185,8 +186,8 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     }
 }
 
-/// The associated types, all arrays of literal sizes, and whether the rows are affine.
-fn types(graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
+/// The associated types, all arrays of literal sizes, and what kind of rows there are.
+fn types(graph: &Graph, stages: &Stages, unknowns: &Unknowns, divided: bool) -> TokenStream {
     let m = Literal::usize_unsuffixed(unknowns.kept.len());
     let constants = Literal::usize_unsuffixed(stages.constants.len());
     let known = Literal::usize_unsuffixed(stages.known.len());
@@ -199,6 +200,7 @@ fn types(graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
     quote! {
         const LINEAR: bool = #linear;
         const SCALED: bool = #scaled;
+        const DIVIDED: bool = #divided;
 
         type Unknown<__T: ::dsocs_core::Scalar> = [__T; #m];
         type Constants<__T: ::dsocs_core::Scalar> = [__T; #constants];

@@ -139,10 +139,13 @@ impl Graph {
                 Node::Constant(_) => {}
                 Node::Product(inner) => {
                     for &(factor, power) in inner {
-                        *collected.entry(factor).or_insert(0) += power * exponent;
+                        raise(
+                            collected.entry(factor).or_insert(0),
+                            power.saturating_mul(exponent),
+                        );
                     }
                 }
-                _ => *collected.entry(base).or_insert(0) += exponent,
+                _ => raise(collected.entry(base).or_insert(0), exponent),
             }
         }
         collected.retain(|_, exponent| *exponent != 0);
@@ -406,4 +409,10 @@ impl Unary {
             Self::Signum => "signum",
         }
     }
+}
+
+/// Adds to an exponent. A power of 2³⁰ and more is 0, 1 or infinite in double precision, so it stays within that.
+fn raise(exponent: &mut i32, by: i32) {
+    const LARGEST: i32 = 1 << 30;
+    *exponent = exponent.saturating_add(by).clamp(-LARGEST, LARGEST);
 }

@@ -64,7 +64,7 @@ impl Graph {
                         continue;
                     }
                     let mut rest = factors.clone();
-                    rest[k].1 -= 1;
+                    rest[k].1 = exponent.saturating_sub(1);
                     rest.push((tangent, 1));
                     terms.push((self.product(&rest), f64::from(exponent)));
                 }

@@ -160,15 +160,21 @@ impl Lowering<'_> {
     }
 
     fn exponent(&self, argument: &Expr) -> Result<i32, Reported> {
-        let known = self.integer(argument).and_then(|value| value.try_into().ok());
-        known.ok_or_else(|| {
-            self.errors.at(
-                argument,
-                "expected an integer literal as the exponent of `powi`; any other exponent is for `powf`",
-            )
-        })
+        let known: Option<i32> = self.integer(argument).and_then(|value| value.try_into().ok());
+        known
+            .filter(|exponent| exponent.unsigned_abs() <= LARGEST_EXPONENT)
+            .ok_or_else(|| {
+                self.errors.at(
+                    argument,
+                    "expected an integer literal of at most 10000 as the exponent of `powi`; any other exponent is for \
+                     `powf`",
+                )
+            })
     }
 }
+
+/// Integer powers are products, whose derivatives are written out.
+const LARGEST_EXPONENT: u32 = 10_000;
 
 fn exp2(g: &mut Graph, x: NodeId) -> NodeId {
     let two = g.constant(2.0);

@@ -224,6 +224,10 @@ fn expressions() {
 #[test]
 fn calls() {
     expression("x.powi(y)", "y", "integer literal");
+    expression("x.powi(2147483647)", "2147483647", "at most 10000");
+    let deep = format!("{}x{}", "(".repeat(300), ")".repeat(300));
+    expression(&deep, &deep[100..501], "nested at most 100 deep");
+    expression(&format!("{}x", "-".repeat(300)), "-", "nested at most 100 deep");
     expression("x.powi(2.0)", "2.0", "`powf`");
     expression("x.powi()", "powi", "expected 1 argument");
     expression("x.sin(2)", "sin", "expected no argument");

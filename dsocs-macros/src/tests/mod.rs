@@ -4,6 +4,7 @@ mod arrays;
 mod arrays_mistakes;
 mod meaning;
 mod mistakes;
+mod random;
 mod together;
 
 use proc_macro2::TokenStream;
