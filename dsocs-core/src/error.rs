@@ -4,6 +4,8 @@ use core::fmt;
 
 use thiserror::Error;
 
+use crate::regularity::Regularity;
+
 /// Why Newton's iteration ended without a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StepFailure {
@@ -16,6 +18,8 @@ pub enum StepFailure {
     /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
     /// unknowns is zero: the row does not exist there, or says nothing.
     Degenerate,
+    /// Two roots lie so close together that neither the guess nor the past tells which one belongs to the motion.
+    AmbiguousRoot,
 }
 
 impl fmt::Display for StepFailure {
@@ -24,6 +28,7 @@ impl fmt::Display for StepFailure {
             Self::NotFinite => "the equations are not finite",
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
+            Self::AmbiguousRoot => "two roots are too close to tell which one goes on",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })
     }
@@ -40,6 +45,8 @@ pub struct NewtonFailure {
     pub residual: Vec<f64>,
     /// The updates, each relative to the size of the unknowns.
     pub updates: Vec<f64>,
+    /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty for all else.
+    pub other: Vec<f64>,
 }
 
 impl fmt::Display for NewtonFailure {
@@ -175,8 +182,12 @@ pub struct FailedStep {
     pub q0: Vec<f64>,
     /// The step's middle node.
     pub q1: Vec<f64>,
-    /// The last candidate for the node that was looked for.
+    /// The last candidate for the node that was looked for; where there are two, the one that was found first.
     pub q2: Vec<f64>,
+    /// The other candidate, for [`StepFailure::AmbiguousRoot`]; empty for all else.
+    pub other: Vec<f64>,
+    /// How regular the equations are at the last candidate.
+    pub regularity: Regularity,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
@@ -219,6 +230,10 @@ impl StepError {
                 "the declaration divides by something that is zero at this root, or a parameter makes one of its rows \
                  vanish: look for a velocity or a mass that is zero"
             }
+            StepFailure::AmbiguousRoot => {
+                "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \
+                 `Flow::advance_to`"
+            }
             StepFailure::NotConverged => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
@@ -232,17 +247,25 @@ impl fmt::Display for StepError {
         let step = &*self.0;
         write!(
             f,
-            "step {} at t = {} (h = {}) has no solution: {}; ({}): q0 = {}, q1 = {}, last candidate q2 = {}; {}",
+            "step {} at t = {} (h = {}) has no {}solution: {}; ({}): q0 = {}, q1 = {}, last candidate q2 = {}",
             step.index,
             Rounded(step.time),
             step.h,
+            if step.other.is_empty() { "" } else { "unique " },
             step.cause,
             step.coordinates.join(", "),
             Numbers(&step.q0),
             Numbers(&step.q1),
             Numbers(&step.q2),
-            self.advice(),
-        )
+        )?;
+        if !step.other.is_empty() {
+            write!(f, " or {}", Numbers(&step.other))?;
+        }
+        let condition = step.regularity.condition();
+        if condition.is_finite() {
+            write!(f, ", condition {condition:.0e} there")?;
+        }
+        write!(f, "; {}", self.advice())
     }
 }
 

@@ -8,6 +8,7 @@ use crate::compensated::Compensated;
 use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
 use crate::newton::Stop;
 use crate::predictor::Predictor;
+use crate::regularity::Regularity;
 use crate::start::{self, Beginning, Start};
 use crate::step::{Step, StepReport};
 use crate::system::{Leg, Point, System};
@@ -47,6 +48,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     predictor: Predictor<S::Unknown<f64>>,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
+    /// Whether other roots are looked for wherever the rows bend.
+    watchful: bool,
     /// Whether the iterator has ended.
     ended: bool,
 }
@@ -106,6 +109,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             started: false,
             predictor: Predictor::new(),
             max_iterations: MAX_ITERATIONS,
+            watchful: false,
             ended: false,
         })
     }
@@ -135,6 +139,19 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
+        self
+    }
+
+    /// Looks for a second solution wherever the rows bend on the way to the first, not only where it would be close.
+    ///
+    /// Where two solutions are near each other the flow follows the one whose Jacobian continues those of the steps before,
+    /// or refuses the step ([`crate::StepFailure::AmbiguousRoot`]). It looks for the other one if the first updates say
+    /// that it is about as near as the unknown is large. A motion with kinks can come near to a solution that is farther
+    /// away than that; a watchful flow looks for those, too, and is slower where a step takes three evaluations or more.
+    /// Systems that name a factor (`branch = divide(factor)`) are not watched.
+    #[must_use]
+    pub fn watchful(mut self) -> Self {
+        self.watchful = true;
         self
     }
 
@@ -260,7 +277,8 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
         let leg = self.leg();
-        let step = Step::new(self.system, &self.constants, leg, self.h);
+        let mut step = Step::new(self.system, &self.constants, leg, self.h);
+        step.watchful = self.watchful;
         let (z, report) = match step.solve(&self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),
@@ -376,21 +394,29 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn failed(&self, cause: NewtonFailure) -> StepError {
         let leg = self.leg();
         let step = Step::new(self.system, &self.constants, leg, self.h);
-        let mut z = self
-            .predictor
-            .last()
-            .unwrap_or_else(|| self.system.unknown(&[0.0; N]));
-        for (z, &last) in z.as_mut().iter_mut().zip(&cause.unknowns) {
-            *z = last;
-        }
-        let e = step.second_difference(&z);
+        let unknowns = |values: &[f64]| {
+            let mut z = self.system.unknown(&[0.0; N]);
+            for (z, &value) in z.as_mut().iter_mut().zip(values) {
+                *z = value;
+            }
+            z
+        };
+        let e = step.second_difference(&unknowns(&cause.unknowns));
+        let other = step.second_difference(&unknowns(&cause.other));
+        let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
         StepError::new(FailedStep {
             index: self.middle,
             time: self.time(),
             h: self.h,
             q0: self.q.plus(&self.d.negated()).hi.to_vec(),
             q1: leg.q.to_vec(),
-            q2: (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect(),
+            q2: next(e),
+            other: if cause.other.is_empty() {
+                Vec::new()
+            } else {
+                next(other)
+            },
+            regularity: Regularity::of(self.system, self.h, &leg, &e),
             coordinates: S::COORDINATES.to_vec(),
             cause,
         })
@@ -412,7 +438,10 @@ impl<S: System<N>, const N: usize> Iterator for Flow<'_, S, N> {
 
 impl<S: System<N>, const N: usize> FusedIterator for Flow<'_, S, N> {}
 
+mod certify;
+mod choose;
 mod exchange;
+pub use choose::Roots;
 pub(crate) use exchange::State;
 #[cfg(test)]
 mod tests;

@@ -40,8 +40,10 @@
 //! 4. Newton's iteration begins at the polynomial, of degree 5 at most, through the last solutions, and ends on
 //!    the size of its update: if it is small, the error after it, which is quadratic in it, is below rounding.
 //!    So a smooth motion costs one evaluation of rows and Jacobian a step. An update that grows is shortened;
-//!    one that stops shrinking is compared with the rounding error of the rows. Where a step has no solution,
-//!    [`StepError`] says where, why, and what to try.
+//!    one that stops shrinking is compared with the rounding error of the rows. Where the iteration runs away
+//!    from every guess, a homotopy leads from the straight line to the root. Where two roots are close, the one
+//!    is taken whose Jacobian continues those before, or none ([`StepFailure::AmbiguousRoot`]). Where a step has no
+//!    solution, [`StepError`] says where, why, and what to try; [`Regularity`] says whether the equations determine one.
 //! 5. The [`Flow`] walks on: as an iterator of [`Node`]s, collected by [`Flow::until`], handed to an
 //!    [`Observer`] by [`Flow::stream`], position by position with [`Flow::advance`], and back with
 //!    [`Flow::reverse`].
@@ -51,12 +53,14 @@
 
 mod clock;
 mod compensated;
+mod dual;
 mod ensemble;
 mod error;
 mod flow;
 mod lanes;
 mod newton;
 mod predictor;
+mod regularity;
 mod rounding;
 mod scalar;
 mod start;
@@ -72,9 +76,10 @@ pub use num_dual::DualNum;
 
 pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
-pub use flow::Flow;
+pub use flow::{Flow, Roots};
 pub use lanes::Lanes;
 pub use newton::Stop;
+pub use regularity::Regularity;
 pub use scalar::Scalar;
 pub use start::Start;
 pub use step::{Guess, StepReport};
@@ -100,7 +105,7 @@ impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use num_dual::Dual;
+    pub use crate::dual::{Dual, Part};
 
     /// Computes a part of a long method in a function of its own.
     #[inline(never)]

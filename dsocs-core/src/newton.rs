@@ -1,5 +1,7 @@
 //! Newton's iteration: when it has arrived, when it must be slowed down, and when it has failed.
 
+use core::cmp::Ordering;
+
 use crate::error::{NewtonFailure, StepFailure};
 use crate::unknown::{Linearization, Unknown};
 
@@ -24,6 +26,12 @@ const SUSPECT: f64 = 1e-2;
 
 /// The smallest part of an update that is tried.
 const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
+
+/// Another root is close if it is nearer than the unknown is large, over this.
+const CLOSE: f64 = 0.25;
+
+/// How far an unknown is moved, relative to itself, to see whether the rows depend on it.
+const NEARBY: f64 = 1e-3;
 
 /// How often a full update may be taken although no part of it makes the next one smaller.
 const PATIENCE: u32 = 3;
@@ -50,6 +58,14 @@ pub(crate) trait Equations {
     /// Whether the rows are affine in the unknowns.
     const LINEAR: bool = false;
 
+    /// Whether roots are watched for others nearby.
+    const WATCHED: bool = false;
+
+    /// Whether they are watched also where the others would not be close.
+    fn watchful(&self) -> bool {
+        false
+    }
+
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
 
@@ -73,6 +89,12 @@ pub(crate) struct Root<Z> {
     pub evaluations: u32,
     /// How the iteration ended.
     pub stop: Stop,
+    /// The second update over the first, both relative to the unknowns: how much the rows bend on the way to the root, and
+    /// so about how far away the root is in units of the distance to another one. Zero where one or two evaluations were
+    /// enough.
+    pub bend: f64,
+    /// Whether another root would then be no farther away than a few times the size of the unknowns.
+    pub close: bool,
 }
 
 /// The iteration ended without a root here.
@@ -83,6 +105,8 @@ pub(crate) struct Failed<Z> {
     pub z: Z,
     /// The rows there.
     pub rows: Z,
+    /// How often the rows and their Jacobian were evaluated.
+    pub evaluations: u32,
 }
 
 /// A point of the iteration.
@@ -199,7 +223,7 @@ pub(crate) fn solve<E: Equations>(
     }
     let third = Trial::new(equations, second.next());
     if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
-        return Ok(arrived(&third, 3));
+        return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
     }
     go_on(equations, &[first, second, third], size, max_iterations, record)
 }
@@ -221,13 +245,51 @@ fn go_on<E: Equations>(
     };
     let root = newton.look(made[0].at.z, max_iterations, record)?;
     if is_declared(equations, &root.z, size) {
-        return Ok(root);
+        return Ok(bent([&made[0], &made[1]], size, root));
     }
     Err(Failed {
         reason: StepFailure::Degenerate,
         z: root.z,
         rows: equations.linearize(&root.z).rows,
+        evaluations: root.evaluations,
     })
+}
+
+/// Tells how the rows bend on the way to a root, if anybody wants to know, or another root may be close.
+#[inline]
+fn watched<E: Equations>(
+    equations: &E,
+    [first, second]: [&Trial<E::Z>; 2],
+    size: &E::Z,
+    root: Root<E::Z>,
+) -> Root<E::Z> {
+    // component by component and without divisions: this is a usual path
+    let updates = first.at.update.as_ref().iter().zip(second.at.update.as_ref());
+    let sizes = second.at.z.as_ref().iter().zip(size.as_ref());
+    let close = |((before, after), (z, size)): ((&f64, &f64), (&f64, &f64))| {
+        after.abs() * z.abs().max(*size) >= CLOSE * before * before
+    };
+    if E::WATCHED && (equations.watchful() || updates.zip(sizes).any(close)) {
+        bent([first, second], size, root)
+    } else {
+        root
+    }
+}
+
+/// The root with what the first two updates tell of it.
+#[cold]
+fn bent<Z: Unknown<f64>>([first, second]: [&Trial<Z>; 2], size: &Z, root: Root<Z>) -> Root<Z> {
+    let [before, after] = [first, second].map(|trial| relative(&trial.at.update, &trial.at.z, size));
+    // close also where nothing is known
+    let far = matches!(
+        after.partial_cmp(&(CLOSE * before * before)),
+        Some(Ordering::Less)
+    );
+    Root {
+        bend: after / before,
+        close: !far,
+        ..root
+    }
 }
 
 /// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
@@ -244,6 +306,8 @@ fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
         z: last.next(),
         evaluations,
         stop: Stop::Update,
+        bend: 0.0,
+        close: false,
     }
 }
 
@@ -263,6 +327,25 @@ fn is_small<Z: Unknown<f64>>(at: &Iterate<Z>, size: &Z, tolerance: f64) -> bool 
         .iter()
         .zip(sizes)
         .all(|(update, (z, size))| update.abs() <= tolerance * z.abs().max(*size))
+}
+
+/// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
+#[inline]
+pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
+    let sizes = z.as_ref().iter().zip(size.as_ref());
+    update
+        .as_ref()
+        .iter()
+        .zip(sizes)
+        .fold(0.0, |largest: f64, (update, (z, size))| {
+            // no update is a small one, also of an unknown that is zero
+            let ratio = if *update == 0.0 {
+                0.0
+            } else {
+                update.abs() / z.abs().max(*size)
+            };
+            largest.max(ratio)
+        })
 }
 
 /// What remains after the later of two full updates, relative to the unknowns: with quadratic convergence the
@@ -286,7 +369,7 @@ pub(crate) fn explain<E: Equations>(
         updates.push(update);
     });
     let (reason, z, rows) = match result {
-        Err(Failed { reason, z, rows }) => (reason, z, rows),
+        Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
         // the same iteration ends the same way
         Ok(root) => (
             StepFailure::NotConverged,
@@ -299,6 +382,7 @@ pub(crate) fn explain<E: Equations>(
         unknowns: z.as_ref().to_vec(),
         residual: rows.as_ref().to_vec(),
         updates,
+        other: Vec::new(),
     }
 }
 
@@ -314,13 +398,13 @@ impl<E: Equations> Newton<'_, E> {
         let rows = linearization.rows;
         match linearization.update() {
             Some(update) => Ok(Iterate { z, rows, update }),
-            None => Self::without_update(z, &linearization),
+            None => self.without_update(z, &linearization),
         }
     }
 
     /// What it means that there is no update: a root all the same, a singularity, or no values at all.
     #[cold]
-    fn without_update(z: E::Z, at: &Linearization<f64, E::Z>) -> Evaluated<E::Z> {
+    fn without_update(&self, z: E::Z, at: &Linearization<f64, E::Z>) -> Evaluated<E::Z> {
         let rows = at.rows;
         let finite = |values: &E::Z| values.as_ref().iter().all(|x| x.is_finite());
         if !finite(&rows) || !at.jacobian.as_ref().iter().all(finite) {
@@ -328,9 +412,19 @@ impl<E: Equations> Newton<'_, E> {
                 reason: StepFailure::NotFinite,
                 z,
                 rows,
+                evaluations: self.evaluations,
             });
         }
-        if rows.as_ref().iter().all(|&row| row == 0.0) {
+        let is_zero = |rows: &E::Z| rows.as_ref().iter().all(|&row| row == 0.0);
+        // a double root is one; rows that stay zero when an unknown is moved say nothing of that unknown
+        let determined = |place: usize| {
+            let mut moved = z;
+            let (unknown, size) = (moved.as_mut(), self.size.as_ref());
+            let length = unknown[place].abs().max(size[place]);
+            unknown[place] += if length > 0.0 { NEARBY * length } else { NEARBY };
+            !is_zero(&self.equations.linearize(&moved).rows)
+        };
+        if is_zero(&rows) && (0..z.as_ref().len()).all(determined) {
             return Ok(Iterate {
                 z,
                 rows,
@@ -341,26 +435,8 @@ impl<E: Equations> Newton<'_, E> {
             reason: StepFailure::Singular,
             z,
             rows,
+            evaluations: self.evaluations,
         })
-    }
-
-    /// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
-    #[inline]
-    fn relative(&self, update: &E::Z, z: &E::Z) -> f64 {
-        let sizes = z.as_ref().iter().zip(self.size.as_ref());
-        update
-            .as_ref()
-            .iter()
-            .zip(sizes)
-            .fold(0.0, |largest: f64, (update, (z, size))| {
-                // no update is a small one, also of an unknown that is zero
-                let ratio = if *update == 0.0 {
-                    0.0
-                } else {
-                    update.abs() / z.abs().max(*size)
-                };
-                largest.max(ratio)
-            })
     }
 
     /// The root after the last update.
@@ -376,6 +452,8 @@ impl<E: Equations> Newton<'_, E> {
             z,
             evaluations: self.evaluations,
             stop,
+            bend: 0.0,
+            close: false,
         }
     }
 
@@ -394,7 +472,7 @@ impl<E: Equations> Newton<'_, E> {
         record: &mut impl FnMut(f64),
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
         let mut now = self.evaluate(start)?;
-        let mut size = self.relative(&now.update, &now.z);
+        let mut size = relative(&now.update, &now.z, self.size);
         record(size);
         if is_small(&now, self.size, LAST_UPDATE) || E::LINEAR {
             return Ok(self.arrive(&now));
@@ -404,7 +482,7 @@ impl<E: Equations> Newton<'_, E> {
             let Ok(at) = &next else {
                 return self.iterate(now, size, next, max_iterations, record);
             };
-            let next_size = self.relative(&at.update, &at.z);
+            let next_size = relative(&at.update, &at.z, self.size);
             if settles(&now, at, self.size) {
                 record(next_size);
                 let stop = Stop::Update;
@@ -441,7 +519,7 @@ impl<E: Equations> Newton<'_, E> {
             let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
             let (before, last_size) = (now, size);
             (now, part) = (next, taken);
-            size = self.relative(&now.update, &now.z);
+            size = relative(&now.update, &now.z, self.size);
             record(size);
 
             if size == 0.0 {
@@ -472,6 +550,8 @@ impl<E: Equations> Newton<'_, E> {
                         z: best.z,
                         evaluations: self.evaluations,
                         stop: Stop::Rounding,
+                        bend: 0.0,
+                        close: false,
                     });
                 }
             }
@@ -480,6 +560,7 @@ impl<E: Equations> Newton<'_, E> {
             reason: StepFailure::NotConverged,
             z: now.z,
             rows: now.rows,
+            evaluations: self.evaluations,
         })
     }
 
@@ -525,6 +606,7 @@ impl<E: Equations> Newton<'_, E> {
                 reason: StepFailure::NotConverged,
                 z: from.z,
                 rows: from.rows,
+                evaluations: self.evaluations,
             }),
         }
     }
@@ -566,5 +648,9 @@ impl<E: Equations> Newton<'_, E> {
     }
 }
 
+mod homotopy;
+mod pair;
+pub(crate) use homotopy::follow;
+pub(crate) use pair::{nearby, orientation, other_root};
 #[cfg(test)]
 mod tests;

@@ -118,6 +118,22 @@ impl<U: Unknown<f64>> Predictor<U> {
         last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
     }
 
+    /// The last `K` solutions (six at most), the last first; `None` where there are not so many.
+    pub fn lately<const K: usize>(&self) -> Option<[U; K]> {
+        let mut differences = self.differences;
+        let solutions = core::array::from_fn(|k| {
+            // one step back: each difference loses the next one
+            let known = if k == 0 { 0 } else { (ORDER + 1).saturating_sub(k) };
+            for place in 0..known {
+                differences[place] =
+                    differences[place].zip(&differences[place + 1], |now, change| now - change);
+            }
+            differences[0]
+        });
+        let known = |z: &U| z.as_ref().iter().all(|z| !z.is_nan());
+        solutions.iter().all(known).then_some(solutions)
+    }
+
     /// The extrapolated solution of the next step, or `None` without a past.
     #[inline]
     pub fn predict(&self) -> Option<U> {

@@ -7,6 +7,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::regularity::stacked;
 use crate::scalar::Scalar;
 use crate::system::{Leg, Point, System};
 use crate::unknown::Unknown;
@@ -295,4 +296,21 @@ pub(crate) fn continuous_bounds<S: System<N> + ?Sized, const N: usize>(
         a: exact(point.a),
     };
     system.continuous(&point).rows.map(|row| row.error)
+}
+
+/// The same for all rows of a step, in the order of [`stacked`].
+pub(crate) fn stacked_bounds<S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Vec<f64> {
+    let leg = Leg {
+        q: leg.q.map(Bounded::splat),
+        d: leg.d.map(Bounded::splat),
+    };
+    stacked(system, Bounded::splat(h), &leg, &e.map(Bounded::splat))
+        .into_iter()
+        .map(|row| row.error)
+        .collect()
 }

@@ -36,6 +36,14 @@ pub enum Guess {
     Straight,
     /// At the acceleration of the continuous system.
     Continuous,
+    /// Where the path turns once more as it did at the step before, in the plane of the last two legs.
+    Turned,
+    /// Beside a root that was found and did not continue the motion.
+    Other,
+    /// Where the caller asked for it.
+    Given,
+    /// At the end of a path along which the rows of a straight line are taken away little by little.
+    Followed,
 }
 
 /// The equations of one step.
@@ -50,12 +58,20 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     pub leg: Leg<f64, N>,
     /// The step.
     pub h: f64,
+    /// Whether other roots are looked for wherever the rows bend.
+    pub watchful: bool,
 }
 
 impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     type Z = S::Unknown<f64>;
 
     const LINEAR: bool = S::LINEAR;
+    const WATCHED: bool = !S::DIVIDED;
+
+    #[inline]
+    fn watchful(&self) -> bool {
+        self.watchful
+    }
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
@@ -91,6 +107,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             known: system.known(constants, &leg),
             leg,
             h,
+            watchful: false,
         }
     }
 
@@ -108,12 +125,18 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
-        if let Some(start) = predictor.predict()
-            && let Ok(root) = newton::solve(self, start, &size, max_iterations, &mut |_| {})
-        {
-            return Ok(report(root, Guess::Predicted));
+        let mut evaluations = 0;
+        if let Some(start) = predictor.predict() {
+            match newton::solve(self, start, &size, max_iterations, &mut |_| {}) {
+                // known where the root is found: with one or two evaluations, the usual case, nothing bends
+                Ok(root) if !self.in_question(&root) => return Ok(report(root, Guess::Predicted)),
+                Ok(root) => {
+                    return self.checked(root, &start, Guess::Predicted, predictor, &size);
+                }
+                Err(failed) => evaluations = failed.evaluations,
+            }
         }
-        self.solve_without_prediction(predictor, &size, max_iterations)
+        self.solve_without_prediction(predictor, &size, max_iterations, evaluations)
     }
 
     /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
@@ -132,23 +155,35 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         predictor: &Predictor<S::Unknown<f64>>,
         size: &S::Unknown<f64>,
         max_iterations: u32,
+        mut evaluations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        let first_step = predictor.last().is_none();
         let straight = (S::Unknown::<f64>::zero(), Guess::Straight);
         let continuous = self.continuous().map(|z| (z, Guess::Continuous));
+        let last = predictor.last().map(|z| (z, Guess::Last));
+        let turned = predictor.last().and_then(|z| self.turned(&z));
         // the first step has the acceleration for its best guess; later the last solution is nearer
-        let guesses = if first_step {
-            [continuous, Some(straight), None]
+        let guesses = if last.is_none() {
+            [continuous, Some(straight), None, None]
         } else {
             [
-                predictor.last().map(|z| (z, Guess::Last)),
+                turned.map(|z| (z, Guess::Turned)),
+                last,
                 Some(straight),
                 continuous,
             ]
         };
         for (start, guess) in guesses.into_iter().flatten() {
-            if let Ok(root) = newton::solve(self, start, size, max_iterations, &mut |_| {}) {
-                return Ok(report(root, guess));
+            match newton::solve(self, start, size, max_iterations, &mut |_| {}) {
+                Ok(root) => {
+                    evaluations += root.evaluations;
+                    return self.checked(Root { evaluations, ..root }, &start, guess, predictor, size);
+                }
+                Err(failed) => evaluations += failed.evaluations,
+            }
+        }
+        for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
+            if let Some(root) = newton::follow(self, start, size, max_iterations, &mut evaluations) {
+                return Ok(report(Root { evaluations, ..root }, Guess::Followed));
             }
         }
         let best = predictor
@@ -161,12 +196,43 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     /// The failure of a step whose rows have a root that leads to no finite node.
     #[cold]
     pub fn not_finite(&self, z: &S::Unknown<f64>) -> NewtonFailure {
+        // affine rows without an update are singular
+        let at = self.linearize(&S::Unknown::zero());
+        let finite = |values: &S::Unknown<f64>| values.as_ref().iter().all(|x| x.is_finite());
+        let singular = at.update().is_none() && finite(&at.rows) && at.jacobian.as_ref().iter().all(finite);
         NewtonFailure {
-            reason: StepFailure::NotFinite,
+            reason: if singular {
+                StepFailure::Singular
+            } else {
+                StepFailure::NotFinite
+            },
             unknowns: z.as_ref().to_vec(),
             residual: self.linearize(z).rows.as_ref().to_vec(),
             updates: Vec::new(),
+            other: Vec::new(),
         }
+    }
+
+    /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
+    /// in the last. No polynomial through the past foresees a path that goes to and fro.
+    fn turned(&self, last: &S::Unknown<f64>) -> Option<S::Unknown<f64>> {
+        let d = self.leg.d;
+        let e = self.second_difference(last);
+        let product = |x: &[f64; N], y: &[f64; N]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+        // by the largest component first, for squares of any size
+        let largest = d
+            .iter()
+            .chain(&e)
+            .fold(0.0_f64, |largest, x| x.abs().max(largest));
+        let (d, e) = (d.map(|d| d / largest), e.map(|e| e / largest));
+        let length = product(&d, &d);
+        if product(&e, &e) <= length || length == 0.0 {
+            return None;
+        }
+        let before: [f64; N] = core::array::from_fn(|i| d[i] - e[i]);
+        let stretch = 2.0 * product(&before, &d) / length;
+        let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
+        e.iter().all(|e| e.is_finite()).then(|| self.system.unknown(&e))
     }
 
     /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
@@ -176,6 +242,8 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         Some(self.system.unknown(&a.map(|a| a * self.h * self.h)))
     }
 }
+
+mod pair;
 
 /// What is told of a root.
 #[inline]

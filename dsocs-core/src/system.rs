@@ -60,6 +60,10 @@ pub trait System<const N: usize> {
     /// Whether rows were multiplied by more than a number (see [`System::scales`]).
     const SCALED: bool = false;
 
+    /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
+    /// are not watched for a second root nearby.
+    const DIVIDED: bool = false;
+
     /// The coordinates' names, in order; `theta_2` for one of an array.
     const COORDINATES: [&'static str; N];
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not

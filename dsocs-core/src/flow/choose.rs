@@ -1,0 +1,74 @@
+//! Steps with two solutions: both of them, and going on with either.
+
+use super::{Flow, Solved};
+use crate::error::StepError;
+use crate::step::{Step, StepReport};
+use crate::system::System;
+
+/// The next nodes that solve a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roots<const N: usize> {
+    /// The node that the iteration finds.
+    pub found: [f64; N],
+    /// Another one, if one was found by deflation.
+    pub other: Option<[f64; N]>,
+}
+
+impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+    /// The solutions of the next step, of which there may be a pair: the one that [`Flow::advance`] goes to, or refuses to
+    /// choose, and another one if deflation finds one. The flow stays where it is.
+    ///
+    /// # Errors
+    ///
+    /// [`StepError`] if no solution is found.
+    pub fn roots(&self) -> Result<Roots<N>, StepError> {
+        let leg = self.leg();
+        let mut step = Step::new(self.system, &self.constants, leg, self.h);
+        step.watchful = self.watchful;
+        let pair = step
+            .pair(&self.predictor, self.max_iterations)
+            .map_err(|cause| self.failed(cause))?;
+        let node = |z| {
+            let e = step.second_difference(&z);
+            let mut d = self.d;
+            d.add(&e);
+            self.q.plus(&d).hi
+        };
+        Ok(Roots {
+            found: node(pair.found.0),
+            other: pair.other.map(node),
+        })
+    }
+
+    /// Solves one step like [`Flow::advance`], but for the solution nearest to `q2`, whatever other solutions there are.
+    ///
+    /// # Errors
+    ///
+    /// [`StepError`] if no solution is found from there. The flow stays where it was.
+    pub fn advance_to(&mut self, q2: &[f64; N]) -> Result<StepReport, StepError> {
+        let leg = self.leg();
+        let step = Step::new(self.system, &self.constants, leg, self.h);
+        let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
+        let start = self.system.unknown(&e);
+        let (z, report) = step
+            .solve_near(start, &self.predictor, self.max_iterations)
+            .map_err(|cause| self.failed(cause))?;
+        let e = step.second_difference(&z);
+        let mut d = self.d;
+        d.add(&e);
+        let q = self.q.plus(&d);
+        if !q.hi.iter().all(|q| q.is_finite()) {
+            return Err(self.failed(step.not_finite(&z)));
+        }
+        self.predictor.push(&z);
+        let solved = Solved {
+            index: self.middle,
+            leg,
+            e,
+            report,
+        };
+        (self.q, self.d, self.solved, self.started) = (q, d, Some(solved), true);
+        self.middle += 1;
+        Ok(report)
+    }
+}

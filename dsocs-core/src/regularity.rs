@@ -1,0 +1,178 @@
+//! Whether the equations of a step determine the next node, and the node before.
+//!
+//! The paper's theorem on the discrete flow asks that the derivatives `D₃` and `D₁` of the equations, those by the last and
+//! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
+//! are from singular is told by their smallest singular values.
+
+mod moving;
+
+use nalgebra::DMatrix;
+
+use crate::rounding;
+use crate::system::{Leg, System};
+use moving::Moving;
+
+/// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
+const ROUNDINGS: f64 = 64.0;
+
+/// A coordinate whose legs are shorter than this part of the longest stands still.
+const STILL: f64 = 1e-3;
+
+/// How regular the equations of a step are at a triple of nodes `(q0, q1, q2)`.
+///
+/// The rows are those of the declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
+/// works of the constraint force; rows that were solved beforehand for a second difference count in that form, which
+/// changes neither matrix's kernel. Singular values depend on units, so rows are taken relative to the size of their own
+/// terms, and coordinates relative to the longer of their two legs (at least a thousandth of the longest of all): a value of 1 means that moving `q2` by the length of a
+/// leg changes the rows by as much as their terms are large. Derivatives are exact, by dual numbers; only functions of the
+/// user's whose arguments contain `q0` or `q2` are differentiated by differences of fourth order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regularity {
+    /// The smallest singular value of `D₃`, by the last node; NaN where it has none.
+    pub forward: f64,
+    /// The smallest singular value of `D₁`, by the first node; NaN where it has none.
+    pub backward: f64,
+    /// The largest singular value of `D₃`.
+    pub largest_forward: f64,
+    /// The largest singular value of `D₁`.
+    pub largest_backward: f64,
+}
+
+impl Regularity {
+    /// Nothing is known: all values are NaN.
+    pub const UNKNOWN: Self = Self {
+        forward: f64::NAN,
+        backward: f64::NAN,
+        largest_forward: f64::NAN,
+        largest_backward: f64::NAN,
+    };
+
+    /// The regularity of the step `h` from a leg with the second difference `e = q2 − 2 q1 + q0`.
+    ///
+    /// The triple need not solve the equations.
+    #[must_use]
+    pub fn of<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
+        let bounds = rounding::stacked_bounds(system, h, leg, e);
+        let lengths = lengths(leg, e);
+        // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
+        let [smallest, largest] = singular_values(system, h, leg, e, &lengths, &bounds, [0.0, 1.0]);
+        let [backward, largest_backward] = singular_values(system, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
+        Self {
+            forward: smallest,
+            backward,
+            largest_forward: largest,
+            largest_backward,
+        }
+    }
+
+    /// Whether the equations determine the last node from the other two, here and nearby: the theorem's condition on `D₃`.
+    #[must_use]
+    pub fn grants_forward(&self) -> bool {
+        is_regular(self.forward, self.largest_forward)
+    }
+
+    /// Whether they determine the first node from the other two: the theorem's condition on `D₁`.
+    #[must_use]
+    pub fn grants_backward(&self) -> bool {
+        is_regular(self.backward, self.largest_backward)
+    }
+
+    /// Whether the theorem grants a discrete flow here, a diffeomorphism between submanifolds of pairs of nodes.
+    #[must_use]
+    pub fn grants_flow(&self) -> bool {
+        self.grants_forward() && self.grants_backward()
+    }
+
+    /// The condition number of `D₃`: how many times relative errors of the equations are magnified in the next node.
+    #[must_use]
+    pub fn condition(&self) -> f64 {
+        self.largest_forward / self.forward
+    }
+}
+
+/// Whether a smallest singular value is more than rounding.
+fn is_regular(smallest: f64, largest: f64) -> bool {
+    smallest > ROUNDINGS * f64::EPSILON * largest && largest.is_finite()
+}
+
+/// The longer of both legs by coordinate; for coordinates that stand still, a part of the longest of all, and 1 if none
+/// moves.
+fn lengths<const N: usize>(leg: &Leg<f64, N>, e: &[f64; N]) -> [f64; N] {
+    let moved: [f64; N] = core::array::from_fn(|i| leg.d[i].abs().max((leg.d[i] + e[i]).abs()));
+    let longest = moved.iter().fold(0.0_f64, |longest, &length| longest.max(length));
+    moved.map(|length| {
+        if longest > 0.0 {
+            length.max(STILL * longest)
+        } else {
+            1.0
+        }
+    })
+}
+
+/// The smallest and the largest singular value of the derivative along `[δd, δe]` times each coordinate.
+fn singular_values<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+    lengths: &[f64; N],
+    bounds: &[f64],
+    [by_d, by_e]: [f64; 2],
+) -> [f64; 2] {
+    let columns: Vec<Vec<f64>> = (0..N)
+        .map(|j| {
+            let along = |x: &[f64; N], part: f64| -> [Moving; N] {
+                core::array::from_fn(|i| Moving::new(x[i], if i == j { part * lengths[j] } else { 0.0 }))
+            };
+            let leg = Leg {
+                q: leg.q.map(|q| Moving::new(q, 0.0)),
+                d: along(&leg.d, by_d),
+            };
+            stacked(system, Moving::new(h, 0.0), &leg, &along(e, by_e))
+                .into_iter()
+                .map(Moving::slope)
+                .collect()
+        })
+        .collect();
+    let rows = bounds.len();
+    let matrix = DMatrix::from_fn(rows, N, |i, j| {
+        let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
+        if slope == 0.0 {
+            return 0.0;
+        }
+        slope / scale(bounds[i], columns.iter().filter_map(|column| column.get(i)))
+    });
+    if matrix.iter().any(|entry| !entry.is_finite()) {
+        return [f64::NAN; 2];
+    }
+    let values = matrix.singular_values();
+    [values.min(), values.max()]
+}
+
+/// The size of a row's terms, from the bound of their rounding; of a row that does not round, its largest slope.
+fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
+    let terms = bound / f64::EPSILON;
+    if terms > 0.0 {
+        terms
+    } else {
+        slopes.fold(0.0, |largest, slope| slope.abs().max(largest))
+    }
+}
+
+/// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
+/// the coordinates of the unknowns and what was solved beforehand for the others.
+pub(crate) fn stacked<T: crate::Scalar, S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    h: T,
+    leg: &Leg<T, N>,
+    e: &[T; N],
+) -> Vec<T> {
+    let constants = system.constants(h);
+    let known = system.known(&constants, leg);
+    let z = system.unknown(e);
+    let solved = system.second_difference(&constants, &known, &z);
+    let residual = system.residual(&constants, &known, &z);
+    let rows = residual.rows.as_ref().iter().copied();
+    rows.chain(e.iter().zip(&solved).map(|(&e, &solved)| e - solved))
+        .collect()
+}

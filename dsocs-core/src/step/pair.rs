@@ -1,0 +1,211 @@
+//! Steps with two solutions.
+
+use super::{Guess, Step, StepReport, report};
+use crate::error::{NewtonFailure, StepFailure};
+use crate::newton::{self, Equations as _, Root, relative};
+use crate::predictor::Predictor;
+use crate::system::{Leg, System};
+use crate::unknown::{Linearization, Unknown as _};
+
+/// A root that is this many lengths of a leg away is not in question.
+const FAR: f64 = 10.0;
+
+/// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
+const BENT: f64 = 1e-4;
+
+/// How far an extrapolated determinant may be from that of the root that continues the motion, relative to it. The other
+/// root of a pair is about 2 away.
+const FITS: f64 = 0.5;
+
+/// From so many solutions determinants are extrapolated.
+const PAST: usize = 4;
+
+/// How often the leg before is improved.
+const FORMER: u32 = 4;
+
+/// The rows of a step, and their Jacobian.
+type Rows<S, const N: usize> = Linearization<f64, <S as System<N>>::Unknown<f64>>;
+
+/// One of two roots.
+enum Candidate {
+    /// The one that was found first.
+    Found,
+    /// The other one.
+    Other,
+}
+
+/// The solutions of a step.
+pub(crate) struct Pair<Z> {
+    /// The one that the iteration finds.
+    pub found: (Z, StepReport),
+    /// Another one.
+    pub other: Option<Z>,
+}
+
+impl<S: System<N>, const N: usize> Step<'_, S, N> {
+    /// Whether another root may be as near to the guess as this one.
+    #[inline]
+    pub(super) fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
+        let straight = root.bend < BENT; // false for a NaN
+        !(S::DIVIDED || straight) && (root.close || self.watchful)
+    }
+
+    /// A root on whose way the rows bend, if no other one is as near to the guess for all that is known of it.
+    ///
+    #[cold]
+    pub(super) fn checked(
+        &self,
+        root: Root<S::Unknown<f64>>,
+        start: &S::Unknown<f64>,
+        guess: Guess,
+        predictor: &Predictor<S::Unknown<f64>>,
+        size: &S::Unknown<f64>,
+    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
+        if !self.in_question(&root) {
+            return Ok(report(root, guess));
+        }
+        let Some(other) = newton::nearby(self, start, &root.z, size) else {
+            return Ok(report(root, guess));
+        };
+        // a root beyond the lengths of the legs belongs to no motion
+        let apart = other.zip(&root.z, |other, root| other - root);
+        let legs = self
+            .system
+            .unknown(&self.leg.d)
+            .zip(size, |d, size| d.abs().max(size));
+        if relative(&apart, &root.z, &legs) > FAR {
+            return Ok(report(root, guess));
+        }
+        match self.continued(predictor, &root.z, &other, size) {
+            Some(Candidate::Found) => Ok(report(root, guess)),
+            Some(Candidate::Other) => Ok(report(Root { z: other, ..root }, Guess::Other)),
+            // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
+            None => Err(NewtonFailure {
+                reason: StepFailure::AmbiguousRoot,
+                unknowns: root.z.as_ref().to_vec(),
+                residual: self.linearize(&root.z).rows.as_ref().to_vec(),
+                updates: Vec::new(),
+                other: other.as_ref().to_vec(),
+            }),
+        }
+    }
+
+    /// Which of two roots continues the motion, if the past tells.
+    ///
+    /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
+    /// also where it passes through zero because the two roots change sides: there nearness to the past says nothing.
+    /// Determinants are compared along the line through both roots, extrapolated from the last four steps.
+    fn continued(
+        &self,
+        predictor: &Predictor<S::Unknown<f64>>,
+        found: &S::Unknown<f64>,
+        other: &S::Unknown<f64>,
+        size: &S::Unknown<f64>,
+    ) -> Option<Candidate> {
+        let mut leg = self.leg;
+        let mut former = [self.linearize(found).jacobian; PAST];
+        for (z, jacobian) in predictor.lately::<PAST>()?.iter().zip(&mut former) {
+            let rows;
+            (leg, rows) = self.former(&leg, z)?;
+            *jacobian = rows.jacobian;
+        }
+        let direction = other.zip(found, |other, found| other - found);
+        // the determinants extrapolated in the first three degrees, in units of that at a root: all have to be near 1
+        let fits = |root: &S::Unknown<f64>| {
+            let now = self.linearize(root).jacobian;
+            let part = |at| newton::orientation::<Self>(&now, at, &direction, size);
+            let [a, b, c, d] = [
+                part(&former[0])?,
+                part(&former[1])?,
+                part(&former[2])?,
+                part(&former[3])?,
+            ];
+            let extrapolated = [2.0 * a - b, 3.0 * (a - b) + c, 4.0 * (a + c) - 6.0 * b - d];
+            Some(
+                extrapolated
+                    .iter()
+                    .all(|determinant| (determinant - 1.0).abs() <= FITS),
+            )
+        };
+        match (fits(found)?, fits(other)?) {
+            (true, false) => Some(Candidate::Found),
+            (false, true) => Some(Candidate::Other),
+            _ => None,
+        }
+    }
+
+    /// The leg before a leg, and the rows of its step at its solution.
+    fn former(&self, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<(Leg<f64, N>, Rows<S, N>)> {
+        let mut known = self.system.known(self.constants, leg);
+        let mut former = *leg;
+        // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
+        for _ in 0..FORMER {
+            let e = self.system.second_difference(self.constants, &known, z);
+            former = Leg {
+                q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
+                d: core::array::from_fn(|i| leg.d[i] - e[i]),
+            };
+            known = self.system.known(self.constants, &former);
+        }
+        let rows = self.system.residual(self.constants, &known, z);
+        former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
+    }
+
+    /// The root nearest to a guess, whatever other roots there are.
+    pub fn solve_near(
+        &self,
+        start: S::Unknown<f64>,
+        predictor: &Predictor<S::Unknown<f64>>,
+        max_iterations: u32,
+    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
+        let size = self.size(predictor);
+        match newton::solve(self, start, &size, max_iterations, &mut |_| {}) {
+            Ok(root) => Ok(report(root, Guess::Given)),
+            Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
+        }
+    }
+
+    /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
+    pub fn pair(
+        &self,
+        predictor: &Predictor<S::Unknown<f64>>,
+        max_iterations: u32,
+    ) -> Result<Pair<S::Unknown<f64>>, NewtonFailure> {
+        let size = self.size(predictor);
+        let found = match self.solve(predictor, max_iterations) {
+            Ok(found) => found,
+            Err(failure) if failure.reason == StepFailure::AmbiguousRoot => {
+                let vector = |values: &[f64]| {
+                    let mut z = S::Unknown::<f64>::zero();
+                    for (z, value) in z.as_mut().iter_mut().zip(values) {
+                        *z = *value;
+                    }
+                    z
+                };
+                let found = self.solve_near(vector(&failure.unknowns), predictor, max_iterations)?;
+                return Ok(Pair {
+                    found,
+                    other: Some(vector(&failure.other)),
+                });
+            }
+            Err(failure) => return Err(failure),
+        };
+        let root = found.0;
+        let beside = |part: f64| root.zip(&size, |root, size| root + part * root.abs().max(size));
+        let guesses = [
+            predictor.last(),
+            self.continuous(),
+            Some(S::Unknown::<f64>::zero()),
+            Some(beside(1e-6)),
+            Some(beside(-1e-6)),
+            Some(beside(1.0)),
+            Some(beside(-1.0)),
+        ];
+        // each guess looked at from the root first, then by itself
+        let other = guesses.into_iter().flatten().find_map(|guess| {
+            newton::nearby(self, &guess, &root, &size)
+                .or_else(|| newton::other_root(self, &guess, &root, &size))
+        });
+        Ok(Pair { found, other })
+    }
+}
