@@ -12,6 +12,7 @@ pub mod particle;
 pub mod pendulum;
 pub mod reference;
 pub mod registry;
+pub mod stability;
 
 pub use chain::{PlanarChain2, PlanarChain8};
 pub use particle::{Constant, Curvature, CurvedParticle, Wavy};

@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Flow, Node, RunError, SetupError, Start, System, until_break};
+use dsocs_core::{Flow, Node, Regularity, RunError, SetupError, Start, System, until_break};
 use thiserror::Error;
 
 use crate::chain::PlanarChain8;
@@ -219,10 +219,12 @@ pub struct Row<'a> {
     pub energy: f64,
     /// The observed expressions of the declaration.
     pub observed: &'a [f64],
+    /// How regular the equations are at the node, in a certified run.
+    pub regularity: Option<Regularity>,
 }
 
 impl Row<'_> {
-    /// The value of each column, in the order of [`columns`].
+    /// The value of each column, in the order of [`columns`], and of [`CERTIFIED`] in a certified run.
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let vectors = [self.q, self.v, self.force].into_iter().flatten();
         [self.t]
@@ -230,8 +232,16 @@ impl Row<'_> {
             .chain(vectors.copied())
             .chain([self.energy])
             .chain(self.observed.iter().copied())
+            .chain(
+                self.regularity
+                    .into_iter()
+                    .flat_map(|at| [at.forward, at.backward]),
+            )
     }
 }
+
+/// The names of the columns that a certified run has beside the others: the smallest singular values of `D₃` and `D₁`.
+pub const CERTIFIED: [&str; 2] = ["regularity_forward", "regularity_backward"];
 
 /// The names of a run's columns: time, position, velocity, force, energy, observed expressions.
 #[must_use]
@@ -288,7 +298,7 @@ pub trait AnySystem: Send {
     fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownName>;
 
     /// Runs from the start up to the last node at or before `until` and hands each node to `sink`, which may end the
-    /// run.
+    /// run. A certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
     ///
     /// # Errors
     ///
@@ -298,6 +308,7 @@ pub trait AnySystem: Send {
         h: f64,
         beginning: &Beginning,
         until: f64,
+        certify: bool,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure>;
 }
@@ -397,26 +408,46 @@ impl<S: System<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
         h: f64,
         beginning: &Beginning,
         until: f64,
+        certify: bool,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
         let mut flow = Flow::new(&self.system, h, Self::start(beginning)?)?;
         let mut observed = vec![0.0; S::OBSERVABLES.len()];
-        flow.stream(
-            until,
-            &mut until_break(|node: &Node<N>| {
+        if certify {
+            flow = flow.watchful();
+            flow.certify(until, |node, regularity| {
                 self.system.observe(&node.point(), &mut observed);
-                sink(&Row {
-                    index: node.index,
-                    t: node.t,
-                    q: &node.q,
-                    v: &node.v,
-                    force: &node.force,
-                    energy: node.energy,
-                    observed: &observed,
-                })
-            }),
-        )?;
+                sink(&row(node, &observed, regularity.or(Some(Regularity::UNKNOWN))))
+            })?;
+        } else {
+            flow.stream(
+                until,
+                &mut until_break(|node: &Node<N>| {
+                    self.system.observe(&node.point(), &mut observed);
+                    sink(&row(node, &observed, None))
+                }),
+            )?;
+        }
         Ok(())
+    }
+}
+
+/// A node with its type erased.
+#[inline]
+fn row<'a, const N: usize>(
+    node: &'a Node<N>,
+    observed: &'a [f64],
+    regularity: Option<Regularity>,
+) -> Row<'a> {
+    Row {
+        index: node.index,
+        t: node.t,
+        q: &node.q,
+        v: &node.v,
+        force: &node.force,
+        energy: node.energy,
+        observed,
+        regularity,
     }
 }
 

@@ -72,6 +72,20 @@ pub enum CliError {
         /// Where.
         place: String,
     },
+    /// A run was interrupted; some of it had been written.
+    #[error("interrupted; what was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
+    Interrupted {
+        /// How many rows.
+        rows: u64,
+        /// Where.
+        place: String,
+    },
+    /// Figures of `dsocs stability` miss their bars.
+    #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]
+    Bars {
+        /// How many.
+        missed: usize,
+    },
     /// An experiment of the paper failed.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
@@ -107,6 +121,7 @@ impl CliError {
                     | RunFailure::Length { .. }
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
+            Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT
             _ => ExitCode::FAILURE,
         }
     }

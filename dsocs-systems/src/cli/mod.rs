@@ -2,12 +2,14 @@
 
 mod destination;
 mod error;
+mod interrupt;
 mod list;
 mod output;
 mod paper;
 mod plot;
 mod progress;
 mod run;
+mod stability;
 mod table;
 
 use std::process::ExitCode;
@@ -37,6 +39,8 @@ enum Command {
     Paper(paper::PaperArguments),
     /// Run one system and write its trajectory
     Run(Box<run::RunArguments>),
+    /// Measure numerical stability on hard cases and hold it against the bars
+    Stability(stability::StabilityArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
 }
@@ -49,6 +53,7 @@ pub fn main() -> ExitCode {
         None => paper::paper(&arguments.paper),
         Some(Command::Paper(arguments)) => paper::paper(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Stability(arguments)) => stability::stability(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments),
     };
     match result {

@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 use tempfile::NamedTempFile;
 
@@ -49,6 +50,8 @@ impl OutputFile {
                     _ => Path::new("."),
                 };
                 fs::create_dir_all(folder).map_err(failed)?;
+                // before the first file of this process: its own parts are no news
+                TOLD.call_once(|| tell_of_parts(folder));
                 Place::Beside(BufWriter::new(temporary(folder).map_err(failed)?))
             }
         };
@@ -102,10 +105,33 @@ impl Write for OutputFile {
     }
 }
 
+/// The beginning and the end of a temporary file's name.
+const PART: [&str; 2] = [".dsocs-", ".part"];
+
+/// Whether temporary files of others have been looked for.
+static TOLD: Once = Once::new();
+
+/// Tells of temporary files that are there already: a run that was killed cannot take its own away.
+fn tell_of_parts(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(PART[0]) && name.ends_with(PART[1]) {
+            eprintln!(
+                "note: {} is half a file, of a run that was killed or is still going",
+                entry.path().display()
+            );
+        }
+    }
+}
+
 /// A temporary file with the permissions that a new file has.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".dsocs-").suffix(".part");
+    builder.prefix(PART[0]).suffix(PART[1]);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

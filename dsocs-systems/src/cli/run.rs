@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 use dsocs_core::RunError;
@@ -10,8 +11,8 @@ use serde_json::{Map, Value, json};
 use super::destination::Destination;
 use super::plot::Plot;
 use super::table::TableWriter;
-use super::{CliError, progress};
-use crate::registry::{self, AnySystem, Beginning, Entry, RunFailure, UnknownName};
+use super::{CliError, interrupt, progress};
+use crate::registry::{self, AnySystem, Beginning, Entry, Row, RunFailure, UnknownName};
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -55,6 +56,10 @@ pub struct RunArguments {
     /// The table: a .csv or .json file, `-` for CSV on standard output (the default)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Record how regular the equations are at every node: the smallest singular values of D₃ and D₁, by which the
+    /// paper's theorem grants a discrete flow, and say where they vanish
+    #[arg(long)]
+    certify: bool,
     /// A figure of the coordinates (or of --columns) against time: an .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -103,7 +108,10 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         return Err(RunFailure::from(RunError::Until { until }).into());
     }
     let beginning = beginning(arguments, entry);
-    let all = registry::columns(system.as_ref());
+    let mut all = registry::columns(system.as_ref());
+    if arguments.certify {
+        all.extend(registry::CERTIFIED.map(str::to_owned));
+    }
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
     let mut plot = match &arguments.plot {
@@ -127,7 +135,13 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     let bar = progress::bar((until / h).abs() as u64, entry.name);
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let result = system.run(h, &beginning, until, &mut |row| {
+    let mut lost = Lost::default();
+    let interrupted = interrupt::watch();
+    let result = system.run(h, &beginning, until, arguments.certify, &mut |row| {
+        lost.look(row);
+        if interrupted.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
         if let Some(plot) = &mut plot {
             plot.push(row);
         }
@@ -151,6 +165,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         }
     });
     bar.finish_and_clear();
+    if let Some(note) = lost.note() {
+        eprintln!("{note}");
+    }
     if let Some(error) = broken {
         return Err(table.get_ref().failed(error));
     }
@@ -158,19 +175,63 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         finish(table)?;
         plot.map_or(Ok(()), Plot::finish)?;
     }
+    let place = || place(arguments);
     match result {
+        Ok(()) if interrupted.load(Ordering::Relaxed) => Err(CliError::Interrupted { rows, place: place() }),
         Ok(()) => Ok(()),
-        Err(failure) if rows > 0 => {
-            let files = [&arguments.out, &arguments.plot].into_iter().flatten();
-            let places: Vec<String> = files.map(|path| path.display().to_string()).collect();
-            let place = if places.is_empty() {
-                "standard output".to_owned()
-            } else {
-                places.join(" and ")
-            };
-            Err(CliError::Partial { failure, rows, place })
-        }
+        Err(failure) if rows > 0 => Err(CliError::Partial {
+            failure,
+            rows,
+            place: place(),
+        }),
         Err(failure) => Err(failure.into()),
+    }
+}
+
+/// The nodes at which a certified run is not regular.
+#[derive(Default)]
+struct Lost {
+    /// Number, time, and which flows are not granted, of the first.
+    first: Option<(u64, f64, &'static str)>,
+    /// How many there are.
+    count: u64,
+}
+
+impl Lost {
+    /// Looks at a node; the start has no step to be regular.
+    fn look(&mut self, row: &Row<'_>) {
+        let Some(regularity) = row.regularity.filter(|_| row.index > 0) else {
+            return;
+        };
+        let which = match (regularity.grants_forward(), regularity.grants_backward()) {
+            (true, true) => return,
+            (false, true) => "D₃ is singular, no forward flow is granted",
+            (true, false) => "D₁ is singular, no backward flow is granted",
+            (false, false) => "D₃ and D₁ are singular, no flow is granted",
+        };
+        self.first.get_or_insert((row.index, row.t, which));
+        self.count += 1;
+    }
+
+    /// What is to be said.
+    fn note(&self) -> Option<String> {
+        let (index, t, which) = self.first?;
+        Some(format!(
+            "note: regularity is lost at {} node{}, first at node {index}, t = {t}: {which}",
+            self.count,
+            if self.count == 1 { "" } else { "s" }
+        ))
+    }
+}
+
+/// Where the rows of a run go, for people.
+fn place(arguments: &RunArguments) -> String {
+    let files = [&arguments.out, &arguments.plot].into_iter().flatten();
+    let places: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    if places.is_empty() {
+        "standard output".to_owned()
+    } else {
+        places.join(" and ")
     }
 }
 

@@ -1,0 +1,28 @@
+//! Interruption by a signal: a run that is interrupted completes its files with what it has.
+
+use std::sync::Once;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether a signal came.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// The handler is set once a process.
+static WATCHED: Once = Once::new();
+
+/// Watches for SIGINT, SIGTERM and SIGHUP (Ctrl-C elsewhere) from now on. The first one is told by the flag that is given
+/// back; a second one ends the process.
+///
+/// Where no handler can be set, signals end the process as ever, and the flag is never set.
+pub fn watch() -> &'static AtomicBool {
+    WATCHED.call_once(|| {
+        let handler = || {
+            if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            eprintln!("note: an interrupted run will leave no file: {error}");
+        }
+    });
+    &INTERRUPTED
+}

@@ -1,0 +1,71 @@
+//! There and back again.
+
+use dsocs_core::{Flow, Start, System};
+
+use super::{Bar, Measured, Report, distance, larger};
+use crate::experiment::pendulum::{Q0, V0};
+use crate::particle::CurvedParticle;
+use crate::pendulum::InertiaWheelPendulum;
+
+/// The figures.
+pub fn run(report: &mut Report<'_>) {
+    // A step leaves ε |e|/|d| in the length of a leg, and the turn is proportional to the length: a random walk summed up,
+    // N^1.5 α ε |e|/|d| with α = |e|/|d| = 0.14 at h = 0.1, which is 1e-10. The bar of 1e-11 is for smaller steps.
+    for (h, bar) in [(0.1, 1e-10), (0.01, 1e-11)] {
+        report.measure(
+            format!("particle, h = {h}, 1e5 steps and back: distance from the start [m]"),
+            Bar::AtMost(bar),
+            || {
+                there_and_back(
+                    &CurvedParticle::default(),
+                    h,
+                    Start::second_order([0.0; 2], [1.0; 2]),
+                    100_000,
+                )
+            },
+        );
+    }
+    let pendulum = InertiaWheelPendulum::default();
+    for (h, steps) in [(0.1, 300), (0.01, 3000)] {
+        report.measure(
+            format!("pendulum, h = {h}, {steps} steps while |w| > 20 (nothing is damped) and back [rad]"),
+            Bar::AtMost(1e-9),
+            || there_and_back(&pendulum, h, Start::second_order(Q0, V0), steps),
+        );
+    }
+    report.measure(
+        "pendulum, h = 0.1: steps and back after which the start is still met to 1e-3 (of 1e5)",
+        Bar::Reported,
+        || {
+            let mut good = 0.0;
+            for steps in (0..17).map(|k| 100_000 >> k).rev() {
+                let back = there_and_back(&pendulum, 0.1, Start::second_order(Q0, V0), steps);
+                match back {
+                    Ok(distance) if distance <= 1e-3 => good = f64::from(steps),
+                    _ => break,
+                }
+            }
+            Ok(good)
+        },
+    );
+}
+
+/// Runs forward and back, and gives the largest distance of the first two nodes from where they were.
+fn there_and_back<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Measured {
+    let mut flow = Flow::new(system, h, start)?;
+    let (second, leg) = (*flow.position(), flow.leg());
+    let first = [second[0] - leg.d[0], second[1] - leg.d[1]];
+    for _ in 0..steps {
+        flow.advance()?;
+    }
+    flow.reverse();
+    let mut before = *flow.position();
+    for _ in 0..steps {
+        before = *flow.position();
+        flow.advance()?;
+    }
+    Ok(larger(
+        distance(flow.position(), &first),
+        distance(&before, &second),
+    ))
+}

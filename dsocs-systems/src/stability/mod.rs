@@ -1,0 +1,224 @@
+//! Hard cases: what is measured there, and the bar for it. `dsocs stability` prints the table.
+//!
+//! Every case is a function that measures one figure after the other and hands each to a [`Report`]. Nothing is drawn at
+//! random but by a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
+
+mod backward;
+mod functions;
+mod garbage;
+mod long;
+mod peers;
+mod roots;
+mod scales;
+mod singular;
+mod small;
+mod switch;
+mod turns;
+
+use std::error::Error;
+use std::time::Instant;
+
+/// A figure is held against this.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bar {
+    /// The figure may not be larger.
+    AtMost(f64),
+    /// The figure may not be smaller.
+    AtLeast(f64),
+    /// The figure is for information.
+    Reported,
+}
+
+impl Bar {
+    /// Whether a figure reaches it; what is not a number reaches none, also where it is for information.
+    #[must_use]
+    pub fn holds(self, figure: f64) -> bool {
+        match self {
+            Self::AtMost(bar) => figure <= bar,
+            Self::AtLeast(bar) => figure >= bar,
+            Self::Reported => !figure.is_nan(),
+        }
+    }
+}
+
+/// One figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The number of the case.
+    pub number: u8,
+    /// The case's name.
+    pub case: &'static str,
+    /// What is measured.
+    pub what: String,
+    /// The figure.
+    pub figure: f64,
+    /// The bar.
+    pub bar: Bar,
+    /// Why there is no figure.
+    pub failure: Option<String>,
+    /// How long it took, in s.
+    pub seconds: f64,
+}
+
+impl Row {
+    /// Whether the figure reaches its bar.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.failure.is_none() && self.bar.holds(self.figure)
+    }
+}
+
+/// What a measurement gives.
+type Measured = Result<f64, Box<dyn Error>>;
+
+/// The figures of one case.
+struct Report<'a> {
+    /// The case.
+    case: &'a Case,
+    /// Whether cases that take more than seconds are shortened.
+    quick: bool,
+    /// The figures so far.
+    rows: Vec<Row>,
+    /// Told of every figure.
+    done: &'a mut dyn FnMut(&Row),
+}
+
+impl Report<'_> {
+    /// Measures a figure.
+    fn measure(&mut self, what: impl Into<String>, bar: Bar, figure: impl FnOnce() -> Measured) {
+        let begun = Instant::now();
+        let measured = figure();
+        self.push(what.into(), bar, measured, begun.elapsed().as_secs_f64());
+    }
+
+    /// Measures several figures in one go; the time is told of each.
+    fn measure_all<const K: usize>(
+        &mut self,
+        whats: [(String, Bar); K],
+        figures: impl FnOnce() -> Result<[f64; K], Box<dyn Error>>,
+    ) {
+        let begun = Instant::now();
+        let measured = figures();
+        let seconds = begun.elapsed().as_secs_f64();
+        for (place, (what, bar)) in whats.into_iter().enumerate() {
+            let figure = match &measured {
+                Ok(figures) => Ok(figures[place]),
+                Err(error) => Err(error.to_string().into()),
+            };
+            self.push(what, bar, figure, seconds);
+        }
+    }
+
+    /// Takes in a figure.
+    fn push(&mut self, what: String, bar: Bar, measured: Measured, seconds: f64) {
+        let (figure, failure) = match measured {
+            Ok(figure) => (figure, None),
+            Err(error) => (f64::NAN, Some(error.to_string())),
+        };
+        let row = Row {
+            number: self.case.number,
+            case: self.case.name,
+            what,
+            figure,
+            bar,
+            failure,
+            seconds,
+        };
+        (self.done)(&row);
+        self.rows.push(row);
+    }
+}
+
+/// A hard case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Its number.
+    pub number: u8,
+    /// Its name.
+    pub name: &'static str,
+    /// What is measured.
+    run: fn(&mut Report<'_>),
+}
+
+impl Case {
+    /// Measures all figures of the case; `done` is told of each. Quick cases take seconds.
+    pub fn run(&self, quick: bool, done: &mut dyn FnMut(&Row)) -> Vec<Row> {
+        let mut report = Report {
+            case: self,
+            quick,
+            rows: Vec::new(),
+            done,
+        };
+        (self.run)(&mut report);
+        report.rows
+    }
+}
+
+/// All cases.
+pub const CASES: &[Case] = &[
+    Case {
+        number: 1,
+        name: "long runs",
+        run: long::run,
+    },
+    Case {
+        number: 2,
+        name: "small steps",
+        run: small::run,
+    },
+    Case {
+        number: 3,
+        name: "large turns",
+        run: turns::run,
+    },
+    Case {
+        number: 4,
+        name: "scales",
+        run: scales::run,
+    },
+    Case {
+        number: 5,
+        name: "close roots",
+        run: roots::run,
+    },
+    Case {
+        number: 6,
+        name: "singular points",
+        run: singular::run,
+    },
+    Case {
+        number: 7,
+        name: "stiff switch",
+        run: switch::run,
+    },
+    Case {
+        number: 8,
+        name: "backward",
+        run: backward::run,
+    },
+    Case {
+        number: 9,
+        name: "garbage",
+        run: garbage::run,
+    },
+    Case {
+        number: 10,
+        name: "library functions",
+        run: functions::run,
+    },
+    Case {
+        number: 11,
+        name: "beside a general method",
+        run: peers::run,
+    },
+];
+
+/// The largest absolute difference of two vectors' components.
+fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
+}
+
+/// The larger of two numbers; NaN if either is, which `f64::max` would forget.
+fn larger(x: f64, y: f64) -> f64 {
+    if x >= y || x.is_nan() { x } else { y }
+}
