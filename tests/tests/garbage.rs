@@ -1,0 +1,121 @@
+//! Any numbers for states, parameters and steps, on all systems: never a panic, never a hang, and every step that is
+//! accepted leads to a finite node.
+
+#[allow(dead_code)] // some of them are not for any numbers
+mod systems;
+
+use dsocs_core::{Flow, Real, Regularity, Start, System};
+use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain2, Wavy};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestRunner};
+use systems::{builtin, constrained, maps, mass, opaque};
+
+/// A number of any kind, or an ordinary one.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        3 => -2.0..2.0,
+        1 => prop::num::f64::ANY,
+        1 => (-300.0..300.0_f64).prop_map(|exponent| 10.0_f64.powf(exponent)),
+        1 => prop::sample::select(vec![0.0, -0.0, f64::NAN, f64::INFINITY, f64::MAX, f64::MIN_POSITIVE, 5e-324, 1e-320]),
+    ]
+}
+
+/// Runs a system from random starts.
+fn shoot<S: System<N>, const N: usize>(system: &S) {
+    let config = Config {
+        cases: 300,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(4),
+        ..Config::default()
+    };
+    let vector = || prop::array::uniform::<_, N>(number());
+    let steps = prop_oneof![2 => Just(0.1), 1 => number()];
+    let result = TestRunner::new(config).run(&(0..3, steps, vector(), vector()), |(rule, h, q, v)| {
+        let start = match rule {
+            0 => Start::paper(q, v),
+            1 => Start::second_order(q, v),
+            _ => Start::nodes(q, v),
+        };
+        let Ok(mut flow) = Flow::new(system, h, start) else {
+            return Ok(());
+        };
+        for _ in 0..10 {
+            let leg = flow.leg();
+            match flow.advance() {
+                Ok(_) => prop_assert!(flow.position().iter().all(|q| q.is_finite())),
+                Err(error) => {
+                    prop_assert!(!error.to_string().is_empty());
+                    // whatever the state, its regularity and the pair of roots can be asked for
+                    let _ = Regularity::of(system, h, &leg, &[0.0; N]).grants_flow();
+                    let _ = flow.roots();
+                    break;
+                }
+            }
+            let _ = (flow.node(), flow.regularity());
+        }
+        Ok(())
+    });
+    if let Err(error) = result {
+        panic!("{error}");
+    }
+}
+
+/// A curvature with functions whose dual numbers are delicate.
+struct Delicate;
+
+impl Curvature for Delicate {
+    fn at<D: Real>(&self, x: D, y: D) -> D {
+        (x * 400.0).tanh() + (x * x).sqrt() - (y.abs() + 1.0).ln() + x.powi(3).cbrt() * y.atan2(x)
+    }
+}
+
+#[test]
+fn on_the_systems_of_the_paper() {
+    shoot(&CurvedParticle::default());
+    shoot(&CurvedParticle {
+        mass: 1e-300,
+        curvature: Constant(1e300),
+    });
+    shoot(&CurvedParticle {
+        mass: 1.0,
+        curvature: Wavy::default(),
+    });
+    shoot(&CurvedParticle {
+        mass: 1.0,
+        curvature: Delicate,
+    });
+    shoot(&InertiaWheelPendulum::default());
+    shoot(&InertiaWheelPendulum {
+        rho: 1e200,
+        ..InertiaWheelPendulum::default()
+    });
+    shoot(&PlanarChain2::default());
+}
+
+#[test]
+fn on_systems_with_many_functions() {
+    shoot(&builtin::Everywhere { p: 0.9 });
+    shoot(&builtin::Positive { p: 0.9 });
+    shoot(&builtin::Bounded { p: 0.9 });
+    shoot(&builtin::Branches { edge: 0.3 });
+    shoot(&opaque::Landscape::default());
+    shoot(&opaque::Metric::default());
+    shoot(&opaque::Speed { gain: 0.4 });
+}
+
+#[test]
+fn on_systems_with_other_maps_and_constraints() {
+    shoot(&maps::Midpoint {
+        mass: 1.3,
+        stiffness: 0.7,
+    });
+    shoot(&maps::Forward { curvature: 0.8 });
+    shoot(&maps::Averaged { curvature: 0.8 });
+    shoot(&constrained::Two { mass: 1.5 });
+    shoot(&constrained::Forces { mass: 1.5 });
+    shoot(&constrained::Divided { mass: 1.5 });
+    shoot(&mass::Constrained {
+        ratio: 0.6,
+        gravity: 9.81,
+    });
+}

@@ -1,0 +1,111 @@
+//! A constraint with two solutions at every step: both are found on request, a run follows the one it is on or says that
+//! it cannot tell, and never goes over to the other in silence.
+
+use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, dsocs};
+
+/// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
+///
+/// With the second difference `e` the discrete solutions are `e = −h² x₁` and `e = 2(h drift − d)`.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (dot(x) - drift) * (ddot(x) + x);
+    forces = [(1,)];
+}]
+struct Either {
+    drift: f64,
+}
+
+const H: f64 = 0.1;
+
+/// The next nodes of the oscillator and of the uniform motion.
+fn solutions(system: &Either, flow: &Flow<'_, Either, 1>) -> [f64; 2] {
+    let leg = flow.leg();
+    let (q, d) = (leg.q[0], leg.d[0]);
+    [q + (d - H * H * q), q + (2.0 * H * system.drift - d)]
+}
+
+#[test]
+fn both_solutions_are_found_on_request() {
+    let system = Either { drift: 0.3 };
+    let mut flow = Flow::new(&system, H, Start::second_order([1.0], [0.0])).unwrap();
+    for _ in 0..200 {
+        let wanted = solutions(&system, &flow);
+        let roots = flow.roots().unwrap();
+        let other = roots.other.expect("the other solution");
+        let near = |x: f64, y: f64| (x - y).abs() <= 1e-9;
+        let found = roots.found[0];
+        assert!(
+            (near(found, wanted[0]) && near(other[0], wanted[1]))
+                || (near(found, wanted[1]) && near(other[0], wanted[0])),
+            "{roots:?} {wanted:?}"
+        );
+        let report = flow.advance_to(&[wanted[0]]).unwrap();
+        assert_eq!(report.guess, Guess::Given);
+        assert!((flow.position()[0] - wanted[0]).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_run_follows_its_motion_or_says_that_it_cannot_tell() {
+    // the velocity of the oscillator passes through the drift twice a period
+    for drift in [0.3, 0.71, -0.5, 0.99] {
+        let system = Either { drift };
+        let mut flow = Flow::new(&system, H, Start::second_order([1.0], [0.0])).unwrap();
+        let (mut refused, mut crossed) = (0, 0);
+        let mut side = true;
+        for _ in 0..5000 {
+            let [oscillator, uniform] = solutions(&system, &flow);
+            crossed += u32::from((oscillator > uniform) != side);
+            side = oscillator > uniform;
+            match flow.advance() {
+                Ok(_) => {
+                    let found = flow.position()[0];
+                    assert!(
+                        (found - oscillator).abs() <= 0.5 * (oscillator - uniform).abs() + 1e-8,
+                        "step {}: {found}, not {oscillator}; the other is {uniform}",
+                        flow.index()
+                    );
+                }
+                Err(error) => {
+                    let details = error.details();
+                    assert_eq!(details.cause.reason, StepFailure::AmbiguousRoot);
+                    let pair = [details.q2[0], details.other[0]];
+                    let near = |wanted: f64| pair.iter().any(|q| (q - wanted).abs() < 1e-8);
+                    assert!(near(oscillator) && near(uniform), "{pair:?}");
+                    refused += 1;
+                    flow.advance_to(&[oscillator]).unwrap();
+                }
+            }
+        }
+        println!("drift {drift}: {crossed} crossings, {refused} steps refused");
+        assert!(crossed > 100 && refused < 2 * crossed);
+    }
+}
+
+#[test]
+fn the_error_tells_both_solutions_and_what_to_do() {
+    // no past, and the guess lies between two roots that are close
+    let system = Either { drift: 0.3 };
+    let start = Start::nodes([0.97], [1.0]);
+    let mut flow = Flow::new(&system, H, start).unwrap();
+    match flow.until(10.0) {
+        Err(failure) => {
+            let RunError::Step(error) = &failure.error else {
+                panic!("{failure:?}")
+            };
+            let message = error.to_string();
+            for part in [
+                "no unique solution",
+                " or [",
+                "branch = divide(factor)",
+                "advance_to",
+                "condition",
+            ] {
+                assert!(message.contains(part), "no {part:?} in: {message}");
+            }
+            assert!(!failure.trajectory.is_empty(), "what was computed is kept");
+        }
+        Ok(_) => panic!("two roots at the very start"),
+    }
+}
