@@ -18,6 +18,9 @@ use crate::trajectory::{Failure, Node, Observer, Trajectory};
 /// parts of updates apart.
 pub(crate) const MAX_ITERATIONS: u32 = 60;
 
+/// The first steps, which have too short a past to tell by it which of two roots continues the motion.
+const SHORT_PAST: u64 = 5;
+
 /// A discrete motion in progress.
 ///
 /// The flow is an endless iterator of nodes. Node `k` is handed out once the step with the middle node `k` is
@@ -278,7 +281,8 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn solve(&mut self) -> Result<StepReport, StepError> {
         let leg = self.leg();
         let mut step = Step::new(self.system, &self.constants, leg, self.h);
-        step.watchful = self.watchful;
+        // without a past nothing else tells two roots apart
+        step.watchful = self.watchful || self.middle <= SHORT_PAST;
         let (z, report) = match step.solve(&self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),

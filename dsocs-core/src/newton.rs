@@ -28,7 +28,10 @@ const SUSPECT: f64 = 1e-2;
 const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
 
 /// Another root is close if it is nearer than the unknown is large, over this.
-const CLOSE: f64 = 0.25;
+const CLOSE: f64 = 0.5;
+
+/// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
+pub(crate) const BENT: f64 = 1e-4;
 
 /// How far an unknown is moved, relative to itself, to see whether the rows depend on it.
 const NEARBY: f64 = 1e-3;
@@ -263,13 +266,18 @@ fn watched<E: Equations>(
     size: &E::Z,
     root: Root<E::Z>,
 ) -> Root<E::Z> {
-    // component by component and without divisions: this is a usual path
+    // without divisions, and for the worst pair of components: this is a usual path
+    let (mut before, mut after, mut smallest, mut largest) = (0.0_f64, 0.0_f64, f64::INFINITY, 0.0_f64);
     let updates = first.at.update.as_ref().iter().zip(second.at.update.as_ref());
     let sizes = second.at.z.as_ref().iter().zip(size.as_ref());
-    let close = |((before, after), (z, size)): ((&f64, &f64), (&f64, &f64))| {
-        after.abs() * z.abs().max(*size) >= CLOSE * before * before
-    };
-    if E::WATCHED && (equations.watchful() || updates.zip(sizes).any(close)) {
+    for ((first, second), (z, size)) in updates.zip(sizes) {
+        let size = z.abs().max(*size);
+        (before, after) = (before.max(first.abs()), after.max(second.abs()));
+        (smallest, largest) = (smallest.min(size), largest.max(size));
+    }
+    let close = after * (largest * largest) >= CLOSE * (before * before) * smallest;
+    let straight = after * largest < BENT * before * smallest;
+    if E::WATCHED && !straight && (equations.watchful() || close) {
         bent([first, second], size, root)
     } else {
         root

@@ -2,16 +2,13 @@
 
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
-use crate::newton::{self, Equations as _, Root, relative};
+use crate::newton::{self, BENT, Equations as _, Root, relative};
 use crate::predictor::Predictor;
 use crate::system::{Leg, System};
 use crate::unknown::{Linearization, Unknown as _};
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
-
-/// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
-const BENT: f64 = 1e-4;
 
 /// How far an extrapolated determinant may be from that of the root that continues the motion, relative to it. The other
 /// root of a pair is about 2 away.
