@@ -1,0 +1,167 @@
+//! Inner sums of recurrences, in lanes.
+//!
+//! A recurrence of order `k` needs `Σ x_j y_{k-j}`. The terms with `0 < j < k` are of lower orders: they are formed for all
+//! recurrences of a system together, [`LANES`] at a time, and the generated code adds the rest. Coefficients of one order
+//! stand side by side, so that neither stream of a convolution has to be reversed.
+
+use super::jet::Tape;
+
+/// The highest order of a series.
+pub const MAX_ORDER: usize = 40;
+
+/// Rows of a table: one for each order, and one that a position is ahead of its velocity.
+pub(crate) const ROWS: usize = MAX_ORDER + 2;
+
+/// How many inner sums stand side by side.
+pub const LANES: usize = 4;
+
+/// `1/k`, and infinity for 0.
+pub const RECIPROCALS: [f64; ROWS] = {
+    let mut table = [f64::INFINITY; ROWS];
+    let mut k = 1;
+    while k < ROWS {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
+/// Coefficients of one order.
+type Row = [f64; LANES];
+
+/// The operands of some inner sums, order by order.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Products {
+    /// The factors on the left.
+    pub left: [Row; ROWS],
+    /// The factors on the right.
+    pub right: [Row; ROWS],
+}
+
+/// The operands of some inner sums of squares, order by order.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Squares {
+    /// The operands.
+    pub rows: [Row; ROWS],
+}
+
+/// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
+/// user's functions.
+#[derive(Debug)]
+pub struct Table<const P: usize, const S: usize, const C: usize> {
+    /// Operands of products.
+    pub products: Box<[Products; P]>,
+    /// Operands of squares.
+    pub squares: Box<[Squares; S]>,
+    /// The functions of the user's, recorded.
+    pub calls: Box<[Tape; C]>,
+}
+
+impl<const P: usize, const S: usize, const C: usize> Default for Table<P, S, C> {
+    fn default() -> Self {
+        let zero = [[0.0; LANES]; ROWS];
+        Self {
+            products: boxed(|| Products {
+                left: zero,
+                right: zero,
+            }),
+            squares: boxed(|| Squares { rows: zero }),
+            calls: boxed(Tape::default),
+        }
+    }
+}
+
+/// An array that was never on the stack.
+fn boxed<T, const M: usize>(element: impl Fn() -> T) -> Box<[T; M]> {
+    let elements: Box<[T]> = (0..M).map(|_| element()).collect();
+    match elements.try_into() {
+        Ok(array) => array,
+        // the lengths are equal
+        Err(_) => Box::new(core::array::from_fn(|_| element())),
+    }
+}
+
+#[allow(clippy::inline_always)] // compiled again for the machine's own instructions, see `super::dispatch`
+impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
+    /// The inner sums of products of order `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn product_sums<const FUSED: bool>(&self, k: usize) -> [Row; P] {
+        let mut sums = [[0.0; LANES]; P];
+        for (sum, block) in sums.iter_mut().zip(self.products.iter()) {
+            *sum = product_sum::<FUSED>(block, k);
+        }
+        sums
+    }
+
+    /// The inner sums of squares of order `k`.
+    #[inline(always)]
+    #[must_use]
+    pub fn square_sums<const FUSED: bool>(&self, k: usize) -> [Row; S] {
+        let mut sums = [[0.0; LANES]; S];
+        for (sum, block) in sums.iter_mut().zip(self.squares.iter()) {
+            *sum = square_sum::<FUSED>(block, k);
+        }
+        sums
+    }
+}
+
+/// `sum + a b`, rounded once if `FUSED`.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+#[must_use]
+pub fn add_product<const FUSED: bool>(sum: f64, a: f64, b: f64) -> f64 {
+    if FUSED { a.mul_add(b, sum) } else { sum + a * b }
+}
+
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
+    for lane in 0..LANES {
+        sum[lane] = add_product::<FUSED>(sum[lane], a[lane], b[lane]);
+    }
+}
+
+/// `Σ left_j right_{k-j}` over `0 < j < k`. Two sums run beside each other: one alone would wait for itself.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn product_sum<const FUSED: bool>(block: &Products, k: usize) -> Row {
+    let k = k.clamp(1, ROWS);
+    let (left, right) = (&block.left[1..k], &block.right[1..k]);
+    let mut sums = [[0.0; LANES]; 2];
+    let (mut pairs, mut mirrored) = (left.chunks_exact(2), right.rchunks_exact(2));
+    for (x, y) in pairs.by_ref().zip(mirrored.by_ref()) {
+        add_rows::<FUSED>(&mut sums[0], &x[0], &y[1]);
+        add_rows::<FUSED>(&mut sums[1], &x[1], &y[0]);
+    }
+    if let ([x], [y]) = (pairs.remainder(), mirrored.remainder()) {
+        add_rows::<FUSED>(&mut sums[0], x, y);
+    }
+    let mut sum = sums[0];
+    for lane in 0..LANES {
+        sum[lane] += sums[1][lane];
+    }
+    sum
+}
+
+/// `Σ x_j x_{k-j}` over `0 < j < k`, each product once.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn square_sum<const FUSED: bool>(block: &Squares, k: usize) -> Row {
+    let k = k.clamp(1, ROWS);
+    let rows = &block.rows[1..k];
+    let (below, above) = rows.split_at(rows.len() / 2);
+    let mut sum = [0.0; LANES];
+    for (x, y) in below.iter().zip(above.iter().rev()) {
+        add_rows::<FUSED>(&mut sum, x, y);
+    }
+    for x in &mut sum {
+        *x *= 2.0;
+    }
+    if rows.len() % 2 == 1 {
+        add_rows::<FUSED>(&mut sum, &above[0], &above[0]);
+    }
+    sum
+}
