@@ -9,10 +9,11 @@ const MIN_ORDER: usize = 8;
 
 /// How exact a step is to be.
 ///
-/// The velocity of every coordinate is known at the end of a step to within `relative` times its own size plus
-/// `absolute`; its size is the largest of `|v|` and `|a| h` at the beginning of the step, so that a velocity may pass
-/// through zero. The position then is exact to as much of the way that it makes in a step. There is no other scale: the
-/// default absolute part is 0, and coordinates may have different units.
+/// At the end of a step the velocity is known to within `relative` times its size plus `absolute`. Its size is the largest
+/// component, at the beginning of the step or in what the acceleration there adds in the step, so that the motion may turn
+/// round or begin at rest. The position then is exact to as much of the way that it makes in the step. The default
+/// absolute part is 0: there is no hidden scale. Components are compared as numbers; where coordinates of different units
+/// differ much in size, say in what units they compare ([`super::TaylorFlow::scales`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {
@@ -73,48 +74,55 @@ const LEAST_DEFECT: f64 = 1e-12;
 
 /// What is computed once of a tolerance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Control {
+pub(super) struct Control<const N: usize> {
     relative: f64,
     absolute: f64,
     /// The part of the radius of convergence that a step takes.
     part: f64,
+    /// What the components are multiplied with before they are compared.
+    weights: [f64; N],
 }
 
-impl Control {
-    pub(crate) fn new(tolerance: &Tolerance, order: usize) -> Self {
+impl<const N: usize> Control<N> {
+    pub(super) fn new(tolerance: &Tolerance, order: usize) -> Self {
         Self {
             relative: tolerance.relative,
             absolute: tolerance.absolute,
             part: tolerance.relative.powf(1.0 / order as f64),
+            weights: [1.0; N],
         }
+    }
+
+    /// Sets in what units the components compare.
+    pub(super) fn scales(&mut self, scales: &[f64; N]) {
+        self.weights = scales.map(f64::recip);
+    }
+
+    /// The size of a vector; NaN if a component is.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    fn size(&self, x: &[f64; N]) -> f64 {
+        let mut size = 0.0_f64;
+        for (x, weight) in x.iter().zip(&self.weights) {
+            let x = (x * weight).abs();
+            size = if x <= size { size } else { x };
+        }
+        size
     }
 
     /// The step, from the two last coefficients of the velocity; infinite where they vanish, not positive or NaN where
     /// they are not finite. `last` is the last step.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(super) fn step<const N: usize>(&self, series: &Series<N>, last: Option<f64>) -> f64 {
+    pub(super) fn step(&self, series: &Series<N>, last: Option<f64>) -> f64 {
         let Some(last) = last else {
             return self.first_step(series);
         };
         let p = series.order();
         let v = series.velocity();
-        let mut largest = [0.0_f64; 2];
-        for i in 0..N {
-            let size = v[0][i].abs().max((v[1][i] * last).abs()) + self.absolute / self.relative;
-            let coefficients = [v[p - 1][i].abs(), v[p][i].abs()];
-            for (largest, coefficient) in largest.iter_mut().zip(coefficients) {
-                let ratio = if coefficient == 0.0 {
-                    0.0
-                } else {
-                    coefficient / size
-                };
-                // NaN is to be seen
-                *largest = if ratio <= *largest { *largest } else { ratio };
-            }
-        }
-        let radius = |ratio: f64, k: usize| -log2(ratio) / k as f64;
-        let (before, last) = (radius(largest[0], p - 1), radius(largest[1], p));
+        let size = self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative;
+        let radius = |k: usize| (log2(size) - log2(self.size(&v[k]))) / k as f64;
+        let (before, last) = (radius(p - 1), radius(p));
         exp2(if before < last { before } else { last }) * self.part
     }
 
@@ -122,54 +130,44 @@ impl Control {
     /// of the system, with which the series `next` begins.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(super) fn good<const N: usize>(
-        &self,
-        series: &Series<N>,
-        next: &Series<N>,
-        a: &[f64; N],
-        size: f64,
-    ) -> bool {
+    pub(super) fn good(&self, series: &Series<N>, next: &Series<N>, a: &[f64; N], h: f64) -> bool {
         let (v, end) = (series.velocity(), next.velocity());
-        let relative = (DEFECT * self.relative).max(LEAST_DEFECT);
-        let mut good = true;
-        for i in 0..N {
-            let way = v[0][i]
-                .abs()
-                .max(v[1][i].abs() * size)
-                .max(end[1][i].abs() * size);
-            let defect = (end[1][i] - a[i]).abs() * size;
-            good &= defect <= relative * way + DEFECT * self.absolute;
+        let mut defect = end[1];
+        for (defect, a) in defect.iter_mut().zip(a) {
+            *defect -= a;
         }
-        good
+        let way = self.size(&v[1]).max(self.size(&end[1])) * h;
+        let size = self.size(&v[0]).max(way);
+        let allowed = (DEFECT * self.relative).max(LEAST_DEFECT) * size + DEFECT * self.absolute;
+        self.size(&defect) * h <= allowed
     }
 
-    /// The first step, of which no step is known before: a velocity's size is the largest term of its series that the step
-    /// makes, so that a motion may begin at rest.
+    /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
+    /// step makes, so that a motion may begin at rest.
     #[cold]
-    fn first_step<const N: usize>(&self, series: &Series<N>) -> f64 {
+    fn first_step(&self, series: &Series<N>) -> f64 {
         let p = series.order();
         let v = series.velocity();
         let mut step = f64::INFINITY;
-        for i in 0..N {
-            for last in [p - 1, p] {
-                let coefficient = v[last][i].abs();
-                if coefficient == 0.0 {
-                    continue;
-                }
-                let mut longest = 0.0_f64;
-                for k in 0..=2.min(last - 1) {
-                    let floor = if k == 0 {
-                        self.absolute / self.relative
-                    } else {
-                        0.0
-                    };
-                    let ratio = (v[k][i].abs() + floor) / coefficient;
-                    longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
-                }
-                if !(longest >= step) {
-                    step = longest;
-                }
+        for last in [p - 1, p] {
+            let coefficient = self.size(&v[last]);
+            if coefficient == 0.0 {
+                continue;
             }
+            let mut longest = 0.0_f64;
+            for k in 0..=2.min(last - 1) {
+                let floor = if k == 0 {
+                    self.absolute / self.relative
+                } else {
+                    0.0
+                };
+                let ratio = (self.size(&v[k]) + floor) / coefficient;
+                longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
+            }
+            if longest.is_nan() || coefficient.is_nan() {
+                return f64::NAN;
+            }
+            step = step.min(longest);
         }
         step
     }

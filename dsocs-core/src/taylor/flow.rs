@@ -57,7 +57,7 @@ pub struct TaylorFlow<'s, S: Jets<N>, const N: usize> {
     /// The series at the current point.
     next: Series<N>,
     /// The control of the steps.
-    control: Control,
+    control: Control<N>,
     /// The time where the last step began, and its length.
     last: Option<(Compensated<1>, f64)>,
     /// The current time.
@@ -137,6 +137,14 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
     #[must_use]
     pub fn smallest_step(mut self, smallest: f64) -> Self {
         self.smallest = smallest;
+        self
+    }
+
+    /// Sets in what units the coordinates' velocities compare: of which numbers of each are of one size (1 for each unless
+    /// set).
+    #[must_use]
+    pub fn scales(mut self, scales: [f64; N]) -> Self {
+        self.control.scales(&scales);
         self
     }
 

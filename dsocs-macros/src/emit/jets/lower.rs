@@ -32,6 +32,21 @@ impl<'g> Lower<'g> {
         }
     }
 
+    /// How many products of sequences some expressions take, functions aside.
+    pub(super) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
+        let mut lower = Lower::new(graph, outputs);
+        for &output in outputs {
+            lower.lower(output);
+        }
+        let product = |op: &Op| {
+            matches!(
+                op,
+                Op::Product(..) | Op::Square(_) | Op::Quotient(..) | Op::Reciprocal(_)
+            )
+        };
+        lower.sequences.ops().filter(|(_, op)| product(op)).count()
+    }
+
     /// The sequence of an expression.
     pub(super) fn lower(&mut self, id: NodeId) -> Sequence {
         if let Some(&done) = self.done.get(&id) {

@@ -5,6 +5,7 @@
 //! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
 mod call;
+mod horner;
 mod lower;
 mod motion;
 mod sequence;
@@ -125,6 +126,22 @@ impl Plan {
             .collect()
     }
 
+    /// The statements of order `k` that the orders to come need once the accelerations are known.
+    fn again(&self, writer: &mut Writer<'_>) -> TokenStream {
+        let operands = writer.sequences.products.iter().flatten();
+        let mut outputs: Vec<Sequence> = operands
+            .chain(&writer.sequences.squares)
+            .map(|operand| operand.sequence())
+            .collect();
+        outputs.extend(&self.accelerations);
+        let needed = writer.sequences.needed(&outputs);
+        self.ops
+            .iter()
+            .filter(|(to, _)| self.accelerated.contains(to) && needed.contains(to))
+            .map(|(to, op)| writer.next(*to, op))
+            .collect()
+    }
+
     /// The body of `expand`.
     fn body(&self, writer: &mut Writer<'_>, motion: &Motion) -> TokenStream {
         let [q, v, a, z, s, y] = ["q", "v", "a", "z", "s", "y"].map(local);
@@ -142,6 +159,7 @@ impl Plan {
             (TokenStream::new(), TokenStream::new())
         } else {
             let (start, next) = (self.start(writer, true), self.next(writer, true));
+            let again = self.again(writer);
             let unknown: Vec<_> = motion
                 .unknown
                 .iter()
@@ -170,7 +188,7 @@ impl Plan {
                     #next
                     let update = ::dsocs_core::taylor::back::<__FUSED, _>(&#inverse, &[#(#kth_rows),*]);
                     #(#a[#unknown] = update[#places];)*
-                    #next
+                    #again
                 },
             )
         };
@@ -204,3 +222,6 @@ fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>)
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
     program.code(&values, &HashMap::new(), &|_| quote!(::core::unreachable!()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,8 @@
 
 use std::collections::HashMap;
 
+use super::horner::Horner;
+use super::lower::Lower;
 use super::simplify::Simplify;
 use crate::emit::collapse::{Collapse, Variables};
 use crate::emit::equations::{self, Equation};
@@ -87,8 +89,13 @@ impl Solving<'_> {
     fn linear_row(&mut self) -> Option<(usize, usize, NodeId)> {
         let mut best: Option<(u32, (usize, usize, NodeId))> = None;
         let mut merge = Merge::default();
-        for (row, equation) in self.rows.iter().enumerate() {
+        for (row, equation) in self.rows.clone().into_iter().enumerate() {
             if equation.divide.is_some() {
+                continue;
+            }
+            // put into many other rows, a solution with products of its own would multiply them
+            let few = self.unknown.len() <= MOST_ROWS;
+            if !few && !self.constant_coefficients(equation.value) {
                 continue;
             }
             for &i in self.unknown.iter().rev() {
@@ -107,6 +114,14 @@ impl Solving<'_> {
             }
         }
         best.map(|(_, choice)| choice)
+    }
+
+    /// Whether a row is linear in the accelerations with coefficients of the parameters alone.
+    fn constant_coefficients(&mut self, row: NodeId) -> bool {
+        self.unknown.iter().all(|&i| {
+            let slope = self.graph.derivative(row, Leaf::A(i));
+            self.graph.leaves(slope).next().is_none()
+        })
     }
 
     /// Divides the declared factors out. They are of order 1 at most, and where the other rows hold they divide as
@@ -199,7 +214,8 @@ impl Solving<'_> {
         let mut rows: Vec<NodeId> = self.rows.iter().map(|row| row.value).collect();
         let mut all = [accelerations.as_mut_slice(), rows.as_mut_slice()].concat();
         tidy(graph, &mut all);
-        let rows = all.split_off(n);
+        let rows = gathered(graph, &all[n..]);
+        all.truncate(n);
         let jacobian = rows
             .iter()
             .map(|&row| {
@@ -216,6 +232,16 @@ impl Solving<'_> {
             jacobian,
             affine,
         }
+    }
+}
+
+/// Rows multiplied out and gathered, if that leaves fewer products.
+fn gathered(graph: &mut Graph, rows: &[NodeId]) -> Vec<NodeId> {
+    let mut horner = Horner::default();
+    let rewritten: Option<Vec<NodeId>> = rows.iter().map(|&row| horner.rewrite(graph, row)).collect();
+    match rewritten {
+        Some(rewritten) if Lower::cost(graph, &rewritten) < Lower::cost(graph, rows) => rewritten,
+        _ => rows.to_vec(),
     }
 }
 

@@ -150,6 +150,15 @@ pub(super) enum Operand {
     Rate(Sequence),
 }
 
+impl Operand {
+    /// The sequence itself.
+    pub(super) fn sequence(self) -> Sequence {
+        match self {
+            Self::Plain(sequence) | Self::Rate(sequence) => sequence,
+        }
+    }
+}
+
 /// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Lane {
