@@ -49,8 +49,9 @@ impl Tolerance {
 
     /// The order of the velocity's series.
     ///
-    /// Jorba and Zou's `-ln(ε)/2 + 1` is best where the work grows with the square of the order. Up to some 25 it grows
-    /// about linearly here, so higher orders pay.
+    /// Jorba and Zou's `-ln(ε)/2 + 1` is best where the work grows with the square of the order; here it grows more slowly up
+    /// to an order of some 20, which speaks for higher orders. Much higher ones make longer steps, in which large terms of
+    /// both signs cancel.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small positive number
     pub(crate) fn chosen_order(&self) -> usize {
         let of_tolerance = || {
@@ -62,9 +63,9 @@ impl Tolerance {
 }
 
 /// The order per natural logarithm of the tolerance.
-const ORDER_SLOPE: f64 = 0.6;
+const ORDER_SLOPE: f64 = 0.5;
 /// The order at the tolerance 1.
-const ORDER_OFFSET: f64 = 4.0;
+const ORDER_OFFSET: f64 = 3.0;
 
 /// The defect at the end of a step, times the step, may be so many times the tolerance. Of a series that converges it is
 /// a few times its last term.

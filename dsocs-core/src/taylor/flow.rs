@@ -6,7 +6,6 @@ use super::Jets;
 use super::control::{Control, Tolerance};
 use super::dispatch::{self, Work};
 use super::error::{TaylorError, TaylorFailure};
-use super::kernel::LANES;
 use super::polynomial::Polynomial;
 use super::series::Series;
 use crate::compensated::Compensated;
@@ -14,6 +13,9 @@ use crate::system::System;
 
 /// How many steps a motion may take unless [`TaylorFlow::max_steps`] says otherwise.
 const MAX_STEPS: u64 = 10_000_000;
+
+/// So many states are worked out before they are handed on.
+const BUFFER: usize = 32;
 
 /// How much smaller a step is tried after one that was not good.
 const SHORTER: f64 = 0.5;
@@ -271,6 +273,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             }
             previous = t;
         }
+        let mut buffer = [self.state(); BUFFER];
         let mut rest = times;
         while let Some(&t) = rest.first() {
             let now = self.t.hi[0];
@@ -286,10 +289,9 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             );
             let count = rest.iter().take_while(|&&t| inside(t, reached)).count();
             let (within, beyond) = rest.split_at(count);
-            for times in within.chunks(LANES) {
-                for state in &polynomial.states(times)[..times.len()] {
-                    observer(state);
-                }
+            for times in within.chunks(buffer.len()) {
+                polynomial.states(times, &mut buffer);
+                buffer[..times.len()].iter().for_each(&mut observer);
             }
             rest = beyond;
         }

@@ -3,7 +3,6 @@
 use super::Jets;
 use super::dispatch::{self, Work};
 use super::flow::State;
-use super::kernel::LANES;
 use super::series::Series;
 use crate::compensated::Compensated;
 use crate::system::Point;
@@ -77,35 +76,70 @@ impl<'f, S: Jets<N>, const N: usize> Polynomial<'f, S, N> {
         self.system.continuous_force(&self.point(t))
     }
 
-    /// The states at up to [`LANES`] times, at once.
-    #[must_use]
-    pub fn states(&self, times: &[f64]) -> [State<N>; LANES] {
-        let last = times.last().copied().unwrap_or(self.t.hi[0]);
-        let times: [f64; LANES] = core::array::from_fn(|lane| times.get(lane).copied().unwrap_or(last));
-        let since = times.map(|t| self.since(t));
-        let [q, v] = dispatch::run(Values {
-            series: self.series,
-            since,
+    /// The states at some times, worked out several at a time; as many as both slices have. Nothing is allocated.
+    pub fn states(&self, times: &[f64], states: &mut [State<N>]) {
+        dispatch::run(Values {
+            polynomial: *self,
+            times,
+            states,
         });
-        core::array::from_fn(|lane| State {
-            t: times[lane],
-            q: q.map(|q| q[lane]),
-            v: v.map(|v| v[lane]),
-        })
     }
 }
 
-/// The values at some times.
-struct Values<'f, const N: usize> {
-    series: &'f Series<N>,
-    since: [f64; LANES],
+/// The states at some times.
+struct Values<'a, 'f, S, const N: usize> {
+    polynomial: Polynomial<'f, S, N>,
+    times: &'a [f64],
+    states: &'a mut [State<N>],
 }
 
-impl<const N: usize> Work for Values<'_, N> {
-    type Output = [[[f64; LANES]; N]; 2];
+impl<S: Jets<N>, const N: usize> Work for Values<'_, '_, S, N> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Self::Output {
-        self.series.values::<FUSED>(&self.since)
+    fn run<const FUSED: bool>(self) {
+        let count = self.times.len().min(self.states.len());
+        let (mut times, mut states) = (&self.times[..count], &mut self.states[..count]);
+        while !times.is_empty() {
+            let (done, rest) = if times.len() > FEW {
+                times.split_at(MANY.min(times.len()))
+            } else {
+                (times, [].as_slice())
+            };
+            let (to, beyond) = states.split_at_mut(done.len());
+            if done.len() > FEW {
+                fill::<FUSED, S, N, MANY>(&self.polynomial, done, to);
+            } else {
+                fill::<FUSED, S, N, FEW>(&self.polynomial, done, to);
+            }
+            (times, states) = (rest, beyond);
+        }
+    }
+}
+
+/// Times at once: as long as some are left, and at the end. Chains of sums wait for themselves, so more of them side by
+/// side take hardly longer.
+const MANY: usize = 8;
+const FEW: usize = 4;
+
+/// The states at up to `L` times.
+#[inline(always)]
+#[allow(clippy::inline_always)]
+fn fill<const FUSED: bool, S: Jets<N>, const N: usize, const L: usize>(
+    polynomial: &Polynomial<'_, S, N>,
+    times: &[f64],
+    states: &mut [State<N>],
+) {
+    let mut since = [0.0; L];
+    for (since, &t) in since.iter_mut().zip(times) {
+        *since = polynomial.since(t);
+    }
+    let [q, v] = polynomial.series.values::<FUSED, L>(&since);
+    for (lane, (state, &t)) in states.iter_mut().zip(times).enumerate().take(L) {
+        *state = State {
+            t,
+            q: core::array::from_fn(|i| q[i][lane]),
+            v: core::array::from_fn(|i| v[i][lane]),
+        };
     }
 }

@@ -1,6 +1,6 @@
 //! The Taylor series of a motion, and its values.
 
-use super::kernel::{LANES, MAX_ORDER, RECIPROCALS, ROWS, add_product};
+use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 
 /// The Taylor coefficients of a motion at a point: what [`super::Jets::expand`] fills in.
 ///
@@ -118,10 +118,10 @@ impl<const N: usize> Series<N> {
     /// Positions and velocities at some times after the point of expansion, `[component][time]`.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(super) fn values<const FUSED: bool>(&self, s: &[f64; LANES]) -> [[[f64; LANES]; N]; 2] {
+    pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 2] {
         [
-            horner::<FUSED, N>(self.position(), s),
-            horner::<FUSED, N>(self.velocity(), s),
+            horner::<FUSED, N, L>(self.position(), s),
+            horner::<FUSED, N, L>(self.velocity(), s),
         ]
     }
 
@@ -136,14 +136,14 @@ impl<const N: usize> Series<N> {
 /// Polynomials at several times at once.
 #[inline(always)]
 #[allow(clippy::inline_always)]
-fn horner<const FUSED: bool, const N: usize>(
+fn horner<const FUSED: bool, const N: usize, const L: usize>(
     coefficients: &[[f64; N]],
-    s: &[f64; LANES],
-) -> [[f64; LANES]; N] {
-    let mut sums = [[0.0; LANES]; N];
+    s: &[f64; L],
+) -> [[f64; L]; N] {
+    let mut sums = [[0.0; L]; N];
     for row in coefficients.iter().rev() {
         for (sum, &c) in sums.iter_mut().zip(row) {
-            for lane in 0..LANES {
+            for lane in 0..L {
                 sum[lane] = add_product::<FUSED>(c, sum[lane], s[lane]);
             }
         }
@@ -173,7 +173,7 @@ mod tests {
             assert!((value - exact).abs() < 1e-15, "{value}");
         }
         let times = [0.0, 0.25, -0.5, 1.0];
-        let [q, v] = series.values::<false>(&times);
+        let [q, v] = series.values::<false, 4>(&times);
         for (lane, t) in times.iter().enumerate() {
             assert!((q[0][lane] - t.exp()).abs() < 1e-15 && (v[0][lane] - t.exp()).abs() < 1e-15);
         }
