@@ -49,6 +49,17 @@ pub enum TaylorError {
         /// The time.
         t: f64,
     },
+    /// The function of an event has no Taylor series.
+    #[error(
+        "the function of event {event} has no Taylor series at t = {t}: it is not finite there, or it is an observed expression \
+         that calls a function of the user's (give it as Event::function)"
+    )]
+    Event {
+        /// The event's place among those watched.
+        event: usize,
+        /// The time.
+        t: f64,
+    },
     /// The time is not a finite number.
     #[error("the motion cannot go until t = {until}")]
     Until {

@@ -298,6 +298,22 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         Ok(())
     }
 
+    /// Goes back to a point of the last step, a time `s` after its start.
+    pub(super) fn stop_at(&mut self, s: f64) {
+        let Some((t, _)) = self.last else {
+            return;
+        };
+        let ((q, v), [dq, dv, a]) = (self.series.start(), self.series.increments::<false>(s));
+        self.t = t;
+        self.t.add(&[s]);
+        (self.q, self.v) = (Compensated::exact(q), Compensated::exact(v));
+        self.q.add(&dq);
+        self.v.add(&dv);
+        self.next.expect(&a);
+        self.last = Some((t, s));
+        dispatch::run(Begin { flow: self });
+    }
+
     /// Makes one step towards a time.
     #[inline]
     fn advance(&mut self, until: f64) -> Result<(), TaylorError> {

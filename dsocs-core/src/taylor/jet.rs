@@ -7,6 +7,7 @@
 
 mod arithmetic;
 mod functions;
+mod scalar;
 mod tape;
 
 pub use tape::Tape;
@@ -28,6 +29,16 @@ impl Jet {
     #[must_use]
     pub fn value(self) -> f64 {
         self.value
+    }
+
+    /// An argument of what is being recorded, by its place.
+    pub(super) fn input(place: usize, value: f64) -> Self {
+        Self::of(Op::Input(place), value)
+    }
+
+    /// A number of whose higher orders nothing is known.
+    fn unseen(value: f64) -> Self {
+        Self::of(Op::Unseen, value)
     }
 
     fn of(op: Op, value: f64) -> Self {

@@ -2,15 +2,18 @@
 mod control;
 mod dispatch;
 mod error;
+mod events;
 mod flow;
 mod jet;
 mod kernel;
 mod polynomial;
+mod roots;
 mod series;
 mod solve;
 
 pub use control::Tolerance;
 pub use error::{TaylorError, TaylorFailure};
+pub use events::{Event, Events, Occurrence};
 pub use flow::{State, TaylorFlow};
 pub use jet::{Jet, Tape};
 pub use kernel::{LANES, MAX_ORDER, Products, RECIPROCALS, Squares, Table, add_product};

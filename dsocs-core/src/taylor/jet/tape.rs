@@ -10,6 +10,8 @@ use crate::taylor::kernel::{RECIPROCALS, ROWS};
 pub(super) enum Op {
     /// An argument of the function.
     Input(usize),
+    /// Something that is not known beyond order 0.
+    Unseen,
     /// `scale · u`, from order 1 on.
     Affine {
         u: u32,
@@ -90,16 +92,22 @@ impl Tape {
         moves: [bool; A],
         function: impl FnOnce([Jet; A]) -> Jet,
     ) -> f64 {
+        self.written(|| {
+            function(core::array::from_fn(|i| {
+                if moves[i] {
+                    Jet::input(i, values[i])
+                } else {
+                    Jet::from(values[i])
+                }
+            }))
+        })
+    }
+
+    /// Writes down what a function does that makes its jets by [`Jet::input`].
+    pub(in crate::taylor) fn written(&mut self, function: impl FnOnce() -> Jet) -> f64 {
         self.entries.clear();
         let outer = RECORDING.replace(core::mem::take(&mut self.entries));
-        let inputs = core::array::from_fn(|i| {
-            if moves[i] {
-                Jet::of(Op::Input(i), values[i])
-            } else {
-                Jet::from(values[i])
-            }
-        });
-        let result = function(inputs);
+        let result = function();
         self.entries = RECORDING.replace(outer);
         self.result = result.node;
         result.value
@@ -107,6 +115,11 @@ impl Tape {
 
     /// The function's coefficient of order `k`, `k ≥ 1`, from those of its arguments; lower orders come first.
     pub fn coefficient<const A: usize>(&mut self, k: usize, inputs: [f64; A]) -> f64 {
+        self.next(k, &|i| inputs.get(i).copied().unwrap_or(f64::NAN))
+    }
+
+    /// As [`Tape::coefficient`], for arguments that are asked for by their place.
+    pub(in crate::taylor) fn next(&mut self, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
         let Some(result) = self.result else {
             return 0.0;
         };
@@ -114,7 +127,7 @@ impl Tape {
         for place in 0..self.entries.len() {
             let (before, rest) = self.entries.split_at_mut(place);
             if let Some((entry, after)) = rest.split_first_mut() {
-                entry.coefficients[k] = entry.next(k, &inputs, place, before, after);
+                entry.coefficients[k] = entry.next(k, inputs, place, before, after);
             }
         }
         self.entries
@@ -125,7 +138,14 @@ impl Tape {
 
 impl Entry {
     /// The coefficient of order `k`.
-    fn next(&self, k: usize, inputs: &[f64], place: usize, before: &[Self], after: &[Self]) -> f64 {
+    fn next(
+        &self,
+        k: usize,
+        inputs: &dyn Fn(usize) -> f64,
+        place: usize,
+        before: &[Self],
+        after: &[Self],
+    ) -> f64 {
         let of = |u: u32| -> &[f64; ROWS] {
             const NONE: &[f64; ROWS] = &[f64::NAN; ROWS];
             before.get(u as usize).map_or(NONE, |entry| &entry.coefficients)
@@ -133,7 +153,8 @@ impl Entry {
         let own = &self.coefficients;
         let inverse_k = RECIPROCALS[k];
         match self.op {
-            Op::Input(i) => inputs.get(i).copied().unwrap_or(f64::NAN),
+            Op::Input(i) => inputs(i),
+            Op::Unseen => f64::NAN,
             Op::Affine { u, scale } => scale * of(u)[k],
             Op::Add(u, v) => of(u)[k] + of(v)[k],
             Op::Sub(u, v) => of(u)[k] - of(v)[k],
