@@ -184,6 +184,11 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         }
     }
 
+    /// The current position with what rounding took from it.
+    pub(crate) fn position(&self) -> Compensated<N> {
+        self.q
+    }
+
     /// The acceleration in the current state.
     #[must_use]
     pub fn acceleration(&self) -> [f64; N] {
