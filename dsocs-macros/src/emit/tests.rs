@@ -20,7 +20,7 @@ fn code(declaration: TokenStream, item: TokenStream) -> String {
 }
 
 /// Whether an item implements Taylor series.
-pub(super) fn is_jets(item: &syn::Item) -> bool {
+fn is_jets(item: &syn::Item) -> bool {
     let syn::Item::Impl(item) = item else {
         return false;
     };

@@ -60,25 +60,43 @@ struct Entry {
     coefficients: [f64; ROWS],
 }
 
+/// Entries, of which those from `length` on are left from before and will be written over.
+#[derive(Clone, Debug, Default)]
+struct Recording {
+    entries: Vec<Entry>,
+    length: usize,
+}
+
 /// A function of the user's, recorded at a point.
 #[derive(Clone, Debug, Default)]
 pub struct Tape {
-    entries: Vec<Entry>,
+    recording: Recording,
     result: Option<u32>,
 }
 
 thread_local! {
-    /// The tape that jets write on.
-    static RECORDING: RefCell<Vec<Entry>> = const { RefCell::new(Vec::new()) };
+    /// What jets write on.
+    static RECORDING: RefCell<Recording> = const {
+        RefCell::new(Recording {
+            entries: Vec::new(),
+            length: 0,
+        })
+    };
 }
 
 /// Writes an operation down; `None` if the tape is at its end, which 2³² operations would take.
 pub(super) fn push(op: Op, value: f64) -> Option<u32> {
-    RECORDING.with_borrow_mut(|entries| {
-        let place = u32::try_from(entries.len()).ok()?;
-        let mut coefficients = [0.0; ROWS];
-        coefficients[0] = value;
-        entries.push(Entry { op, coefficients });
+    RECORDING.with_borrow_mut(|recording| {
+        let place = u32::try_from(recording.length).ok()?;
+        match recording.entries.get_mut(recording.length) {
+            Some(entry) => (entry.op, entry.coefficients[0]) = (op, value),
+            None => {
+                let mut coefficients = [0.0; ROWS];
+                coefficients[0] = value;
+                recording.entries.push(Entry { op, coefficients });
+            }
+        }
+        recording.length += 1;
         Some(place)
     })
 }
@@ -105,10 +123,10 @@ impl Tape {
 
     /// Writes down what a function does that makes its jets by [`Jet::input`].
     pub(in crate::taylor) fn written(&mut self, function: impl FnOnce() -> Jet) -> f64 {
-        self.entries.clear();
-        let outer = RECORDING.replace(core::mem::take(&mut self.entries));
+        self.recording.length = 0;
+        let outer = RECORDING.replace(core::mem::take(&mut self.recording));
         let result = function();
-        self.entries = RECORDING.replace(outer);
+        self.recording = RECORDING.replace(outer);
         self.result = result.node;
         result.value
     }
@@ -124,13 +142,14 @@ impl Tape {
             return 0.0;
         };
         let k = k.clamp(1, ROWS - 1);
-        for place in 0..self.entries.len() {
-            let (before, rest) = self.entries.split_at_mut(place);
+        let Recording { entries, length } = &mut self.recording;
+        for place in 0..*length {
+            let (before, rest) = entries.split_at_mut(place);
             if let Some((entry, after)) = rest.split_first_mut() {
                 entry.coefficients[k] = entry.next(k, inputs, place, before, after);
             }
         }
-        self.entries
+        entries
             .get(result as usize)
             .map_or(f64::NAN, |entry| entry.coefficients[k])
     }

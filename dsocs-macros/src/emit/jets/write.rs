@@ -233,7 +233,11 @@ impl<'g> Writer<'g> {
             Op::Call { callee, args, wrt } => {
                 let (table, place) = (local("table"), at(self.call(sequence)));
                 let values: Vec<_> = args.iter().map(z).collect();
-                let names: Vec<_> = (0..args.len()).map(|i| local(&format!("x{i}"))).collect();
+                // at the user's name, so that rustc's word on a wrong function points there
+                let span = Span::mixed_site().located_at(self.graph.callee(*callee).span());
+                let names: Vec<_> = (0..args.len())
+                    .map(|i| Ident::new(&format!("x{i}"), span))
+                    .collect();
                 let count = at(args.len());
                 let result = call::call(self.graph.callee(*callee), &names, wrt);
                 let inputs: Vec<_> = args.iter().map(|&arg| self.moves(arg)).collect();
