@@ -52,6 +52,7 @@ impl Jet {
     fn affine(self, scale: f64, shift: f64) -> Self {
         let value = scale * self.value + shift;
         match self.node {
+            Some(_) if scale == 1.0 && shift == 0.0 => self,
             Some(node) if scale != 0.0 => Self::of(Op::Affine { u: node, scale }, value),
             _ => Self::from(value),
         }
