@@ -1,11 +1,8 @@
 //! Order and step: À. Jorba and M. Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
-use super::kernel::MAX_ORDER;
+use super::kernel::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
-
-/// The lowest order that the tolerance may choose.
-const MIN_ORDER: usize = 8;
 
 /// How exact a step is to be.
 ///
@@ -41,31 +38,19 @@ impl Tolerance {
         self
     }
 
-    /// Sets the order, which otherwise follows from the tolerance; it is brought into 2 to [`MAX_ORDER`].
+    /// Sets the order, which otherwise follows from the tolerance and the motion; it is brought into 2 to [`MAX_ORDER`].
     pub const fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
         self
     }
 
-    /// The order of the velocity's series.
-    ///
-    /// Jorba and Zou's `-ln(ε)/2 + 1` is best where the work grows with the square of the order; here it grows more slowly up
-    /// to an order of some 20, which speaks for higher orders. Much higher ones make longer steps, in which large terms of
-    /// both signs cancel.
+    /// The order to begin with: Jorba and Zou's `-ln(ε)/2 + 1`, and two more.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small positive number
-    pub(crate) fn chosen_order(&self) -> usize {
-        let of_tolerance = || {
-            let wanted = ORDER_SLOPE * -self.relative.max(1e-300).ln() + ORDER_OFFSET;
-            (wanted.ceil() as usize).max(MIN_ORDER)
-        };
+    pub(super) fn first_order(&self) -> usize {
+        let of_tolerance = || (3.0 - 0.5 * self.relative.max(1e-300).ln()).ceil() as usize;
         self.order.unwrap_or_else(of_tolerance).clamp(2, MAX_ORDER)
     }
 }
-
-/// The order per natural logarithm of the tolerance.
-const ORDER_SLOPE: f64 = 0.5;
-/// The order at the tolerance 1.
-const ORDER_OFFSET: f64 = 3.0;
 
 /// The defect at the end of a step, times the step, may be so many times the tolerance. Of a series that converges it is
 /// a few times its last term.
@@ -78,18 +63,18 @@ const LEAST_DEFECT: f64 = 1e-12;
 pub(super) struct Control<const N: usize> {
     relative: f64,
     absolute: f64,
-    /// The part of the radius of convergence that a step takes.
-    part: f64,
+    /// The binary logarithm of the relative part.
+    log: f64,
     /// What the components are multiplied with before they are compared.
     weights: [f64; N],
 }
 
 impl<const N: usize> Control<N> {
-    pub(super) fn new(tolerance: &Tolerance, order: usize) -> Self {
+    pub(super) fn new(tolerance: &Tolerance) -> Self {
         Self {
             relative: tolerance.relative,
             absolute: tolerance.absolute,
-            part: tolerance.relative.powf(1.0 / order as f64),
+            log: tolerance.relative.log2(),
             weights: [1.0; N],
         }
     }
@@ -111,20 +96,24 @@ impl<const N: usize> Control<N> {
         size
     }
 
-    /// The step, from the two last coefficients of the velocity; infinite where they vanish, not positive or NaN where
-    /// they are not finite. `last` is the last step.
+    /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
     #[allow(clippy::inline_always)]
-    pub(super) fn step(&self, series: &Series<N>, last: Option<f64>) -> f64 {
-        let Some(last) = last else {
-            return self.first_step(series);
-        };
-        let p = series.order();
+    pub(super) fn log_size(&self, series: &Series<N>, last: f64) -> f64 {
         let v = series.velocity();
-        let size = self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative;
-        let radius = |k: usize| (log2(size) - log2(self.size(&v[k]))) / k as f64;
+        log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative)
+    }
+
+    /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
+    /// NaN where they are not finite.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
+    pub(super) fn log_step(&self, series: &Series<N>, p: usize, log_size: f64) -> f64 {
+        let v = series.velocity();
+        let radius = |k: usize| (log_size - log2(self.size(&v[k]))) * RECIPROCALS[k];
         let (before, last) = (radius(p - 1), radius(p));
-        exp2(if before < last { before } else { last }) * self.part
+        let radius = if before < last { before } else { last };
+        radius + self.log * RECIPROCALS[p]
     }
 
     /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
@@ -146,8 +135,7 @@ impl<const N: usize> Control<N> {
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
     /// step makes, so that a motion may begin at rest.
     #[cold]
-    fn first_step(&self, series: &Series<N>) -> f64 {
-        let p = series.order();
+    pub(super) fn first_step(&self, series: &Series<N>, p: usize) -> f64 {
         let v = series.velocity();
         let mut step = f64::INFINITY;
         for last in [p - 1, p] {
@@ -177,7 +165,7 @@ impl<const N: usize> Control<N> {
 /// The binary logarithm to three digits, of a number that is not negative.
 #[inline(always)]
 #[allow(clippy::inline_always, clippy::cast_possible_wrap)]
-fn log2(x: f64) -> f64 {
+pub(super) fn log2(x: f64) -> f64 {
     let bits = x.to_bits();
     let exponent = (bits >> 52) as i64 - 1023;
     if !(x > 0.0 && x.is_finite()) {
@@ -196,7 +184,7 @@ fn log2(x: f64) -> f64 {
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss
 )]
-fn exp2(x: f64) -> f64 {
+pub(super) fn exp2(x: f64) -> f64 {
     if !(x > -1000.0 && x < 1000.0) {
         return x.exp2();
     }

@@ -3,9 +3,10 @@
 use core::fmt;
 
 use super::Jets;
-use super::control::{Control, Tolerance};
+use super::control::{Control, Tolerance, exp2};
 use super::dispatch::{self, Work};
 use super::error::{TaylorError, TaylorFailure};
+use super::order::Order;
 use super::polynomial::Polynomial;
 use super::series::Series;
 use crate::compensated::Compensated;
@@ -60,6 +61,8 @@ pub struct TaylorFlow<'s, S: Jets<N>, const N: usize> {
     next: Series<N>,
     /// The control of the steps.
     control: Control<N>,
+    /// The choice of the order.
+    order: Order,
     /// The time where the last step began, and its length.
     last: Option<(Compensated<1>, f64)>,
     /// The current time.
@@ -102,14 +105,15 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         if !(relative > 0.0 && relative < 1.0 && absolute >= 0.0 && absolute.is_finite()) {
             return Err(TaylorError::Tolerance { relative, absolute });
         }
-        let order = tolerance.chosen_order();
+        let order = tolerance.first_order();
         let mut flow = Self {
             system,
             fixed: system.fixed(),
             table: S::Table::default(),
             series: Series::new(order),
             next: Series::new(order),
-            control: Control::new(&tolerance, order),
+            control: Control::new(&tolerance),
+            order: Order::new(&tolerance),
             last: None,
             t: Compensated::exact([start.t]),
             q: Compensated::exact(start.q),
@@ -159,7 +163,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
     /// The order of the velocity's series; the position's is one more.
     #[must_use]
     pub fn order(&self) -> usize {
-        self.next.order()
+        self.order.current()
     }
 
     /// How many steps were made.
@@ -410,8 +414,18 @@ impl<S: Jets<N>, const N: usize> Work for Advance<'_, '_, S, N> {
             smallest,
         } = self;
         core::mem::swap(&mut flow.series, &mut flow.next);
-        let last = flow.last.map(|(_, h)| h);
-        let wanted = flow.control.step(&flow.series, last);
+        let wanted = match flow.last {
+            Some((_, last)) => {
+                let log_size = flow.control.log_size(&flow.series, last);
+                flow.order.learn(&flow.control, &flow.series, log_size);
+                exp2(
+                    flow.control
+                        .log_step(&flow.series, flow.order.current(), log_size),
+                )
+            }
+            None => flow.control.first_step(&flow.series, flow.order.current()),
+        };
+        flow.next.set_order(flow.order.next());
         let mut size = wanted.min(left.abs());
         if !(wanted >= smallest) {
             core::mem::swap(&mut flow.series, &mut flow.next);

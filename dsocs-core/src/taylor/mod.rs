@@ -61,6 +61,7 @@ mod events;
 mod flow;
 mod jet;
 mod kernel;
+mod order;
 mod polynomial;
 mod roots;
 mod series;

@@ -26,6 +26,12 @@ impl<const N: usize> Series<N> {
         }
     }
 
+    /// Sets the order of the velocity.
+    #[inline]
+    pub(super) fn set_order(&mut self, order: usize) {
+        self.order = order.clamp(2, MAX_ORDER);
+    }
+
     /// Sets what the acceleration of order 0 is expected to be.
     pub fn expect(&mut self, a: &[f64; N]) {
         self.v[1] = *a;

@@ -6,14 +6,22 @@ use dsocs_core::{Flow, Start, System};
 use crate::candidate::{Candidate, tolerances};
 use crate::problem::{Declared, INTERVAL, Problem, grid, intervals};
 
+/// The Taylor flow.
+pub const TAYLOR: &str = "dsocs taylor";
+/// The same where the curvature is a function of the user's.
+pub const TAYLOR_CALLED: &str = "dsocs taylor (user's function)";
+
 /// The Taylor flow to tolerances.
-pub fn taylor<P, const N: usize, const D: usize>(problem: P) -> impl Iterator<Item = Candidate>
+pub fn taylor<P, const N: usize, const D: usize>(
+    solver: &'static str,
+    problem: P,
+) -> impl Iterator<Item = Candidate>
 where
     P: Problem<D> + Declared<N>,
     P::System: Jets<N> + 'static,
 {
     tolerances(2, 16).map(move |tolerance| {
-        Candidate::tolerance("dsocs taylor", tolerance, move |out| {
+        Candidate::tolerance(solver, tolerance, move |out| {
             let system = problem.system();
             let (q, v) = problem.begin();
             let Ok(mut flow) = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(tolerance))

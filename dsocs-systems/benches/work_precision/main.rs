@@ -24,7 +24,7 @@ use dsocs_core::System;
 use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
 
 use measure::{Effort, Point, Reference, sweep};
-use problem::{Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
+use problem::{Called, Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
@@ -41,17 +41,21 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let exact: Vec<f64> = grid(Particle::END)
         .into_iter()
-        .map(|t| Particle.system().exact([0.0, 0.0], [1.0, 1.0], t).0[0])
+        .map(|t| Called(Particle).system().exact([0.0, 0.0], [1.0, 1.0], t).0[0])
         .collect();
     let reference = Reference {
         independent: exact.clone(),
         ours: exact,
     };
     points.extend(measured(&mut criterion, effort, Particle, &reference));
-    for (name, reference) in [(ParticleField::NAME, references(ParticleField))] {
-        println!("{name}: the references differ by {:.1e}", reference.difference());
-        points.extend(measured(&mut criterion, effort, ParticleField, &reference));
-    }
+    points.extend(called(&mut criterion, effort, Called(Particle), &reference));
+    let reference = references(ParticleField);
+    println!(
+        "particle_field: the references differ by {:.1e}",
+        reference.difference()
+    );
+    points.extend(measured(&mut criterion, effort, ParticleField, &reference));
+    points.extend(called(&mut criterion, effort, Called(ParticleField), &reference));
     let reference = references(Pendulum::default());
     println!(
         "pendulum: the references differ by {:.1e}",
@@ -95,7 +99,7 @@ where
     let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
         points.extend(sweep(criterion, effort, P::NAME, reference, candidates));
     };
-    take(Box::new(dsocs::taylor(problem)));
+    take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
     take(Box::new(dsocs::order2(problem)));
     take(Box::new(ode_solvers_peer::dop853(problem)));
     take(Box::new(ode_solvers_peer::dopri5(problem)));
@@ -105,6 +109,21 @@ where
     take(Box::new(diffsol_peer::bdf(problem)));
     take(Box::new(runge_kutta::rk4(problem)));
     points
+}
+
+/// Our continuous flow where the generated code calls a function.
+fn called<P, const N: usize, const D: usize>(
+    criterion: &mut Criterion,
+    effort: Effort,
+    problem: P,
+    reference: &Reference,
+) -> Vec<Point>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: Jets<N> + System<N> + 'static,
+{
+    let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
+    sweep(criterion, effort, P::NAME, reference, candidates)
 }
 
 /// The solution by our Taylor series, and by the method of Dormand and Prince at its smallest tolerance.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, SamplingMode};
 
 use crate::candidate::Candidate;
+use crate::dsocs::TAYLOR;
 
 /// One point of a curve.
 #[derive(Clone, Debug)]
@@ -75,7 +76,7 @@ pub fn sweep(
         let start = Instant::now();
         let solved = (candidate.run)(&mut out);
         let once = start.elapsed();
-        let truth = if candidate.solver == "dsocs taylor" {
+        let truth = if candidate.solver.starts_with(TAYLOR) {
             &reference.independent
         } else {
             &reference.ours

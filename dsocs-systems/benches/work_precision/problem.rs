@@ -1,5 +1,6 @@
 //! The problems: each declared for our solvers, and its right-hand side by hand for the others.
 
+use dsocs_core::dsocs;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
 /// An initial value problem `y' = f(y)` with `D` components, and which of them are looked at.
@@ -43,6 +44,34 @@ pub trait Declared<const N: usize> {
     fn begin(&self) -> ([f64; N], [f64; N]);
 }
 
+/// The particle whose curvature is a number.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+    variational = [(dot(x), dot(y))];
+}]
+pub struct Circle {
+    mass: f64,
+    curvature: f64,
+}
+
+/// The particle whose curvature is an expression.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    let curvature = mean + amplitude * x.sin() * y.cos();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+    variational = [(dot(x), dot(y))];
+}]
+pub struct Field {
+    mass: f64,
+    mean: f64,
+    amplitude: f64,
+}
+
 /// The particle with the curvature 1 over some hundred turns.
 #[derive(Clone, Copy)]
 pub struct Particle;
@@ -64,10 +93,13 @@ impl Problem<4> for Particle {
 }
 
 impl Declared<2> for Particle {
-    type System = CurvedParticle<Constant>;
+    type System = Circle;
 
     fn system(&self) -> Self::System {
-        CurvedParticle::default()
+        Circle {
+            mass: 1.0,
+            curvature: 1.0,
+        }
     }
 
     fn begin(&self) -> ([f64; 2], [f64; 2]) {
@@ -96,6 +128,52 @@ impl Problem<4> for ParticleField {
 }
 
 impl Declared<2> for ParticleField {
+    type System = Field;
+
+    fn system(&self) -> Self::System {
+        Field {
+            mass: 2.0,
+            mean: 1.0,
+            amplitude: 0.5,
+        }
+    }
+
+    fn begin(&self) -> ([f64; 2], [f64; 2]) {
+        ([0.0, 0.0], [1.0, 1.0])
+    }
+}
+
+/// A particle whose curvature is a function of the user's, which the generated code calls with jets.
+#[derive(Clone, Copy)]
+pub struct Called<P>(pub P);
+
+impl<P: Problem<4>> Problem<4> for Called<P> {
+    const NAME: &'static str = P::NAME;
+    const MEASURED: usize = P::MEASURED;
+    const END: u32 = P::END;
+
+    fn start(&self) -> [f64; 4] {
+        self.0.start()
+    }
+
+    fn rate(&self, state: &[f64; 4]) -> [f64; 4] {
+        self.0.rate(state)
+    }
+}
+
+impl Declared<2> for Called<Particle> {
+    type System = CurvedParticle<Constant>;
+
+    fn system(&self) -> Self::System {
+        CurvedParticle::default()
+    }
+
+    fn begin(&self) -> ([f64; 2], [f64; 2]) {
+        self.0.begin()
+    }
+}
+
+impl Declared<2> for Called<ParticleField> {
     type System = CurvedParticle<Wavy>;
 
     fn system(&self) -> Self::System {
@@ -106,7 +184,7 @@ impl Declared<2> for ParticleField {
     }
 
     fn begin(&self) -> ([f64; 2], [f64; 2]) {
-        ([0.0, 0.0], [1.0, 1.0])
+        self.0.begin()
     }
 }
 

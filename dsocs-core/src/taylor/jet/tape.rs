@@ -231,7 +231,9 @@ impl Tape {
             k,
             inputs,
         });
-        entries.get(result as usize).map_or(f64::NAN, |entry| entry.plain[k])
+        entries
+            .get(result as usize)
+            .map_or(f64::NAN, |entry| entry.plain[k])
     }
 }
 
@@ -259,12 +261,7 @@ impl Work for Next<'_, '_> {
 /// The coefficient of order `k` of an entry.
 #[inline(always)]
 #[allow(clippy::inline_always)]
-fn next<const FUSED: bool>(
-    entries: &[Entry],
-    place: usize,
-    k: usize,
-    inputs: &dyn Fn(usize) -> f64,
-) -> f64 {
+fn next<const FUSED: bool>(entries: &[Entry], place: usize, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
     let own = &entries[place];
     // every part was written down before, or is a partner
     let of = |u: u32| entries.get(u as usize).unwrap_or(own);
