@@ -100,15 +100,15 @@ fn the_particle_stays_on_its_circle() {
 
 #[test]
 fn the_error_follows_the_tolerance() {
-    // the order changes with the tolerance, and with it the constant: the slope is 1 to within some tenths
+    // the order changes with the tolerance, and with it the constant: over ten decades that does not count
     let tolerances: Vec<f64> = (4..=14).map(|k| 10.0_f64.powi(-k)).collect();
     let errors: Vec<f64> = tolerances
         .iter()
         .map(|&tolerance| particle(Tolerance::relative(tolerance)))
         .collect();
     println!("{errors:?}");
-    let slope = fit::slope(&tolerances[2..9], &errors[2..9]);
-    assert!((slope - 1.0).abs() < 0.2, "{slope}: {errors:?}");
+    let slope = fit::slope(&tolerances, &errors);
+    assert!((slope - 1.0).abs() < 0.1, "{slope}: {errors:?}");
 }
 
 /// The equations of the pendulum's proper branch, as `ode_solvers` wants them.

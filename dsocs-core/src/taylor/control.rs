@@ -86,7 +86,6 @@ impl<const N: usize> Control<N> {
 
     /// The size of a vector; NaN if a component is.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn size(&self, x: &[f64; N]) -> f64 {
         let mut size = 0.0_f64;
         for (x, weight) in x.iter().zip(&self.weights) {
@@ -98,7 +97,6 @@ impl<const N: usize> Control<N> {
 
     /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn log_size(&self, series: &Series<N>, last: f64) -> f64 {
         let v = series.velocity();
         log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative)
@@ -107,7 +105,6 @@ impl<const N: usize> Control<N> {
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
     /// NaN where they are not finite.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn log_step(&self, series: &Series<N>, p: usize, log_size: f64) -> f64 {
         let v = series.velocity();
         let radius = |k: usize| (log_size - log2(self.size(&v[k]))) * RECIPROCALS[k];
@@ -119,7 +116,6 @@ impl<const N: usize> Control<N> {
     /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
     /// of the system, with which the series `next` begins.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn good(&self, series: &Series<N>, next: &Series<N>, a: &[f64; N], h: f64) -> bool {
         let (v, end) = (series.velocity(), next.velocity());
         let mut defect = end[1];
@@ -164,7 +160,7 @@ impl<const N: usize> Control<N> {
 
 /// The binary logarithm to three digits, of a number that is not negative.
 #[inline(always)]
-#[allow(clippy::inline_always, clippy::cast_possible_wrap)]
+#[allow(clippy::cast_possible_wrap)]
 pub(super) fn log2(x: f64) -> f64 {
     let bits = x.to_bits();
     let exponent = (bits >> 52) as i64 - 1023;

@@ -129,7 +129,7 @@ pub struct Occurrence<const N: usize> {
 /// Events that are watched, and on which side of zero each function was last.
 #[derive(Debug)]
 pub struct Events<'e, const N: usize> {
-    events: Vec<Event<'e, N>>,
+    watched: Vec<Event<'e, N>>,
     sides: Vec<f64>,
     tape: Tape,
     crossings: Vec<Crossing>,
@@ -142,7 +142,7 @@ impl<'e, const N: usize> Events<'e, N> {
     pub fn new(events: Vec<Event<'e, N>>) -> Self {
         let sides = vec![0.0; events.len()];
         Self {
-            events,
+            watched: events,
             sides,
             tape: Tape::default(),
             crossings: Vec::new(),
@@ -153,7 +153,7 @@ impl<'e, const N: usize> Events<'e, N> {
     /// The changes of sign within a step, by their time since its start, in order.
     fn search<S: Jets<N>>(&mut self, polynomial: &Polynomial<'_, S, N>) -> Result<(), TaylorError> {
         self.found.clear();
-        for place in 0..self.events.len() {
+        for place in 0..self.watched.len() {
             let first = self.found.len();
             let mut side = self.sides[place];
             let mut open = vec![(0.0, polynomial.h, DEPTH)];
@@ -199,7 +199,7 @@ impl<'e, const N: usize> Events<'e, N> {
         length: f64,
     ) -> Option<Vec<f64>> {
         let series = shifted(polynomial, from);
-        let mut coefficients = expand(&self.events[place], polynomial.system, &series, &mut self.tape);
+        let mut coefficients = expand(&self.watched[place], polynomial.system, &series, &mut self.tape);
         let mut power = 1.0;
         for c in &mut coefficients {
             *c *= power;
@@ -218,7 +218,7 @@ impl<'e, const N: usize> Events<'e, N> {
         side: &mut f64,
     ) {
         let Self {
-            events,
+            watched,
             tape,
             crossings,
             found,
@@ -243,7 +243,7 @@ impl<'e, const N: usize> Events<'e, N> {
             // the series of the function has lost what its truncation has: the function itself decides
             let ends = crossing.bracket.map(|s| from + s * length);
             let tape = RefCell::new(&mut *tape);
-            let value = |s: f64| events[place].value(polynomial, s, &mut tape.borrow_mut());
+            let value = |s: f64| watched[place].value(polynomial, s, &mut tape.borrow_mut());
             let at = if value(ends[0]) * value(ends[1]) < 0.0 {
                 roots::refine(&value, ends).at
             } else {
@@ -355,7 +355,7 @@ impl<S: Jets<N>, const N: usize> TaylorFlow<'_, S, N> {
             for &(s, place, rising) in &events.found {
                 let side = if rising { 1.0 } else { -1.0 };
                 events.sides[place] = side;
-                let event = &events.events[place];
+                let event = &events.watched[place];
                 let counts = match event.direction {
                     Direction::Both => true,
                     Direction::Rising => rising,

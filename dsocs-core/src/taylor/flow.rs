@@ -427,7 +427,7 @@ impl<S: Jets<N>, const N: usize> Work for Advance<'_, '_, S, N> {
         };
         flow.next.set_order(flow.order.next());
         let mut size = wanted.min(left.abs());
-        if !(wanted >= smallest) {
+        if wanted.is_nan() || wanted < smallest {
             core::mem::swap(&mut flow.series, &mut flow.next);
             return if wanted > 0.0 {
                 Outcome::TooSmall(wanted)

@@ -83,7 +83,6 @@ fn boxed<T, const M: usize>(element: impl Fn() -> T) -> Box<[T; M]> {
     }
 }
 
-#[allow(clippy::inline_always)] // compiled again for the machine's own instructions, see `super::dispatch`
 impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
     /// The inner sums of products of order `k`.
     #[inline(always)]
@@ -110,14 +109,12 @@ impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
 
 /// `sum + a b`, rounded once if `FUSED`.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 #[must_use]
 pub fn add_product<const FUSED: bool>(sum: f64, a: f64, b: f64) -> f64 {
     if FUSED { a.mul_add(b, sum) } else { sum + a * b }
 }
 
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
     for lane in 0..LANES {
         sum[lane] = add_product::<FUSED>(sum[lane], a[lane], b[lane]);
@@ -126,7 +123,6 @@ fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
 
 /// `Σ left_j right_{k-j}` over `0 < j < k`. Two sums run beside each other: one alone would wait for itself.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn product_sum<const FUSED: bool>(block: &Products, k: usize) -> Row {
     let k = k.clamp(1, ROWS);
     let (left, right) = (&block.left[1..k], &block.right[1..k]);
@@ -148,7 +144,6 @@ fn product_sum<const FUSED: bool>(block: &Products, k: usize) -> Row {
 
 /// `Σ x_j x_{k-j}` over `0 < j < k`, each product once.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn square_sum<const FUSED: bool>(block: &Squares, k: usize) -> Row {
     let k = k.clamp(1, ROWS);
     let rows = &block.rows[1..k];

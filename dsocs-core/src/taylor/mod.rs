@@ -54,6 +54,13 @@
 //! A function with a jump or an edge (`if`, `abs`, `min`) has no series across it: the steps around it become short, and
 //! the motion passes it to within the tolerance. High orders make long steps, in which large terms of both signs cancel: where the last two digits count, set a lower [`Tolerance::order`].
 
+// what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+// times are reached exactly, and zeros are exact
+#![allow(clippy::float_cmp)]
+// recurrences read several orders at a time, by index, as they stand in the books
+#![allow(clippy::needless_range_loop)]
+
 mod control;
 mod dispatch;
 mod error;

@@ -63,7 +63,6 @@ impl Order {
 
     /// The order of the next expansion.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn next(&mut self) -> usize {
         if self.fixed {
             return self.current;
@@ -78,7 +77,6 @@ impl Order {
 
     /// Learns from an expansion that is longer than it would have to be.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn learn<const N: usize>(&mut self, control: &Control<N>, series: &Series<N>, log_size: f64) {
         if !self.fixed && series.order() >= self.current + CHANGE {
             self.weigh(control, series, log_size);

@@ -124,7 +124,6 @@ const FEW: usize = 4;
 
 /// The states at up to `L` times.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn fill<const FUSED: bool, S: Jets<N>, const N: usize, const L: usize>(
     polynomial: &Polynomial<'_, S, N>,
     times: &[f64],

@@ -75,7 +75,6 @@ impl<const N: usize> Series<N> {
 
     /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // compiled again for the machine's own instructions, see `super::dispatch`
     pub fn push(&mut self, k: usize, q: &mut [f64; N], v: &mut [f64; N], a: [f64; N]) {
         let next = (k + 1).min(MAX_ORDER);
         let scale = RECIPROCALS[next];
@@ -99,7 +98,6 @@ impl<const N: usize> Series<N> {
 
     /// How far the position and the velocity move in a time `h`, and the acceleration then.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn increments<const FUSED: bool>(&self, h: f64) -> [[f64; N]; 3] {
         let (mut q, mut v, mut a) = ([0.0; N], [0.0; N], [0.0; N]);
         for row in self.position()[1..].iter().rev() {
@@ -123,7 +121,6 @@ impl<const N: usize> Series<N> {
 
     /// Positions and velocities at some times after the point of expansion, `[component][time]`.
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 2] {
         [
             horner::<FUSED, N, L>(self.position(), s),
@@ -141,7 +138,6 @@ impl<const N: usize> Series<N> {
 
 /// Polynomials at several times at once.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn horner<const FUSED: bool, const N: usize, const L: usize>(
     coefficients: &[[f64; N]],
     s: &[f64; L],

@@ -20,7 +20,6 @@ const SMALL: f64 = 1e-9;
 /// there is no solution.
 ///
 /// `rows` takes an update, applies it, and gives the rows, their Jacobian, and the accelerations.
-#[allow(clippy::inline_always)] // compiled again for the machine's own instructions
 #[inline(always)]
 pub fn accelerate<const M: usize>(
     affine: bool,
@@ -50,7 +49,6 @@ pub fn accelerate<const M: usize>(
 }
 
 /// The solution of `J x + r = 0`.
-#[allow(clippy::inline_always)]
 #[inline(always)]
 #[must_use]
 pub fn back<const FUSED: bool, const M: usize>(inverse: &[[f64; M]; M], rows: &[f64; M]) -> [f64; M] {

@@ -110,7 +110,6 @@ impl Entry {
     }
 
     #[inline(always)]
-    #[allow(clippy::inline_always)]
     fn set(&mut self, k: usize, value: f64) {
         self.plain[k] = value;
         self.rate[k] = k as f64 * value;
@@ -260,7 +259,6 @@ impl Work for Next<'_, '_> {
 
 /// The coefficient of order `k` of an entry.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn next<const FUSED: bool>(entries: &[Entry], place: usize, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
     let own = &entries[place];
     // every part was written down before, or is a partner
@@ -323,21 +321,18 @@ fn next<const FUSED: bool>(entries: &[Entry], place: usize, k: usize, inputs: &d
 
 /// `Σ x_j y_{k-j}` over `0 < j < k`.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn inner<const FUSED: bool>(x: &Entry, y: &Entry, k: usize) -> f64 {
     dot::<FUSED>(&x.plain[1..k], &y.reversed[ROWS - k..ROWS - 1])
 }
 
 /// `Σ j x_j y_{k-j}` over `0 < j < k`.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn rated<const FUSED: bool>(x: &Entry, y: &Entry, k: usize) -> f64 {
     dot::<FUSED>(&x.rate[1..k], &y.reversed[ROWS - k..ROWS - 1])
 }
 
 /// `Σ x_i y_i`. Eight sums run beside one another: one alone would wait for itself.
 #[inline(always)]
-#[allow(clippy::inline_always)]
 fn dot<const FUSED: bool>(x: &[f64], y: &[f64]) -> f64 {
     let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
     let mut sums = [[0.0; 4]; 2];

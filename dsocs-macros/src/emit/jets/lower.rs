@@ -171,7 +171,7 @@ impl<'g> Lower<'g> {
             _ => {
                 let half = self.power(base, n / 2);
                 let square = self.times(half, half);
-                if n % 2 == 0 {
+                if n.is_multiple_of(2) {
                     square
                 } else {
                     self.times(square, base)

@@ -85,13 +85,11 @@ impl<'g> Writer<'g> {
                 quote!(#magnitude)
             };
         }
-        let place = match self.constants.iter().position(|&known| known == constant) {
-            Some(place) => place,
-            None => {
-                self.constants.push(constant);
-                self.constants.len() - 1
-            }
-        };
+        let known = self.constants.iter().position(|&known| known == constant);
+        let place = known.unwrap_or_else(|| {
+            self.constants.push(constant);
+            self.constants.len() - 1
+        });
         let (array, place) = (local("c"), at(place));
         quote!(#array[#place])
     }
@@ -126,6 +124,7 @@ impl<'g> Writer<'g> {
     }
 
     /// The statements of order 0 for one sequence.
+    #[allow(clippy::too_many_lines)] // one operation after another, each a few lines
     pub(super) fn start(&mut self, sequence: Sequence, op: &Op) -> TokenStream {
         let to = zeroth(sequence);
         let z = |u: &Sequence| zeroth(*u);
@@ -254,13 +253,11 @@ impl<'g> Writer<'g> {
 
     /// The place of a call among all.
     fn call(&mut self, sequence: Sequence) -> usize {
-        match self.calls.iter().position(|&known| known == sequence) {
-            Some(place) => place,
-            None => {
-                self.calls.push(sequence);
-                self.calls.len() - 1
-            }
-        }
+        let known = self.calls.iter().position(|&known| known == sequence);
+        known.unwrap_or_else(|| {
+            self.calls.push(sequence);
+            self.calls.len() - 1
+        })
     }
 
     /// Whether a sequence has coefficients beyond order 0.
