@@ -1,6 +1,9 @@
 //! The Taylor flow is the continuous motion: of the pendulum over 2000 s, of the particle on its circle, of every declared
 //! system, and what its tolerance means.
 
+#![allow(clippy::float_cmp)] // times are kept as they are given
+
+#[allow(dead_code)] // the paper's systems are written by hand for other tests
 mod systems;
 
 use dsocs_core::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};

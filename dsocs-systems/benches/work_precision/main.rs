@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (target, ratio) in report::ratios(problem, &points) {
             match ratio {
                 Some(ratio) => {
-                    println!("{target:.0e}: the fastest of the others takes {ratio:.2} times our best")
+                    println!("{target:.0e}: the fastest of the others takes {ratio:.2} times our best");
                 }
                 None => println!("{target:.0e}: not reached by both"),
             }
@@ -139,7 +139,7 @@ where
     let flow = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(1e-16).order(18));
     let result = flow.and_then(|mut flow| {
         flow.stream(&grid(P::END), |state| {
-            ours.extend_from_slice(&state.q[..P::MEASURED])
+            ours.extend_from_slice(&state.q[..P::MEASURED]);
         })
     });
     if let Err(error) = result {

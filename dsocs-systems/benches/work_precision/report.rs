@@ -49,7 +49,7 @@ pub fn table(problem: &str, points: &[Point]) -> String {
     text.push_str("|\n");
     for target in targets() {
         let best = fastest(points.iter().filter(|point| ours(point)), target);
-        text.push_str(&format!("| {target:.0e} |"));
+        let mut cells = vec![format!("| {target:.0e} |")];
         for solver in &solvers {
             let own = fastest(points.iter().filter(|point| point.solver == *solver), target);
             let cell = match (own, best) {
@@ -60,8 +60,9 @@ pub fn table(problem: &str, points: &[Point]) -> String {
                 }
                 (Some(own), None) => format!(" {:.3} |", own.seconds * 1e3),
             };
-            text.push_str(&cell);
+            cells.push(cell);
         }
+        text.push_str(&cells.concat());
         text.push('\n');
     }
     text
