@@ -114,6 +114,17 @@ pub fn add_product<const FUSED: bool>(sum: f64, a: f64, b: f64) -> f64 {
     if FUSED { a.mul_add(b, sum) } else { sum + a * b }
 }
 
+/// `Σ c_i x_i`, in four sums side by side: one alone would wait for itself.
+#[inline(always)]
+#[must_use]
+pub fn weighted<const FUSED: bool, const M: usize>(c: [f64; M], x: [f64; M]) -> f64 {
+    let mut sums = [0.0; 4];
+    for i in 0..M {
+        sums[i % 4] = add_product::<FUSED>(sums[i % 4], c[i], x[i]);
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
 #[inline(always)]
 fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
     for lane in 0..LANES {

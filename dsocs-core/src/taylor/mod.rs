@@ -79,9 +79,13 @@ pub use error::{TaylorError, TaylorFailure};
 pub use events::{Event, Events, Occurrence};
 pub use flow::{State, TaylorFlow};
 pub use jet::{Jet, Tape};
-pub use kernel::{LANES, MAX_ORDER, Products, RECIPROCALS, Squares, Table, add_product};
+pub use kernel::{MAX_ORDER, Table};
 pub use polynomial::Polynomial;
 pub use series::Series;
+// what generated code needs beside the public items; no part of the interface
+#[doc(hidden)]
+pub use kernel::{LANES, Products, RECIPROCALS, Squares, add_product, weighted};
+#[doc(hidden)]
 pub use solve::{accelerate, back};
 
 use crate::system::System;

@@ -10,6 +10,9 @@ use crate::graph::{Comparison, Graph, Leaf, NodeId};
 /// How many sums a block of lanes holds, as `dsocs_core::taylor::LANES`.
 const LANES: usize = 4;
 
+/// Longer sums are formed by a function, in several sums side by side.
+const SHORT_SUM: usize = 4;
+
 /// Writes the recurrences of some sequences.
 pub(super) struct Writer<'g> {
     pub(super) graph: &'g Graph,
@@ -102,6 +105,15 @@ impl<'g> Writer<'g> {
         value: fn(Sequence) -> TokenStream,
     ) -> TokenStream {
         let mut sum = constant.map(|constant| self.constant(constant));
+        if terms.len() > SHORT_SUM {
+            let coefficients: Vec<_> = terms.iter().map(|&(c, _)| self.constant(c)).collect();
+            let values = terms.iter().map(|&(_, term)| value(term));
+            let rest = quote!(::dsocs_core::taylor::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
+            return match sum {
+                Some(sum) => quote!(#sum + #rest),
+                None => rest,
+            };
+        }
         for &(coefficient, term) in terms {
             let value = value(term);
             let number = self.graph.as_constant(coefficient);
