@@ -56,9 +56,9 @@ pub struct TaylorFlow<'s, S: Jets<N>, const N: usize> {
     /// What the recurrences keep.
     table: S::Table,
     /// The series of the last step.
-    series: Series<N>,
-    /// The series at the current point.
-    next: Series<N>,
+    series: Box<Series<N>>,
+    /// The series at the current point; both change places with every step.
+    next: Box<Series<N>>,
     /// The control of the steps.
     control: Control<N>,
     /// The choice of the order.
@@ -110,8 +110,8 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             system,
             fixed: system.fixed(),
             table: S::Table::default(),
-            series: Series::new(order),
-            next: Series::new(order),
+            series: Box::new(Series::new(order)),
+            next: Box::new(Series::new(order)),
             control: Control::new(&tolerance),
             order: Order::new(&tolerance),
             last: None,
