@@ -88,9 +88,16 @@ impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
     #[inline(always)]
     #[must_use]
     pub fn product_sums<const FUSED: bool>(&self, k: usize) -> [Row; P] {
+        // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
+        if P <= 2 {
+            return together::<FUSED, P, 2>(&self.products, k);
+        }
+        if P <= 4 {
+            return together::<FUSED, P, 1>(&self.products, k);
+        }
         let mut sums = [[0.0; LANES]; P];
         for (sum, block) in sums.iter_mut().zip(self.products.iter()) {
-            *sum = product_sum::<FUSED>(block, k);
+            [*sum] = together::<FUSED, 1, 2>(core::array::from_ref(block), k);
         }
         sums
     }
@@ -132,42 +139,50 @@ fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
     }
 }
 
-/// `Σ left_j right_{k-j}` over `0 < j < k`. Two sums run beside each other: one alone would wait for itself.
+/// `Σ left_j right_{k-j}` over `0 < j < k` for each block, in `A` sums side by side: one alone would wait for itself.
 #[inline(always)]
-fn product_sum<const FUSED: bool>(block: &Products, k: usize) -> Row {
-    let k = k.clamp(1, ROWS);
-    let (left, right) = (&block.left[1..k], &block.right[1..k]);
-    let mut sums = [[0.0; LANES]; 2];
-    let (mut pairs, mut mirrored) = (left.chunks_exact(2), right.rchunks_exact(2));
-    for (x, y) in pairs.by_ref().zip(mirrored.by_ref()) {
-        add_rows::<FUSED>(&mut sums[0], &x[0], &y[1]);
-        add_rows::<FUSED>(&mut sums[1], &x[1], &y[0]);
+fn together<const FUSED: bool, const P: usize, const A: usize>(blocks: &[Products; P], k: usize) -> [Row; P] {
+    let k = k.clamp(1, ROWS - 1);
+    let mut sums = [[[0.0; LANES]; P]; A];
+    let mut j = 1;
+    while j + A <= k {
+        for (a, sums) in sums.iter_mut().enumerate() {
+            for (sum, block) in sums.iter_mut().zip(blocks) {
+                add_rows::<FUSED>(sum, &block.left[j + a], &block.right[k - j - a]);
+            }
+        }
+        j += A;
     }
-    if let ([x], [y]) = (pairs.remainder(), mirrored.remainder()) {
-        add_rows::<FUSED>(&mut sums[0], x, y);
+    while j < k {
+        for (sum, block) in sums[0].iter_mut().zip(blocks) {
+            add_rows::<FUSED>(sum, &block.left[j], &block.right[k - j]);
+        }
+        j += 1;
     }
-    let mut sum = sums[0];
-    for lane in 0..LANES {
-        sum[lane] += sums[1][lane];
+    let mut total = sums[0];
+    for sums in &sums[1..] {
+        for (total, sum) in total.iter_mut().zip(sums) {
+            for lane in 0..LANES {
+                total[lane] += sum[lane];
+            }
+        }
     }
-    sum
+    total
 }
 
 /// `Σ x_j x_{k-j}` over `0 < j < k`, each product once.
 #[inline(always)]
 fn square_sum<const FUSED: bool>(block: &Squares, k: usize) -> Row {
-    let k = k.clamp(1, ROWS);
-    let rows = &block.rows[1..k];
-    let (below, above) = rows.split_at(rows.len() / 2);
+    let k = k.clamp(1, ROWS - 1);
     let mut sum = [0.0; LANES];
-    for (x, y) in below.iter().zip(above.iter().rev()) {
-        add_rows::<FUSED>(&mut sum, x, y);
+    for j in 1..k.div_ceil(2) {
+        add_rows::<FUSED>(&mut sum, &block.rows[j], &block.rows[k - j]);
     }
     for x in &mut sum {
         *x *= 2.0;
     }
-    if rows.len() % 2 == 1 {
-        add_rows::<FUSED>(&mut sum, &above[0], &above[0]);
+    if k.is_multiple_of(2) {
+        add_rows::<FUSED>(&mut sum, &block.rows[k / 2], &block.rows[k / 2]);
     }
     sum
 }

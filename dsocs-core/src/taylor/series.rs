@@ -122,10 +122,18 @@ impl<const N: usize> Series<N> {
     /// Positions and velocities at some times after the point of expansion, `[component][time]`.
     #[inline(always)]
     pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 2] {
-        [
-            horner::<FUSED, N, L>(self.position(), s),
-            horner::<FUSED, N, L>(self.velocity(), s),
-        ]
+        let last = self.order.min(MAX_ORDER);
+        let mut q = self.q[last + 1].map(|q| [q; L]);
+        let mut v = [[0.0; L]; N];
+        for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
+            for i in 0..N {
+                for lane in 0..L {
+                    q[i][lane] = add_product::<FUSED>(position[i], q[i][lane], s[lane]);
+                    v[i][lane] = add_product::<FUSED>(velocity[i], v[i][lane], s[lane]);
+                }
+            }
+        }
+        [q, v]
     }
 
     /// Position, velocity and acceleration a time `s` after the point of expansion.
@@ -134,23 +142,6 @@ impl<const N: usize> Series<N> {
         let add = |x: &[f64; N], d: [f64; N]| core::array::from_fn(|i| x[i] + d[i]);
         [add(&self.q[0], q), add(&self.v[0], v), a]
     }
-}
-
-/// Polynomials at several times at once.
-#[inline(always)]
-fn horner<const FUSED: bool, const N: usize, const L: usize>(
-    coefficients: &[[f64; N]],
-    s: &[f64; L],
-) -> [[f64; L]; N] {
-    let mut sums = [[0.0; L]; N];
-    for row in coefficients.iter().rev() {
-        for (sum, &c) in sums.iter_mut().zip(row) {
-            for lane in 0..L {
-                sum[lane] = add_product::<FUSED>(c, sum[lane], s[lane]);
-            }
-        }
-    }
-    sums
 }
 
 #[cfg(test)]
