@@ -84,31 +84,37 @@ fn boxed<T, const M: usize>(element: impl Fn() -> T) -> Box<[T; M]> {
 }
 
 impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
-    /// The inner sums of products of order `k`.
+    /// The inner sums of products of order `k`; if `EAGER` and `k > 2`, without the terms of the orders 1 and `k-1`.
     #[inline(always)]
     #[must_use]
-    pub fn product_sums<const FUSED: bool>(&self, k: usize) -> [Row; P] {
+    pub fn product_sums<const FUSED: bool, const EAGER: bool>(&self, k: usize) -> [Row; P] {
         // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
         if P <= 2 {
-            return together::<FUSED, P, 2>(&self.products, k);
+            return together::<FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
         if P <= 4 {
-            return together::<FUSED, P, 1>(&self.products, k);
+            return together::<FUSED, P, 1>(&self.products, k, first::<EAGER>(k));
         }
         let mut sums = [[0.0; LANES]; P];
-        for (sum, block) in sums.iter_mut().zip(self.products.iter()) {
-            [*sum] = together::<FUSED, 1, 2>(core::array::from_ref(block), k);
+        let first = first::<EAGER>(k);
+        let (fours, rest) = self.products.as_chunks::<4>();
+        let (sums_of_fours, sums_of_rest) = sums.as_chunks_mut::<4>();
+        for (sums, blocks) in sums_of_fours.iter_mut().zip(fours) {
+            *sums = together::<FUSED, 4, 1>(blocks, k, first);
+        }
+        for (sum, block) in sums_of_rest.iter_mut().zip(rest) {
+            [*sum] = together::<FUSED, 1, 2>(core::array::from_ref(block), k, first);
         }
         sums
     }
 
-    /// The inner sums of squares of order `k`.
+    /// The inner sums of squares of order `k`, as [`Table::product_sums`].
     #[inline(always)]
     #[must_use]
-    pub fn square_sums<const FUSED: bool>(&self, k: usize) -> [Row; S] {
+    pub fn square_sums<const FUSED: bool, const EAGER: bool>(&self, k: usize) -> [Row; S] {
         let mut sums = [[0.0; LANES]; S];
         for (sum, block) in sums.iter_mut().zip(self.squares.iter()) {
-            *sum = square_sum::<FUSED>(block, k);
+            *sum = square_sum::<FUSED>(block, k, first::<EAGER>(k));
         }
         sums
     }
@@ -139,13 +145,24 @@ fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
     }
 }
 
-/// `Σ left_j right_{k-j}` over `0 < j < k` for each block, in `A` sums side by side: one alone would wait for itself.
+/// The lowest order of an inner sum.
 #[inline(always)]
-fn together<const FUSED: bool, const P: usize, const A: usize>(blocks: &[Products; P], k: usize) -> [Row; P] {
+fn first<const EAGER: bool>(k: usize) -> usize {
+    if EAGER && k > 2 { 2 } else { 1 }
+}
+
+/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.
+#[inline(always)]
+fn together<const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products; P],
+    k: usize,
+    first: usize,
+) -> [Row; P] {
     let k = k.clamp(1, ROWS - 1);
     let mut sums = [[[0.0; LANES]; P]; A];
-    let mut j = 1;
-    while j + A <= k {
+    let end = k + 1 - first;
+    let mut j = first;
+    while j + A <= end {
         for (a, sums) in sums.iter_mut().enumerate() {
             for (sum, block) in sums.iter_mut().zip(blocks) {
                 add_rows::<FUSED>(sum, &block.left[j + a], &block.right[k - j - a]);
@@ -153,7 +170,7 @@ fn together<const FUSED: bool, const P: usize, const A: usize>(blocks: &[Product
         }
         j += A;
     }
-    while j < k {
+    while j < end {
         for (sum, block) in sums[0].iter_mut().zip(blocks) {
             add_rows::<FUSED>(sum, &block.left[j], &block.right[k - j]);
         }
@@ -170,12 +187,12 @@ fn together<const FUSED: bool, const P: usize, const A: usize>(blocks: &[Product
     total
 }
 
-/// `Σ x_j x_{k-j}` over `0 < j < k`, each product once.
+/// `Σ x_j x_{k-j}` over `first ≤ j ≤ k - first`, each product once.
 #[inline(always)]
-fn square_sum<const FUSED: bool>(block: &Squares, k: usize) -> Row {
+fn square_sum<const FUSED: bool>(block: &Squares, k: usize, first: usize) -> Row {
     let k = k.clamp(1, ROWS - 1);
     let mut sum = [0.0; LANES];
-    for j in 1..k.div_ceil(2) {
+    for j in first..k.div_ceil(2) {
         add_rows::<FUSED>(&mut sum, &block.rows[j], &block.rows[k - j]);
     }
     for x in &mut sum {

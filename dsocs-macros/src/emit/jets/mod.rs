@@ -26,6 +26,10 @@ use super::program::{Program, Value};
 use crate::graph::{Graph, NodeId};
 use crate::model::Model;
 
+/// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
+/// all of them.
+const MOST_EAGER: usize = 16;
+
 /// The `impl Jets` of the declaration.
 pub(super) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
@@ -147,9 +151,35 @@ impl Plan {
         let [q, v, a, z, s, y] = ["q", "v", "a", "z", "s", "y"].map(local);
         let [k, r, degree, series, table] = ["k", "r", "degree", "series", "table"].map(local);
         let [products, squares, inverse] = ["products", "squares", "inverse"].map(local);
+        let [o, p, f, below] = ["o", "p", "f", "below"].map(local);
         let length = Literal::usize_unsuffixed(self.ops.len());
         let n = Literal::usize_unsuffixed(self.accelerations.len());
+        // how many inner sums there are is known once all recurrences are written
+        for accelerated in [false, true] {
+            self.next(writer, accelerated);
+        }
+        writer.eager = writer.sequences.products.len() <= MOST_EAGER;
+        let eager = writer.eager;
         let (start, next) = (self.start(writer, false), self.next(writer, false));
+        let (remember, declare) = if eager {
+            (
+                quote! {
+                    if #k == 1 {
+                        #f = #s;
+                    }
+                    if #k == 2 {
+                        #o = #f;
+                    }
+                    #p = #s;
+                },
+                quote! {
+                    let (mut #o, mut #p, mut #f) =
+                        ([0.0_f64; #length], [0.0_f64; #length], [0.0_f64; #length]);
+                },
+            )
+        } else {
+            (TokenStream::new(), TokenStream::new())
+        };
         let (first, later): (Vec<_>, Vec<_>) = self
             .accelerations
             .iter()
@@ -200,15 +230,18 @@ impl Plan {
             #start
             #solve_start
             #series.push(0, &mut #q, &mut #v, [#(#first),*]);
+            #declare
             for #k in 1..#series.order() {
-                let #products = #table.product_sums::<__FUSED>(#k);
-                let #squares = #table.square_sums::<__FUSED>(#k);
+                let #products = #table.product_sums::<__FUSED, #eager>(#k);
+                let #squares = #table.square_sums::<__FUSED, #eager>(#k);
                 let #r = ::dsocs_core::taylor::RECIPROCALS[#k];
                 let #degree = #k as f64;
+                let #below = #degree - 1.0;
                 let mut #s = [0.0_f64; #length];
                 #next
                 #solve_next
                 #store
+                #remember
                 #series.push(#k, &mut #q, &mut #v, [#(#later),*]);
             }
         }

@@ -21,6 +21,8 @@ pub(super) struct Writer<'g> {
     pub(super) constants: Vec<NodeId>,
     /// The sequences that are calls of the user's functions, by place.
     pub(super) calls: Vec<Sequence>,
+    /// Whether inner sums take the newest coefficients from variables.
+    pub(super) eager: bool,
 }
 
 /// A name that no name of the user's can be.
@@ -73,6 +75,7 @@ impl<'g> Writer<'g> {
             sequences,
             constants: Vec::new(),
             calls: Vec::new(),
+            eager: false,
         }
     }
 
@@ -108,7 +111,8 @@ impl<'g> Writer<'g> {
         if terms.len() > SHORT_SUM {
             let coefficients: Vec<_> = terms.iter().map(|&(c, _)| self.constant(c)).collect();
             let values = terms.iter().map(|&(_, term)| value(term));
-            let rest = quote!(::dsocs_core::taylor::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
+            let rest =
+                quote!(::dsocs_core::taylor::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
             return match sum {
                 Some(sum) => quote!(#sum + #rest),
                 None => rest,
@@ -280,14 +284,35 @@ impl<'g> Writer<'g> {
         )
     }
 
-    /// The inner sum of a lane.
+    /// The inner sum of a lane. Its newest terms, of the orders 1 and `k-1`, may come from variables: what has just been
+    /// stored, number by number, cannot be loaded at once as a row.
     fn inner(&mut self, x: Operand, y: Operand) -> TokenStream {
         let (array, place) = match self.sequences.lane(x, y) {
             Lane::Product(place) => (local("products"), place),
             Lane::Square(place) => (local("squares"), place),
         };
         let (block, lane) = (at(place / LANES), at(place % LANES));
-        quote!(#array[#block][#lane])
+        let sum = quote!(#array[#block][#lane]);
+        if !self.eager {
+            return sum;
+        }
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::taylor::add_product::<__FUSED>(#sum, #a, #b));
+        // j x_j is x_1 for j = 1
+        let first = |operand: Operand| element("o", operand.sequence());
+        let before = |operand: Operand| {
+            let value = element("p", operand.sequence());
+            let below = local("below");
+            match operand {
+                Operand::Plain(_) => value,
+                Operand::Rate(_) => quote!((#below * #value)),
+            }
+        };
+        if x == y {
+            let first = first(x);
+            return add(sum, quote!(2.0 * #first), before(x));
+        }
+        let sum = add(sum, first(x), before(y));
+        add(sum, first(y), before(x))
     }
 
     /// The statement of order `k` for one sequence.
