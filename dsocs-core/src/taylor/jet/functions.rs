@@ -4,6 +4,7 @@ use num_dual::{DualNum, DualStruct, Mappable};
 
 use super::Jet;
 use super::tape::Op;
+use crate::dual::Part;
 
 impl DualStruct for Jet {
     type Real = f64;
@@ -15,6 +16,13 @@ impl DualStruct for Jet {
 
     fn from_inner(inner: &f64) -> Self {
         Self::from(*inner)
+    }
+}
+
+impl Part for Jet {
+    /// Whether it is zero for all time.
+    fn vanishes(&self) -> bool {
+        self.node.is_none() && self.value == 0.0
     }
 }
 
