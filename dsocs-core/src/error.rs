@@ -136,6 +136,16 @@ pub enum SetupError {
         /// The value.
         value: f64,
     },
+    /// The start belongs to another step.
+    #[error(
+        "the start was worked out for the step h = {start}, but the run has h = {h}: give Start::exact the step of the run"
+    )]
+    StartStep {
+        /// The step that the start was worked out for.
+        start: f64,
+        /// The step of the run.
+        h: f64,
+    },
     /// A parameter is infinite or not a number.
     #[error("parameter `{name}` is {value}; it must be finite")]
     Parameter {

@@ -66,6 +66,7 @@ mod scalar;
 mod start;
 mod step;
 mod system;
+pub mod taylor;
 #[cfg(test)]
 mod testing;
 mod trajectory;

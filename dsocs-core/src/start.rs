@@ -5,6 +5,7 @@ use crate::error::{NewtonFailure, SetupError};
 use crate::newton::{self, Equations};
 use crate::rounding;
 use crate::system::{Point, System};
+use crate::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
 use crate::unknown::Linearization;
 
 /// How often the acceleration at the start is improved before its solution is given up.
@@ -37,7 +38,17 @@ enum Rule<const N: usize> {
     SecondOrder { v0: [f64; N] },
     /// The second node itself.
     Nodes { q1: [f64; N] },
+    /// The increment of the continuous motion over the step `h`, and its first velocity and acceleration.
+    Exact {
+        v0: [f64; N],
+        a0: [f64; N],
+        d: Compensated<N>,
+        h: f64,
+    },
 }
+
+/// The tolerance of [`Start::exact`]: rounding is what is left.
+const EXACT: f64 = 1e-17;
 
 impl<const N: usize> Start<N> {
     /// The paper's start `q1 = q0 + h v0`, whose error is of first order in `h`.
@@ -57,6 +68,24 @@ impl<const N: usize> Start<N> {
             rule: Rule::SecondOrder { v0 },
             t0: 0.0,
         }
+    }
+
+    /// `q1 = q(h)`, the continuous motion from `(q0, v0)` at the time `h`, by its Taylor series: no error of the start is
+    /// left in the discrete motion. The step of the run has to be `h`.
+    ///
+    /// # Errors
+    ///
+    /// [`TaylorError`] if the motion does not get as far as `h`.
+    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, TaylorError> {
+        let mut flow = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(EXACT))?;
+        let a0 = flow.acceleration();
+        flow.until(h)?;
+        let d = flow.position().plus(&Compensated::exact(q0).negated());
+        Ok(Self {
+            q0,
+            rule: Rule::Exact { v0, a0, d, h },
+            t0: 0.0,
+        })
     }
 
     /// Both nodes as they are given.
@@ -101,6 +130,12 @@ impl<const N: usize> Start<N> {
                 check_vector::<S, N>("q1", &q1)?;
                 let d = Compensated::difference(&q1, &q0);
                 (d.hi.map(|d| d / h), None, d)
+            }
+            Rule::Exact { v0, a0, d, h: own } => {
+                if own.to_bits() != h.to_bits() {
+                    return Err(SetupError::StartStep { start: own, h });
+                }
+                (v0, Some(a0), d)
             }
         };
         let q = Compensated::exact(q0).plus(&d);

@@ -107,5 +107,24 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
                 ::core::unreachable!()
             }
         }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::taylor::Jets<#n> for #ident #arguments #bounds {
+            type Fixed = [f64; 0];
+            type Table = ::dsocs_core::taylor::Table<0, 0, 0>;
+
+            fn fixed(&self) -> Self::Fixed {
+                ::core::unreachable!()
+            }
+            fn expand<const __DSOCS_FUSED: bool>(
+                &self,
+                fixed: &Self::Fixed,
+                series: &mut ::dsocs_core::taylor::Series<#n>,
+                table: &mut Self::Table,
+            ) {
+                ::core::unreachable!()
+            }
+        }
     }
 }

@@ -1,20 +1,13 @@
 //! The continuous motion of the pendulum, to nearly all digits: what its discrete motion is measured against.
 
-use ode_solvers::dop_shared::{IntegrationError, OutputType};
-use ode_solvers::{Dop853, SVector, System};
+use dsocs_core::taylor::{State, TaylorError, TaylorFlow, Tolerance};
 use thiserror::Error;
 
 use crate::pendulum::InertiaWheelPendulum;
 
-/// The state `(θ, ψ, p₁, p₂)` as the solver wants it.
-type State = SVector<f64, 4>;
-
-/// The solver's relative and absolute tolerance. Against the 200-bit reference over the paper's time, `θ` is good to
-/// 5.5e-13, `ψ` to 8.5e-11 and `V(2000)` to 2e-11 (at 1e-13: 2.5e-11, 3.8e-9 and 2e-10); what is left is rounding.
-const TOLERANCE: f64 = 1e-15;
-
-/// How many steps one interval may take.
-const MAX_STEPS: u32 = 100_000;
+/// The tolerance of a step. Against the 200-bit reference over the paper's time, `θ` is good to 2e-13, `ψ` to 5e-11 and
+/// `V(2000)` to 1e-9; what is left is rounding.
+const TOLERANCE: f64 = 1e-16;
 
 /// The continuous motion could not be computed.
 #[derive(Clone, Debug, Error)]
@@ -22,8 +15,9 @@ const MAX_STEPS: u32 = 100_000;
 pub struct ReferenceError {
     /// The time that was reached, in s.
     pub time: f64,
-    /// What the solver says.
-    pub cause: String,
+    /// What ended it.
+    #[source]
+    pub cause: TaylorError,
 }
 
 /// A motion of the continuous pendulum on its proper branch, at equal intervals.
@@ -36,15 +30,11 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Integrates the continuous system from `(q0, v0)` over a number of intervals with the Runge–Kutta method of
-    /// Dormand and Prince of order 8(5,3).
-    ///
-    /// Each interval is integrated by itself: its end is then a step's end, which dense output of order 7 between two
-    /// steps would not match in accuracy, and its time is exact.
+    /// Follows the continuous system from `(q0, v0)` over a number of intervals by Taylor series of the declaration.
     ///
     /// # Errors
     ///
-    /// [`ReferenceError`] if the solver gives up.
+    /// [`ReferenceError`] if the motion ends before.
     pub fn new(
         pendulum: &InertiaWheelPendulum,
         q0: [f64; 2],
@@ -52,21 +42,16 @@ impl Reference {
         interval: f64,
         intervals: usize,
     ) -> Result<Self, ReferenceError> {
-        let [p1, p2] = pendulum.momentum(v0);
-        let mut states = Vec::with_capacity(intervals + 1);
-        let mut state = [q0[0], q0[1], p1, p2];
-        states.push(state);
-        for k in 0..intervals {
-            let failed = |cause| ReferenceError {
-                time: k as f64 * interval,
-                cause,
-            };
-            state = advance(pendulum, state, interval).map_err(|error| failed(error.to_string()))?;
-            if !state.iter().all(|x| x.is_finite()) {
-                return Err(failed("the state is not finite".to_owned()));
-            }
-            states.push(state);
-        }
+        let failed = |time| move |cause| ReferenceError { time, cause };
+        let mut flow = TaylorFlow::new(pendulum, State::new(q0, v0), Tolerance::relative(TOLERANCE))
+            .map_err(failed(0.0))?;
+        let times: Vec<f64> = (0..=intervals).map(|k| k as f64 * interval).collect();
+        let mut states = Vec::with_capacity(times.len());
+        let result = flow.stream(&times, |state| {
+            let [p1, p2] = pendulum.momentum(state.v);
+            states.push([state.q[0], state.q[1], p1, p2]);
+        });
+        result.map_err(failed(flow.state().t))?;
         Ok(Self { interval, states })
     }
 
@@ -75,43 +60,6 @@ impl Reference {
     pub fn lyapunov(&self, pendulum: &InertiaWheelPendulum, index: usize) -> Option<f64> {
         let &[theta, psi, p1, p2] = self.states.get(index)?;
         Some(pendulum.lyapunov([theta, psi], pendulum.velocity([p1, p2])))
-    }
-}
-
-/// The state one interval later.
-fn advance(
-    pendulum: &InertiaWheelPendulum,
-    state: [f64; 4],
-    interval: f64,
-) -> Result<[f64; 4], IntegrationError> {
-    let mut solver = Dop853::from_param(
-        ProperBranch(pendulum),
-        0.0,
-        interval,
-        interval,
-        State::from(state),
-        TOLERANCE,
-        TOLERANCE,
-        0.9,   // safety factor
-        0.0,   // no PI control
-        0.333, // a step may shrink to this part of the last,
-        6.0,   // or grow to this multiple
-        interval,
-        0.0, // let the solver choose its first step
-        MAX_STEPS,
-        MAX_STEPS, // no test for stiffness
-        OutputType::Sparse,
-    );
-    solver.integrate()?;
-    Ok(solver.y_out().last().map_or(state, |&end| end.into()))
-}
-
-/// The continuous system as the solver wants it.
-struct ProperBranch<'a>(&'a InertiaWheelPendulum);
-
-impl System<f64, State> for ProperBranch<'_> {
-    fn system(&self, _: f64, state: &State, rate: &mut State) {
-        *rate = self.0.proper_branch((*state).into()).into();
     }
 }
 

@@ -1,7 +1,8 @@
 //! A step allocates nothing.
 
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Node, Start, System};
-use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
 fn allocations<S: System<2>>(system: &S, h: f64, start: Start<2>) {
@@ -63,6 +64,33 @@ fn the_pendulum() {
         0.1,
         Start::paper(START.0, START.1),
     );
+}
+
+#[test]
+fn the_taylor_flow() {
+    fn allocations<S: Jets<N>, const N: usize>(system: &S, state: State<N>) {
+        let mut flow = TaylorFlow::new(system, state, Tolerance::relative(1e-10)).unwrap();
+        flow.step(1e6).unwrap();
+        let steps = allocation_counter::measure(|| {
+            for _ in 0..300 {
+                flow.step(1e6).unwrap();
+            }
+        });
+        assert_eq!(
+            steps.count_total, 0,
+            "300 steps allocate {} bytes",
+            steps.bytes_total
+        );
+    }
+    let particle = State::new([0.0, 0.0], [1.0, 1.0]);
+    allocations(&CurvedParticle::default(), particle);
+    let field = CurvedParticle {
+        mass: 1.0,
+        curvature: Wavy::default(),
+    };
+    allocations(&field, particle);
+    allocations(&InertiaWheelPendulum::default(), State::new(START.0, START.1));
+    allocations(&PlanarChain8::default(), State::new([0.3; 8], [0.0; 8]));
 }
 
 #[test]

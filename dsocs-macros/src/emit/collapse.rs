@@ -26,6 +26,8 @@ pub(crate) enum Variables {
     Unknowns,
     /// The components of the leg and functions of them.
     Leg,
+    /// Positions, velocities, accelerations and functions of them.
+    Motion,
 }
 
 /// Rewrites expressions so that everything affine in the variables is in the form `c₀ + Σ cⱼ xⱼ`.
@@ -51,6 +53,7 @@ impl<'g> Collapse<'g> {
         self.graph.leaves(id).any(|leaf| match self.variables {
             Variables::Unknowns => matches!(leaf, Leaf::Z(_)),
             Variables::Leg => matches!(leaf, Leaf::N(_) | Leaf::D(_)),
+            Variables::Motion => matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_)),
         })
     }
 

@@ -8,6 +8,7 @@ mod clear;
 mod collapse;
 mod distribute;
 mod equations;
+mod jets;
 mod point;
 mod program;
 mod rotate;
@@ -24,9 +25,11 @@ use crate::model::Model;
 pub(crate) fn expand(model: &Model) -> TokenStream {
     let item = &model.item;
     let system = system(model);
+    let jets = jets::jets(model);
     quote! {
         #item
         #system
+        #jets
     }
 }
 

@@ -9,10 +9,23 @@ use crate::expand::expand;
 
 fn code(declaration: TokenStream, item: TokenStream) -> String {
     let expanded = expand(declaration, &item);
-    match syn::parse2(expanded.clone()) {
-        Ok(file) => prettyplease::unparse(&file),
+    match syn::parse2::<syn::File>(expanded.clone()) {
+        Ok(mut file) => {
+            // jets have tests of their own
+            file.items.retain(|item| !is_jets(item));
+            prettyplease::unparse(&file)
+        }
         Err(error) => panic!("not Rust: {error}\n{expanded}"),
     }
+}
+
+/// Whether an item implements Taylor series.
+fn is_jets(item: &syn::Item) -> bool {
+    let syn::Item::Impl(item) = item else {
+        return false;
+    };
+    let path = item.trait_.as_ref().and_then(|(path, _)| path.segments.last());
+    path.is_some_and(|segment| segment.ident == "Jets")
 }
 
 /// The body of one generated method.

@@ -63,7 +63,7 @@ fn a_wrong_declaration_leaves_an_implementation() {
         panic!("the mistake was not found")
     };
     let stub = mistakes.stub.to_string();
-    syn::parse_str::<syn::ItemImpl>(&stub).unwrap();
+    syn::parse_str::<syn::File>(&stub).unwrap();
     assert!(
         stub.contains(
             "impl < 'a , T : Copy > :: dsocs_core :: System < 2usize > for A < 'a , T > where T : B"

@@ -1,0 +1,209 @@
+//! Order and step: À. Jorba and M. Zou, A software package for the numerical integration of ODEs by means of high-order
+//! Taylor methods, Experimental Mathematics 14 (2005), section 3.
+
+use super::kernel::{MAX_ORDER, RECIPROCALS};
+use super::series::Series;
+
+/// How exact a step is to be.
+///
+/// At the end of a step the velocity is known to within `relative` times its size plus `absolute`. Its size is the largest
+/// component, at the beginning of the step or in what the acceleration there adds in the step, so that the motion may turn
+/// round or begin at rest. The position then is exact to as much of the way that it makes in the step. The default
+/// absolute part is 0: there is no hidden scale. Components are compared as numbers; where coordinates of different units
+/// differ much in size, say in what units they compare ([`super::TaylorFlow::scales`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
+pub struct Tolerance {
+    /// The part of a velocity's size.
+    pub(crate) relative: f64,
+    /// In units of the velocities.
+    pub(crate) absolute: f64,
+    /// The order, if it is not to follow from the tolerance.
+    pub(crate) order: Option<usize>,
+}
+
+impl Tolerance {
+    /// A tolerance relative to the size of each velocity.
+    pub const fn relative(relative: f64) -> Self {
+        Self {
+            relative,
+            absolute: 0.0,
+            order: None,
+        }
+    }
+
+    /// What is exact enough in any velocity, in its units.
+    pub const fn absolute(mut self, absolute: f64) -> Self {
+        self.absolute = absolute;
+        self
+    }
+
+    /// Sets the order, which otherwise follows from the tolerance and the motion; it is brought into 2 to [`MAX_ORDER`].
+    pub const fn order(mut self, order: usize) -> Self {
+        self.order = Some(order);
+        self
+    }
+
+    /// The order to begin with: Jorba and Zou's `-ln(ε)/2 + 1`, and two more.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small positive number
+    pub(super) fn first_order(&self) -> usize {
+        let of_tolerance = || (3.0 - 0.5 * self.relative.max(1e-300).ln()).ceil() as usize;
+        self.order.unwrap_or_else(of_tolerance).clamp(2, MAX_ORDER)
+    }
+}
+
+/// The defect at the end of a step, times the step, may be so many times the tolerance. Of a series that converges it is
+/// a few times its last term.
+const DEFECT: f64 = 100.0;
+/// A defect of this part of the velocity may be rounding.
+const LEAST_DEFECT: f64 = 1e-12;
+
+/// What is computed once of a tolerance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Control<const N: usize> {
+    relative: f64,
+    absolute: f64,
+    /// The binary logarithm of the relative part.
+    log: f64,
+    /// What the components are multiplied with before they are compared.
+    weights: [f64; N],
+}
+
+impl<const N: usize> Control<N> {
+    pub(super) fn new(tolerance: &Tolerance) -> Self {
+        Self {
+            relative: tolerance.relative,
+            absolute: tolerance.absolute,
+            log: tolerance.relative.log2(),
+            weights: [1.0; N],
+        }
+    }
+
+    /// Sets in what units the components compare.
+    pub(super) fn scales(&mut self, scales: &[f64; N]) {
+        self.weights = scales.map(f64::recip);
+    }
+
+    /// The size of a vector; NaN if a component is.
+    #[inline(always)]
+    fn size(&self, x: &[f64; N]) -> f64 {
+        let mut size = 0.0_f64;
+        for (x, weight) in x.iter().zip(&self.weights) {
+            let x = (x * weight).abs();
+            size = if x <= size { size } else { x };
+        }
+        size
+    }
+
+    /// The binary logarithm of the velocity's size in a step of the last one's length.
+    #[inline(always)]
+    pub(super) fn log_size(&self, series: &Series<N>, last: f64) -> f64 {
+        let v = series.velocity();
+        log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative)
+    }
+
+    /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
+    /// NaN where they are not finite.
+    #[inline(always)]
+    pub(super) fn log_step(&self, series: &Series<N>, p: usize, log_size: f64) -> f64 {
+        let v = series.velocity();
+        let radius = |k: usize| (log_size - log2(self.size(&v[k]))) * RECIPROCALS[k];
+        let (before, last) = (radius(p - 1), radius(p));
+        let radius = if before < last { before } else { last };
+        radius + self.log * RECIPROCALS[p]
+    }
+
+    /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
+    /// of the system, with which the series `next` begins.
+    #[inline(always)]
+    pub(super) fn good(&self, series: &Series<N>, next: &Series<N>, a: &[f64; N], h: f64) -> bool {
+        let (v, end) = (series.velocity(), next.velocity());
+        let mut defect = end[1];
+        for (defect, a) in defect.iter_mut().zip(a) {
+            *defect -= a;
+        }
+        let way = self.size(&v[1]).max(self.size(&end[1])) * h;
+        let size = self.size(&v[0]).max(way);
+        let allowed = (DEFECT * self.relative).max(LEAST_DEFECT) * size + DEFECT * self.absolute;
+        self.size(&defect) * h <= allowed
+    }
+
+    /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
+    /// step makes, so that a motion may begin at rest.
+    #[cold]
+    pub(super) fn first_step(&self, series: &Series<N>, p: usize) -> f64 {
+        let v = series.velocity();
+        let mut step = f64::INFINITY;
+        for last in [p - 1, p] {
+            let coefficient = self.size(&v[last]);
+            if coefficient == 0.0 {
+                continue;
+            }
+            let mut longest = 0.0_f64;
+            for k in 0..=2.min(last - 1) {
+                let floor = if k == 0 {
+                    self.absolute / self.relative
+                } else {
+                    0.0
+                };
+                let ratio = (self.size(&v[k]) + floor) / coefficient;
+                longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
+            }
+            if longest.is_nan() || coefficient.is_nan() {
+                return f64::NAN;
+            }
+            step = step.min(longest);
+        }
+        step
+    }
+}
+
+/// The binary logarithm to three digits, of a number that is not negative.
+#[inline(always)]
+#[allow(clippy::cast_possible_wrap)]
+pub(super) fn log2(x: f64) -> f64 {
+    let bits = x.to_bits();
+    let exponent = (bits >> 52) as i64 - 1023;
+    if !(x > 0.0 && x.is_finite()) {
+        return x.log2();
+    }
+    let m = f64::from_bits(bits & ((1 << 52) - 1) | 1.0_f64.to_bits());
+    // a cubic through the ends, within 1e-3 between them
+    let fraction = (m - 1.0) * (1.424_0 + (m - 1.0) * (-0.584_0 + (m - 1.0) * 0.160_0));
+    exponent as f64 + fraction
+}
+
+/// A power of two to three digits.
+#[inline(always)]
+#[allow(
+    clippy::inline_always,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss
+)]
+pub(super) fn exp2(x: f64) -> f64 {
+    if !(x > -1000.0 && x < 1000.0) {
+        return x.exp2();
+    }
+    let whole = x.floor();
+    let f = x - whole;
+    let power = f64::from_bits(((whole as i64 + 1023) as u64) << 52);
+    power * (1.0 + f * (0.6951 + f * (0.2276 + f * 0.0773)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithm_and_power_are_good_to_a_percent() {
+        for k in -200..200 {
+            let x = 1.1_f64.powi(k);
+            assert!((log2(x) - x.log2()).abs() < 3e-3, "{x}: {} {}", log2(x), x.log2());
+            let y = f64::from(k) / 7.0;
+            assert!((exp2(y) / y.exp2() - 1.0).abs() < 3e-3, "{y}");
+        }
+        assert_eq!(exp2(f64::NEG_INFINITY), 0.0);
+        assert_eq!(exp2(-log2(0.0)), f64::INFINITY);
+        assert!(exp2(log2(f64::NAN)).is_nan());
+    }
+}

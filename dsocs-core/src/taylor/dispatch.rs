@@ -1,0 +1,42 @@
+//! The machine's own instructions.
+//!
+//! A program is compiled for every machine of its kind, so without fused products and wide registers. What is worth it
+//! is compiled a second time with them, and the machine is asked when the program runs. The results of both differ by
+//! rounding.
+
+/// Work that is compiled for more than one machine. All that it calls is to be inlined.
+pub(crate) trait Work {
+    /// What it gives.
+    type Output;
+
+    /// Does the work, with products and sums rounded once if `FUSED`.
+    fn run<const FUSED: bool>(self) -> Self::Output;
+}
+
+/// Does the work with the best instructions that there are.
+#[inline]
+pub(crate) fn run<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(simd, Fused(work));
+    }
+    // every machine of this kind has fused products
+    #[cfg(target_arch = "aarch64")]
+    return work.run::<true>();
+    #[cfg(not(target_arch = "aarch64"))]
+    work.run::<false>()
+}
+
+/// Work with fused products.
+#[cfg(target_arch = "x86_64")]
+struct Fused<W>(W);
+
+#[cfg(target_arch = "x86_64")]
+impl<W: Work> pulp::WithSimd for Fused<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
+        self.0.run::<true>()
+    }
+}

@@ -1,0 +1,261 @@
+//! The arithmetic of jets, and what the traits of numbers ask for.
+
+use core::cmp::Ordering;
+use core::fmt;
+use core::iter::{Product, Sum};
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
+
+use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
+
+use super::Jet;
+use super::tape::Op;
+
+impl Add for Jet {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let value = self.value + other.value;
+        match (self.node, other.node) {
+            (Some(u), Some(v)) => Self::of(Op::Add(u, v), value),
+            (Some(_), None) => self.affine(1.0, other.value),
+            (None, Some(_)) => other.affine(1.0, self.value),
+            (None, None) => Self::from(value),
+        }
+    }
+}
+
+impl Sub for Jet {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        let value = self.value - other.value;
+        match (self.node, other.node) {
+            (Some(u), Some(v)) => Self::of(Op::Sub(u, v), value),
+            (Some(_), None) => self.affine(1.0, -other.value),
+            (None, Some(_)) => other.affine(-1.0, self.value),
+            (None, None) => Self::from(value),
+        }
+    }
+}
+
+impl Mul for Jet {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let value = self.value * other.value;
+        match (self.node, other.node) {
+            (Some(u), Some(v)) if u == v => Self::of(Op::Square(u), value),
+            (Some(u), Some(v)) => Self::of(Op::Mul(u, v), value),
+            (Some(_), None) => self.affine(other.value, 0.0),
+            (None, Some(_)) => other.affine(self.value, 0.0),
+            (None, None) => Self::from(value),
+        }
+    }
+}
+
+impl Div for Jet {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        match (self.node, other.node) {
+            (Some(u), Some(v)) => Self::of(Op::Div(u, v), value),
+            (Some(u), None) => Self::of(
+                Op::Affine {
+                    u,
+                    scale: 1.0 / other.value,
+                },
+                value,
+            ),
+            (None, Some(v)) if self.value != 0.0 => Self::of(Op::Recip(v), value),
+            (None, _) => Self::from(value),
+        }
+    }
+}
+
+/// `self - other trunc(self / other)`.
+impl Rem for Jet {
+    type Output = Self;
+
+    fn rem(self, other: Self) -> Self {
+        self - other * Self::from((self.value / other.value).trunc())
+    }
+}
+
+impl Neg for Jet {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        self.affine(-1.0, 0.0)
+    }
+}
+
+/// The same operation with a reference, a plain number, and in place.
+macro_rules! others {
+    ($($trait:ident $method:ident $assign:ident $in_place:ident),* $(,)?) => {
+        $(
+            impl $trait<&Self> for Jet {
+                type Output = Self;
+
+                fn $method(self, other: &Self) -> Self {
+                    $trait::$method(self, *other)
+                }
+            }
+
+            impl $trait<f64> for Jet {
+                type Output = Self;
+
+                fn $method(self, other: f64) -> Self {
+                    $trait::$method(self, Self::from(other))
+                }
+            }
+
+            impl $assign for Jet {
+                fn $in_place(&mut self, other: Self) {
+                    *self = $trait::$method(*self, other);
+                }
+            }
+
+            impl $assign<f64> for Jet {
+                fn $in_place(&mut self, other: f64) {
+                    *self = $trait::$method(*self, Self::from(other));
+                }
+            }
+        )*
+    };
+}
+
+others!(
+    Add add AddAssign add_assign,
+    Sub sub SubAssign sub_assign,
+    Mul mul MulAssign mul_assign,
+    Div div DivAssign div_assign,
+    Rem rem RemAssign rem_assign,
+);
+
+impl Inv for Jet {
+    type Output = Self;
+
+    fn inv(self) -> Self {
+        Self::from(1.0) / self
+    }
+}
+
+impl Sum for Jet {
+    fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
+        terms.fold(Self::from(0.0), Add::add)
+    }
+}
+
+impl<'a> Sum<&'a Self> for Jet {
+    fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
+        terms.copied().sum()
+    }
+}
+
+impl Product for Jet {
+    fn product<I: Iterator<Item = Self>>(factors: I) -> Self {
+        factors.fold(Self::from(1.0), Mul::mul)
+    }
+}
+
+impl<'a> Product<&'a Self> for Jet {
+    fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
+        factors.copied().product()
+    }
+}
+
+impl Zero for Jet {
+    fn zero() -> Self {
+        Self::from(0.0)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.value == 0.0
+    }
+}
+
+impl One for Jet {
+    fn one() -> Self {
+        Self::from(1.0)
+    }
+}
+
+impl Num for Jet {
+    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
+
+    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
+        f64::from_str_radix(text, radix).map(Self::from)
+    }
+}
+
+impl FromPrimitive for Jet {
+    fn from_i64(n: i64) -> Option<Self> {
+        f64::from_i64(n).map(Self::from)
+    }
+
+    fn from_u64(n: u64) -> Option<Self> {
+        f64::from_u64(n).map(Self::from)
+    }
+
+    fn from_f64(n: f64) -> Option<Self> {
+        Some(Self::from(n))
+    }
+}
+
+/// With the sign of order 0.
+impl Signed for Jet {
+    fn abs(&self) -> Self {
+        self.affine(self.value.signum(), 0.0)
+    }
+
+    fn abs_sub(&self, other: &Self) -> Self {
+        if self.value > other.value {
+            *self - *other
+        } else {
+            Self::from(0.0)
+        }
+    }
+
+    fn signum(&self) -> Self {
+        Self::from(self.value.signum())
+    }
+
+    fn is_positive(&self) -> bool {
+        self.value > 0.0
+    }
+
+    fn is_negative(&self) -> bool {
+        self.value < 0.0
+    }
+}
+
+impl PartialEq for Jet {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl PartialOrd for Jet {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+impl PartialEq<f64> for Jet {
+    fn eq(&self, other: &f64) -> bool {
+        self.value == *other
+    }
+}
+
+impl PartialOrd<f64> for Jet {
+    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
+        self.value.partial_cmp(other)
+    }
+}
+
+impl fmt::Display for Jet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.value, f)
+    }
+}

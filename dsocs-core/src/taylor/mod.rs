@@ -1,0 +1,110 @@
+//! The continuous motion to any tolerance, by Taylor series.
+//!
+//! `#[dsocs]` generates, beside the step, the recurrences for the Taylor coefficients of the motion of the *continuous*
+//! system ([`Jets`]). A [`TaylorFlow`] steps with them: it expands the motion, goes as far as its [`Tolerance`] lets it, and
+//! expands again. Each step is a [`Polynomial`], which is the motion in between.
+//!
+//! ```
+//! use dsocs_core::dsocs;
+//! use dsocs_core::taylor::{Event, Events, State, TaylorFlow, Tolerance};
+//!
+//! /// A pendulum.
+//! #[dsocs {
+//!     coordinates(theta);
+//!     lagrangian = dot(theta).powi(2) / 2 + gravity / length * theta.cos();
+//! }]
+//! struct Pendulum {
+//!     length: f64,
+//!     gravity: f64,
+//! }
+//!
+//! let pendulum = Pendulum { length: 1.0, gravity: 9.81 };
+//! let start = State::new([1.0], [0.0]);
+//! let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14))?;
+//!
+//! // a quarter of its period: where it hangs straight down
+//! let mut events = Events::new(vec![Event::function(|point| point.q[0]).terminal()]);
+//! let quarter = flow.watch(10.0, &mut events, |_| {})?.map(|event| event.state.t);
+//! assert!((quarter.unwrap_or(0.0) - 0.534_784_400_139_672).abs() < 1e-12);
+//!
+//! // and its motion from there, every tenth of a second
+//! let states = flow.sample(&[0.6, 0.7, 0.8])?;
+//! assert_eq!(states.len(), 3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # How it works
+//!
+//! 1. The rows of the continuous system are solved for the accelerations when the code is generated, as far as that
+//!    pays: rows that are linear in an acceleration with coefficients of the parameters, one or two rows by Cramer's
+//!    rule. A declared factor (`branch = divide(w)`) is divided out of its row as a polynomial. Other rows stay equations: one
+//!    matrix is inverted an expansion, and each order is one product with it.
+//! 2. Each product and function of the accelerations has a recurrence. Products with parameters are none. The inner sums of
+//!    all recurrences are formed together, four in a register, with the machine's fused products if it has them.
+//! 3. The order follows from the tolerance, the step from the two last coefficients (Jorba and Zou 2005). Where a step ends,
+//!    the acceleration of its series has to be that of the system; otherwise it is halved.
+//! 4. Position, velocity and time are compensated sums.
+//!
+//! Functions of the user's are called with [`Jet`]s, which record what is done with them; that is slower, but goes to any
+//! order, too. They have to be generic over their number type ([`crate::Real`]), also where the discrete step never
+//! differentiates them.
+//!
+//! # Limits
+//!
+//! A function with a jump or an edge (`if`, `abs`, `min`) has no series across it: the steps around it become short, and
+//! the motion passes it to within the tolerance. High orders make long steps, in which large terms of both signs cancel: where the last two digits count, set a lower [`Tolerance::order`].
+
+// what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+// times are reached exactly, and zeros are exact
+#![allow(clippy::float_cmp)]
+// recurrences read several orders at a time, by index, as they stand in the books
+#![allow(clippy::needless_range_loop)]
+
+mod control;
+mod dispatch;
+mod error;
+mod events;
+mod flow;
+mod jet;
+mod kernel;
+mod order;
+mod polynomial;
+mod roots;
+mod series;
+mod solve;
+
+pub use control::Tolerance;
+pub use error::{TaylorError, TaylorFailure};
+pub use events::{Event, Events, Occurrence};
+pub use flow::{State, TaylorFlow};
+pub use jet::{Jet, Tape};
+pub use kernel::{MAX_ORDER, Table};
+pub use polynomial::Polynomial;
+pub use series::Series;
+// what generated code needs beside the public items; no part of the interface
+#[doc(hidden)]
+pub use kernel::{LANES, Products, RECIPROCALS, Squares, add_product, weighted};
+#[doc(hidden)]
+pub use solve::{accelerate, back};
+
+use crate::system::System;
+
+/// A system whose motion has Taylor series, as `#[dsocs]` generates it.
+pub trait Jets<const N: usize>: System<N> {
+    /// Expressions of the parameters, an array of a literal size.
+    type Fixed: Copy;
+    /// What the recurrences keep of the orders before.
+    type Table: Default;
+
+    /// What the parameters alone decide.
+    fn fixed(&self) -> Self::Fixed;
+
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    fn expand<const FUSED: bool>(
+        &self,
+        constants: &Self::Fixed,
+        series: &mut Series<N>,
+        table: &mut Self::Table,
+    );
+}

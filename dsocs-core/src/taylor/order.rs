@@ -1,0 +1,119 @@
+//! The order of the series.
+//!
+//! A higher order makes longer steps that cost more. How much longer depends on the motion: where the radius of convergence
+//! is the same for all orders, Jorba and Zou's choice is near the best; an entire function, such as a motion on a circle,
+//! gains more. So every now and then a step is expanded to a higher order than it needs, which tells how long steps of
+//! neighbouring orders would have been.
+
+use super::control::{Control, Tolerance, log2};
+use super::kernel::MAX_ORDER;
+use super::series::Series;
+
+/// By how much the order changes.
+const CHANGE: usize = 4;
+/// So many expansions decide together.
+const PROBES: u32 = 4;
+/// Between them lie so many steps; fewer as long as the order is being found.
+const INTERVAL: u32 = 15;
+const FIRST_INTERVAL: u32 = 1;
+/// Something has to be gained (binary logarithm).
+const LEAST_GAIN: f64 = 0.03;
+/// The lowest order, and the highest: beyond, what is gained is little, and large terms of both signs cancel.
+const LOWEST: usize = 6;
+const HIGHEST: usize = 28;
+/// The highest where rounding is all that is left of the error.
+const HIGHEST_EXACT: usize = 22;
+
+/// The choice of the order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Order {
+    current: usize,
+    highest: usize,
+    fixed: bool,
+    countdown: u32,
+    interval: u32,
+    probes: u32,
+    /// Summed logarithms: how much more way a unit of work makes at the order above, and below.
+    gains: [f64; 2],
+}
+
+impl Order {
+    pub(super) fn new(tolerance: &Tolerance) -> Self {
+        let highest = if tolerance.relative < 1e-13 {
+            HIGHEST_EXACT
+        } else {
+            HIGHEST
+        };
+        let current = tolerance.first_order();
+        Self {
+            current,
+            highest: highest.max(current),
+            fixed: tolerance.order.is_some(),
+            countdown: FIRST_INTERVAL,
+            interval: FIRST_INTERVAL,
+            probes: 0,
+            gains: [0.0; 2],
+        }
+    }
+
+    /// The order of the steps.
+    pub(super) fn current(&self) -> usize {
+        self.current
+    }
+
+    /// The order of the next expansion.
+    #[inline(always)]
+    pub(super) fn next(&mut self) -> usize {
+        if self.fixed {
+            return self.current;
+        }
+        if self.countdown > 0 {
+            self.countdown -= 1;
+            return self.current;
+        }
+        self.countdown = self.interval;
+        (self.current + CHANGE).min(MAX_ORDER)
+    }
+
+    /// Learns from an expansion that is longer than it would have to be.
+    #[inline(always)]
+    pub(super) fn learn<const N: usize>(&mut self, control: &Control<N>, series: &Series<N>, log_size: f64) {
+        if !self.fixed && series.order() >= self.current + CHANGE {
+            self.weigh(control, series, log_size);
+        }
+    }
+
+    fn weigh<const N: usize>(&mut self, control: &Control<N>, series: &Series<N>, log_size: f64) {
+        let order = self.current;
+        let worth = |p: usize| control.log_step(series, p, log_size) - log_work(p);
+        let here = worth(order);
+        let below = order.saturating_sub(CHANGE).max(LOWEST);
+        for (gain, other) in self.gains.iter_mut().zip([order + CHANGE, below]) {
+            let difference = worth(other) - here;
+            // a series that ends says nothing
+            *gain += if difference.is_finite() { difference } else { 0.0 };
+        }
+        self.probes += 1;
+        if self.probes < PROBES {
+            return;
+        }
+        let least = LEAST_GAIN * f64::from(PROBES);
+        let [up, down] = self.gains;
+        self.interval = FIRST_INTERVAL;
+        if up > least && order + CHANGE <= self.highest {
+            self.current = order + CHANGE;
+        } else if down > least && below < order {
+            self.current = below;
+        } else {
+            self.interval = INTERVAL;
+        }
+        (self.probes, self.gains) = (0, [0.0; 2]);
+    }
+}
+
+/// The binary logarithm of the work of a step, in units that do not matter: something for the step itself, something for
+/// each order, and the convolutions, which are short beside it (measured on the particle, the pendulum and a chain).
+fn log_work(p: usize) -> f64 {
+    let p = p as f64;
+    log2(6.0 + p + p * p / 60.0)
+}

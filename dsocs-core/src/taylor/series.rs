@@ -1,0 +1,174 @@
+//! The Taylor series of a motion, and its values.
+
+use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
+
+/// The Taylor coefficients of a motion at a point: what [`super::Jets::expand`] fills in.
+///
+/// The velocity is known to the order of the series, the position to one order more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series<const N: usize> {
+    /// The order of the velocity, `2..=MAX_ORDER`.
+    order: usize,
+    /// `q^(k)/k!` by order.
+    q: [[f64; N]; ROWS],
+    /// `v^(k)/k!` by order.
+    v: [[f64; N]; ROWS],
+}
+
+impl<const N: usize> Series<N> {
+    /// A series whose velocity will be known to `order`, between 2 and [`MAX_ORDER`].
+    #[must_use]
+    pub fn new(order: usize) -> Self {
+        Self {
+            order: order.clamp(2, MAX_ORDER),
+            q: [[0.0; N]; ROWS],
+            v: [[0.0; N]; ROWS],
+        }
+    }
+
+    /// Sets the order of the velocity.
+    #[inline]
+    pub(super) fn set_order(&mut self, order: usize) {
+        self.order = order.clamp(2, MAX_ORDER);
+    }
+
+    /// Sets what the acceleration of order 0 is expected to be.
+    pub fn expect(&mut self, a: &[f64; N]) {
+        self.v[1] = *a;
+    }
+
+    /// What the acceleration of order 0 is expected to be, for systems that look for it.
+    #[must_use]
+    pub fn guess(&self) -> [f64; N] {
+        self.v[1].map(|a| if a.is_finite() { a } else { 0.0 })
+    }
+
+    /// The order of the velocity.
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Sets the point of expansion.
+    pub fn begin(&mut self, q: &[f64; N], v: &[f64; N]) {
+        (self.q[0], self.v[0]) = (*q, *v);
+    }
+
+    /// The point of expansion.
+    #[inline]
+    #[must_use]
+    pub fn start(&self) -> ([f64; N], [f64; N]) {
+        (self.q[0], self.v[0])
+    }
+
+    /// The coefficients of the position, by order.
+    #[must_use]
+    pub fn position(&self) -> &[[f64; N]] {
+        &self.q[..self.order.min(MAX_ORDER) + 2]
+    }
+
+    /// The coefficients of the velocity, by order.
+    #[must_use]
+    pub fn velocity(&self) -> &[[f64; N]] {
+        &self.v[..=self.order.min(MAX_ORDER)]
+    }
+
+    /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
+    #[inline(always)]
+    pub fn push(&mut self, k: usize, q: &mut [f64; N], v: &mut [f64; N], a: [f64; N]) {
+        let next = (k + 1).min(MAX_ORDER);
+        let scale = RECIPROCALS[next];
+        *q = v.map(|v| v * scale);
+        *v = a.map(|a| a * scale);
+        self.q[next] = *q;
+        self.v[next] = *v;
+        if next == self.order {
+            self.q[next + 1] = v.map(|v| v * RECIPROCALS[next + 1]);
+        }
+    }
+
+    /// Whether the highest coefficients are numbers.
+    pub(super) fn is_finite(&self) -> bool {
+        let last = self.order.min(MAX_ORDER);
+        self.v[last]
+            .iter()
+            .chain(&self.v[last - 1])
+            .all(|x| x.is_finite())
+    }
+
+    /// How far the position and the velocity move in a time `h`, and the acceleration then.
+    #[inline(always)]
+    pub(super) fn increments<const FUSED: bool>(&self, h: f64) -> [[f64; N]; 3] {
+        let (mut q, mut v, mut a) = ([0.0; N], [0.0; N], [0.0; N]);
+        for row in self.position()[1..].iter().rev() {
+            for i in 0..N {
+                q[i] = add_product::<FUSED>(row[i], q[i], h);
+            }
+        }
+        for row in self.velocity()[1..].iter().rev() {
+            for i in 0..N {
+                // a is the derivative of h v: what v was, and h times its own derivative
+                a[i] = add_product::<FUSED>(v[i], a[i], h);
+                v[i] = add_product::<FUSED>(row[i], v[i], h);
+            }
+        }
+        let mut end = a;
+        for i in 0..N {
+            end[i] = add_product::<FUSED>(v[i], a[i], h);
+        }
+        [q.map(|q| q * h), v.map(|v| v * h), end]
+    }
+
+    /// Positions and velocities at some times after the point of expansion, `[component][time]`.
+    #[inline(always)]
+    pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 2] {
+        let last = self.order.min(MAX_ORDER);
+        let mut q = self.q[last + 1].map(|q| [q; L]);
+        let mut v = [[0.0; L]; N];
+        for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
+            for i in 0..N {
+                for lane in 0..L {
+                    q[i][lane] = add_product::<FUSED>(position[i], q[i][lane], s[lane]);
+                    v[i][lane] = add_product::<FUSED>(velocity[i], v[i][lane], s[lane]);
+                }
+            }
+        }
+        [q, v]
+    }
+
+    /// Position, velocity and acceleration a time `s` after the point of expansion.
+    pub(super) fn point(&self, s: f64) -> [[f64; N]; 3] {
+        let [q, v, a] = self.increments::<false>(s);
+        let add = |x: &[f64; N], d: [f64; N]| core::array::from_fn(|i| x[i] + d[i]);
+        [add(&self.q[0], q), add(&self.v[0], v), a]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_and_increments_are_those_of_the_polynomial() {
+        // the motion q = exp(t) in one coordinate: every coefficient 1/k!
+        let mut series = Series::<1>::new(24);
+        series.begin(&[1.0], &[1.0]);
+        let ([mut q], [mut v]) = series.start();
+        for k in 0..24 {
+            let (mut whole, mut rate) = ([q], [v]);
+            let a = v; // q'' = q'
+            series.push(k, &mut whole, &mut rate, [a]);
+            ([q], [v]) = (whole, rate);
+        }
+        let [q, v, a] = series.point(0.75);
+        let exact = 0.75_f64.exp();
+        for value in [q[0], v[0], a[0]] {
+            assert!((value - exact).abs() < 1e-15, "{value}");
+        }
+        let times = [0.0, 0.25, -0.5, 1.0];
+        let [q, v] = series.values::<false, 4>(&times);
+        for (lane, t) in times.iter().enumerate() {
+            assert!((q[0][lane] - t.exp()).abs() < 1e-15 && (v[0][lane] - t.exp()).abs() < 1e-15);
+        }
+    }
+}

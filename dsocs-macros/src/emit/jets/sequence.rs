@@ -1,0 +1,291 @@
+//! Sequences of Taylor coefficients, and what each is computed from.
+//!
+//! A recurrence of order `k` needs sums `Σ x_j y_{k-j}`. All terms but the first and the last are of lower orders, so
+//! that the inner sums of every recurrence are formed together, in lanes, before the rest of the order: a [`Lane`] is one
+//! such sum.
+
+use std::collections::{BTreeSet, HashMap};
+
+use crate::graph::{Comparison, Leaf, NodeId};
+
+/// A sequence of coefficients.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(super) struct Sequence(u32);
+
+impl Sequence {
+    pub(super) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A factor that does not change in time: an expression of the parameters.
+pub(super) type Constant = NodeId;
+
+/// How a sequence is computed. `u` is the argument, and primes are derivatives by time.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Op {
+    /// A position, a velocity, or an acceleration that is known or solved for.
+    Leaf(Leaf),
+    /// A number or an expression of the parameters, where a sequence is asked for.
+    Constant(Constant),
+    /// `constant + Σ coefficient · term`.
+    Linear(Option<Constant>, Vec<(Constant, Sequence)>),
+    /// `u v`.
+    Product(Sequence, Sequence),
+    /// `u²`.
+    Square(Sequence),
+    /// `w = u / v` from `w v = u`.
+    Quotient(Sequence, Sequence),
+    /// `w = 1 / v` from `w v = 1`.
+    Reciprocal(Sequence),
+    /// `w = √u` from `w² = u`.
+    Root(Sequence),
+    /// `w = ∛u` from `3 u w' = w u'`.
+    CubeRoot(Sequence),
+    /// `w = u^α` from `u w' = α w u'`.
+    Power(Sequence, Constant),
+    /// `w = eᵘ` from `w' = w u'`.
+    Exp(Sequence),
+    /// `w = eᵘ - 1` from `w' = (w + 1) u'`.
+    ExpM1(Sequence),
+    /// `w = ln u` from `u w' = u'`.
+    Ln(Sequence),
+    /// `w = ln(1 + u)` from `(1 + u) w' = u'`.
+    Ln1p(Sequence),
+    /// `s = sin u` from `s' = c u'`; the partner is `c`.
+    Sin(Sequence, Sequence),
+    /// `c = cos u` from `c' = -s u'`; the partner is `s`.
+    Cos(Sequence, Sequence),
+    /// `s = sinh u` from `s' = c u'`; the partner is `c`.
+    Sinh(Sequence, Sequence),
+    /// `c = cosh u` from `c' = s u'`; the partner is `s`.
+    Cosh(Sequence, Sequence),
+    /// `w = tan u` from `w' = g u'` with `g = 1 + w²`, the second.
+    Tan(Sequence, Sequence),
+    /// `w = tanh u` from `w' = g u'` with `g = 1 - w²`, the second.
+    Tanh(Sequence, Sequence),
+    /// `1 - u²`, of `u` and `u²`, as `(1 - u)(1 + u)` at order 0.
+    Conjugate(Sequence, Sequence),
+    /// A function `w` of `u` from `g w' = u'`: an arc or area function, and `g`.
+    Inverse(Inverse, Sequence, Sequence),
+    /// `w = atan2(y, x)` from `(x² + y²) w' = x y' - y x'`; the last is `x² + y²`.
+    Atan2(Sequence, Sequence, Sequence),
+    /// `|u|`, with the sign of `u` at order 0.
+    Abs(Sequence),
+    /// The sign of `u` at order 0.
+    Signum(Sequence),
+    /// One of the last two, by comparing the first two at order 0.
+    Select(Comparison, [Sequence; 4]),
+    /// A partial derivative of a function of the user's.
+    Call {
+        callee: usize,
+        args: Vec<Sequence>,
+        wrt: Vec<usize>,
+    },
+}
+
+impl Op {
+    /// The sequences that it is made of; a partner in the recurrence is one, too.
+    pub(super) fn parts(&self) -> Vec<Sequence> {
+        match self {
+            Self::Leaf(_) | Self::Constant(_) => Vec::new(),
+            Self::Linear(_, terms) => terms.iter().map(|&(_, term)| term).collect(),
+            Self::Square(u)
+            | Self::Reciprocal(u)
+            | Self::Root(u)
+            | Self::CubeRoot(u)
+            | Self::Power(u, _)
+            | Self::Exp(u)
+            | Self::ExpM1(u)
+            | Self::Ln(u)
+            | Self::Ln1p(u)
+            | Self::Abs(u)
+            | Self::Signum(u) => vec![*u],
+            Self::Product(u, v)
+            | Self::Quotient(u, v)
+            | Self::Sin(u, v)
+            | Self::Cos(u, v)
+            | Self::Sinh(u, v)
+            | Self::Cosh(u, v)
+            | Self::Tan(u, v)
+            | Self::Tanh(u, v)
+            | Self::Conjugate(u, v)
+            | Self::Inverse(_, u, v) => vec![*u, *v],
+            Self::Atan2(y, x, radius) => vec![*y, *x, *radius],
+            Self::Select(_, parts) => parts.to_vec(),
+            Self::Call { args, .. } => args.clone(),
+        }
+    }
+}
+
+/// A function whose derivative is the reciprocal of a sequence.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Inverse {
+    Asin,
+    Acos,
+    Atan,
+    Asinh,
+    Acosh,
+    Atanh,
+}
+
+impl Inverse {
+    /// The method of `f64`.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Asin => "asin",
+            Self::Acos => "acos",
+            Self::Atan => "atan",
+            Self::Asinh => "asinh",
+            Self::Acosh => "acosh",
+            Self::Atanh => "atanh",
+        }
+    }
+}
+
+/// An operand of a convolution: a sequence `x_j`, or `j x_j`, which belongs to its derivative.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(super) enum Operand {
+    Plain(Sequence),
+    Rate(Sequence),
+}
+
+impl Operand {
+    /// The sequence itself.
+    pub(super) fn sequence(self) -> Sequence {
+        match self {
+            Self::Plain(sequence) | Self::Rate(sequence) => sequence,
+        }
+    }
+}
+
+/// The inner sum `Σ x_j y_{k-j}` over `0 < j < k`, by its place.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Lane {
+    /// Of two operands.
+    Product(usize),
+    /// Of an operand with itself.
+    Square(usize),
+}
+
+/// All sequences of a system in the order in which they are computed, each once.
+#[derive(Default)]
+pub(super) struct Sequences {
+    ops: Vec<Op>,
+    known: HashMap<Op, Sequence>,
+    /// The operands of the product lanes.
+    pub(super) products: Vec<[Operand; 2]>,
+    /// The operands of the square lanes.
+    pub(super) squares: Vec<Operand>,
+    places: HashMap<[Operand; 2], Lane>,
+}
+
+impl Sequences {
+    /// The sequence of an operation.
+    pub(super) fn push(&mut self, op: Op) -> Sequence {
+        if let Some(&known) = self.known.get(&op) {
+            return known;
+        }
+        let sequence = self.add(op.clone());
+        self.known.insert(op, sequence);
+        sequence
+    }
+
+    /// A sequence that its maker remembers.
+    fn add(&mut self, op: Op) -> Sequence {
+        let sequence = Sequence(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
+        self.ops.push(op);
+        sequence
+    }
+
+    /// Two functions of one argument whose recurrences need each other.
+    pub(super) fn pair(
+        &mut self,
+        argument: Sequence,
+        first: fn(Sequence, Sequence) -> Op,
+        second: fn(Sequence, Sequence) -> Op,
+    ) -> [Sequence; 2] {
+        let next = u32::try_from(self.ops.len()).unwrap_or(u32::MAX);
+        let partners = [Sequence(next), Sequence(next.saturating_add(1))];
+        self.add(first(argument, partners[1]));
+        self.add(second(argument, partners[0]));
+        partners
+    }
+
+    /// A function `w` with `w' = g u'`, where `g` is `1 + w²` or, if `conjugate`, `1 - w²`.
+    pub(super) fn tangent(&mut self, argument: Sequence, one: Constant, conjugate: bool) -> Sequence {
+        let next = u32::try_from(self.ops.len()).unwrap_or(u32::MAX);
+        let slope = Sequence(next.saturating_add(2));
+        let value = self.add(if conjugate {
+            Op::Tanh(argument, slope)
+        } else {
+            Op::Tan(argument, slope)
+        });
+        let square = self.add(Op::Square(value));
+        self.add(if conjugate {
+            Op::Conjugate(value, square)
+        } else {
+            Op::Linear(Some(one), vec![(one, square)])
+        });
+        value
+    }
+
+    /// The operations, each with its sequence.
+    pub(super) fn ops(&self) -> impl Iterator<Item = (Sequence, &Op)> {
+        self.ops
+            .iter()
+            .enumerate()
+            .map(|(place, op)| (Sequence(u32::try_from(place).unwrap_or(u32::MAX)), op))
+    }
+
+    fn op(&self, sequence: Sequence) -> &Op {
+        &self.ops[sequence.index()]
+    }
+
+    /// Which sequences some others are made of, themselves among them.
+    pub(super) fn needed(&self, outputs: &[Sequence]) -> BTreeSet<Sequence> {
+        let mut needed = BTreeSet::new();
+        let mut open = outputs.to_vec();
+        while let Some(sequence) = open.pop() {
+            if needed.insert(sequence) {
+                open.extend(self.op(sequence).parts());
+            }
+        }
+        needed
+    }
+
+    /// Which sequences depend on an acceleration.
+    pub(super) fn accelerated(&self) -> BTreeSet<Sequence> {
+        let mut found = BTreeSet::new();
+        // a partner may come later, and its dependence is that of the argument
+        loop {
+            let before = found.len();
+            for (sequence, op) in self.ops() {
+                let own = matches!(op, Op::Leaf(Leaf::A(_)));
+                if own || op.parts().iter().any(|part| found.contains(part)) {
+                    found.insert(sequence);
+                }
+            }
+            if found.len() == before {
+                return found;
+            }
+        }
+    }
+
+    /// The lane of an inner sum.
+    pub(super) fn lane(&mut self, x: Operand, y: Operand) -> Lane {
+        let key = [x.min(y), x.max(y)];
+        if let Some(&known) = self.places.get(&key) {
+            return known;
+        }
+        let lane = if x == y {
+            self.squares.push(x);
+            Lane::Square(self.squares.len() - 1)
+        } else {
+            self.products.push(key);
+            Lane::Product(self.products.len() - 1)
+        };
+        self.places.insert(key, lane);
+        lane
+    }
+}

@@ -1,0 +1,34 @@
+//! A solver with a setting, ready to run.
+
+/// Solves a problem and appends the measured components at every time of the grid; `false` if it gives up.
+pub type Run = Box<dyn Fn(&mut Vec<f64>) -> bool>;
+
+/// A solver with a setting.
+pub struct Candidate {
+    /// The solver's name; ours begin with `dsocs`.
+    pub solver: &'static str,
+    /// What is varied, such as `tolerance 1e-6`.
+    pub setting: String,
+    /// What solves the problem.
+    pub run: Run,
+}
+
+impl Candidate {
+    /// A candidate of a tolerance.
+    pub fn tolerance(
+        solver: &'static str,
+        tolerance: f64,
+        run: impl Fn(&mut Vec<f64>) -> bool + 'static,
+    ) -> Self {
+        Self {
+            solver,
+            setting: format!("tolerance {tolerance:e}"),
+            run: Box::new(run),
+        }
+    }
+}
+
+/// Tolerances in steps of ten.
+pub fn tolerances(from: i32, to: i32) -> impl Iterator<Item = f64> {
+    (from..=to).map(|k| 10.0_f64.powi(-k))
+}

@@ -1,0 +1,71 @@
+//! Our own ladder: the paper's step, and the continuous flow.
+
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start, System};
+
+use crate::candidate::{Candidate, tolerances};
+use crate::problem::{Declared, INTERVAL, Problem, grid, intervals};
+
+/// The Taylor flow.
+pub const TAYLOR: &str = "dsocs taylor";
+/// The same where the curvature is a function of the user's.
+pub const TAYLOR_CALLED: &str = "dsocs taylor (user's function)";
+
+/// The Taylor flow to tolerances.
+pub fn taylor<P, const N: usize, const D: usize>(
+    solver: &'static str,
+    problem: P,
+) -> impl Iterator<Item = Candidate>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: Jets<N> + 'static,
+{
+    tolerances(2, 16).map(move |tolerance| {
+        Candidate::tolerance(solver, tolerance, move |out| {
+            let system = problem.system();
+            let (q, v) = problem.begin();
+            let Ok(mut flow) = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(tolerance))
+            else {
+                return false;
+            };
+            let times = grid(P::END);
+            flow.stream(&times, |state| out.extend_from_slice(&state.q[..P::MEASURED]))
+                .is_ok()
+        })
+    })
+}
+
+/// The paper's step with the second-order start.
+pub fn order2<P, const N: usize, const D: usize>(problem: P) -> impl Iterator<Item = Candidate>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: System<N> + 'static,
+{
+    [1_u32, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]
+        .into_iter()
+        .map(move |parts| {
+            let h = INTERVAL / f64::from(parts);
+            Candidate {
+                solver: "dsocs order 2",
+                setting: format!("h {h:e}"),
+                run: Box::new(move |out| {
+                    let system = problem.system();
+                    let (q, v) = problem.begin();
+                    let Ok(mut flow) = Flow::new(&system, h, Start::second_order(q, v)) else {
+                        return false;
+                    };
+                    out.extend_from_slice(&q[..P::MEASURED]);
+                    for k in 0..intervals(P::END) {
+                        // the start has made the first step
+                        for _ in u32::from(k == 0)..parts {
+                            if flow.advance().is_err() {
+                                return false;
+                            }
+                        }
+                        out.extend_from_slice(&flow.position()[..P::MEASURED]);
+                    }
+                    true
+                }),
+            }
+        })
+}

@@ -1,0 +1,160 @@
+//! Speed against error: our solvers and other crates on the same problems with the same output.
+//!
+//! `cargo bench --bench work_precision` measures all (below 15 minutes), with `-- --quick` a part (below 2). It prints
+//! tables and writes `target/report/work_precision.csv` and a picture of each problem beside it.
+
+#![allow(missing_docs)] // a bench is no library
+
+mod candidate;
+mod differential_equations_peer;
+mod diffsol_peer;
+mod dsocs;
+mod measure;
+mod ode_solvers_peer;
+mod problem;
+mod report;
+mod runge_kutta;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use criterion::Criterion;
+use dsocs_core::System;
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+
+use measure::{Effort, Point, Reference, sweep};
+use problem::{Called, Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    if !arguments.iter().any(|argument| argument == "--bench") {
+        return Ok(()); // run as a test, there is nothing to do
+    }
+    let quick = arguments.iter().any(|argument| argument == "--quick");
+    let effort = Effort {
+        longest: Duration::from_millis(if quick { 60 } else { 600 }),
+        measured: Duration::from_millis(if quick { 60 } else { 400 }),
+    };
+    let mut criterion = Criterion::default().without_plots();
+    let mut points = Vec::new();
+
+    let exact: Vec<f64> = grid(Particle::END)
+        .into_iter()
+        .map(|t| Called(Particle).system().exact([0.0, 0.0], [1.0, 1.0], t).0[0])
+        .collect();
+    let reference = Reference {
+        independent: exact.clone(),
+        ours: exact,
+    };
+    points.extend(measured(&mut criterion, effort, Particle, &reference));
+    points.extend(called(&mut criterion, effort, Called(Particle), &reference));
+    let reference = references(ParticleField);
+    println!(
+        "particle_field: the references differ by {:.1e}",
+        reference.difference()
+    );
+    points.extend(measured(&mut criterion, effort, ParticleField, &reference));
+    points.extend(called(&mut criterion, effort, Called(ParticleField), &reference));
+    let reference = references(Pendulum::default());
+    println!(
+        "pendulum: the references differ by {:.1e}",
+        reference.difference()
+    );
+    points.extend(measured(&mut criterion, effort, Pendulum::default(), &reference));
+    let reference = references(Chain);
+    println!("chain8: the references differ by {:.1e}", reference.difference());
+    points.extend(measured(&mut criterion, effort, Chain, &reference));
+
+    println!("\nms, median of the whole solution with output every 0.1; in brackets, times our best.");
+    for problem in [Particle::NAME, ParticleField::NAME, Pendulum::NAME, Chain::NAME] {
+        println!("{}", report::table(problem, &points));
+        for (target, ratio) in report::ratios(problem, &points) {
+            match ratio {
+                Some(ratio) => {
+                    println!("{target:.0e}: the fastest of the others takes {ratio:.2} times our best");
+                }
+                None => println!("{target:.0e}: not reached by both"),
+            }
+        }
+    }
+    let directory = target().join("report");
+    report::write(&directory, &points)?;
+    println!("\n{} points in {}", points.len(), directory.display());
+    Ok(())
+}
+
+/// All solvers on one problem.
+fn measured<P, const N: usize, const D: usize>(
+    criterion: &mut Criterion,
+    effort: Effort,
+    problem: P,
+    reference: &Reference,
+) -> Vec<Point>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: Jets<N> + System<N> + 'static,
+{
+    let mut points = Vec::new();
+    let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
+        points.extend(sweep(criterion, effort, P::NAME, reference, candidates));
+    };
+    take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
+    take(Box::new(dsocs::order2(problem)));
+    take(Box::new(ode_solvers_peer::dop853(problem)));
+    take(Box::new(ode_solvers_peer::dopri5(problem)));
+    take(Box::new(differential_equations_peer::dop853(problem)));
+    take(Box::new(differential_equations_peer::rkv98(problem)));
+    take(Box::new(diffsol_peer::tsit45(problem)));
+    take(Box::new(diffsol_peer::bdf(problem)));
+    take(Box::new(runge_kutta::rk4(problem)));
+    points
+}
+
+/// Our continuous flow where the generated code calls a function.
+fn called<P, const N: usize, const D: usize>(
+    criterion: &mut Criterion,
+    effort: Effort,
+    problem: P,
+    reference: &Reference,
+) -> Vec<Point>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: Jets<N> + System<N> + 'static,
+{
+    let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
+    sweep(criterion, effort, P::NAME, reference, candidates)
+}
+
+/// The solution by our Taylor series, and by the method of Dormand and Prince at its smallest tolerance.
+fn references<P, const N: usize, const D: usize>(problem: P) -> Reference
+where
+    P: Problem<D> + Declared<N>,
+    P::System: Jets<N> + 'static,
+{
+    let system = problem.system();
+    let (q, v) = problem.begin();
+    let mut ours = Vec::new();
+    // a low order rounds less
+    let flow = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(1e-16).order(18));
+    let result = flow.and_then(|mut flow| {
+        flow.stream(&grid(P::END), |state| {
+            ours.extend_from_slice(&state.q[..P::MEASURED]);
+        })
+    });
+    if let Err(error) = result {
+        println!("{}: no reference by Taylor series: {error}", P::NAME);
+    }
+    Reference {
+        independent: ode_solvers_peer::reference(problem).unwrap_or_default(),
+        ours,
+    }
+}
+
+/// The directory for what is built.
+fn target() -> PathBuf {
+    match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(target) => PathBuf::from(target),
+        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../target"),
+    }
+}

@@ -1,0 +1,38 @@
+//! The classical Runge–Kutta method, by hand.
+
+use crate::candidate::Candidate;
+use crate::problem::{INTERVAL, Problem, intervals};
+
+/// Fixed steps that divide the grid's interval.
+pub fn rk4<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
+    [1_u32, 2, 5, 10, 20, 50, 100, 200, 500]
+        .into_iter()
+        .map(move |parts| {
+            let h = INTERVAL / f64::from(parts);
+            Candidate {
+                solver: "RK4 by hand",
+                setting: format!("h {h:e}"),
+                run: Box::new(move |out| {
+                    let mut y = problem.start();
+                    out.extend_from_slice(&y[..P::MEASURED]);
+                    for _ in 0..intervals(P::END) {
+                        for _ in 0..parts {
+                            y = step(&problem, &y, h);
+                        }
+                        out.extend_from_slice(&y[..P::MEASURED]);
+                    }
+                    y.iter().all(|y| y.is_finite())
+                }),
+            }
+        })
+}
+
+#[inline]
+fn step<P: Problem<D>, const D: usize>(problem: &P, y: &[f64; D], h: f64) -> [f64; D] {
+    let moved = |k: &[f64; D], h: f64| core::array::from_fn(|i| y[i] + h * k[i]);
+    let k1 = problem.rate(y);
+    let k2 = problem.rate(&moved(&k1, h / 2.0));
+    let k3 = problem.rate(&moved(&k2, h / 2.0));
+    let k4 = problem.rate(&moved(&k3, h));
+    core::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
+}

@@ -1,0 +1,192 @@
+//! Events are found where they are, every one of them, and the flow stands there.
+
+#![allow(clippy::float_cmp)] // the flow stands exactly where the event was
+
+use dsocs_core::taylor::{Event, Events, Jet, State, TaylorError, TaylorFlow, Tolerance};
+use dsocs_core::{DualNum, Real, dsocs};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
+
+const START: State<2> = State::new([0.0, 0.0], [1.0, 1.0]);
+
+fn particle() -> CurvedParticle<dsocs_systems::Constant> {
+    CurvedParticle::default()
+}
+
+#[test]
+fn the_particle_crosses_an_axis_where_its_circle_does() {
+    let particle = particle();
+    let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-14)).unwrap();
+    let mut events = Events::new(vec![Event::function(|point| point.q[0] - 0.1)]);
+    let mut found = Vec::new();
+    flow.watch(20.0, &mut events, |event| found.push(*event)).unwrap();
+    // x = cos(√2 t - π/4) - √2/2 = 0.1
+    let angle = (0.1 + 0.5_f64.sqrt()).acos();
+    let turn = 2.0 * std::f64::consts::PI;
+    let mut expected: Vec<f64> = (-1..10)
+        .flat_map(|k| [-angle, angle].map(|angle| angle + f64::from(k) * turn))
+        .map(|phase| (phase + std::f64::consts::FRAC_PI_4) / 2.0_f64.sqrt())
+        .filter(|t| *t > 0.0 && *t < 20.0)
+        .collect();
+    expected.sort_by(f64::total_cmp);
+    assert_eq!(found.len(), expected.len());
+    for (event, t) in found.iter().zip(&expected) {
+        assert!((event.state.t - t).abs() < 1e-13 * 20.0, "{} {t}", event.state.t);
+        assert!((event.state.q[0] - 0.1).abs() < 1e-15, "{:?}", event.state);
+        assert_eq!(event.rising, event.state.v[0] > 0.0);
+        let (q, v) = particle.exact(START.q, START.v, *t);
+        for i in 0..2 {
+            assert!((event.state.q[i] - q[i]).abs() < 1e-12 && (event.state.v[i] - v[i]).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn directions_count_only_their_own() {
+    let particle = particle();
+    let count = |event: Event<'static, 2>| {
+        let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10)).unwrap();
+        let mut found = 0;
+        flow.watch(100.0, &mut Events::new(vec![event]), |_| found += 1)
+            .unwrap();
+        found
+    };
+    let event = || Event::function(|point| point.q[1] - 0.3);
+    let (both, rising, falling) = (count(event()), count(event().rising()), count(event().falling()));
+    assert_eq!(both, rising + falling);
+    // y = sin(√2 t - π/4) + √2/2 rises first, and √2 · 100 is 22.5 turns
+    assert_eq!((rising, falling), (23, 22));
+}
+
+#[test]
+fn many_changes_of_sign_within_one_step_are_all_found() {
+    // a step of the order 30 makes a good part of a turn, in which sin(40 x) changes its sign some twenty times
+    let particle = particle();
+    let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10).order(30)).unwrap();
+    let mut events = Events::new(vec![Event::function(|point| {
+        DualNum::sin(&(point.q[0] * 40.0 + 1.0))
+    })]);
+    let mut found = Vec::new();
+    let turn = 2.0 * std::f64::consts::PI / 2.0_f64.sqrt();
+    flow.watch(turn, &mut events, |event| found.push(*event)).unwrap();
+    let steps = flow.steps();
+    // each multiple of π between the ends of 40 x + 1 is passed twice a turn
+    let ends = [-1.0, 1.0].map(|x: f64| (40.0 * (x - 0.5_f64.sqrt()) + 1.0) / std::f64::consts::PI);
+    let expected = 2.0 * (ends[1].floor() - ends[0].ceil() + 1.0);
+    println!("{} in {steps} steps", found.len());
+    assert_eq!(found.len() as f64, expected);
+    assert!(steps < 6);
+    for pair in found.windows(2) {
+        assert!(pair[0].state.t < pair[1].state.t);
+    }
+    for event in found {
+        assert!((40.0 * event.state.q[0] + 1.0).sin().abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
+    let particle = particle();
+    let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-13)).unwrap();
+    let mut events = Events::new(vec![Event::function(|point| point.v[0]).terminal()]);
+    let mut times = Vec::new();
+    while let Some(event) = flow.watch(50.0, &mut events, |_| {}).unwrap() {
+        assert_eq!(flow.state().t, event.state.t);
+        assert!(flow.state().v[0].abs() < 1e-15);
+        times.push(event.state.t);
+    }
+    assert_eq!(flow.state().t, 50.0);
+    // the velocity's angle is π/4 + √2 t
+    for (k, t) in times.iter().enumerate() {
+        let exact = (std::f64::consts::FRAC_PI_4 + k as f64 * std::f64::consts::PI) / 2.0_f64.sqrt();
+        assert!((t - exact).abs() < 1e-11, "{t} {exact}");
+    }
+    assert_eq!(times.len(), 23);
+}
+
+#[test]
+fn the_pendulums_switch_is_an_observable() {
+    // as many as the signs of w a millisecond apart say
+    let pendulum = InertiaWheelPendulum::default();
+    let start = State::new([0.5, 0.0], [0.0, 0.5]);
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
+    let w = 2; // lyapunov, dissipation, w
+    let mut events = Events::new(vec![Event::observable(w)]);
+    let mut found = Vec::new();
+    flow.watch(2000.0, &mut events, |event| found.push(*event))
+        .unwrap();
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
+    let times: Vec<f64> = (0..=2_000_000).map(|k| f64::from(k) * 1e-3).collect();
+    let mut signs = 0;
+    let mut last = 0.0;
+    flow.stream(&times, |state| {
+        let sign = pendulum.factor(state.q, state.v).signum();
+        if sign * last < 0.0 {
+            signs += 1;
+        }
+        last = sign;
+    })
+    .unwrap();
+    println!("{} events, {signs} changes between milliseconds", found.len());
+    assert_eq!(found.len(), signs);
+    for event in &found {
+        // |w| is 325 at first and its rate some hundreds: 1e-13 of the time is this of w
+        let w = pendulum.factor(event.state.q, event.state.v);
+        assert!(w.abs() < 1e-10, "{w:e} at {}", event.state.t);
+    }
+    for pair in found.windows(2) {
+        assert_ne!(pair[0].rising, pair[1].rising);
+    }
+}
+
+#[test]
+fn back_in_time_the_events_are_the_same() {
+    let particle = particle();
+    let run = |from: f64, to: f64| {
+        let (q, v) = particle.exact(START.q, START.v, from);
+        let mut flow =
+            TaylorFlow::new(&particle, State { t: from, q, v }, Tolerance::relative(1e-14)).unwrap();
+        let mut events = Events::new(vec![Event::function(|point| point.q[1] - 1.0)]);
+        let mut found = Vec::new();
+        flow.watch(to, &mut events, |event| found.push(*event)).unwrap();
+        found
+    };
+    let (forward, mut back) = (run(0.0, 10.0), run(10.0, 0.0));
+    back.reverse();
+    assert_eq!(forward.len(), back.len());
+    assert!(forward.len() > 3);
+    for (there, here) in forward.iter().zip(&back) {
+        assert!((there.state.t - here.state.t).abs() < 1e-12);
+        assert_eq!(there.rising, !here.rising);
+    }
+}
+
+/// A potential behind a function.
+fn well<R: Real>(x: R) -> R {
+    x * x * 0.5
+}
+
+/// A mass in a well, which is observed through a function of the user's.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - stiffness * x.powi(2) / 2;
+    let height = well(x) - 0.1;
+    observe = [height];
+}]
+struct Spring {
+    stiffness: f64,
+}
+
+#[test]
+fn what_an_event_cannot_see_is_told() {
+    let spring = Spring { stiffness: 1.0 };
+    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-10)).unwrap();
+    let mut events = Events::new(vec![Event::observable(0)]);
+    let error = flow.watch(1.0, &mut events, |_| {}).unwrap_err();
+    assert!(matches!(error, TaylorError::Event { event: 0, .. }), "{error}");
+    // as a function of jets it is seen
+    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-14)).unwrap();
+    let height = |x: Jet| well(x) - 0.1;
+    let mut events = Events::new(vec![Event::function(|point| height(point.q[0])).terminal()]);
+    let event = flow.watch(3.0, &mut events, |_| {}).unwrap().unwrap();
+    assert!((event.state.t - 0.2_f64.sqrt().acos()).abs() < 1e-13);
+}

@@ -1,0 +1,420 @@
+//! The Taylor flow is the continuous motion: of the pendulum over 2000 s, of the particle on its circle, of every declared
+//! system, and what its tolerance means.
+
+#![allow(clippy::float_cmp)] // times are kept as they are given
+
+#[allow(dead_code)] // the paper's systems are written by hand for other tests
+mod systems;
+
+use dsocs_core::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
+use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2, PlanarChain8, Wavy};
+use dsocs_tests::closed_form::pendulum::START;
+use dsocs_tests::data::Table;
+use dsocs_tests::fit;
+use ode_solvers::dop_shared::OutputType;
+use ode_solvers::{Dop853, SVector};
+
+use systems::{builtin, constrained, maps, mass, opaque};
+
+#[test]
+fn the_pendulum_meets_the_reference_over_its_whole_time() {
+    let table = Table::read("pendulum_continuous.csv");
+    let pendulum = InertiaWheelPendulum::default();
+    let start = State::new(START.0, START.1);
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-16)).unwrap();
+    let states = flow.sample(&table.numbers("t")).unwrap();
+    let rows = table.pairs(["theta", "psi"]).into_iter().zip(table.numbers("V"));
+    let mut worst = [0.0_f64; 3];
+    for (state, (q, v)) in states.iter().zip(rows) {
+        let lyapunov = pendulum.lyapunov(state.q, state.v);
+        let deviations = [state.q[0] - q[0], state.q[1] - q[1], lyapunov - v];
+        for (worst, deviation) in worst.iter_mut().zip(deviations) {
+            *worst = worst.max(deviation.abs());
+        }
+    }
+    println!(
+        "θ {:.1e}, ψ {:.1e}, V {:.1e}, {} steps",
+        worst[0],
+        worst[1],
+        worst[2],
+        flow.steps()
+    );
+    assert!(
+        worst[0] < 1e-11 && worst[1] < 2e-9 && worst[2] < 1e-8,
+        "{worst:?}"
+    );
+    assert_eq!(states.len(), 201);
+}
+
+#[test]
+fn the_force_is_the_references_multiplier() {
+    let table = Table::read("pendulum_continuous.csv");
+    let pendulum = InertiaWheelPendulum::default();
+    let start = State::new(START.0, START.1);
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
+    for (t, multiplier) in table
+        .numbers("t")
+        .into_iter()
+        .zip(table.numbers("lambda"))
+        .skip(1)
+    {
+        flow.until(t).unwrap();
+        // the paper's multiplier is minus the force; the torque of the motor acts on ψ alone
+        let force = flow.polynomial().unwrap().force(t);
+        let size = 1e-9 * (1.0 + multiplier.abs());
+        assert!(
+            force[0].abs() < size && (force[1] + multiplier).abs() < size,
+            "{t}: {force:?} {multiplier}"
+        );
+    }
+}
+
+/// The particle over some hundred turns, and its largest distance from the circle.
+fn particle(tolerance: Tolerance) -> f64 {
+    let particle = CurvedParticle::default();
+    let start = State::new([0.0, 0.0], [1.0, 1.0]);
+    let times: Vec<f64> = (0..=5000).map(|k| f64::from(k) * 0.1).collect();
+    let mut flow = TaylorFlow::new(&particle, start, tolerance).unwrap();
+    let states = flow.sample(&times).unwrap();
+    states
+        .iter()
+        .map(|state| {
+            let (q, v) = particle.exact(start.q, start.v, state.t);
+            let deviations = [
+                state.q[0] - q[0],
+                state.q[1] - q[1],
+                state.v[0] - v[0],
+                state.v[1] - v[1],
+            ];
+            deviations
+                .into_iter()
+                .fold(0.0_f64, |worst, x| worst.max(x.abs()))
+        })
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn the_particle_stays_on_its_circle() {
+    // a turn of the phase is a sum of large terms of both signs where steps are long: a lower order rounds less
+    let error = particle(Tolerance::relative(1e-16).order(18));
+    println!("{error:.1e}");
+    assert!(error < 2e-12, "{error:e}");
+}
+
+#[test]
+fn the_error_follows_the_tolerance() {
+    // the order changes with the tolerance, and with it the constant: over ten decades that does not count
+    let tolerances: Vec<f64> = (4..=14).map(|k| 10.0_f64.powi(-k)).collect();
+    let errors: Vec<f64> = tolerances
+        .iter()
+        .map(|&tolerance| particle(Tolerance::relative(tolerance)))
+        .collect();
+    println!("{errors:?}");
+    let slope = fit::slope(&tolerances, &errors);
+    assert!((slope - 1.0).abs() < 0.1, "{slope}: {errors:?}");
+}
+
+/// The equations of the pendulum's proper branch, as `ode_solvers` wants them.
+struct ProperBranch<'a>(&'a InertiaWheelPendulum);
+
+impl ode_solvers::System<f64, SVector<f64, 4>> for ProperBranch<'_> {
+    fn system(&self, _: f64, state: &SVector<f64, 4>, rate: &mut SVector<f64, 4>) {
+        *rate = self.0.proper_branch((*state).into()).into();
+    }
+}
+
+#[test]
+fn another_solver_agrees() {
+    let pendulum = InertiaWheelPendulum::default();
+    let [p1, p2] = pendulum.momentum(START.1);
+    let state = SVector::from([START.0[0], START.0[1], p1, p2]);
+    let end = 50.0;
+    let mut solver = Dop853::from_param(
+        ProperBranch(&pendulum),
+        0.0,
+        end,
+        end,
+        state,
+        1e-14,
+        1e-14,
+        0.9,
+        0.0,
+        0.333,
+        6.0,
+        end,
+        0.0,
+        1_000_000,
+        1_000_000,
+        OutputType::Sparse,
+    );
+    solver.integrate().unwrap();
+    let theirs = *solver.y_out().last().unwrap();
+    let start = State::new(START.0, START.1);
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-15)).unwrap();
+    let ours = flow.until(end).unwrap();
+    assert!((ours.q[0] - theirs[0]).abs() < 1e-10 && (ours.q[1] - theirs[1]).abs() < 2e-8);
+}
+
+/// Follows a system for a while and asks its own equations, within each step, for the acceleration: the largest correction
+/// relative to the largest acceleration there.
+fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
+    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-13)).unwrap();
+    let mut worst = 0.0_f64;
+    let mut steps = 0;
+    while flow.state().t < until && steps < 200 {
+        let polynomial = flow.step(until).unwrap();
+        for part in [0.0, 0.3, 0.7, 1.0] {
+            let point = polynomial.point(polynomial.start() + part * polynomial.length());
+            let update = system.continuous(&point).update().unwrap();
+            let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            worst = worst.max(size(&update) / size(&point.a).max(size(&point.v) / polynomial.length()));
+        }
+        steps += 1;
+    }
+    assert!(steps > 0);
+    worst
+}
+
+#[test]
+#[allow(clippy::too_many_lines)] // one system after another
+fn every_declared_system_obeys_its_own_equations() {
+    let mut found = Vec::new();
+    let mut follow = |name: &'static str, correction: f64| found.push((name, correction));
+    let particle = |curvature| CurvedParticle { mass: 2.0, curvature };
+    follow(
+        "circle",
+        corrections(&particle(Constant(-0.7)), [0.1, 0.2], [1.0, 0.5], 9.0),
+    );
+    let field = CurvedParticle {
+        mass: 2.0,
+        curvature: Wavy::default(),
+    };
+    follow("field", corrections(&field, [0.1, 0.2], [1.0, 0.5], 9.0));
+    follow(
+        "pendulum",
+        corrections(&InertiaWheelPendulum::default(), START.0, START.1, 1.0),
+    );
+    follow(
+        "chain of 2",
+        corrections(&PlanarChain2::default(), [1.0, -0.4], [0.3, 0.2], 2.0),
+    );
+    let q = core::array::from_fn(|i| 0.7 - 0.2 * i as f64);
+    follow(
+        "chain of 8",
+        corrections(&PlanarChain8::default(), q, [0.1; 8], 0.5),
+    );
+    follow(
+        "everywhere",
+        corrections(&builtin::Everywhere { p: 0.6 }, [0.2, -0.3], [0.4, 0.1], 0.5),
+    );
+    follow(
+        "positive",
+        corrections(&builtin::Positive { p: 1.4 }, [0.2, 0.3], [0.4, 0.1], 0.01),
+    );
+    follow(
+        "bounded",
+        corrections(&builtin::Bounded { p: 0.8 }, [0.2, 0.5], [0.4, 0.7], 0.2),
+    );
+    follow(
+        "branches",
+        corrections(&builtin::Branches { edge: 3.0 }, [0.2, 0.5], [0.4, 0.1], 0.2),
+    );
+    follow(
+        "two",
+        corrections(
+            &constrained::Two { mass: 1.3 },
+            [0.2, 0.5, -0.1],
+            [0.8, 0.1, 0.3],
+            0.5,
+        ),
+    );
+    follow(
+        "forces",
+        corrections(
+            &constrained::Forces { mass: 1.3 },
+            [0.2, 0.5, -0.1],
+            [0.8, 0.1, 0.3],
+            0.5,
+        ),
+    );
+    follow(
+        "divided",
+        corrections(
+            &constrained::Divided { mass: 1.3 },
+            [0.2, 0.5, -0.1],
+            [0.8, 0.1, 0.3],
+            0.5,
+        ),
+    );
+    follow(
+        "forward",
+        corrections(&maps::Forward { curvature: 0.8 }, [0.2, 0.5], [0.8, 0.1], 0.5),
+    );
+    let pendulum = mass::DoublePendulum {
+        ratio: 0.4,
+        gravity: 9.0,
+    };
+    follow(
+        "double pendulum",
+        corrections(&pendulum, [0.9, -0.5], [0.8, 0.1], 2.0),
+    );
+    let constrained = mass::Constrained {
+        ratio: 0.4,
+        gravity: 9.0,
+    };
+    follow("elbow", corrections(&constrained, [0.9, -0.5], [0.8, 0.1], 0.3));
+    follow(
+        "landscape",
+        corrections(&opaque::Landscape::default(), [0.2, 0.5], [0.8, 0.4], 0.5),
+    );
+    follow(
+        "metric",
+        corrections(&opaque::Metric::default(), [0.2, 0.5], [0.8, 0.4], 0.5),
+    );
+    follow(
+        "speed",
+        corrections(&opaque::Speed { gain: 0.3 }, [0.2], [0.8], 1.0),
+    );
+    for (name, correction) in &found {
+        println!("{name}: {correction:.1e}");
+    }
+    for (name, correction) in found {
+        assert!(correction < 1e-10, "{name}: {correction:e}");
+    }
+}
+
+#[test]
+fn back_in_time_leads_back() {
+    let pendulum = mass::DoublePendulum {
+        ratio: 0.4,
+        gravity: 9.0,
+    };
+    let start = State::new([0.9, -0.5], [0.8, 0.1]);
+    let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
+    flow.until(3.0).unwrap();
+    let back = flow.until(0.0).unwrap();
+    for i in 0..2 {
+        assert!(
+            (back.q[i] - start.q[i]).abs() < 1e-10 && (back.v[i] - start.v[i]).abs() < 1e-10,
+            "{back:?}"
+        );
+    }
+}
+
+#[test]
+fn within_a_step_the_series_is_the_motion() {
+    let particle = CurvedParticle::default();
+    let start = State::new([0.0, 0.0], [1.0, 1.0]);
+    let mut flow = TaylorFlow::new(&particle, start, Tolerance::relative(1e-14)).unwrap();
+    for _ in 0..20 {
+        let polynomial = flow.step(100.0).unwrap();
+        let times: [f64; 4] =
+            core::array::from_fn(|i| polynomial.start() + polynomial.length() * (i as f64 + 0.5) / 4.0);
+        let mut states = [start; 4];
+        polynomial.states(&times, &mut states);
+        for (state, t) in states.iter().zip(times) {
+            let (q, v) = particle.exact(start.q, start.v, t);
+            let single = polynomial.at(t);
+            assert_eq!(state.t, t);
+            for i in 0..2 {
+                assert!((state.q[i] - q[i]).abs() < 1e-12 && (state.v[i] - v[i]).abs() < 1e-12);
+                assert!((single.q[i] - q[i]).abs() < 1e-12 && (single.v[i] - v[i]).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_edge_of_the_equations_is_passed() {
+    // the force is -2 x below the edge and -2 edge beyond: the second derivative of the acceleration jumps
+    let branches = builtin::Branches { edge: 0.5 };
+    let start = State::new([0.2, 0.5], [0.9, 0.1]);
+    let run = |tolerance| {
+        let mut flow = TaylorFlow::new(&branches, start, Tolerance::relative(tolerance)).unwrap();
+        (flow.until(1.0).unwrap(), flow.rejected())
+    };
+    let (fine, rejected) = run(1e-13);
+    let (coarse, _) = run(1e-8);
+    assert!(rejected > 0, "the edge was never met");
+    for i in 0..2 {
+        assert!((fine.q[i] - coarse.q[i]).abs() < 1e-6, "{fine:?} {coarse:?}");
+    }
+}
+
+#[test]
+fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
+    let particle = CurvedParticle::default();
+    let at = |q, v| TaylorFlow::new(&particle, State::new(q, v), Tolerance::relative(1e-10));
+    // at rest the direction of the velocity is not defined
+    assert!(matches!(
+        at([0.0; 2], [0.0; 2]),
+        Err(TaylorError::NotFinite { .. })
+    ));
+    let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().max_steps(5);
+    let failure = flow.sample(&[0.1, 0.2, 1e6]).unwrap_err();
+    assert_eq!(failure.states.len(), 2);
+    assert!(
+        matches!(failure.error, TaylorError::TooManySteps { steps: 5, .. }),
+        "{failure}"
+    );
+    let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().smallest_step(10.0);
+    assert!(matches!(flow.until(100.0), Err(TaylorError::StepTooSmall { .. })));
+    assert!(matches!(flow.until(f64::NAN), Err(TaylorError::Until { .. })));
+    assert!(
+        matches!(flow.sample(&[1.0, 0.5, 2.0]), Err(failure) if matches!(failure.error, TaylorError::Behind { .. }))
+    );
+    let tolerance = TaylorFlow::new(
+        &particle,
+        State::new([0.0; 2], [1.0, 0.0]),
+        Tolerance::relative(0.0),
+    );
+    assert!(matches!(tolerance, Err(TaylorError::Tolerance { .. })));
+}
+
+#[test]
+fn a_motion_into_a_singularity_ends_there() {
+    // x'' = -1/x², from rest at 1: it falls into 0 at t = π/√8
+    let fall = Fall { strength: 1.0 };
+    let mut flow = TaylorFlow::new(&fall, State::new([1.0], [0.0]), Tolerance::relative(1e-12)).unwrap();
+    let error = flow.until(2.0).unwrap_err();
+    let reached = flow.state().t;
+    let exact = core::f64::consts::PI / 8.0_f64.sqrt();
+    assert!((reached - exact).abs() < 1e-9, "{reached} {exact} {error}");
+    assert!(
+        matches!(
+            error,
+            TaylorError::StepTooSmall { .. }
+                | TaylorError::NotFinite { .. }
+                | TaylorError::TooManySteps { .. }
+        ),
+        "{error}"
+    );
+}
+
+/// A mass that falls towards a centre.
+#[dsocs_core::dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 + strength / x;
+}]
+struct Fall {
+    strength: f64,
+}
+
+#[test]
+fn a_polynomial_motion_takes_one_step() {
+    let thrown = Thrown { gravity: 9.81 };
+    let mut flow = TaylorFlow::new(&thrown, State::new([1.0], [3.0]), Tolerance::relative(1e-10)).unwrap();
+    let state = flow.until(1000.0).unwrap();
+    assert_eq!(flow.steps(), 1);
+    let exact = 1.0 + 3000.0 - 9.81 / 2.0 * 1e6;
+    assert!((state.q[0] - exact).abs() < 1e-15 * exact.abs());
+}
+
+/// A mass that is thrown.
+#[dsocs_core::dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - gravity * x;
+}]
+struct Thrown {
+    gravity: f64,
+}
