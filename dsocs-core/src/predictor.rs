@@ -135,7 +135,8 @@ impl<U: Unknown<f64>> Predictor<U> {
     }
 
     /// The extrapolated solution of the next step, or `None` without a past.
-    #[inline]
+    #[allow(clippy::inline_always)] // part of every step, and called where steps fail, too
+    #[inline(always)]
     pub fn predict(&self) -> Option<U> {
         self.last()?;
         Some(self.extrapolate())
