@@ -1,6 +1,6 @@
 //! Hard cases: what is measured there, and the bar for it. `dsocs stability` prints the table.
 //!
-//! Every case is a function that measures one figure after the other and hands each to a [`Report`]. Nothing is drawn at
+//! Every case is a function that measures one figure after the other and hands each to a `Report`. Nothing is drawn at
 //! random but by a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
 
 mod backward;
