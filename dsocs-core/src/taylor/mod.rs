@@ -86,7 +86,7 @@ pub use series::Series;
 #[doc(hidden)]
 pub use kernel::{LANES, Products, RECIPROCALS, Squares, add_product, weighted};
 #[doc(hidden)]
-pub use solve::{accelerate, back};
+pub use solve::{Accelerations, back};
 
 use crate::system::System;
 

@@ -207,16 +207,25 @@ impl Plan {
             (
                 quote! {
                     let mut #a = #series.guess();
-                    let #inverse = ::dsocs_core::taylor::accelerate(#affine, &mut |update| {
+                    let mut #inverse = ::dsocs_core::taylor::Accelerations::new(#affine);
+                    loop {
+                        let update = #inverse.update();
                         #(#a[#unknown] += update[#places];)*
                         #start
-                        ([#(#zeroth_rows),*], #jacobian, [#(#a[#unknown]),*])
-                    });
+                        let more = #inverse.improve::<__FUSED>(
+                            &[#(#zeroth_rows),*],
+                            &#jacobian,
+                            &[#(#a[#unknown]),*],
+                        );
+                        if !more {
+                            break;
+                        }
+                    }
                 },
                 quote! {
                     let mut #a = [0.0_f64; #n];
                     #next
-                    let update = ::dsocs_core::taylor::back::<__FUSED, _>(&#inverse, &[#(#kth_rows),*]);
+                    let update = ::dsocs_core::taylor::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
                     #(#a[#unknown] = update[#places];)*
                     #again
                 },
