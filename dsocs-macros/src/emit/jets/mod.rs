@@ -147,7 +147,7 @@ impl Plan {
     }
 
     /// The body of `expand`.
-#[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
+    #[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
     fn body(&self, writer: &mut Writer<'_>, motion: &Motion) -> TokenStream {
         let [q, v, a, z, s, y] = ["q", "v", "a", "z", "s", "y"].map(local);
         let [k, r, degree, series, table] = ["k", "r", "degree", "series", "table"].map(local);
