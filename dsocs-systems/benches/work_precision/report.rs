@@ -115,8 +115,8 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
 
 /// Error against time, both logarithmic.
 fn picture(problem: &str, points: &[Point]) -> Figure {
-    const COLOURS: [&str; 8] = [
-        BLUE, GREEN, VERMILION, PURPLE, "#E69F00", "#56B4E9", "#999999", "#000000",
+    const COLOURS: [&str; 9] = [
+        BLUE, GREEN, VERMILION, PURPLE, "#E69F00", "#56B4E9", "#999999", "#000000", "#A6761D",
     ];
     let curves = solvers(points)
         .into_iter()
@@ -137,13 +137,13 @@ fn picture(problem: &str, points: &[Point]) -> Figure {
         })
         .collect();
     Figure {
-        size: [640.0, 480.0],
+        size: [820.0, 440.0],
         columns: 1,
         panels: vec![Panel {
             x: Axis::logarithmic(format!("{problem}: time of the whole solution [ms]")),
             y: Axis::logarithmic("largest error"),
             curves,
-            legend: Legend::TopLeft,
+            legend: Legend::Right,
             equal_aspect: false,
         }],
     }

@@ -23,6 +23,8 @@ const SPACING: f64 = 6.0;
 const LEFT: f64 = 88.0;
 /// Width of the margin right of the axes, in pixels.
 const RIGHT: f64 = 22.0;
+/// Width of a legend that stands beside the axes, in pixels.
+const LEGEND: f64 = 236.0;
 /// Height of the margin above the axes, in pixels.
 const TOP: f64 = 14.0;
 /// Height of the margin below axes with tick labels, in pixels.
@@ -64,16 +66,37 @@ pub(super) fn svg(figure: &Figure) -> String {
 
 /// The curves of a panel.
 fn curves(panel: &Panel) -> Vec<Plot> {
-    panel.curves.iter().map(|curve| plot(panel, curve)).collect()
+    let raise = ranges(panel).map(|(_, raise)| raise);
+    panel
+        .curves
+        .iter()
+        .map(|curve| plot(panel, curve, raise))
+        .collect()
+}
+
+/// The smallest number that the crate shows on a logarithmic axis; smaller ones it takes for this one.
+const LEAST: f64 = 1e-10;
+
+/// The ranges of the axes, and the powers of ten that data is multiplied by so that the crate shows it.
+fn ranges(panel: &Panel) -> [((f64, f64), f64); 2] {
+    [(&panel.x, 0), (&panel.y, 1)].map(|(axis, component)| {
+        let points = panel.curves.iter().flat_map(|curve| &curve.points);
+        let range = axis.range_of(points.map(|point| point[component]));
+        let raise = match axis.scale {
+            Scale::Logarithmic if range.0 < LEAST => 10_f64.powf((LEAST / range.0).log10().ceil()),
+            _ => 1.0,
+        };
+        (range, raise)
+    })
 }
 
 /// One curve.
-fn plot(panel: &Panel, curve: &Curve) -> Plot {
+fn plot(panel: &Panel, curve: &Curve, raise: [f64; 2]) -> Plot {
     let points: Vec<(f64, f64)> = curve
         .points
         .iter()
         .filter(|[x, y]| panel.x.shows(*x) && panel.y.shows(*y))
-        .map(|&[x, y]| (x, y))
+        .map(|&[x, y]| (x * raise[0], y * raise[1]))
         .collect();
     let line = |width| {
         let line = LinePlot::new()
@@ -99,31 +122,29 @@ fn plot(panel: &Panel, curve: &Curve) -> Plot {
 
 /// The axes of a panel.
 fn layout(panel: &Panel, plots: &[Plot]) -> Layout {
-    let range = |axis: &Axis, component: usize| {
-        axis.range_of(
-            panel
-                .curves
-                .iter()
-                .flat_map(|curve| curve.points.iter().map(move |point| point[component])),
-        )
-    };
-    let (x, y) = (range(&panel.x, 0), range(&panel.y, 1));
+    let [(x, raise_x), (y, raise_y)] = ranges(panel);
     let position = match panel.legend {
         Legend::TopLeft => LegendPosition::InsideTopLeft,
-        Legend::At([x, y]) => LegendPosition::DataCoords(x, y),
+        Legend::At([x, y]) => LegendPosition::DataCoords(x * raise_x, y * raise_y),
+        Legend::Right => LegendPosition::OutsideRightTop,
+    };
+    let right = if panel.legend == Legend::Right {
+        RIGHT + LEGEND
+    } else {
+        RIGHT
     };
     let label = if panel.x.label.is_empty() { 0.0 } else { LABEL };
     let mut layout = Layout::auto_from_plots(plots)
-        .with_x_axis_min(x.0)
-        .with_x_axis_max(x.1)
-        .with_y_axis_min(y.0)
-        .with_y_axis_max(y.1)
-        .with_x_tick_format(ticks(&panel.x, x))
-        .with_y_tick_format(ticks(&panel.y, y))
+        .with_x_axis_min(x.0 * raise_x)
+        .with_x_axis_max(x.1 * raise_x)
+        .with_y_axis_min(y.0 * raise_y)
+        .with_y_axis_max(y.1 * raise_y)
+        .with_x_tick_format(ticks(&panel.x, x, raise_x))
+        .with_y_tick_format(ticks(&panel.y, y, raise_y))
         .with_y_label(panel.y.label.as_str())
         .with_y_label_offset(-4.0, 0.0)
         .with_legend_position(position)
-        .with_force_margins(LEFT, RIGHT)
+        .with_force_margins(LEFT, right)
         .with_force_margins_y(TOP, BOTTOM + label)
         .with_theme(theme())
         .with_font_family(FONT)
@@ -157,12 +178,12 @@ fn layout(panel: &Panel, plots: &[Plot]) -> Layout {
 }
 
 /// The labels of an axis's ticks.
-fn ticks(axis: &Axis, range: (f64, f64)) -> TickFormat {
+fn ticks(axis: &Axis, range: (f64, f64), raise: f64) -> TickFormat {
     TickFormat::Custom(match axis.scale {
         Scale::Linear => Arc::new(move |value| linear_label(value, range)),
         Scale::Logarithmic => {
             let decades = (range.1 / range.0).log10();
-            Arc::new(move |value| logarithmic_label(value, decades))
+            Arc::new(move |value| logarithmic_label(value / raise, decades))
         }
     })
 }

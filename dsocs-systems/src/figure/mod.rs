@@ -64,6 +64,8 @@ pub enum Legend {
     /// In the upper left corner.
     #[default]
     TopLeft,
+    /// Beside the axes, on the right.
+    Right,
     /// With its upper left corner at this point of the data.
     At([f64; 2]),
 }
