@@ -3,6 +3,7 @@
 //! Behind the feature `instructions`. Needs valgrind, and `cargo install gungraun-runner` in the version of `gungraun`.
 
 #![allow(missing_docs, dead_code)] // a bench is no library, and counts what another bench times
+#![allow(unused_qualifications)] // in what the attribute of the counting crate writes
 #![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
 
 mod handwritten;
