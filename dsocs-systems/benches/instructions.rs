@@ -5,6 +5,7 @@
 #![allow(missing_docs, dead_code)] // a bench is no library, and counts what another bench times
 #![allow(unused_qualifications)] // in what the attribute of the counting crate writes
 #![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
+#![allow(clippy::large_types_passed_by_value)] // what is counted takes over what was set up
 
 mod handwritten;
 mod measure;
