@@ -128,6 +128,7 @@ fn damaged_arguments_are_refused() {
         &["run", "particle", "--columns", ""],
         &["run", ""],
         &["stability", "--cases", "x"],
+        &["stability", "--cases", "99"],
         &["stability", "--out", "/dev/null"],
     ] {
         let (output, message) = output(folder.path(), arguments);

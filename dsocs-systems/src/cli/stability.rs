@@ -20,8 +20,17 @@ pub struct StabilityArguments {
     #[arg(long)]
     quick: bool,
     /// Run the cases of these numbers alone
-    #[arg(long, value_name = "N,N", value_delimiter = ',')]
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = case_number)]
     cases: Option<Vec<u8>>,
+}
+
+/// The number of a case: an unknown one would measure nothing, and nothing would be below its bar.
+fn case_number(text: &str) -> Result<u8, String> {
+    let known = |number: &u8| CASES.iter().any(|case| case.number == *number);
+    text.parse().ok().filter(known).ok_or_else(|| {
+        let numbers: Vec<String> = CASES.iter().map(|case| case.number.to_string()).collect();
+        format!("the cases are {}", numbers.join(", "))
+    })
 }
 
 /// Measures the hard cases.
