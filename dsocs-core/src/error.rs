@@ -136,6 +136,31 @@ pub enum SetupError {
         /// The value.
         value: f64,
     },
+    /// The start violates a holonomic or nonholonomic constraint.
+    #[error(
+        "the start violates {constraint} {} by {violation:.3e}, and its terms are of the size {size:.3e}; expected a start \
+         that obeys it, or project it (`Start::projected`)",
+        .index + 1
+    )]
+    Inconsistent {
+        /// The kind of the constraint.
+        constraint: &'static str,
+        /// Its place among those of its kind, from 0.
+        index: usize,
+        /// Its value, in its units.
+        violation: f64,
+        /// The size of its terms.
+        size: f64,
+    },
+    /// No nearby start that obeys the constraints was found.
+    #[error(
+        "the start could not be projected onto the constraints: what is left of them is {}; try a start nearer to them",
+        Numbers(.residual)
+    )]
+    Projection {
+        /// The values of the constraints where the projection ended.
+        residual: Vec<f64>,
+    },
     /// The start belongs to another step.
     #[error(
         "the start was worked out for the step h = {start}, but the run has h = {h}: give Start::exact the step of the run"

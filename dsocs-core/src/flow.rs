@@ -378,7 +378,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn first_node(&self) -> Node<N> {
         let Beginning { q0, v0, a0, t0, .. } = self.beginning;
         let a = a0
-            .or_else(|| start::acceleration(self.system, &q0, &v0).ok())
+            .or_else(|| Some(start::acceleration(self.system, &q0, &v0).ok()?.0))
             .unwrap_or([f64::NAN; N]);
         Node {
             index: 0,
@@ -399,7 +399,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let leg = self.leg();
         let step = Step::new(self.system, &self.constants, leg, self.h);
         let unknowns = |values: &[f64]| {
-            let mut z = self.system.unknown(&[0.0; N]);
+            let mut z = self.system.unknown(&[0.0; N], &[]);
             for (z, &value) in z.as_mut().iter_mut().zip(values) {
                 *z = value;
             }
@@ -445,6 +445,7 @@ impl<S: System<N>, const N: usize> FusedIterator for Flow<'_, S, N> {}
 mod certify;
 mod choose;
 mod exchange;
+mod forces;
 pub use choose::Roots;
 pub(crate) use exchange::State;
 #[cfg(test)]

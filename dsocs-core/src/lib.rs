@@ -58,6 +58,7 @@ mod ensemble;
 mod error;
 mod flow;
 mod lanes;
+mod multipliers;
 mod newton;
 mod predictor;
 mod regularity;

@@ -8,9 +8,11 @@ mod moving;
 
 use nalgebra::DMatrix;
 
+use crate::multipliers::has_multipliers;
 use crate::rounding;
+use crate::step::Step;
 use crate::system::{Leg, System};
-use moving::Moving;
+pub(crate) use moving::Moving;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
@@ -22,7 +24,8 @@ const STILL: f64 = 1e-3;
 ///
 /// The rows are those of the declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
 /// works of the constraint force; rows that were solved beforehand for a second difference count in that form, which
-/// changes neither matrix's kernel. Singular values depend on units, so rows are taken relative to the size of their own
+/// changes neither matrix's kernel. Where nodes or pairs of nodes are bound, or multipliers are unknown, `D₃` is the matrix of
+/// the unknowns, multipliers among them, and `D₁` that of the step back in time from `(q2, q1)`. Singular values depend on units, so rows are taken relative to the size of their own
 /// terms, and coordinates relative to the longer of their two legs (at least a thousandth of the longest of all): a value of 1 means that moving `q2` by the length of a
 /// leg changes the rows by as much as their terms are large. Derivatives are exact, by dual numbers; only functions of the
 /// user's whose arguments contain `q0` or `q2` are differentiated by differences of fourth order.
@@ -52,6 +55,21 @@ impl Regularity {
     /// The triple need not solve the equations.
     #[must_use]
     pub fn of<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
+        if S::HOLONOMIC + S::NONHOLONOMIC > 0 || has_multipliers::<S, N>() {
+            // constraints on nodes and pairs bind the first node by themselves: what binds the last one, mirrored
+            let back = Leg {
+                q: leg.q,
+                d: core::array::from_fn(|i| -(leg.d[i] + e[i])),
+            };
+            let [forward, largest_forward] = of_unknowns(system, h, leg, e);
+            let [backward, largest_backward] = of_unknowns(system, -h, &back, e);
+            return Self {
+                forward,
+                backward,
+                largest_forward,
+                largest_backward,
+            };
+        }
         let bounds = rounding::stacked_bounds(system, h, leg, e);
         let lengths = lengths(leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
@@ -149,6 +167,59 @@ fn singular_values<S: System<N>, const N: usize>(
     [values.min(), values.max()]
 }
 
+/// The smallest and the largest singular value of the derivative by the unknowns.
+fn of_unknowns<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> [f64; 2] {
+    let constants = system.constants(h);
+    let step = Step::new(system, &constants, *leg, h);
+    let z = step.unknowns(e);
+    let jacobian = system.residual(&constants, &step.known, &z).jacobian;
+    let bounds = rounding::bounds(system, h, leg, &z);
+    // a multiplier is compared with itself: what it is by nature is not known
+    let lengths = system.unknown(&lengths(leg, e), &[]);
+    let largest = z.as_ref().iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
+    let rows: Vec<Vec<f64>> = jacobian
+        .as_ref()
+        .iter()
+        .map(|row| {
+            let entries = row.as_ref().iter().zip(lengths.as_ref()).zip(z.as_ref());
+            entries
+                .map(|((slope, &length), z)| {
+                    let own = z.abs().max(STILL * largest);
+                    let length = if length > 0.0 {
+                        length
+                    } else if own > 0.0 {
+                        own
+                    } else {
+                        1.0
+                    };
+                    slope * length
+                })
+                .collect()
+        })
+        .collect();
+    let size = rows.len();
+    if size == 0 {
+        return [1.0; 2];
+    }
+    let matrix = DMatrix::from_fn(size, size, |i, j| {
+        if rows[i][j] == 0.0 {
+            0.0
+        } else {
+            rows[i][j] / scale(bounds.as_ref()[i], core::iter::once(&rows[i][j]))
+        }
+    });
+    if matrix.iter().any(|entry| !entry.is_finite()) {
+        return [f64::NAN; 2];
+    }
+    let values = matrix.singular_values();
+    [values.min(), values.max()]
+}
+
 /// The size of a row's terms, from the bound of their rounding; of a row that does not round, its largest slope.
 fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
     let terms = bound / f64::EPSILON;
@@ -169,7 +240,7 @@ pub(crate) fn stacked<T: crate::Scalar, S: System<N> + ?Sized, const N: usize>(
 ) -> Vec<T> {
     let constants = system.constants(h);
     let known = system.known(&constants, leg);
-    let z = system.unknown(e);
+    let z = system.unknown(e, &[]);
     let solved = system.second_difference(&constants, &known, &z);
     let residual = system.residual(&constants, &known, &z);
     let rows = residual.rows.as_ref().iter().copied();

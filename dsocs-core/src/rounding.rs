@@ -288,14 +288,47 @@ pub(crate) fn bounds<S: System<N> + ?Sized, const N: usize>(
 pub(crate) fn continuous_bounds<S: System<N> + ?Sized, const N: usize>(
     system: &S,
     point: &Point<f64, N>,
-) -> [f64; N] {
+    multipliers: &[f64],
+) -> S::Motion<f64> {
     let exact = |x: [f64; N]| x.map(Bounded::splat);
     let point = Point {
         q: exact(point.q),
         v: exact(point.v),
         a: exact(point.a),
     };
-    system.continuous(&point).rows.map(|row| row.error)
+    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
+    let rows = system.continuous(&point, &multipliers).rows;
+    let mut bounds = <S::Motion<f64> as Unknown<f64>>::zero();
+    for (to, from) in bounds.as_mut().iter_mut().zip(rows.as_ref()) {
+        *to = from.error;
+    }
+    bounds
+}
+
+/// How large the terms of each row of [`System::phase`] are.
+pub(crate) fn phase_sizes<S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Vec<f64> {
+    let mut rows = vec![Bounded::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+    system.phase(&q.map(Bounded::splat), &v.map(Bounded::splat), &mut rows);
+    rows.iter().map(|row| row.error / UNIT).collect()
+}
+
+/// How large the terms of each row of [`System::pair`] are.
+pub(crate) fn pair_sizes<S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+) -> Vec<f64> {
+    let leg = Leg {
+        q: leg.q.map(Bounded::splat),
+        d: leg.d.map(Bounded::splat),
+    };
+    let mut rows = vec![Bounded::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
+    system.pair(Bounded::splat(h), &leg, &mut rows);
+    rows.iter().map(|row| row.error / UNIT).collect()
 }
 
 /// The same for all rows of a step, in the order of [`stacked`].

@@ -1,12 +1,15 @@
 //! The two nodes that a discrete motion begins with.
 
+mod consistency;
+
 use crate::compensated::Compensated;
 use crate::error::{NewtonFailure, SetupError};
+use crate::multipliers::of_motion;
 use crate::newton::{self, Equations};
 use crate::rounding;
 use crate::system::{Point, System};
 use crate::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
-use crate::unknown::Linearization;
+use crate::unknown::{Linearization, Unknown as _};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
@@ -27,6 +30,8 @@ pub struct Start<const N: usize> {
     rule: Rule<N>,
     /// The time of the first node.
     t0: f64,
+    /// Whether it is projected onto the constraints.
+    projected: bool,
 }
 
 /// What leads from the first node to the second.
@@ -57,6 +62,7 @@ impl<const N: usize> Start<N> {
             q0,
             rule: Rule::Paper { v0 },
             t0: 0.0,
+            projected: false,
         }
     }
 
@@ -67,6 +73,7 @@ impl<const N: usize> Start<N> {
             q0,
             rule: Rule::SecondOrder { v0 },
             t0: 0.0,
+            projected: false,
         }
     }
 
@@ -85,6 +92,7 @@ impl<const N: usize> Start<N> {
             q0,
             rule: Rule::Exact { v0, a0, d, h },
             t0: 0.0,
+            projected: false,
         })
     }
 
@@ -94,6 +102,7 @@ impl<const N: usize> Start<N> {
             q0,
             rule: Rule::Nodes { q1 },
             t0: 0.0,
+            projected: false,
         }
     }
 
@@ -103,44 +112,78 @@ impl<const N: usize> Start<N> {
         self
     }
 
+    /// Moves the start onto the holonomic and nonholonomic constraints: position and velocity (or both nodes) by as little as
+    /// possible, measured by the mass matrix. Without it a start that violates them is refused.
+    pub const fn projected(mut self) -> Self {
+        self.projected = true;
+        self
+    }
+
     /// Finds the first leg for the step `h`.
+    ///
+    /// The second node is moved onto the constraints of nodes and pairs of nodes, which no rule foresees, unless it is given.
     pub(crate) fn begin<S: System<N>>(&self, system: &S, h: f64) -> Result<Beginning<N>, SetupError> {
-        let Self { q0, rule, t0 } = *self;
+        let Self { q0, rule, t0, .. } = *self;
         if !t0.is_finite() {
             return Err(SetupError::StartTime { t0 });
         }
         check_vector::<S, N>("q0", &q0)?;
-        let (v0, a0, d) = match rule {
+        let (q0, v0, a0, d) = match rule {
             Rule::Paper { v0 } => {
                 check_vector::<S, N>("v0", &v0)?;
-                (v0, None, Compensated::exact(v0.map(|v| h * v)))
+                let (q0, v0) = self.consistent(system, q0, v0)?;
+                let d = Compensated::exact(v0.map(|v| h * v));
+                (q0, v0, None, consistency::onto_pair(system, h, &q0, &v0, d)?)
             }
             Rule::SecondOrder { v0 } => {
                 check_vector::<S, N>("v0", &v0)?;
-                let a0 = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
+                let (q0, v0) = self.consistent(system, q0, v0)?;
+                let (a0, _) = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
                     q0: q0.to_vec(),
                     v0: v0.to_vec(),
                     cause: Box::new(cause),
                 })?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
-                (v0, Some(a0), d)
+                (q0, v0, Some(a0), consistency::onto_pair(system, h, &q0, &v0, d)?)
             }
             Rule::Nodes { q1 } => {
                 check_vector::<S, N>("q1", &q1)?;
                 let d = Compensated::difference(&q1, &q0);
-                (d.hi.map(|d| d / h), None, d)
+                let v0 = d.hi.map(|d| d / h);
+                let d = if self.projected {
+                    consistency::onto_pair(system, h, &q0, &v0, d)?
+                } else {
+                    consistency::check_pair(system, h, &q0, &d)?;
+                    d
+                };
+                (q0, d.hi.map(|d| d / h), None, d)
             }
             Rule::Exact { v0, a0, d, h: own } => {
                 if own.to_bits() != h.to_bits() {
                     return Err(SetupError::StartStep { start: own, h });
                 }
-                (v0, Some(a0), d)
+                let (q0, v0) = self.consistent(system, q0, v0)?;
+                (q0, v0, Some(a0), consistency::onto_pair(system, h, &q0, &v0, d)?)
             }
         };
         let q = Compensated::exact(q0).plus(&d);
         check_vector::<S, N>("q1", &q.hi)?;
         Ok(Beginning { q0, v0, a0, t0, q, d })
+    }
+
+    /// A position and a velocity that obey the constraints of lower order.
+    fn consistent<S: System<N>>(
+        &self,
+        system: &S,
+        q: [f64; N],
+        v: [f64; N],
+    ) -> Result<([f64; N], [f64; N]), SetupError> {
+        if self.projected {
+            return consistency::project(system, q, v);
+        }
+        consistency::check(system, &q, &v)?;
+        Ok((q, v))
     }
 }
 
@@ -180,21 +223,24 @@ fn check_vector<S: System<N>, const N: usize>(
     }
 }
 
-/// The acceleration of the continuous system at `(q, v)`.
+/// The acceleration and the multipliers of the continuous system at `(q, v)`.
 pub(crate) fn acceleration<S: System<N>, const N: usize>(
     system: &S,
     q: &[f64; N],
     v: &[f64; N],
-) -> Result<[f64; N], NewtonFailure> {
+) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
     let equations = Continuous { system, q, v };
-    let zero = [0.0; N];
+    let zero = S::Motion::<f64>::zero();
     match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut |_| {}) {
-        Ok(root) => Ok(root.z),
+        Ok(root) => Ok((
+            equations.point(&root.z).a,
+            of_motion::<N>(root.z.as_ref()).to_vec(),
+        )),
         Err(_) => Err(newton::explain(&equations, zero, &zero, MAX_ITERATIONS)),
     }
 }
 
-/// The continuous system as equations for the acceleration.
+/// The continuous system as equations for the acceleration and the multipliers.
 struct Continuous<'a, S, const N: usize> {
     /// The system.
     system: &'a S,
@@ -204,25 +250,26 @@ struct Continuous<'a, S, const N: usize> {
     v: &'a [f64; N],
 }
 
-impl<S: System<N>, const N: usize> Equations for Continuous<'_, S, N> {
-    type Z = [f64; N];
-
-    fn linearize(&self, a: &[f64; N]) -> Linearization<f64, [f64; N]> {
-        self.system.continuous(&Point {
+impl<S: System<N>, const N: usize> Continuous<'_, S, N> {
+    /// The point with the acceleration that is among the unknowns.
+    fn point(&self, z: &S::Motion<f64>) -> Point<f64, N> {
+        let z = z.as_ref();
+        Point {
             q: *self.q,
             v: *self.v,
-            a: *a,
-        })
+            a: core::array::from_fn(|i| z.get(i).copied().unwrap_or(f64::NAN)),
+        }
+    }
+}
+
+impl<S: System<N>, const N: usize> Equations for Continuous<'_, S, N> {
+    type Z = S::Motion<f64>;
+
+    fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
+        self.system.continuous(&self.point(z), of_motion::<N>(z.as_ref()))
     }
 
-    fn rounding(&self, a: &[f64; N]) -> [f64; N] {
-        rounding::continuous_bounds(
-            self.system,
-            &Point {
-                q: *self.q,
-                v: *self.v,
-                a: *a,
-            },
-        )
+    fn rounding(&self, z: &Self::Z) -> Self::Z {
+        rounding::continuous_bounds(self.system, &self.point(z), of_motion::<N>(z.as_ref()))
     }
 }

@@ -1,6 +1,7 @@
 //! One step: from a leg to the second difference that leads to the next node.
 
 use crate::error::{NewtonFailure, StepFailure};
+use crate::multipliers::{has_multipliers, multipliers};
 use crate::newton::{self, Equations, Root, Stop};
 use crate::predictor::Predictor;
 use crate::rounding;
@@ -117,6 +118,18 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         self.system.second_difference(self.constants, &self.known, z)
     }
 
+    /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
+    pub fn unknowns(&self, e: &[f64; N]) -> S::Unknown<f64> {
+        if !has_multipliers::<S, N>() {
+            return self.system.unknown(e, &[]);
+        }
+        let (constants, known, leg) = (self.constants, &self.known, &self.leg);
+        let force = self.system.force(constants, known, leg, e);
+        let mut forms = vec![[0.0; N]; S::FORMS];
+        self.system.forms(constants, known, leg, e, &mut forms);
+        self.system.unknown(e, &multipliers(&force, &forms))
+    }
+
     /// Solves the step, from the prediction or, if that does not lead to a root, from other guesses.
     #[inline]
     pub fn solve(
@@ -142,7 +155,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
     #[inline]
     fn size(&self, predictor: &Predictor<S::Unknown<f64>>) -> S::Unknown<f64> {
-        let increment = self.system.unknown(&self.leg.d);
+        let increment = self.system.unknown(&self.leg.d, &[]);
         predictor
             .size()
             .zip(&increment, |past, d| past.max(SECOND_DIFFERENCE * d.abs()))
@@ -232,14 +245,14 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         let before: [f64; N] = core::array::from_fn(|i| d[i] - e[i]);
         let stretch = 2.0 * product(&before, &d) / length;
         let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
-        e.iter().all(|e| e.is_finite()).then(|| self.system.unknown(&e))
+        e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
     }
 
     /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
     fn continuous(&self) -> Option<S::Unknown<f64>> {
         let v = self.leg.d.map(|d| d / self.h);
-        let a = start::acceleration(self.system, &self.leg.q, &v).ok()?;
-        Some(self.system.unknown(&a.map(|a| a * self.h * self.h)))
+        let (a, multipliers) = start::acceleration(self.system, &self.leg.q, &v).ok()?;
+        Some(self.system.unknown(&a.map(|a| a * self.h * self.h), &multipliers))
     }
 }
 

@@ -38,9 +38,10 @@ pub struct Parameter {
 /// A discrete second order constrained Lagrangian system with `N` coordinates, as `#[dsocs]` generates it.
 ///
 /// With `q0, q1` known (a [`Leg`]) the step looks for the second difference `e = (q2 - q1) - (q1 - q0)`, written in
-/// the unknowns `z` of type [`System::Unknown`], such that the rows of [`System::residual`] vanish: the kinematic
-/// constraints at `φ_{D_K}⁻¹(q0, q1, q2)`, then for every field `u` of the variational constraints the work `⟨u, Q⟩` of
-/// the constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at `φ_{D_V}⁻¹(q0, q1, q2)`. Rows that are linear in a second
+/// the unknowns `z` of type [`System::Unknown`], such that the rows of [`System::residual`] vanish: the constraints,
+/// holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones at `φ_{D_K}⁻¹(q0, q1, q2)`; then for every
+/// field `u` of the variational constraints the work `⟨u, Q⟩` of the constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at
+/// `φ_{D_V}⁻¹(q0, q1, q2)`, or, where no such fields are known, `Q - Σ λ_j α_j` with unknown multipliers. Rows that are linear in a second
 /// difference, with a coefficient that the parameters and `h` decide, are solved for it beforehand and are not among the
 /// rows left; [`System::second_difference`] gives all second differences back. A row with `branch = divide(w)` is divided by `w`.
 ///
@@ -53,12 +54,24 @@ pub trait System<const N: usize> {
     type Constants<T: Scalar>: Copy;
     /// What is known when the step begins, an array of a literal size.
     type Known<T: Scalar>: Copy;
+    /// The unknowns of the continuous system: the accelerations, then the multipliers if there are any.
+    type Motion<T: Scalar>: Unknown<T>;
 
     /// Whether every row of [`System::residual`] is affine in the unknowns: then one update solves the step.
     const LINEAR: bool = false;
 
     /// Whether rows were multiplied by more than a number (see [`System::scales`]).
     const SCALED: bool = false;
+
+    /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
+    /// given by fields.
+    const FORMS: usize = 0;
+
+    /// How many holonomic constraints there are.
+    const HOLONOMIC: usize = 0;
+
+    /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
+    const NONHOLONOMIC: usize = 0;
 
     /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
     /// are not watched for a second root nearby.
@@ -107,8 +120,11 @@ pub trait System<const N: usize> {
         z.zip(z, |_, _| T::splat(1.0))
     }
 
-    /// The unknowns that belong to a second difference `e` (the starting point of Newton's iteration).
-    fn unknown<T: Scalar>(&self, e: &[T; N]) -> Self::Unknown<T>;
+    /// The unknowns that belong to a second difference `e` and to multipliers (the starting point of Newton's iteration).
+    ///
+    /// Where no fields that span the virtual displacements are known, multipliers `λ_j` of the forms of [`System::forms`] are
+    /// unknown too. Missing ones are zero, and what is beyond the last is left out.
+    fn unknown<T: Scalar>(&self, e: &[T; N], multipliers: &[T]) -> Self::Unknown<T>;
 
     /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns.
     fn second_difference<T: Scalar>(
@@ -137,6 +153,36 @@ pub trait System<const N: usize> {
         e: &[T; N],
     ) -> [T; N];
 
+    /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`; `out` has the length
+    /// [`System::FORMS`].
+    fn forms<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        leg: &Leg<T, N>,
+        e: &[T; N],
+        out: &mut [[T; N]],
+    ) {
+        let _ = (constants, known, leg, e, out);
+    }
+
+    /// The same for the continuous system, at a point.
+    fn continuous_forms<T: Scalar>(&self, point: &Point<T, N>, out: &mut [[T; N]]) {
+        let _ = (point, out);
+    }
+
+    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(q)`, then `c(q, v)`, then
+    /// `dg(q)·v`; `out` has their number, `2 HOLONOMIC + NONHOLONOMIC`.
+    fn phase<T: Scalar>(&self, q: &[T; N], v: &[T; N], out: &mut [T]) {
+        let _ = (q, v, out);
+    }
+
+    /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`; `out` has their number,
+    /// `HOLONOMIC + NONHOLONOMIC`.
+    fn pair<T: Scalar>(&self, h: T, leg: &Leg<T, N>, out: &mut [T]) {
+        let _ = (h, leg, out);
+    }
+
     /// The Lagrangian `L(q, v)`.
     fn lagrangian<T: Scalar>(&self, q: &[T; N], v: &[T; N]) -> T;
 
@@ -149,9 +195,15 @@ pub trait System<const N: usize> {
     /// The observed expressions at a point, in the order of [`System::OBSERVABLES`]; `out` has their number.
     fn observe<T: Scalar>(&self, point: &Point<T, N>, out: &mut [T]);
 
-    /// The rows of the continuous system at a point (kinematic constraints, then the works `⟨u, Q⟩`), and their exact
-    /// Jacobian with respect to the acceleration.
-    fn continuous<T: Scalar>(&self, point: &Point<T, N>) -> Linearization<T, [T; N]>;
+    /// The rows of the continuous system at a point and their exact Jacobian with respect to acceleration and multipliers.
+    ///
+    /// They are the constraints, those of lower order differentiated until accelerations come in, then the works `⟨u, Q⟩`
+    /// along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
+    fn continuous<T: Scalar>(
+        &self,
+        point: &Point<T, N>,
+        multipliers: &[T],
+    ) -> Linearization<T, Self::Motion<T>>;
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
     fn continuous_force<T: Scalar>(&self, point: &Point<T, N>) -> [T; N];

@@ -51,6 +51,7 @@ impl System<2> for Particle {
     type Unknown<T: Scalar> = [T; 2];
     type Constants<T: Scalar> = [T; 3];
     type Known<T: Scalar> = [T; 2];
+    type Motion<T: Scalar> = [T; 2];
 
     const COORDINATES: [&'static str; 2] = ["x", "y"];
     const PARAMETERS: &'static [Parameter] = &[
@@ -89,7 +90,7 @@ impl System<2> for Particle {
         Linearization { rows, jacobian }
     }
 
-    fn unknown<T: Scalar>(&self, e: &[T; 2]) -> [T; 2] {
+    fn unknown<T: Scalar>(&self, e: &[T; 2], _: &[T]) -> [T; 2] {
         *e
     }
 
@@ -126,7 +127,7 @@ impl System<2> for Particle {
         out[0] = (point.v[0] * point.v[0] + point.v[1] * point.v[1]).sqrt();
     }
 
-    fn continuous<T: Scalar>(&self, point: &Point<T, 2>) -> Linearization<T, [T; 2]> {
+    fn continuous<T: Scalar>(&self, point: &Point<T, 2>, _: &[T]) -> Linearization<T, [T; 2]> {
         let (rows, _, jacobian) = self.rows(point.v, point.a);
         Linearization { rows, jacobian }
     }
@@ -146,6 +147,7 @@ impl System<1> for Cliff {
     type Unknown<T: Scalar> = [T; 0];
     type Constants<T: Scalar> = [T; 1];
     type Known<T: Scalar> = [T; 1];
+    type Motion<T: Scalar> = [T; 1];
 
     const COORDINATES: [&'static str; 1] = ["x"];
     const PARAMETERS: &'static [Parameter] = &[];
@@ -174,7 +176,7 @@ impl System<1> for Cliff {
         }
     }
 
-    fn unknown<T: Scalar>(&self, _: &[T; 1]) -> [T; 0] {
+    fn unknown<T: Scalar>(&self, _: &[T; 1], _: &[T]) -> [T; 0] {
         []
     }
 
@@ -209,7 +211,7 @@ impl System<1> for Cliff {
 
     fn observe<T: Scalar>(&self, _: &Point<T, 1>, _: &mut [T]) {}
 
-    fn continuous<T: Scalar>(&self, point: &Point<T, 1>) -> Linearization<T, [T; 1]> {
+    fn continuous<T: Scalar>(&self, point: &Point<T, 1>, _: &[T]) -> Linearization<T, [T; 1]> {
         let row = point.a[0] - (T::splat(1.0) - point.q[0]).sqrt();
         Linearization {
             rows: [row],

@@ -43,10 +43,18 @@ pub(crate) struct Declaration {
     pub(crate) lets: Vec<Let>,
     /// `lagrangian = EXPR;`
     pub(crate) lagrangian: Part<Scalar>,
+    /// `holonomic = …;`
+    pub(crate) holonomic: Part<Constraints>,
+    /// `nonholonomic = …;`
+    pub(crate) nonholonomic: Part<Constraints>,
     /// `kinematic = …;`
-    pub(crate) kinematic: Part<Kinematic>,
-    /// `variational = […];` or `forces = […];`
+    pub(crate) kinematic: Part<Constraints>,
+    /// `variational = …;` or `forces = […];`
     pub(crate) directions: Part<Directions>,
+    /// `discrete_lagrangian = EXPR;`
+    pub(crate) discrete_lagrangian: Part<Scalar>,
+    /// `discrete_kinematic = …;`
+    pub(crate) discrete_kinematic: Part<Constraints>,
     /// `phi_lagrangian = |q0, q1| …;`
     pub(crate) phi_lagrangian: Part<Map>,
     /// `phi_kinematic = |q0, q1, q2| …;`
@@ -99,10 +107,10 @@ pub(crate) struct Scalar {
     pub(crate) lets_before: usize,
 }
 
-/// `kinematic = EXPR;` or `kinematic = [EXPR, …];`
+/// `kinematic = EXPR;` or `kinematic = [EXPR, …];`, and so for the other kinds of constraints.
 #[derive(Clone, Debug)]
-pub(crate) struct Kinematic {
-    /// The word `kinematic`.
+pub(crate) struct Constraints {
+    /// The word `holonomic`, `nonholonomic`, `kinematic` or `discrete_kinematic`.
     pub(crate) keyword: Ident,
     /// The rows.
     pub(crate) rows: Vec<Expr>,
@@ -110,7 +118,7 @@ pub(crate) struct Kinematic {
     pub(crate) lets_before: usize,
 }
 
-/// `variational = […];` or `forces = […];`
+/// `variational = […];`, `variational = chetaev;` or `forces = […];`
 #[derive(Clone, Debug)]
 pub(crate) struct Directions {
     /// The word `variational` or `forces`.
@@ -130,6 +138,8 @@ pub(crate) enum Side {
     Variational,
     /// `F_V`, its annihilator, by forms that span it.
     Forces,
+    /// `F_V`, by Chetaev's rule.
+    Chetaev,
 }
 
 /// `phi_… = |q0, q1| …;`
@@ -137,8 +147,21 @@ pub(crate) enum Side {
 pub(crate) struct Map {
     /// The name of the map.
     pub(crate) keyword: Ident,
-    /// The closure.
-    pub(crate) closure: ExprClosure,
+    /// What it is.
+    pub(crate) rule: MapRule,
+}
+
+/// What a map is.
+#[derive(Clone, Debug)]
+pub(crate) enum MapRule {
+    /// A formula.
+    Closure(Box<ExprClosure>),
+    /// `paper`: the default.
+    Paper,
+    /// `midpoint`.
+    Midpoint,
+    /// `trapezoid`: the mean of the values at both ends.
+    Trapezoid,
 }
 
 /// `branch = divide(w);` or `branch = [divide(w), _];`

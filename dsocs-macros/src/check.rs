@@ -1,6 +1,8 @@
 //! The rules between the parts of a declaration, as far as they need no expression.
 
-use crate::ast::{Branch, Declaration, Directions, Part, Side};
+use proc_macro2::Ident;
+
+use crate::ast::{Branch, Constraints, Declaration, Directions, Part, Side};
 use crate::errors::{Errors, Reported};
 use crate::input::Fields;
 use crate::names;
@@ -8,7 +10,61 @@ use crate::names;
 /// Checks the names, and how many there are of each thing.
 pub(crate) fn check(declaration: &Declaration, fields: &Fields, errors: &Errors) -> Result<(), Reported> {
     names::check(declaration, fields, errors);
-    counts(declaration, errors).and(branch(declaration, errors))
+    counts(declaration, errors)
+        .and(branch(declaration, errors))
+        .and(discrete(declaration, errors))
+}
+
+/// How many constraints there are of each kind.
+struct Counts<'d> {
+    /// The statements, with what one of their rows is called.
+    given: Vec<(&'static str, &'d Constraints)>,
+}
+
+impl<'d> Counts<'d> {
+    /// `None` where a statement is broken, and nothing can be said of its rows.
+    fn of(declaration: &'d Declaration) -> Option<Self> {
+        let parts = [
+            ("holonomic constraint", &declaration.holonomic),
+            ("nonholonomic constraint", &declaration.nonholonomic),
+            ("kinematic constraint", &declaration.kinematic),
+        ];
+        let mut given = Vec::new();
+        for (noun, part) in parts {
+            match part {
+                Part::Absent => {}
+                Part::Broken(_) => return None,
+                Part::Given(constraints) => given.push((noun, constraints)),
+            }
+        }
+        Some(Self { given })
+    }
+
+    /// All rows.
+    fn all(&self) -> usize {
+        self.given
+            .iter()
+            .map(|(_, constraints)| constraints.rows.len())
+            .sum()
+    }
+
+    /// The word of the last statement.
+    fn last_keyword(&self) -> Option<&'d Ident> {
+        self.given.last().map(|(_, constraints)| &constraints.keyword)
+    }
+
+    /// `1 holonomic constraint, 2 kinematic constraints`.
+    fn listed(&self) -> String {
+        let counts: Vec<_> = self
+            .given
+            .iter()
+            .map(|(noun, constraints)| count(constraints.rows.len(), noun))
+            .collect();
+        if counts.is_empty() {
+            return count(0, "constraint");
+        }
+        counts.join(", ")
+    }
 }
 
 /// As many equations as coordinates, as many components as coordinates.
@@ -16,42 +72,76 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
     let Some(coordinates) = declaration.coordinates.given() else {
         return Ok(());
     };
-    let kinematic = match &declaration.kinematic {
-        Part::Absent => None,
-        Part::Broken(_) => return Ok(()),
-        Part::Given(kinematic) => Some(kinematic),
+    let Some(counts) = Counts::of(declaration) else {
+        return Ok(());
     };
-    let rows = kinematic.map_or(0, |kinematic| kinematic.rows.len());
-    match (&declaration.directions, kinematic) {
-        (Part::Broken(_), _) | (Part::Absent, None) => Ok(()),
+    let n = coordinates.names.len();
+    match (&declaration.directions, declaration.kinematic.given()) {
+        (Part::Broken(_), _) => Ok(()),
         (Part::Absent, Some(kinematic)) => Err(errors.at(
             &kinematic.keyword,
-            "expected `variational = […];` or `forces = […];` beside `kinematic`: \
+            "expected `variational = […];`, `variational = chetaev;` or `forces = […];` beside `kinematic`: \
              the kinematic constraints do not tell in which directions the constraint forces act",
         )),
-        (Part::Given(directions), _) => equations(directions, rows, coordinates.names.len(), errors),
+        (Part::Absent, None) => match counts.last_keyword() {
+            Some(keyword) if counts.all() > n => Err(errors.at(keyword, too_many(&counts, n))),
+            _ => Ok(()),
+        },
+        (Part::Given(directions), kinematic) => equations(
+            directions,
+            kinematic.map_or(0, |rows| rows.rows.len()),
+            &counts,
+            n,
+            errors,
+        ),
     }
 }
 
-fn equations(directions: &Directions, rows: usize, n: usize, errors: &Errors) -> Result<(), Reported> {
-    let fields = directions.fields.len();
+fn equations(
+    directions: &Directions,
+    kinematic: usize,
+    counts: &Counts<'_>,
+    n: usize,
+    errors: &Errors,
+) -> Result<(), Reported> {
+    let (fields, rows) = (directions.fields.len(), counts.all());
     let message = match directions.side {
         Side::Variational if rows + fields != n => format!(
             "expected as many equations as coordinates: {} and {} make {}, for {}",
-            count(rows, "kinematic constraint"),
+            counts.listed(),
             count(fields, "variational field"),
             count(rows + fields, "equation"),
             count(n, "coordinate"),
         ),
-        Side::Forces if rows != fields || rows > n => format!(
-            "expected as many forces as kinematic constraints, and no more than coordinates: found {} and {}, for {}",
-            count(fields, "force"),
-            count(rows, "kinematic constraint"),
-            count(n, "coordinate"),
-        ),
+        Side::Forces if fields != kinematic && fields != rows => {
+            let all = if rows == kinematic {
+                ""
+            } else {
+                ", or as all constraints"
+            };
+            format!(
+                "expected as many forces as kinematic constraints{all}: found {} and {}",
+                count(fields, "force"),
+                counts.listed(),
+            )
+        }
+        Side::Chetaev if kinematic == 0 => {
+            "Chetaev's rule is for kinematic constraints, and there is no `kinematic = …;`; \
+             the displacements of the other kinds follow without it"
+                .to_owned()
+        }
+        Side::Forces | Side::Chetaev if rows > n => too_many(counts, n),
         _ => return Ok(()),
     };
     Err(errors.at(&directions.keyword, message))
+}
+
+fn too_many(counts: &Counts<'_>, n: usize) -> String {
+    format!(
+        "expected no more constraints than coordinates: found {}, for {}",
+        counts.listed(),
+        count(n, "coordinate")
+    )
 }
 
 fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
@@ -77,6 +167,35 @@ fn branch(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
             "expected an entry for each of the {}, such as `branch = [divide(w), _];`, found {}",
             count(rows, "kinematic constraint"),
             factors.len()
+        ),
+    ))
+}
+
+/// What is given for the step stands beside what it discretizes.
+fn discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
+    let Some(discrete) = declaration.discrete_kinematic.given() else {
+        return Ok(());
+    };
+    let rows = match &declaration.kinematic {
+        Part::Absent => {
+            return Err(errors.at(
+                &discrete.keyword,
+                "expected `kinematic = …;` beside it: the constraint of the continuous system, in whose place this one \
+                 stands in a step",
+            ));
+        }
+        Part::Broken(_) => return Ok(()),
+        Part::Given(kinematic) => kinematic.rows.len(),
+    };
+    if discrete.rows.len() == rows {
+        return Ok(());
+    }
+    Err(errors.at(
+        &discrete.keyword,
+        format!(
+            "expected a discrete constraint for each of the {}, found {}",
+            count(rows, "kinematic constraint"),
+            discrete.rows.len()
         ),
     ))
 }

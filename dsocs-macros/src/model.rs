@@ -18,18 +18,37 @@ pub(crate) struct Model {
     pub(crate) graph: Graph,
     /// `L`, in `Q` and `V`.
     pub(crate) lagrangian: NodeId,
-    /// The kinematic constraints.
-    pub(crate) kinematic: Vec<Row>,
-    /// The fields that span `C_V`, of `n` components each, in `Q`, `V` and `A`.
-    pub(crate) variational: Vec<Vec<NodeId>>,
-    /// The components of `q` and `v`, in `X0`, `X1` and `H`; `None` for the paper's map.
-    pub(crate) phi_lagrangian: Option<[Vec<NodeId>; 2]>,
+    /// The constraints: holonomic, then nonholonomic, then kinematic ones.
+    pub(crate) constraints: Vec<Row>,
+    /// The forms that span `F_V`, as far as they are known: one for each constraint, or none at all.
+    pub(crate) forms: Vec<Form>,
+    /// What `C_V` is spanned by.
+    pub(crate) displacements: Displacements,
+    /// `L_d`, in `X0`, `X1` and `H`, if it is given and not made of the Lagrangian.
+    pub(crate) discrete_lagrangian: Option<NodeId>,
+    /// The points whose mean is taken, one or two: the components of `q` and `v`, in `X0`, `X1` and `H`.
+    pub(crate) phi_lagrangian: Vec<[Vec<NodeId>; 2]>,
     /// The components of `q`, `v` and `a`, in `X0`, `X1`, `X2` and `H`; `None` for the paper's map.
     pub(crate) phi_kinematic: Option<[Vec<NodeId>; 3]>,
     /// As [`Model::phi_kinematic`], for the variational constraints.
     pub(crate) phi_variational: Option<[Vec<NodeId>; 3]>,
     /// The observed expressions and their names, in `Q`, `V` and `A`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
+}
+
+impl Model {
+    /// How many multipliers are unknown, in a step and in the continuous system.
+    pub(crate) fn multipliers(&self) -> usize {
+        match self.displacements {
+            Displacements::Fields(_) => 0,
+            Displacements::Annihilated => self.forms.len(),
+        }
+    }
+
+    /// How many constraints there are of a kind.
+    pub(crate) fn count(&self, kind: Kind) -> usize {
+        self.constraints.iter().filter(|row| row.kind == kind).count()
+    }
 }
 
 /// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
@@ -45,14 +64,46 @@ pub(crate) struct ParameterField {
     pub(crate) doc: String,
 }
 
-/// A kinematic constraint `c = 0`.
+/// On how many nodes a constraint is imposed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// `g(q) = 0`, on every node.
+    Holonomic,
+    /// `c(q, v) = 0`, on every pair of nodes.
+    Nonholonomic,
+    /// `c(q, v, a) = 0`, on every triple.
+    Kinematic,
+}
+
+/// A constraint `c = 0`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
+    /// Its kind.
+    pub(crate) kind: Kind,
     /// `c`, in `Q`, `V` and `A`.
     pub(crate) value: NodeId,
-    /// The highest derivative of a coordinate in `c`: 1 or 2.
-    #[allow(dead_code)] // constraints of lower order will be imposed at other points of the step
+    /// The highest derivative of a coordinate in `c`.
     pub(crate) order: usize,
     /// The factor to divide out, of order 0 or 1.
     pub(crate) divide: Option<NodeId>,
+    /// What stands in its place in a step, in `X0`, `X1`, `X2` and `H`, if it is given.
+    pub(crate) discrete: Option<NodeId>,
+}
+
+/// A direction in which a constraint force acts.
+#[derive(Clone, Debug)]
+pub(crate) struct Form {
+    /// The components, in `Q`, `V` and `A`.
+    pub(crate) components: Vec<NodeId>,
+    /// Whether it belongs to a holonomic constraint: then it is taken at the middle node, whatever the maps are.
+    pub(crate) at_node: bool,
+}
+
+/// The virtual displacements `C_V`.
+#[derive(Clone, Debug)]
+pub(crate) enum Displacements {
+    /// Fields that span them, of `n` components each, in `Q`, `V` and `A`.
+    Fields(Vec<Vec<NodeId>>),
+    /// Those on which the forms vanish; no fields that span them everywhere are known.
+    Annihilated,
 }

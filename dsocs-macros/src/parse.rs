@@ -4,19 +4,25 @@ use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, Local, Pat, Stmt};
 
-use crate::ast::{Branch, Declaration, Directions, Kinematic, Let, Map, Observe, Part, Scalar, Side};
+use crate::ast::{
+    Branch, Constraints, Declaration, Directions, Let, Map, MapRule, Observe, Part, Scalar, Side,
+};
 use crate::errors::{Errors, Reported};
 use crate::names::{did_you_mean, nearest};
 
 mod coordinates;
 
 /// The words that a statement can begin with, apart from `let`.
-const STATEMENTS: [&str; 10] = [
+const STATEMENTS: [&str; 14] = [
     "coordinates",
     "lagrangian",
+    "holonomic",
+    "nonholonomic",
     "kinematic",
     "variational",
     "forces",
+    "discrete_lagrangian",
+    "discrete_kinematic",
     "phi_lagrangian",
     "phi_kinematic",
     "phi_variational",
@@ -171,7 +177,11 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
     match keyword {
         "coordinates" => set(&mut declaration.coordinates, reported),
         "lagrangian" => set(&mut declaration.lagrangian, reported),
+        "holonomic" => set(&mut declaration.holonomic, reported),
+        "nonholonomic" => set(&mut declaration.nonholonomic, reported),
         "kinematic" => set(&mut declaration.kinematic, reported),
+        "discrete_lagrangian" => set(&mut declaration.discrete_lagrangian, reported),
+        "discrete_kinematic" => set(&mut declaration.discrete_kinematic, reported),
         "variational" | "forces" => set(&mut declaration.directions, reported),
         "phi_lagrangian" => set(&mut declaration.phi_lagrangian, reported),
         "phi_kinematic" => set(&mut declaration.phi_kinematic, reported),
@@ -257,45 +267,44 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
             mark(declaration, "coordinates", reported);
         }
-        "lagrangian" => fill(
-            &mut declaration.lagrangian,
-            at,
-            Ok(Scalar { value, lets_before }),
-            errors,
-        ),
-        "kinematic" => {
-            let rows = match value {
-                Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
-                    array,
-                    "expected at least one kinematic constraint; without any, leave the statement out",
-                )),
-                Expr::Array(array) => Ok(array.elems.into_iter().collect()),
-                Expr::Tuple(tuple) => Err(errors.at(
-                    tuple,
-                    "expected several constraints in brackets, `kinematic = [c1, c2];`",
-                )),
-                row => Ok(vec![row]),
+        name @ ("lagrangian" | "discrete_lagrangian") => {
+            let part = match name {
+                "lagrangian" => &mut declaration.lagrangian,
+                _ => &mut declaration.discrete_lagrangian,
             };
-            let kinematic = rows.map(|rows| Kinematic {
+            fill(part, at, Ok(Scalar { value, lets_before }), errors);
+        }
+        name @ ("holonomic" | "nonholonomic" | "kinematic" | "discrete_kinematic") => {
+            let part = match name {
+                "holonomic" => &mut declaration.holonomic,
+                "nonholonomic" => &mut declaration.nonholonomic,
+                "kinematic" => &mut declaration.kinematic,
+                _ => &mut declaration.discrete_kinematic,
+            };
+            let rows = read_rows(&keyword, value, errors).map(|rows| Constraints {
                 keyword,
                 rows,
                 lets_before,
             });
-            fill(&mut declaration.kinematic, at, kinematic, errors);
+            fill(part, at, rows, errors);
         }
         name @ ("variational" | "forces") => {
-            let side = if name == "forces" {
-                Side::Forces
-            } else {
-                Side::Variational
+            let side = match (name, plain_name(&value)) {
+                ("forces", _) => Side::Forces,
+                (_, Some(rule)) if rule == "chetaev" => Side::Chetaev,
+                _ => Side::Variational,
             };
-            let directions = read_fields(&keyword, value, errors).map(|fields| Directions {
+            let fields = match side {
+                Side::Chetaev => Ok(Vec::new()),
+                _ => read_fields(&keyword, value, errors),
+            };
+            let directions = fields.map(|fields| Directions {
                 keyword,
                 side,
                 fields,
                 lets_before,
             });
-            fill_directions(&mut declaration.directions, at, side, directions, errors);
+            fill_directions(&mut declaration.directions, at, directions, errors);
         }
         name @ ("phi_lagrangian" | "phi_kinematic" | "phi_variational") => {
             let part = match name {
@@ -303,17 +312,7 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
                 "phi_kinematic" => &mut declaration.phi_kinematic,
                 _ => &mut declaration.phi_variational,
             };
-            let map = match value {
-                Expr::Closure(closure) => Ok(Map { keyword, closure }),
-                other => {
-                    let example = if name == "phi_lagrangian" {
-                        "|q0, q1| (q, v)"
-                    } else {
-                        "|q0, q1, q2| (q, v, a)"
-                    };
-                    Err(errors.at(other, format!("expected a closure, `{name} = {example};`")))
-                }
-            };
+            let map = read_map(&keyword, value, errors).map(|rule| Map { keyword, rule });
             fill(part, at, map, errors);
         }
         "branch" => {
@@ -344,6 +343,57 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
     }
 }
 
+/// The rows of a constraint statement.
+fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+    match value {
+        Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
+            array,
+            "expected at least one constraint; without any, leave the statement out",
+        )),
+        Expr::Array(array) => Ok(array.elems.into_iter().collect()),
+        Expr::Tuple(tuple) => Err(errors.at(
+            tuple,
+            format!("expected several constraints in brackets, `{keyword} = [c1, c2];`"),
+        )),
+        row => Ok(vec![row]),
+    }
+}
+
+/// A map by its name or by a formula.
+fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<MapRule, Reported> {
+    let of_pairs = keyword == "phi_lagrangian";
+    let (example, names): (_, &[&str]) = if of_pairs {
+        ("|q0, q1| (q, v)", &["paper", "midpoint", "trapezoid"])
+    } else {
+        ("|q0, q1, q2| (q, v, a)", &["paper", "midpoint"])
+    };
+    let value = match value {
+        Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure))),
+        other => other,
+    };
+    let name = plain_name(&value).map(ToString::to_string);
+    match name.as_deref() {
+        Some("paper") => return Ok(MapRule::Paper),
+        Some("midpoint") => return Ok(MapRule::Midpoint),
+        Some("trapezoid") if of_pairs => return Ok(MapRule::Trapezoid),
+        Some("trapezoid") => {
+            return Err(errors.at(
+                value,
+                "the trapezoid is a mean of two points, which `phi_lagrangian` alone can be; \
+                 expected `paper`, `midpoint` or a closure",
+            ));
+        }
+        _ => {}
+    }
+    let hint = did_you_mean(name.as_deref().unwrap_or(""), names.iter().copied());
+    let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+    let names = names.join(", ");
+    Err(errors.at(
+        value,
+        format!("expected {names} or a closure, `{keyword} = {example};`{hint}"),
+    ))
+}
+
 fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
     if part.is_absent() {
         *part = value.map_or_else(Part::Broken, Part::Given);
@@ -355,12 +405,11 @@ fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, erro
 fn fill_directions(
     part: &mut Part<Directions>,
     keyword: &Ident,
-    side: Side,
     value: Result<Directions, Reported>,
     errors: &Errors,
 ) {
     match part {
-        Part::Given(first) if first.side != side => {
+        Part::Given(first) if first.keyword != *keyword => {
             errors.at(
                 keyword,
                 format!(
@@ -375,9 +424,14 @@ fn fill_directions(
 
 fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
     let Expr::Array(array) = value else {
+        let rule = if keyword == "variational" {
+            ", or `chetaev`"
+        } else {
+            ""
+        };
         return Err(errors.at(
             value,
-            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`"),
+            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`{rule}"),
         ));
     };
     Ok(array.elems.into_iter().collect())

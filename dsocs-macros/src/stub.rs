@@ -20,6 +20,7 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             type Unknown<#scalar: ::dsocs_core::Scalar> = [#scalar; #n];
             type Constants<#scalar: ::dsocs_core::Scalar> = [#scalar; 0];
             type Known<#scalar: ::dsocs_core::Scalar> = [#scalar; 0];
+            type Motion<#scalar: ::dsocs_core::Scalar> = [#scalar; #n];
 
             const COORDINATES: [&'static str; #n] = [#(#names),*];
             const PARAMETERS: &'static [::dsocs_core::Parameter] = &[];
@@ -48,7 +49,11 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             ) -> ::dsocs_core::Linearization<#scalar, Self::Unknown<#scalar>> {
                 ::core::unreachable!()
             }
-            fn unknown<#scalar: ::dsocs_core::Scalar>(&self, e: &[#scalar; #n]) -> Self::Unknown<#scalar> {
+            fn unknown<#scalar: ::dsocs_core::Scalar>(
+                &self,
+                e: &[#scalar; #n],
+                multipliers: &[#scalar],
+            ) -> Self::Unknown<#scalar> {
                 ::core::unreachable!()
             }
             fn second_difference<#scalar: ::dsocs_core::Scalar>(
@@ -97,7 +102,8 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             fn continuous<#scalar: ::dsocs_core::Scalar>(
                 &self,
                 point: &::dsocs_core::Point<#scalar, #n>,
-            ) -> ::dsocs_core::Linearization<#scalar, [#scalar; #n]> {
+                multipliers: &[#scalar],
+            ) -> ::dsocs_core::Linearization<#scalar, Self::Motion<#scalar>> {
                 ::core::unreachable!()
             }
             fn continuous_force<#scalar: ::dsocs_core::Scalar>(

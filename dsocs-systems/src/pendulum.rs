@@ -168,7 +168,7 @@ mod tests {
                 v: [theta_rate, psi_rate],
                 a,
             };
-            let rows = pendulum.continuous(&point).rows;
+            let rows = pendulum.continuous(&point, &[]).rows;
             let back = pendulum.momentum(point.v);
             assert!((back[0] - p1).abs() < 1e-12 && (back[1] - p2).abs() < 1e-12);
             assert!(rows.iter().all(|row| row.abs() < 1e-8), "{rows:?}");

@@ -121,7 +121,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     };
     let constants = system.constants(h);
     let known = system.known(&constants, &leg);
-    let z = system.unknown(&a.map(|a| a * h * h));
+    let z = system.unknown(&a.map(|a| a * h * h), &[]);
     let e = system.second_difference(&constants, &known, &z);
     let unknowns = z.as_ref().len();
 
@@ -327,7 +327,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     if rows.iter().chain(by_a.as_flattened()).any(|x| !x.is_finite()) {
         return Err(Mismatch::Undefined);
     }
-    let generated = system.continuous(&Point { q, v, a });
+    let generated = system.continuous(&Point { q, v, a }, &[]);
     for i in 0..N {
         let largest: f64 = by_a[i]
             .iter()
@@ -339,11 +339,16 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
             + condition(&by_v[i], &v);
         expect(
             format_args!("continuous row {i}"),
-            generated.rows[i],
+            generated.rows.as_ref()[i],
             rows[i],
             ROUNDING * scale,
         )?;
-        for (j, (entry, slope)) in generated.jacobian[i].iter().zip(&by_a[i]).enumerate() {
+        for (j, (entry, slope)) in generated.jacobian.as_ref()[i]
+            .as_ref()
+            .iter()
+            .zip(&by_a[i])
+            .enumerate()
+        {
             expect(
                 format_args!("∂(continuous row {i})/∂a{j}"),
                 *entry,

@@ -120,7 +120,7 @@ const UNTIL: f64 = 2.0;
 
 /// The acceleration of the continuous chain, whose rows are affine in it.
 fn acceleration(q: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    let linearization = TRIPLE.continuous(&Point { q, v, a: [0.0; 3] });
+    let linearization = TRIPLE.continuous(&Point { q, v, a: [0.0; 3] }, &[]);
     <[f64; 3]>::solve(&linearization.jacobian, &linearization.rows.map(|row| -row)).unwrap()
 }
 

@@ -165,9 +165,9 @@ fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N],
         let polynomial = flow.step(until).unwrap();
         for part in [0.0, 0.3, 0.7, 1.0] {
             let point = polynomial.point(polynomial.start() + part * polynomial.length());
-            let update = system.continuous(&point).update().unwrap();
-            let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-            worst = worst.max(size(&update) / size(&point.a).max(size(&point.v) / polynomial.length()));
+            let update = system.continuous(&point, &[]).update().unwrap();
+            let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            worst = worst.max(size(update.as_ref()) / size(&point.a).max(size(&point.v) / polynomial.length()));
         }
         steps += 1;
     }

@@ -273,7 +273,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             d: self.d.hi,
         };
         let known = system.known(constants, &leg);
-        let increment = system.unknown(&leg.d);
+        let increment = system.unknown(&leg.d, &[]);
         let expected = self.predictor.size().zip(&increment, |past, d| {
             past.larger(Lanes::splat(SECOND_DIFFERENCE) * d.abs())
         });

@@ -49,7 +49,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let leg = self.leg();
         let step = Step::new(self.system, &self.constants, leg, self.h);
         let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
-        let start = self.system.unknown(&e);
+        let start = step.unknowns(&e);
         let (z, report) = step
             .solve_near(start, &self.predictor, self.max_iterations)
             .map_err(|cause| self.failed(cause))?;

@@ -17,12 +17,17 @@ const SHIFT: f64 = 1e-3;
 /// Functions of the user's are called with plain numbers; they are differentiated by calling them at four places beside
 /// the one asked for. Where no argument moves, all five agree, and the derivative is exactly zero.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moving(Dual<f64>);
+pub(crate) struct Moving(Dual<f64>);
 
 impl Moving {
     /// A number with its derivative.
     pub fn new(value: f64, slope: f64) -> Self {
         Self(Dual::new(value, slope))
+    }
+
+    /// The number.
+    pub fn value(self) -> f64 {
+        self.0.re
     }
 
     /// The derivative.

@@ -68,7 +68,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         let apart = other.zip(&root.z, |other, root| other - root);
         let legs = self
             .system
-            .unknown(&self.leg.d)
+            .unknown(&self.leg.d, &[])
             .zip(size, |d, size| d.abs().max(size));
         if relative(&apart, &root.z, &legs) > FAR {
             return Ok(report(root, guess));

@@ -53,7 +53,7 @@ impl<'g> Collapse<'g> {
         self.graph.leaves(id).any(|leaf| match self.variables {
             Variables::Unknowns => matches!(leaf, Leaf::Z(_)),
             Variables::Leg => matches!(leaf, Leaf::N(_) | Leaf::D(_)),
-            Variables::Motion => matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_)),
+            Variables::Motion => matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::Lambda(_)),
         })
     }
 

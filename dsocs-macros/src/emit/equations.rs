@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use crate::graph::{Change, Graph, Leaf, NodeId};
-use crate::model::Model;
+use crate::model::{Displacements, Kind, Model, Row};
 
 /// A point of the second order tangent bundle, component by component.
 pub(crate) struct PointNodes {
@@ -58,17 +58,21 @@ impl Equation {
 
 /// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`.
 pub(crate) struct StepEquations {
-    /// Kinematic rows, then `⟨u, Q⟩` for every field.
+    /// The constraints, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
+    /// How many multipliers are among the unknowns.
+    pub(crate) multipliers: usize,
     /// `φ_{D_K}⁻¹(q0, q1, q2)`.
     pub(crate) point: PointNodes,
     /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
     pub(crate) force: Vec<NodeId>,
+    /// The forms in whose directions it acts, as far as they are known.
+    pub(crate) forms: Vec<Vec<NodeId>>,
 }
 
 /// The continuous system in terms of `Q`, `V` and `A`.
 pub(crate) struct ContinuousEquations {
-    /// Kinematic rows, then `⟨u, Q⟩` for every field.
+    /// The constraints, differentiated until accelerations come in, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
     /// The constraint force `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`.
     pub(crate) force: Vec<NodeId>,
@@ -109,6 +113,15 @@ impl Nodes {
         }
         nodes
     }
+
+    /// What stands in the place of the nodes of a map.
+    fn places(&self) -> HashMap<Leaf, NodeId> {
+        places([
+            (Leaf::X0 as LeafOf, &self.q0),
+            (Leaf::X1, &self.q1),
+            (Leaf::X2, &self.q2),
+        ])
+    }
 }
 
 /// The discrete step that the declaration asks for.
@@ -116,15 +129,25 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     let n = model.coordinates.len();
     let nodes = Nodes::new(graph, n);
     let point = map_point(graph, &nodes, model.phi_kinematic.as_ref());
-    let displacements = match &model.phi_variational {
-        Some(map) => map_point(graph, &nodes, Some(map)).substitution(),
-        None => map_point(graph, &nodes, None).substitution(),
-    };
-    let Force { value: force, plain } = discrete_force(model, graph, &nodes);
+    let displacements = map_point(graph, &nodes, model.phi_variational.as_ref()).substitution();
+    let force = discrete_force(model, graph, &nodes);
+    let forms = discrete_forms(model, graph, &displacements);
     let kinematic = point.substitution();
     let mut rows = Vec::new();
-    for row in &model.kinematic {
-        let value = graph.substitute(row.value, &kinematic);
+    for row in &model.constraints {
+        let value = match (row.discrete, row.kind) {
+            (Some(discrete), _) => graph.substitute(discrete, &nodes.places()),
+            (None, Kind::Holonomic) => {
+                rows.push(holonomic(graph, &nodes, row.value));
+                continue;
+            }
+            (None, Kind::Nonholonomic) => {
+                let value = on_pair(model, graph, row.value);
+                let leg = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
+                graph.substitute(value, &leg)
+            }
+            (None, Kind::Kinematic) => graph.substitute(row.value, &kinematic),
+        };
         let divide = row.divide.map(|factor| graph.substitute(factor, &kinematic));
         rows.push(Equation {
             value,
@@ -132,26 +155,161 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
             divide,
         });
     }
-    for field in &model.variational {
-        let field: Vec<_> = field
-            .iter()
-            .map(|&u| graph.substitute(u, &displacements))
-            .collect();
-        let mut work = |force: &[NodeId]| {
-            let terms: Vec<_> = field
-                .iter()
-                .zip(force)
-                .map(|(&u, &force)| graph.mul(u, force))
-                .collect();
-            graph.sum(&terms)
-        };
-        rows.push(Equation {
-            value: work(&force),
-            plain: work(&plain),
-            divide: None,
-        });
+    let fields = match &model.displacements {
+        Displacements::Fields(fields) => Some(fields.iter().map(|field| {
+            let mut done = HashMap::new();
+            let components = field.iter();
+            components
+                .map(|&u| graph.substitute_in(u, &displacements, &mut done))
+                .collect()
+        })),
+        Displacements::Annihilated => None,
+    };
+    let fields: Option<Vec<Vec<NodeId>>> = fields.map(Iterator::collect);
+    rows.extend(works(graph, fields.as_deref(), &forms, &force));
+    StepEquations {
+        rows,
+        multipliers: model.multipliers(),
+        point,
+        force: force.value,
+        forms,
     }
-    StepEquations { rows, point, force }
+}
+
+/// How much of a holonomic constraint's value at the middle node, which is nothing but rounding, the next one takes away.
+const CORRECTED: f64 = 1.0 / 1024.0;
+
+/// `g(q2)`, for a middle node with `g(q1) = 0`: the change from there, formed without cancellation, and a small part of what
+/// rounding has left there, so that it does not add up. All of it would be seen in the second difference, whose own size is
+/// `h²`.
+fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
+    let change = (0..nodes.q1.len())
+        .map(|i| {
+            let change = Change {
+                before: nodes.q1[i],
+                after: nodes.q2[i],
+                delta: nodes.d1[i],
+            };
+            (Leaf::Q(i), change)
+        })
+        .collect();
+    let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
+    let Change { before, after, delta } = graph.difference(g, &change, &late, &mut HashMap::new());
+    Equation {
+        value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
+        plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),
+        divide: None,
+    }
+}
+
+/// The works `⟨u, Q⟩` of the constraint force along the fields, or, where there are none, what the forces of the
+/// constraints leave of it: `Q - Σ λ_j α_j`.
+fn works(
+    graph: &mut Graph,
+    fields: Option<&[Vec<NodeId>]>,
+    forms: &[Vec<NodeId>],
+    force: &Force,
+) -> Vec<Equation> {
+    let mut equation = |part: &dyn Fn(&mut Graph, &[NodeId]) -> NodeId| Equation {
+        value: part(graph, &force.value),
+        plain: part(graph, &force.plain),
+        divide: None,
+    };
+    match fields {
+        Some(fields) => fields
+            .iter()
+            .map(|field| {
+                equation(&|graph, force| {
+                    let terms: Vec<_> = field
+                        .iter()
+                        .zip(force)
+                        .map(|(&u, &force)| graph.mul(u, force))
+                        .collect();
+                    graph.sum(&terms)
+                })
+            })
+            .collect(),
+        None => (0..force.value.len())
+            .map(|i| {
+                equation(&|graph, force| {
+                    let mut terms = vec![(force[i], 1.0)];
+                    for (j, form) in forms.iter().enumerate() {
+                        let multiplier = graph.leaf(Leaf::Lambda(j));
+                        terms.push((graph.mul(multiplier, form[i]), -1.0));
+                    }
+                    graph.linear(0.0, &terms)
+                })
+            })
+            .collect(),
+    }
+}
+
+/// The forms of the constraint forces: those of holonomic constraints at the middle node, the others at `φ_{D_V}⁻¹`.
+fn discrete_forms(
+    model: &Model,
+    graph: &mut Graph,
+    displacements: &HashMap<Leaf, NodeId>,
+) -> Vec<Vec<NodeId>> {
+    let node = (0..model.coordinates.len())
+        .map(|i| (Leaf::Q(i), graph.leaf(Leaf::N(i))))
+        .collect();
+    model
+        .forms
+        .iter()
+        .map(|form| {
+            let place = if form.at_node { &node } else { displacements };
+            let components = form.components.iter();
+            components
+                .map(|&component| graph.substitute(component, place))
+                .collect()
+        })
+        .collect()
+}
+
+/// An expression of positions and velocities on a leg, in `X0`, `X1`: its mean over the points of the first order map.
+fn on_pair(model: &Model, graph: &mut Graph, value: NodeId) -> NodeId {
+    let weight = 1.0 / model.phi_lagrangian.len() as f64;
+    let terms: Vec<_> = model
+        .phi_lagrangian
+        .iter()
+        .map(|[q, v]| {
+            let point = places([(Leaf::Q as LeafOf, q), (Leaf::V, v)]);
+            (graph.substitute(value, &point), weight)
+        })
+        .collect();
+    graph.linear(0.0, &terms)
+}
+
+/// The constraints of lower order on the leg from `N - D` to `N`: `g(q1)`, `c(φ⁻¹(q0, q1))`.
+pub(crate) fn pair(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+    let nodes = Nodes::new(graph, model.coordinates.len());
+    let (node, leg) = (
+        places([(Leaf::Q as LeafOf, &nodes.q1)]),
+        places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]),
+    );
+    let lower = |row: &&Row| row.kind != Kind::Kinematic;
+    let rows = model.constraints.iter().filter(lower);
+    rows.map(|row| {
+        if row.kind == Kind::Holonomic {
+            return graph.substitute(row.value, &node);
+        }
+        let value = on_pair(model, graph, row.value);
+        graph.substitute(value, &leg)
+    })
+    .collect()
+}
+
+/// What the constraints of lower order ask of a position and a velocity: `g(q)` and `c(q, v)`, then `dg/dt`.
+pub(crate) fn phase(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+    let of = |kind| {
+        let rows = model.constraints.iter().filter(move |row| row.kind == kind);
+        rows.map(|row| row.value)
+    };
+    let mut rows: Vec<_> = of(Kind::Holonomic).chain(of(Kind::Nonholonomic)).collect();
+    for holonomic in of(Kind::Holonomic) {
+        rows.push(graph.total_derivative(holonomic));
+    }
+    rows
 }
 
 /// The paper's map `(q1, (q2 - q0)/2h, (q2 - 2 q1 + q0)/h²)`, or the declared one.
@@ -172,11 +330,7 @@ fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -
             a,
         };
     };
-    let places = places([
-        (Leaf::X0 as LeafOf, &nodes.q0),
-        (Leaf::X1, &nodes.q1),
-        (Leaf::X2, &nodes.q2),
-    ]);
+    let places = nodes.places();
     let mut put = |components: &[NodeId]| -> Vec<NodeId> {
         components
             .iter()
@@ -190,29 +344,13 @@ fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -
     }
 }
 
-/// `φ_{L_d}⁻¹(x0, x1)`: the paper's `(x0, (x1 - x0)/h)`, or the declared map.
-fn lagrangian_point(model: &Model, graph: &mut Graph) -> [Vec<NodeId>; 2] {
-    if let Some(map) = &model.phi_lagrangian {
-        return map.clone();
-    }
-    let h = graph.leaf(Leaf::H);
-    let (mut q, mut v) = (Vec::new(), Vec::new());
-    for i in 0..model.coordinates.len() {
-        let (x0, x1) = (graph.leaf(Leaf::X0(i)), graph.leaf(Leaf::X1(i)));
-        let chord = graph.sub(x1, x0);
-        q.push(x0);
-        v.push(graph.div(chord, h));
-    }
-    [q, v]
-}
-
-/// `L_d(x0, x1) = L(φ_{L_d}⁻¹(x0, x1))`, on the leg from `N - D` to `N`.
+/// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
 pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
-    let n = model.coordinates.len();
-    let [q, v] = lagrangian_point(model, graph);
-    let point = places([(Leaf::Q as LeafOf, &q), (Leaf::V, &v)]);
-    let value = graph.substitute(model.lagrangian, &point);
-    let nodes = Nodes::new(graph, n);
+    let value = match model.discrete_lagrangian {
+        Some(given) => given,
+        None => on_pair(model, graph, model.lagrangian),
+    };
+    let nodes = Nodes::new(graph, model.coordinates.len());
     let leg = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
     graph.substitute(value, &leg)
 }
@@ -222,22 +360,14 @@ pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
 /// With `P₁, P₂` the parts of `D₁L_d, D₂L_d` that come through the velocity of the map and `F₁, F₂` those that come
 /// through its position, the sum is `F₁(q1,q2) + F₂(q0,q1) + (P₁+P₂)(q1,q2) - [P₂(q1,q2) - P₂(q0,q1)]`. The bracket is
 /// formed as a change (see [`Graph::difference`]), because its two values agree to `O(h)`; `P₁ + P₂` is zero whenever
-/// the map's velocity depends on `x1 - x0` alone.
+/// the map's velocity depends on `x1 - x0` alone. Of a discrete Lagrangian that is given itself, all is taken to come through
+/// the velocity.
 fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Force {
     let n = model.coordinates.len();
-    let [q, v] = lagrangian_point(model, graph);
-    let point = places([(Leaf::Q as LeafOf, &q), (Leaf::V, &v)]);
-    let mut moved = HashMap::new();
-    let mut by_position = Vec::new();
-    let mut by_velocity = Vec::new();
-    for i in 0..n {
-        let (dq, dv) = (
-            graph.derivative(model.lagrangian, Leaf::Q(i)),
-            graph.derivative(model.lagrangian, Leaf::V(i)),
-        );
-        by_position.push(graph.substitute_in(dq, &point, &mut moved));
-        by_velocity.push(graph.substitute_in(dv, &point, &mut moved));
-    }
+    let parts = match model.discrete_lagrangian {
+        Some(given) => Parts::of_discrete(graph, given, n),
+        None => Parts::of_map(model, graph),
+    };
     let first = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
     let second = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
     let mut change = HashMap::new();
@@ -263,31 +393,92 @@ fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) -> Force {
     let (mut on_first, mut on_second) = (HashMap::new(), HashMap::new());
     let (mut value, mut plain) = (Vec::new(), Vec::new());
     for i in 0..n {
-        let through = |graph: &mut Graph, outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
-            let terms: Vec<_> = outer
-                .iter()
-                .zip(inner)
-                .map(|(&outer, &inner)| {
-                    let slope = graph.derivative(inner, leaf);
-                    graph.mul(outer, slope)
-                })
-                .collect();
-            graph.sum(&terms)
-        };
-        let f1 = through(graph, &by_position, &q, Leaf::X0(i));
-        let f2 = through(graph, &by_position, &q, Leaf::X1(i));
-        let p1 = through(graph, &by_velocity, &v, Leaf::X0(i));
-        let p2 = through(graph, &by_velocity, &v, Leaf::X1(i));
-        let rest = graph.sum(&[f1, p1, p2]);
-        let rest = graph.substitute_in(rest, &second, &mut on_second);
-        let f2 = graph.substitute_in(f2, &first, &mut on_first);
+        let rest = graph.substitute_in(parts.rest[i], &second, &mut on_second);
+        let f2 = graph.substitute_in(parts.second[i], &first, &mut on_first);
         let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
-        let momentum = graph.difference(p2, &change, &late, &mut changes);
+        let momentum = graph.difference(parts.momentum[i], &change, &late, &mut changes);
         value.push(graph.linear(0.0, &[(momentum.delta, 1.0), (rest, -1.0), (f2, -1.0)]));
         let (after, before) = (momentum.after, momentum.before);
         plain.push(graph.linear(0.0, &[(after, 1.0), (before, -1.0), (rest, -1.0), (f2, -1.0)]));
     }
     Force { value, plain }
+}
+
+/// The parts of `D₁L_d` and `D₂L_d`, component by component, in `X0`, `X1`.
+struct Parts {
+    /// `F₁ + P₁ + P₂`.
+    rest: Vec<NodeId>,
+    /// `F₂`.
+    second: Vec<NodeId>,
+    /// `P₂`.
+    momentum: Vec<NodeId>,
+}
+
+impl Parts {
+    /// Of the mean of the Lagrangian over the points of the first order map.
+    fn of_map(model: &Model, graph: &mut Graph) -> Self {
+        let n = model.coordinates.len();
+        let weight = 1.0 / model.phi_lagrangian.len() as f64;
+        let [mut rest, mut second, mut momentum] =
+            [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
+        for [q, v] in &model.phi_lagrangian {
+            let point = places([(Leaf::Q as LeafOf, q), (Leaf::V, v)]);
+            let mut moved = HashMap::new();
+            let mut slopes = |leaf: LeafOf| -> Vec<NodeId> {
+                (0..n)
+                    .map(|i| {
+                        let slope = graph.derivative(model.lagrangian, leaf(i));
+                        graph.substitute_in(slope, &point, &mut moved)
+                    })
+                    .collect()
+            };
+            let (by_position, by_velocity) = (slopes(Leaf::Q), slopes(Leaf::V));
+            let mut through = |outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
+                let terms: Vec<_> = outer
+                    .iter()
+                    .zip(inner)
+                    .map(|(&outer, &inner)| {
+                        let slope = graph.derivative(inner, leaf);
+                        graph.mul(outer, slope)
+                    })
+                    .collect();
+                graph.sum(&terms)
+            };
+            for i in 0..n {
+                let f1 = through(&by_position, q, Leaf::X0(i));
+                let f2 = through(&by_position, q, Leaf::X1(i));
+                let p1 = through(&by_velocity, v, Leaf::X0(i));
+                let p2 = through(&by_velocity, v, Leaf::X1(i));
+                rest[i].extend([(f1, weight), (p1, weight), (p2, weight)]);
+                second[i].push((f2, weight));
+                momentum[i].push((p2, weight));
+            }
+        }
+        let [rest, second, momentum] = [rest, second, momentum]
+            .map(|components| components.iter().map(|terms| graph.linear(0.0, terms)).collect());
+        Self {
+            rest,
+            second,
+            momentum,
+        }
+    }
+
+    /// Of a discrete Lagrangian that is given.
+    fn of_discrete(graph: &mut Graph, value: NodeId, n: usize) -> Self {
+        let momentum: Vec<_> = (0..n).map(|i| graph.derivative(value, Leaf::X1(i))).collect();
+        let rest = (0..n)
+            .map(|i| {
+                let first = graph.derivative(value, Leaf::X0(i));
+                graph.add(first, momentum[i])
+            })
+            .collect();
+        let zero = graph.constant(0.0);
+        Self {
+            rest,
+            second: vec![zero; n],
+            momentum,
+        }
+    }
 }
 
 /// A force, component by component.
@@ -308,26 +499,29 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         force.push(graph.sub(rate, slope));
     }
     let mut rows = Vec::new();
-    for row in &model.kinematic {
-        rows.push(Equation {
-            value: row.value,
-            plain: row.value,
-            divide: row.divide,
-        });
-    }
-    for field in &model.variational {
-        let terms: Vec<_> = field
-            .iter()
-            .zip(&force)
-            .map(|(&u, &force)| graph.mul(u, force))
-            .collect();
-        let value = graph.sum(&terms);
+    for row in &model.constraints {
+        // differentiated until accelerations come in
+        let mut value = row.value;
+        for _ in row.order..2 {
+            value = graph.total_derivative(value);
+        }
         rows.push(Equation {
             value,
             plain: value,
-            divide: None,
+            divide: row.divide,
         });
     }
+    let forms: Vec<_> = model.forms.iter().map(|form| form.components.clone()).collect();
+    let force = Force {
+        plain: force.clone(),
+        value: force,
+    };
+    let fields = match &model.displacements {
+        Displacements::Fields(fields) => Some(fields.as_slice()),
+        Displacements::Annihilated => None,
+    };
+    rows.extend(works(graph, fields, &forms, &force));
+    let force = force.value;
     ContinuousEquations { rows, force }
 }
 

@@ -10,7 +10,7 @@ use super::matrix;
 use super::program::{Program, Value};
 use super::step::argument;
 use crate::graph::{Graph, Leaf, NodeId};
-use crate::model::Model;
+use crate::model::{Kind, Model};
 
 /// Code for some expressions, all at one stage.
 fn code(
@@ -45,11 +45,15 @@ pub(super) fn methods(model: &Model) -> TokenStream {
             None => row.value,
         })
         .collect();
-    let jacobian: Vec<NodeId> = rows
-        .iter()
-        .flat_map(|&row| (0..n).map(move |i| (row, i)))
-        .map(|(row, i)| graph.derivative(row, Leaf::A(i)))
+    let multipliers = model.multipliers();
+    let unknown: Vec<Leaf> = (0..n)
+        .map(Leaf::A)
+        .chain((0..multipliers).map(Leaf::Lambda))
         .collect();
+    let mut jacobian: Vec<NodeId> = Vec::new();
+    for &row in &rows {
+        jacobian.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
+    }
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
 
     let (lagrangian_code, lagrangian) = code(&graph, &[model.lagrangian], &argument);
@@ -58,9 +62,16 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let (observe_code, observed) = code(&graph, &observed, &of_point);
     let places = (0..observed.len()).map(Literal::usize_unsuffixed);
     let equations = [rows, jacobian].concat();
-    let (continuous_code, results) = code(&graph, &equations, &of_point);
-    let (rows, jacobian) = results.split_at(n);
-    let jacobian = matrix(jacobian, n);
+    let of_motion = |leaf| match leaf {
+        Leaf::Lambda(_) => argument(leaf),
+        other => of_point(other),
+    };
+    let (continuous_code, results) = code(&graph, &equations, &of_motion);
+    let (rows, jacobian) = results.split_at(n + multipliers);
+    let jacobian = matrix(jacobian, n + multipliers);
+    let size = Literal::usize_unsuffixed(n + multipliers);
+    let forms = forms(model);
+    let lower = lower(model);
     let (force_code, force) = code(&graph, &continuous.force, &of_point);
     let n = Literal::usize_unsuffixed(n);
     quote! {
@@ -96,11 +107,17 @@ pub(super) fn methods(model: &Model) -> TokenStream {
             )*
         }
 
+        type Motion<__T: ::dsocs_core::Scalar> = [__T; #size];
+
+        #forms
+        #lower
+
         #[inline]
         fn continuous<__T: ::dsocs_core::Scalar>(
             &self,
             point: &::dsocs_core::Point<__T, #n>,
-        ) -> ::dsocs_core::Linearization<__T, [__T; #n]> {
+            multipliers: &[__T],
+        ) -> ::dsocs_core::Linearization<__T, Self::Motion<__T>> {
             #continuous_code
             ::dsocs_core::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
         }
@@ -114,4 +131,71 @@ pub(super) fn methods(model: &Model) -> TokenStream {
             [#(#force),*]
         }
     }
+}
+
+/// `continuous_forms`, where some are known.
+fn forms(model: &Model) -> Option<TokenStream> {
+    if model.forms.is_empty() {
+        return None;
+    }
+    let nodes: Vec<NodeId> = model
+        .forms
+        .iter()
+        .flat_map(|form| form.components.iter().copied())
+        .collect();
+    let (code, values) = code(&model.graph, &nodes, &of_point);
+    let n = model.coordinates.len();
+    let forms = values.chunks(n).map(|form| quote!([#(#form),*]));
+    let n = Literal::usize_unsuffixed(n);
+    Some(quote! {
+        #[inline]
+        fn continuous_forms<__T: ::dsocs_core::Scalar>(
+            &self,
+            point: &::dsocs_core::Point<__T, #n>,
+            out: &mut [[__T; #n]],
+        ) {
+            #code
+            for (place, form) in out.iter_mut().zip([#(#forms),*]) {
+                *place = form;
+            }
+        }
+    })
+}
+
+/// `phase` and `pair`, where there are constraints of lower order.
+fn lower(model: &Model) -> Option<TokenStream> {
+    let [holonomic, nonholonomic] = [Kind::Holonomic, Kind::Nonholonomic].map(|kind| model.count(kind));
+    if holonomic + nonholonomic == 0 {
+        return None;
+    }
+    let mut graph = model.graph.clone();
+    let (phase, pair) = (
+        equations::phase(model, &mut graph),
+        equations::pair(model, &mut graph),
+    );
+    let (phase_code, phase) = code(&graph, &phase, &argument);
+    let (pair_code, pair) = code(&graph, &pair, &argument);
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    let counts = [holonomic, nonholonomic].map(Literal::usize_unsuffixed);
+    let [holonomic, nonholonomic] = &counts;
+    Some(quote! {
+        const HOLONOMIC: usize = #holonomic;
+        const NONHOLONOMIC: usize = #nonholonomic;
+
+        #[inline]
+        fn phase<__T: ::dsocs_core::Scalar>(&self, q: &[__T; #n], v: &[__T; #n], out: &mut [__T]) {
+            #phase_code
+            for (place, row) in out.iter_mut().zip([#(#phase),*]) {
+                *place = row;
+            }
+        }
+
+        #[inline]
+        fn pair<__T: ::dsocs_core::Scalar>(&self, h: __T, leg: &::dsocs_core::Leg<__T, #n>, out: &mut [__T]) {
+            #pair_code
+            for (place, row) in out.iter_mut().zip([#(#pair),*]) {
+                *place = row;
+            }
+        }
+    })
 }

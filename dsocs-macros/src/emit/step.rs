@@ -60,6 +60,10 @@ pub(super) fn argument(leaf: Leaf) -> TokenStream {
             let i = at(i);
             quote!(a[#i])
         }
+        Leaf::Lambda(j) => {
+            let j = at(j);
+            quote!(multipliers[#j])
+        }
         // the nodes of a map are replaced before code is written
         Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) => quote!(::core::unreachable!()),
     }
@@ -91,6 +95,7 @@ struct Stages<'g> {
     second_difference: Vec<Value>,
     point: Vec<Value>,
     force: Vec<Value>,
+    forms: Vec<Value>,
     /// Computed once a run, in the order of the array `constants`.
     constants: Vec<Value>,
     /// Computed once a step, in the order of the array `known`.
@@ -101,6 +106,7 @@ impl<'g> Stages<'g> {
     fn new(graph: &'g Graph, step: &StepEquations, unknowns: &Unknowns) -> Self {
         let jacobian = unknowns.jacobian.concat();
         let point = [step.point.q.clone(), step.point.v.clone(), step.point.a.clone()].concat();
+        let forms = step.forms.concat();
         let mut program = Program::new(graph, stage_of);
         let all = [
             &unknowns.rows,
@@ -109,9 +115,10 @@ impl<'g> Stages<'g> {
             &unknowns.second_difference,
             &point,
             &step.force,
+            &forms,
         ];
         program.plan(&all.map(Vec::as_slice).concat());
-        let [rows, scales, jacobian, second_difference, point, force] =
+        let [rows, scales, jacobian, second_difference, point, force, forms] =
             all.map(|nodes| lower(&mut program, nodes));
 
         let iterated = [
@@ -129,7 +136,11 @@ impl<'g> Stages<'g> {
         let once: Vec<Value> = known.iter().copied().collect();
         constants.extend(program.frontier(&once, RUN, &nothing));
         // what the node needs beyond that is computed there, from the leg
-        constants.extend(program.frontier(&[point.clone(), force.clone()].concat(), RUN, &known));
+        constants.extend(program.frontier(
+            &[point.clone(), force.clone(), forms.clone()].concat(),
+            RUN,
+            &known,
+        ));
         let constants = constants.into_iter().collect();
         Self {
             program,
@@ -139,6 +150,7 @@ impl<'g> Stages<'g> {
             second_difference,
             point,
             force,
+            forms,
             constants,
             known: once,
         }
@@ -171,9 +183,9 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let n = model.coordinates.len();
     let mut graph: Graph = model.graph.clone();
     let step = equations::step(model, &mut graph);
-    let unknowns = unknowns::choose(&mut graph, &step.rows, n);
+    let unknowns = unknowns::choose(&mut graph, &step.rows, n, step.multipliers);
     let stages = Stages::new(&graph, &step, &unknowns);
-    let divided = model.kinematic.iter().any(|row| row.divide.is_some());
+    let divided = model.constraints.iter().any(|row| row.divide.is_some());
     let types = types(&graph, &stages, &unknowns, divided);
     let early = early_methods(&stages, n);
     let iteration = iteration_methods(&stages, &unknowns, n);
@@ -240,7 +252,13 @@ fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStr
     let jacobian = matrix(jacobian, rows.len());
     let scales = scales_method(stages);
     let (difference_code, difference) = stages.later(&stages.second_difference);
-    let kept = unknowns.kept.iter().map(|&i| argument(Leaf::E(i)));
+    let kept = unknowns.kept.iter().map(|&leaf| match leaf {
+        Leaf::Lambda(j) => {
+            let j = Literal::usize_unsuffixed(j);
+            quote!(multipliers.get(#j).copied().unwrap_or(__T::splat(0.0)))
+        }
+        other => argument(other),
+    });
     let n = Literal::usize_unsuffixed(n);
     quote! {
         #[inline]
@@ -257,7 +275,11 @@ fn iteration_methods(stages: &Stages, unknowns: &Unknowns, n: usize) -> TokenStr
         #scales
 
         #[inline]
-        fn unknown<__T: ::dsocs_core::Scalar>(&self, e: &[__T; #n]) -> Self::Unknown<__T> {
+        fn unknown<__T: ::dsocs_core::Scalar>(
+            &self,
+            e: &[__T; #n],
+            multipliers: &[__T],
+        ) -> Self::Unknown<__T> {
             [#(#kept),*]
         }
 
@@ -300,8 +322,11 @@ fn node_methods(stages: &Stages, n: usize) -> TokenStream {
     let (force_code, force) = stages.later(&stages.force);
     let (q, rest) = point.split_at(n);
     let (v, a) = rest.split_at(n);
+    let forms = forms_method(stages, n);
     let n = Literal::usize_unsuffixed(n);
     quote! {
+        #forms
+
         #[inline]
         fn point<__T: ::dsocs_core::Scalar>(
             &self,
@@ -326,4 +351,33 @@ fn node_methods(stages: &Stages, n: usize) -> TokenStream {
             [#(#force),*]
         }
     }
+}
+
+/// `forms`, where some are known.
+fn forms_method(stages: &Stages, n: usize) -> Option<TokenStream> {
+    if stages.forms.is_empty() {
+        return None;
+    }
+    let (code, forms) = stages.later(&stages.forms);
+    let forms = forms.chunks(n.max(1)).map(|form| quote!([#(#form),*]));
+    let count = Literal::usize_unsuffixed(stages.forms.len() / n.max(1));
+    let n = Literal::usize_unsuffixed(n);
+    Some(quote! {
+        const FORMS: usize = #count;
+
+        #[inline]
+        fn forms<__T: ::dsocs_core::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            leg: &::dsocs_core::Leg<__T, #n>,
+            e: &[__T; #n],
+            out: &mut [[__T; #n]],
+        ) {
+            #code
+            for (place, form) in out.iter_mut().zip([#(#forms),*]) {
+                *place = form;
+            }
+        }
+    })
 }

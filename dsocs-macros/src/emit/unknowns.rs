@@ -24,51 +24,19 @@ pub(crate) struct Unknowns {
     pub(crate) scales: Vec<NodeId>,
     /// `jacobian[i][j] = ∂rows[i]/∂Z(j)`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
-    /// The coordinate whose second difference is unknown `j`.
-    pub(crate) kept: Vec<usize>,
+    /// What unknown `j` is: a second difference `E`, or a multiplier `Lambda`.
+    pub(crate) kept: Vec<Leaf>,
     /// The second difference of every coordinate.
     pub(crate) second_difference: Vec<NodeId>,
 }
 
 /// Eliminates what can be and names the rest.
-pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns {
-    let mut rows = rows.to_vec();
-    let mut kept: Vec<usize> = (0..n).collect();
-    let mut eliminated: Vec<(usize, NodeId)> = Vec::new();
-    while let Some((row, coordinate, coefficient)) = linear_row(graph, &rows, &kept) {
-        let equation = rows.remove(row);
-        kept.retain(|&i| i != coordinate);
-        let zero = graph.constant(0.0);
-        let rest = graph.substitute(equation.value, &HashMap::from([(Leaf::E(coordinate), zero)]));
-        let quotient = graph.div(rest, coefficient);
-        let solution = graph.neg(quotient);
-        let map = HashMap::from([(Leaf::E(coordinate), solution)]);
-        let mut done = HashMap::new();
-        for part in rows.iter_mut().flat_map(Equation::parts) {
-            *part = graph.substitute_in(*part, &map, &mut done);
-        }
-        for (_, earlier) in &mut eliminated {
-            *earlier = graph.substitute_in(*earlier, &map, &mut done);
-        }
-        eliminated.push((coordinate, solution));
-    }
-    let mut names = HashMap::new();
-    let mut second_difference: Vec<NodeId> = (0..n).map(|i| graph.leaf(Leaf::E(i))).collect();
-    for (j, &i) in kept.iter().enumerate() {
-        let unknown = graph.leaf(Leaf::Z(j));
-        names.insert(Leaf::E(i), unknown);
-    }
-    for (i, solution) in eliminated {
-        second_difference[i] = solution;
-    }
-    let mut done = HashMap::new();
-    for part in rows
-        .iter_mut()
-        .flat_map(Equation::parts)
-        .chain(&mut second_difference)
-    {
-        *part = graph.substitute_in(*part, &names, &mut done);
-    }
+pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
+    let Reduced {
+        rows,
+        kept,
+        mut second_difference,
+    } = reduce(graph, rows, n, multipliers);
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
     let mut rows: Vec<Cleared> = rows
         .into_iter()
@@ -132,20 +100,78 @@ pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize) -> Unknowns
     }
 }
 
-/// A row, a coordinate in whose second difference it is linear, and the coefficient: the simplest there is.
-fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(usize, usize, NodeId)> {
-    let mut best: Option<(u32, (usize, usize, NodeId))> = None;
+/// The rows after the elimination.
+struct Reduced {
+    rows: Vec<Equation>,
+    kept: Vec<Leaf>,
+    second_difference: Vec<NodeId>,
+}
+
+/// Solves rows for unknowns as far as that can be done now, and names the unknowns that are left.
+fn reduce(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Reduced {
+    let mut rows = rows.to_vec();
+    let mut kept: Vec<Leaf> = (0..n)
+        .map(Leaf::E)
+        .chain((0..multipliers).map(Leaf::Lambda))
+        .collect();
+    let mut eliminated: Vec<(Leaf, NodeId)> = Vec::new();
+    while let Some((row, unknown, coefficient)) = linear_row(graph, &rows, &kept) {
+        let equation = rows.remove(row);
+        kept.retain(|&leaf| leaf != unknown);
+        let zero = graph.constant(0.0);
+        let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
+        let quotient = graph.div(rest, coefficient);
+        let solution = graph.neg(quotient);
+        let map = HashMap::from([(unknown, solution)]);
+        let mut done = HashMap::new();
+        for part in rows.iter_mut().flat_map(Equation::parts) {
+            *part = graph.substitute_in(*part, &map, &mut done);
+        }
+        for (_, earlier) in &mut eliminated {
+            *earlier = graph.substitute_in(*earlier, &map, &mut done);
+        }
+        eliminated.push((unknown, solution));
+    }
+    let mut names = HashMap::new();
+    let mut second_difference: Vec<NodeId> = (0..n).map(|i| graph.leaf(Leaf::E(i))).collect();
+    for (j, &leaf) in kept.iter().enumerate() {
+        let unknown = graph.leaf(Leaf::Z(j));
+        names.insert(leaf, unknown);
+    }
+    for (leaf, solution) in eliminated {
+        if let Leaf::E(i) = leaf {
+            second_difference[i] = solution;
+        }
+    }
+    let mut done = HashMap::new();
+    for part in rows
+        .iter_mut()
+        .flat_map(Equation::parts)
+        .chain(&mut second_difference)
+    {
+        *part = graph.substitute_in(*part, &names, &mut done);
+    }
+    Reduced {
+        rows,
+        kept,
+        second_difference,
+    }
+}
+
+/// A row, an unknown in which it is linear, and the coefficient: the simplest there is.
+fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[Leaf]) -> Option<(usize, Leaf, NodeId)> {
+    let mut best: Option<(u32, (usize, Leaf, NodeId))> = None;
     let mut merge = Merge::default();
     for (row, equation) in rows.iter().enumerate() {
         if equation.divide.is_some() {
             continue;
         }
         let equation = equation.value;
-        for &i in kept.iter().rev() {
-            if !graph.depends_on(equation, Leaf::E(i)) {
+        for &unknown in kept.iter().rev() {
+            if !graph.depends_on(equation, unknown) {
                 continue;
             }
-            let coefficient = graph.derivative(equation, Leaf::E(i));
+            let coefficient = graph.derivative(equation, unknown);
             let early = graph.leaves(coefficient).all(|leaf| matches!(leaf, Leaf::H));
             // a zero that the normal form does not see would be divided by
             if !early || graph.vanishes(coefficient) {
@@ -153,7 +179,7 @@ fn linear_row(graph: &mut Graph, rows: &[Equation], kept: &[usize]) -> Option<(u
             }
             let size = merge.size(graph, coefficient);
             if best.as_ref().is_none_or(|(smallest, _)| size < *smallest) {
-                best = Some((size, (row, i, coefficient)));
+                best = Some((size, (row, unknown, coefficient)));
             }
         }
     }

@@ -57,6 +57,8 @@ pub(crate) enum Leaf {
     D(usize),
     /// A component of the second difference `q2 - 2 q1 + q0`.
     E(usize),
+    /// A multiplier.
+    Lambda(usize),
     /// An unknown of the step.
     Z(usize),
 }

@@ -21,6 +21,9 @@ impl Lowering<'_> {
                 // also where a name has been given this one, which is reported
                 _ if text == "dot" || text == "ddot" => return self.dot(name, call),
                 _ if text == "sum" || text == "product" => return self.fold(name, call),
+                None if self.discrete.is_some() && (text == "leg" || text == "node") => {
+                    return self.placed(name, call);
+                }
                 Some(Binding::Function(function)) => {
                     let function = function.clone();
                     return self.apply(name, &function, call);
@@ -164,6 +167,9 @@ impl Lowering<'_> {
                 name,
                 "a map knows the nodes, not the motion; expected a difference quotient, such as `(q1 - q0) / h`",
             ));
+        }
+        if self.discrete.is_some() {
+            return Err(self.motion_among_nodes(call, false));
         }
         let mut value = self.expr(argument)?;
         let times = if name == "ddot" { 2 } else { 1 };

@@ -97,6 +97,12 @@ impl Lowering<'_> {
             Some(Binding::Coordinate(_)) if self.component.is_some() => {
                 return Err(self.motion_in_map(name, name));
             }
+            Some(Binding::Coordinate(_)) if self.discrete.is_some() => {
+                return Err(self.motion_among_nodes(name, true));
+            }
+            Some(Binding::Let(Ok(node))) if self.discrete.is_some() && self.graph.order(*node).is_some() => {
+                return Err(self.motion_among_nodes(name, false));
+            }
             Some(Binding::Let(_)) if self.component.is_some() => {
                 return Err(self.errors.at(
                     name,
@@ -121,7 +127,9 @@ impl Lowering<'_> {
                 let leaf = node_leaf(node, self.component.unwrap_or(0));
                 self.graph.leaf(leaf)
             }
-            None if name == "h" && self.component.is_some() => self.graph.leaf(Leaf::H),
+            None if name == "h" && (self.component.is_some() || self.discrete.is_some()) => {
+                self.graph.leaf(Leaf::H)
+            }
             None => {
                 self.check_free_name(name)?;
                 self.graph.param(name.to_token_stream())
@@ -130,7 +138,7 @@ impl Lowering<'_> {
         Ok(node)
     }
 
-    fn unknown(&self, name: &Ident) -> Lowered {
+    pub(super) fn unknown(&self, name: &Ident) -> Lowered {
         Err(self.errors.at(name, format!("no name `{name}` is known here")))
     }
 
@@ -138,7 +146,7 @@ impl Lowering<'_> {
     pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
         let text = name.to_string();
         let message = match text.as_str() {
-            "h" => "the step `h` is known in the maps only: a system is continuous until they discretize it"
+            "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
                 .to_owned(),
             "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
             "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),

@@ -73,6 +73,12 @@ impl Lowering<'_> {
     /// `theta[2]`, `masses[i + 1]`, in a map `q0.theta[2]`.
     pub(super) fn index(&mut self, index: &ExprIndex, whole: &Expr) -> Lowered {
         let base = bare(&index.expr);
+        if self.discrete.is_some()
+            && let Some(coordinate) = self.coordinate_of_node(base)
+        {
+            let leaf = self.at_node(coordinate?, &index.index)?;
+            return Ok(self.graph.leaf(leaf));
+        }
         let array = match base {
             Expr::Path(_) => plain_name(base).and_then(|name| self.array(name)),
             _ => None,
@@ -82,6 +88,9 @@ impl Lowering<'_> {
                 return Err(self.motion_in_map(whole, whole));
             }
             let coordinate = self.element(group, &index.index)?;
+            if self.discrete.is_some() {
+                return Err(self.motion_among_nodes(whole, true));
+            }
             return Ok(self.graph.leaf(Leaf::Q(coordinate)));
         }
         if let Expr::Field(field) = base
@@ -128,7 +137,7 @@ impl Lowering<'_> {
     }
 
     /// The coordinate at an index of an array.
-    fn element(&self, group: usize, index: &Expr) -> Result<usize, Reported> {
+    pub(super) fn element(&self, group: usize, index: &Expr) -> Result<usize, Reported> {
         let Some((group, length)) = self
             .groups
             .get(group)

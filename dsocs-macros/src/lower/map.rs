@@ -1,25 +1,84 @@
 //! The discretization maps: closures of the nodes, whose values are vectors.
 
 use proc_macro2::Ident;
-use syn::{Expr, Pat, ReturnType};
+use syn::{Expr, ExprClosure, Pat, ReturnType};
 
 use super::Lowering;
-use crate::ast::Map;
+use crate::ast::{Map, MapRule};
 use crate::errors::Reported;
-use crate::graph::NodeId;
+use crate::graph::{Leaf, NodeId};
 use crate::names::Binding;
 use crate::parse::bare;
 
 impl Lowering<'_> {
+    /// The points of the first order map whose mean is taken.
+    pub(super) fn pairs(&mut self, map: &Map) -> Result<Vec<[Vec<NodeId>; 2]>, Reported> {
+        Ok(match &map.rule {
+            MapRule::Closure(closure) => vec![self.map(&map.keyword, closure)?],
+            MapRule::Paper => self.paper_pairs(),
+            MapRule::Midpoint => vec![self.pair([0.5, 0.5])],
+            MapRule::Trapezoid => vec![self.pair([1.0, 0.0]), self.pair([0.0, 1.0])],
+        })
+    }
+
+    /// The paper's first order map, `(q0, (q1 - q0) / h)`.
+    pub(super) fn paper_pairs(&mut self) -> Vec<[Vec<NodeId>; 2]> {
+        vec![self.pair([1.0, 0.0])]
+    }
+
+    /// The chord at a mean of both ends.
+    fn pair(&mut self, [first, second]: [f64; 2]) -> [Vec<NodeId>; 2] {
+        let h = self.graph.leaf(Leaf::H);
+        let point = (0..self.coordinates.len()).map(|i| {
+            let (x0, x1) = (self.graph.leaf(Leaf::X0(i)), self.graph.leaf(Leaf::X1(i)));
+            let q = self.graph.linear(0.0, &[(x0, first), (x1, second)]);
+            let chord = self.graph.sub(x1, x0);
+            (q, self.graph.div(chord, h))
+        });
+        let (q, v) = point.unzip();
+        [q, v]
+    }
+
+    /// A map of three nodes; `None` for the paper's.
+    pub(super) fn triple(&mut self, map: &Map) -> Result<Option<[Vec<NodeId>; 3]>, Reported> {
+        Ok(match &map.rule {
+            MapRule::Closure(closure) => Some(self.map(&map.keyword, closure)?),
+            MapRule::Midpoint => Some(self.around([0.25, 0.5, 0.25])),
+            MapRule::Paper | MapRule::Trapezoid => None,
+        })
+    }
+
+    /// The paper's second order map, `(q1, (q2 - q0) / 2h, (q2 - 2 q1 + q0) / h²)`.
+    pub(super) fn paper_triple(&mut self) -> [Vec<NodeId>; 3] {
+        self.around([0.0, 1.0, 0.0])
+    }
+
+    /// The central differences at a mean of the nodes.
+    fn around(&mut self, [first, second, third]: [f64; 3]) -> [Vec<NodeId>; 3] {
+        let h = self.graph.leaf(Leaf::H);
+        let [mut q, mut v, mut a] = [const { Vec::new() }; 3];
+        for i in 0..self.coordinates.len() {
+            let [x0, x1, x2] = [Leaf::X0(i), Leaf::X1(i), Leaf::X2(i)].map(|leaf| self.graph.leaf(leaf));
+            q.push(self.graph.linear(0.0, &[(x0, first), (x1, second), (x2, third)]));
+            let span = self.graph.linear(0.0, &[(x2, 0.5), (x0, -0.5)]);
+            v.push(self.graph.div(span, h));
+            let second_difference = self.graph.linear(0.0, &[(x0, 1.0), (x1, -2.0), (x2, 1.0)]);
+            a.push(self.graph.product(&[(second_difference, 1), (h, -2)]));
+        }
+        [q, v, a]
+    }
+
     /// The `K` vectors of a map: `q, v` of the first order map (of two nodes), `q, v, a` of the others (of three).
-    pub(super) fn map<const K: usize>(&mut self, map: &Map) -> Result<[Vec<NodeId>; K], Reported> {
+    fn map<const K: usize>(
+        &mut self,
+        keyword: &Ident,
+        closure: &ExprClosure,
+    ) -> Result<[Vec<NodeId>; K], Reported> {
         let expected = if K == 2 {
             "|q0, q1| (q, v)"
         } else {
             "|q0, q1, q2| (q, v, a)"
         };
-        let keyword = &map.keyword;
-        let closure = &map.closure;
         let outer = self.scope.len();
         let mut wrong = None;
         if closure.inputs.len() != K {

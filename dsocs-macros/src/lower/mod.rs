@@ -3,6 +3,8 @@
 mod builtin;
 mod call;
 mod closed;
+mod constraints;
+mod discrete;
 mod expr;
 mod function;
 mod index;
@@ -12,14 +14,13 @@ mod shape;
 use proc_macro2::{Ident, TokenStream};
 use syn::{Expr, ItemStruct};
 
-use crate::annihilator::{Defect, annihilator};
 use crate::ast::{
-    Branch, Coordinates, Declaration, Directions, Group, Kinematic, Map, Observe, Part, Scalar, Side,
+    Branch, Constraints, Coordinates, Declaration, Directions, Group, Map, Observe, Part, Scalar,
 };
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::Fields;
-use crate::model::{Model, Row};
+use crate::model::{Kind, Model};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
 
@@ -45,6 +46,8 @@ struct Lowering<'d> {
     scope: Scope,
     /// The component of the vector being lowered; `Some` in the maps only.
     component: Option<usize>,
+    /// What a discrete expression is made of; `Some` while one is lowered.
+    discrete: Option<discrete::Nodes>,
     /// The names of all `let`s, to tell an unknown name from one that is defined too late.
     later: Vec<String>,
     /// Those of them that are functions.
@@ -72,40 +75,7 @@ pub(crate) fn model(
         Part::Broken(reported) => return Err(*reported),
         Part::Absent => return Err(errors.missing("coordinates(x, y);")),
     };
-    let mut lowering = Lowering {
-        graph: Graph::new(),
-        fields,
-        groups,
-        coordinates,
-        errors,
-        scope: Scope::default(),
-        component: None,
-        later: declaration
-            .lets
-            .iter()
-            .map(|binding| binding.name.to_string())
-            .collect(),
-        functions: declaration
-            .lets
-            .iter()
-            .filter(|binding| matches!(&binding.value, Ok(value) if matches!(bare(value), Expr::Closure(_))))
-            .map(|binding| binding.name.to_string())
-            .collect(),
-        expanded: 0,
-        origins: Vec::new(),
-    };
-    // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
-    for (index, field) in fields.iter().enumerate() {
-        lowering.scope.push(&field.ident, Binding::Field(index));
-    }
-    for (index, name) in coordinates.iter().enumerate() {
-        lowering.scope.push(name, Binding::Coordinate(index));
-    }
-    for (index, group) in groups.iter().enumerate() {
-        if group.length.is_some() {
-            lowering.scope.push(&group.name, Binding::Array(index));
-        }
-    }
+    let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
     let outer = lowering.scope.len();
     for binding in &declaration.lets {
         lowering.origins.clear();
@@ -122,41 +92,65 @@ pub(crate) fn model(
 
     // every part is lowered before the first mistake ends the pass, so that all are reported
     let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
-    let kinematic = scopes.part(&mut lowering, &declaration.kinematic, Lowering::kinematic);
-    let directions = scopes.part(&mut lowering, &declaration.directions, |lowering, directions| {
-        lowering.directions(directions, checked)
-    });
+    let mut rows = |part, kind| {
+        scopes.part(&mut lowering, part, |lowering, constraints| {
+            lowering.constraints(constraints, kind)
+        })
+    };
+    let holonomic = rows(&declaration.holonomic, Kind::Holonomic);
+    let nonholonomic = rows(&declaration.nonholonomic, Kind::Nonholonomic);
+    let kinematic = rows(&declaration.kinematic, Kind::Kinematic);
+    let directions = scopes.part(&mut lowering, &declaration.directions, Lowering::fields);
     let branch = scopes.part(&mut lowering, &declaration.branch, Lowering::branch);
     let observe = scopes.part(&mut lowering, &declaration.observe, Lowering::observe);
-    let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::map);
-    let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::map);
-    let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::map);
+    let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::pairs);
+    let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::triple);
+    let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
+    let phi_lagrangian = phi_lagrangian.map(|map| map.unwrap_or_else(|| lowering.paper_pairs()));
+    let phi_kinematic = phi_kinematic.map(Option::flatten);
+    let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
+    let discrete_lagrangian = scopes.part(
+        &mut lowering,
+        &declaration.discrete_lagrangian,
+        |lowering, value| lowering.discrete_lagrangian(&value.value, &maps),
+    );
+    let discrete_kinematic = scopes.part(
+        &mut lowering,
+        &declaration.discrete_kinematic,
+        |lowering, rows| lowering.discrete_kinematic(rows, &maps),
+    );
 
     let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
     checked?;
     let lagrangian = lagrangian?;
-    let (kinematic, branch) = (kinematic?.unwrap_or_default(), branch?.unwrap_or_default());
-    let factors = branch.into_iter().chain(std::iter::repeat(None));
-    let rows = kinematic.into_iter().zip(factors);
-    let kinematic = rows
-        .map(|((value, order), divide)| Row { value, order, divide })
-        .collect();
-    let n = coordinates.len();
-    let variational = match directions? {
-        Some(fields) => fields,
-        None => (0..n).map(|i| lowering.unit_vector(i)).collect(),
-    };
+    let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
+    let mut kinematic = kinematic?.unwrap_or_default();
+    for (row, factor) in kinematic.iter_mut().zip(branch?.unwrap_or_default()) {
+        row.divide = factor;
+    }
+    for (row, discrete) in kinematic.iter_mut().zip(discrete_kinematic?.unwrap_or_default()) {
+        row.discrete = Some(discrete);
+    }
+    let constraints = [holonomic, nonholonomic, kinematic].concat();
     let phi_kinematic = phi_kinematic?;
+    // the paper sets φ_{D_V} := φ_{D_K}
+    let phi_variational = match phi_variational? {
+        Some(own) => own,
+        None => phi_kinematic.clone(),
+    };
+    let elsewhere = phi_variational.is_some();
+    let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
     Ok(Model {
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters: fields.parameters(),
         lagrangian,
-        kinematic,
-        variational,
+        constraints,
+        forms,
+        displacements,
+        discrete_lagrangian: discrete_lagrangian?,
         phi_lagrangian: phi_lagrangian?,
-        // the paper sets φ_{D_V} := φ_{D_K}
-        phi_variational: phi_variational?.or_else(|| phi_kinematic.clone()),
+        phi_variational,
         phi_kinematic,
         observe: observe?.unwrap_or_default(),
         graph: lowering.graph,
@@ -179,7 +173,7 @@ macro_rules! after_lets {
     };
 }
 
-after_lets!(Scalar, Kinematic, Directions, Branch, Observe);
+after_lets!(Scalar, Constraints, Directions, Branch, Observe);
 
 impl AfterLets for Map {
     fn lets_before(&self) -> usize {
@@ -215,79 +209,81 @@ impl Scopes {
     }
 }
 
+impl<'d> Lowering<'d> {
+    /// The state before the first `let`.
+    fn new(
+        declaration: &Declaration,
+        groups: &'d [Group],
+        coordinates: &'d [Ident],
+        fields: &'d Fields,
+        errors: &'d Errors,
+    ) -> Self {
+        let mut lowering = Lowering {
+            graph: Graph::new(),
+            fields,
+            groups,
+            coordinates,
+            errors,
+            scope: Scope::default(),
+            component: None,
+            discrete: None,
+            later: declaration
+                .lets
+                .iter()
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            functions: declaration
+                .lets
+                .iter()
+                .filter(
+                    |binding| matches!(&binding.value, Ok(value) if matches!(bare(value), Expr::Closure(_))),
+                )
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            expanded: 0,
+            origins: Vec::new(),
+        };
+        // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
+        for (index, field) in fields.iter().enumerate() {
+            lowering.scope.push(&field.ident, Binding::Field(index));
+        }
+        for (index, name) in coordinates.iter().enumerate() {
+            lowering.scope.push(name, Binding::Coordinate(index));
+        }
+        for (index, group) in groups.iter().enumerate() {
+            if group.length.is_some() {
+                lowering.scope.push(&group.name, Binding::Array(index));
+            }
+        }
+        lowering
+    }
+}
+
 impl Lowering<'_> {
     fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
-        self.below_acceleration(
+        self.below(
+            2,
             &lagrangian.value,
             "an acceleration comes in here; expected a Lagrangian of positions and velocities, L(q, v)",
         )
     }
 
-    /// An expression of positions and velocities.
-    fn below_acceleration(&mut self, expr: &Expr, message: &str) -> Lowered {
+    /// An expression of derivatives below an order.
+    fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
         self.origins.clear();
         let value = self.expr(expr)?;
-        if self.graph.order(value).is_none_or(|order| order < 2) {
+        if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }
         let origin = self
             .origins
             .iter()
-            .find(|origin| origin.order == 2)
+            .find(|origin| origin.order >= limit)
             .map(|origin| origin.tokens.clone());
         Err(match origin {
             Some(origin) => self.errors.at(origin, message),
             None => self.errors.at(expr, message),
         })
-    }
-
-    fn kinematic(&mut self, kinematic: &Kinematic) -> Result<Vec<(NodeId, usize)>, Reported> {
-        let rows: Vec<_> = kinematic.rows.iter().map(|row| self.row(row)).collect();
-        rows.into_iter().collect()
-    }
-
-    fn row(&mut self, row: &Expr) -> Result<(NodeId, usize), Reported> {
-        let value = self.expr(row)?;
-        match self.graph.order(value) {
-            Some(0) => Err(self.errors.at(
-                row,
-                "expected a velocity or an acceleration in a kinematic constraint; \
-                 constraints of positions alone (holonomic ones) are not supported yet",
-            )),
-            Some(order) => Ok((value, order)),
-            None => Err(self.errors.at(
-                row,
-                "expected a velocity or an acceleration in a kinematic constraint; this does not depend on the motion",
-            )),
-        }
-    }
-
-    fn directions(
-        &mut self,
-        directions: &Directions,
-        checked: Result<(), Reported>,
-    ) -> Result<Vec<Vec<NodeId>>, Reported> {
-        let fields = directions.fields.iter().map(|field| self.entries(field));
-        let fields: Vec<_> = fields.collect();
-        let fields: Vec<_> = fields.into_iter().collect::<Result<_, _>>()?;
-        checked?;
-        // the annihilator also finds out whether they are independent
-        let annihilated = annihilator(&mut self.graph, &fields, self.coordinates.len());
-        let at = |row: usize| directions.fields.get(row);
-        match (directions.side, annihilated) {
-            (side, Err(Defect::Dependent(row))) => {
-                let noun = if side == Side::Forces { "forces" } else { "fields" };
-                let message = format!("expected independent {noun}; this one is zero or a combination of the others");
-                Err(self.errors.at(at(row), message))
-            }
-            (Side::Variational, _) => Ok(fields),
-            (Side::Forces, Ok(fields)) => Ok(fields),
-            (Side::Forces, Err(Defect::NoPivot(row))) => Err(self.errors.at(
-                at(row),
-                "expected a component that is a nonzero constant, so that the virtual displacements on which this force \
-                 does no work can be found; without one, give these displacements: `variational = [(…), …];`",
-            )),
-        }
     }
 
     fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
@@ -302,7 +298,8 @@ impl Lowering<'_> {
     }
 
     fn factor(&mut self, factor: &Expr) -> Lowered {
-        let value = self.below_acceleration(
+        let value = self.below(
+            2,
             factor,
             "an acceleration comes in here; expected a factor of positions and velocities",
         )?;
@@ -350,12 +347,5 @@ impl Lowering<'_> {
             observed.push(value.map(|value| (name.clone(), value)));
         }
         observed.into_iter().collect()
-    }
-
-    fn unit_vector(&mut self, index: usize) -> Vec<NodeId> {
-        let (zero, one) = (self.graph.constant(0.0), self.graph.constant(1.0));
-        (0..self.coordinates.len())
-            .map(|i| if i == index { one } else { zero })
-            .collect()
     }
 }

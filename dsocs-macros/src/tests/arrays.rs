@@ -1,6 +1,6 @@
 //! Arrays of coordinates, sums over ranges and functions of the declaration: each means the same as written out.
 
-use super::model;
+use super::{fields_of, model};
 use crate::model::Model;
 
 /// The model in which two expressions are observed, of the coordinates `x` and `theta: [3]`.
@@ -134,7 +134,7 @@ fn fields_in_the_shape_of_the_coordinates() {
             "coordinates(x, theta: [3]); lagrangian = x; kinematic = [ddot(x), ddot(theta[0])]; \
              variational = [{fields}, (x, theta_0, dot(x), theta_2)];"
         ));
-        assert_eq!(model.variational[0], model.variational[1], "{fields}");
+        assert_eq!(fields_of(&model)[0], fields_of(&model)[1], "{fields}");
     };
     fields("(x, [theta[0], dot(x), theta[2]])");
     fields("(x, |i| if i == 1 { dot(x) } else { theta[i] })");
@@ -144,11 +144,11 @@ fn fields_in_the_shape_of_the_coordinates() {
         "coordinates(theta: [2]); lagrangian = theta[0]; variational = [(1, 1), ([theta[0], theta[1]],)];",
     );
     assert_eq!(
-        format!("{:?}", single.variational),
-        format!("{:?}", pair.variational)
+        format!("{:?}", fields_of(&single)),
+        format!("{:?}", fields_of(&pair))
     );
     let one = model("coordinates(theta: [1]); lagrangian = theta[0]; variational = [2 + theta[0]];");
-    assert_eq!(one.variational[0].len(), 1);
+    assert_eq!(fields_of(&one)[0].len(), 1);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{ITEM, analyzed, model};
+use super::{ITEM, analyzed, fields_of, model};
 use crate::graph::{Callee, Comparison, Graph, Leaf, Node, NodeId};
 use crate::model::Model;
 
@@ -242,7 +242,7 @@ fn maps_of_components_and_of_vectors() {
         let model = model(&format!(
             "coordinates(x, y); lagrangian = x; phi_lagrangian = {closure};"
         ));
-        let [q, v] = model.phi_lagrangian.clone().unwrap();
+        let [q, v] = model.phi_lagrangian[0].clone();
         assert_eq!(at().values(&model.graph, &q), [2.5, 5.0], "{closure}");
         assert_eq!(at().values(&model.graph, &v), [6.0, 12.0], "{closure}");
     };
@@ -293,12 +293,12 @@ fn the_parts_of_a_model() {
         ]
     );
     assert_eq!(
-        model.kinematic.iter().map(|row| row.order).collect::<Vec<_>>(),
+        model.constraints.iter().map(|row| row.order).collect::<Vec<_>>(),
         [2, 1]
     );
-    assert_eq!(model.kinematic[0].divide, None);
-    assert_eq!(model.kinematic[1].divide, Some(model.observe[0].1));
-    assert!(model.variational.is_empty());
+    assert_eq!(model.constraints[0].divide, None);
+    assert_eq!(model.constraints[1].divide, Some(model.observe[0].1));
+    assert!(fields_of(&model).is_empty());
     assert_eq!(
         model
             .observe
@@ -312,8 +312,7 @@ fn the_parts_of_a_model() {
 #[test]
 fn without_constraints_every_displacement_is_virtual() {
     let model = model("coordinates(x, y); lagrangian = x;");
-    let fields: Vec<_> = model
-        .variational
+    let fields: Vec<_> = fields_of(&model)
         .iter()
         .map(|field| at().values(&model.graph, field))
         .collect();
@@ -326,7 +325,7 @@ fn one_coordinate_needs_no_tuple() {
         let model = model(&format!(
             "coordinates(x); lagrangian = x; variational = [{field}];"
         ));
-        assert_eq!(at().values(&model.graph, &model.variational[0]), [1.1]);
+        assert_eq!(at().values(&model.graph, &fields_of(&model)[0]), [1.1]);
     }
 }
 
@@ -345,8 +344,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
         params: HashMap::new(),
     };
     let from_forces = model(&declaration);
-    let fields: Vec<_> = from_forces
-        .variational
+    let fields: Vec<_> = fields_of(&from_forces)
         .iter()
         .map(|f| at.values(&from_forces.graph, f))
         .collect();
@@ -358,7 +356,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
             coordinates.join(", ")
         );
         let direct = model(&list);
-        let force = at.values(&direct.graph, &direct.variational[0]);
+        let force = at.values(&direct.graph, &fields_of(&direct)[0]);
         for field in &fields {
             let work: f64 = force.iter().zip(field).map(|(a, b)| a * b).sum();
             assert!(work.abs() < 1e-14, "{force:?} · {field:?} = {work}");

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod arrays_mistakes;
+mod constraints_mistakes;
 mod meaning;
 mod mistakes;
 mod random;
@@ -10,7 +11,8 @@ mod together;
 use proc_macro2::TokenStream;
 
 use crate::expand::{Mistakes, analyze};
-use crate::model::Model;
+use crate::graph::NodeId;
+use crate::model::{Displacements, Model};
 
 /// A struct with parameters of many types.
 const ITEM: &str = "struct Body<'a, K: Curvature, F> {
@@ -33,5 +35,13 @@ fn model(declaration: &str) -> Model {
     match analyzed(declaration, ITEM) {
         Ok(model) => model,
         Err(mistakes) => panic!("{declaration}\n{:?}", mistakes.errors),
+    }
+}
+
+/// The fields that span the virtual displacements of a model.
+fn fields_of(model: &Model) -> &[Vec<NodeId>] {
+    match &model.displacements {
+        Displacements::Fields(fields) => fields,
+        Displacements::Annihilated => panic!("no fields are known"),
     }
 }

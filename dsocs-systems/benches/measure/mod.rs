@@ -328,7 +328,7 @@ fn pendulum_lines(batches: usize) -> [Line; 2] {
         name,
         "eval",
         batches,
-        evaluations(system.unknown(&e), 10_000, |z| {
+        evaluations(system.unknown(&e, &[]), 10_000, |z| {
             let at = system.residual(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),
@@ -362,7 +362,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
         name,
         "eval",
         batches,
-        evaluations(system.unknown(&e), 2000, |z| {
+        evaluations(system.unknown(&e, &[]), 2000, |z| {
             let at = system.residual(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),

@@ -191,11 +191,9 @@ impl Plan {
         } else {
             let (start, next) = (self.start(writer, true), self.next(writer, true));
             let again = self.again(writer);
-            let unknown: Vec<_> = motion
-                .unknown
-                .iter()
-                .map(|&i| Literal::usize_unsuffixed(i))
-                .collect();
+            let unknown: Vec<_> = motion.unknown.iter().map(|&leaf| write::leaf(leaf)).collect();
+            let multipliers = Literal::usize_unsuffixed(motion.multipliers);
+            let l = local("l");
             let m = unknown.len();
             let places: Vec<_> = (0..m).map(Literal::usize_unsuffixed).collect();
             let jacobian: Vec<_> = self.jacobian.iter().map(|&entry| zeroth(entry)).collect();
@@ -208,15 +206,16 @@ impl Plan {
             (
                 quote! {
                     let mut #a = #series.guess();
+                    let mut #l = [0.0_f64; #multipliers];
                     let mut #inverse = ::dsocs_core::taylor::Accelerations::new(#affine);
                     loop {
                         let update = #inverse.update();
-                        #(#a[#unknown] += update[#places];)*
+                        #(#unknown += update[#places];)*
                         #start
                         let more = #inverse.improve::<__FUSED>(
                             &[#(#zeroth_rows),*],
                             &#jacobian,
-                            &[#(#a[#unknown]),*],
+                            &[#(#unknown),*],
                         );
                         if !more {
                             break;
@@ -225,9 +224,10 @@ impl Plan {
                 },
                 quote! {
                     let mut #a = [0.0_f64; #n];
+                    let mut #l = [0.0_f64; #multipliers];
                     #next
                     let update = ::dsocs_core::taylor::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
-                    #(#a[#unknown] = update[#places];)*
+                    #(#unknown = update[#places];)*
                     #again
                 },
             )

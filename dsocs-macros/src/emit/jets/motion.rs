@@ -21,12 +21,14 @@ const MOST_ROWS: usize = 2;
 pub(super) struct Motion {
     /// The acceleration of every coordinate, in `Q`, `V` and those `A` that stay unknown.
     pub(super) accelerations: Vec<NodeId>,
-    /// The coordinates whose accelerations stay unknown.
-    pub(super) unknown: Vec<usize>,
-    /// As many rows, in `Q`, `V` and the unknown `A`.
+    /// The accelerations `A` and multipliers `Lambda` that stay unknown.
+    pub(super) unknown: Vec<Leaf>,
+    /// As many rows, in `Q`, `V` and the unknown ones.
     pub(super) rows: Vec<NodeId>,
-    /// `∂rows[i]/∂A(unknown[j])`.
+    /// `∂rows[i]/∂unknown[j]`.
     pub(super) jacobian: Vec<Vec<NodeId>>,
+    /// How many multipliers there are in all.
+    pub(super) multipliers: usize,
     /// Whether the rows are affine in them.
     pub(super) affine: bool,
 }
@@ -35,8 +37,8 @@ pub(super) struct Motion {
 struct Solving<'g> {
     graph: &'g mut Graph,
     rows: Vec<Equation>,
-    unknown: Vec<usize>,
-    solved: Vec<(usize, NodeId)>,
+    unknown: Vec<Leaf>,
+    solved: Vec<(Leaf, NodeId)>,
 }
 
 /// The motion of a declaration.
@@ -46,33 +48,36 @@ pub(super) fn motion(model: &Model, graph: &mut Graph) -> Motion {
     let mut solving = Solving {
         graph,
         rows,
-        unknown: (0..n).collect(),
+        unknown: (0..n)
+            .map(Leaf::A)
+            .chain((0..model.multipliers()).map(Leaf::Lambda))
+            .collect(),
         solved: Vec::new(),
     };
     solving.eliminate();
     solving.divide(n);
     solving.eliminate();
     solving.cramer();
-    solving.finish(n)
+    solving.finish(n, model.multipliers())
 }
 
 impl Solving<'_> {
     /// Solves rows that are linear in an acceleration with a coefficient of the parameters alone.
     fn eliminate(&mut self) {
-        while let Some((row, coordinate, coefficient)) = self.linear_row() {
+        while let Some((row, unknown, coefficient)) = self.linear_row() {
             let equation = self.rows.remove(row);
             let zero = self.graph.constant(0.0);
-            let map = HashMap::from([(Leaf::A(coordinate), zero)]);
+            let map = HashMap::from([(unknown, zero)]);
             let rest = self.graph.substitute(equation.value, &map);
             let quotient = self.graph.div(rest, coefficient);
             let solution = self.graph.neg(quotient);
-            self.put(&[(coordinate, solution)]);
+            self.put(&[(unknown, solution)]);
         }
     }
 
     /// Puts solutions in the place of accelerations everywhere.
-    fn put(&mut self, solutions: &[(usize, NodeId)]) {
-        let map = solutions.iter().map(|&(i, node)| (Leaf::A(i), node)).collect();
+    fn put(&mut self, solutions: &[(Leaf, NodeId)]) {
+        let map = solutions.iter().copied().collect();
         let mut done = HashMap::new();
         for part in self.rows.iter_mut().flat_map(Equation::parts) {
             *part = self.graph.substitute_in(*part, &map, &mut done);
@@ -82,12 +87,12 @@ impl Solving<'_> {
         }
         self.solved.extend(solutions);
         self.unknown
-            .retain(|i| solutions.iter().all(|(solved, _)| solved != i));
+            .retain(|leaf| solutions.iter().all(|(solved, _)| solved != leaf));
     }
 
-    /// A row, a coordinate in whose acceleration it is linear, and the coefficient: the simplest there is.
-    fn linear_row(&mut self) -> Option<(usize, usize, NodeId)> {
-        let mut best: Option<(u32, (usize, usize, NodeId))> = None;
+    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is.
+    fn linear_row(&mut self) -> Option<(usize, Leaf, NodeId)> {
+        let mut best: Option<(u32, (usize, Leaf, NodeId))> = None;
         let mut merge = Merge::default();
         for (row, equation) in self.rows.clone().into_iter().enumerate() {
             if equation.divide.is_some() {
@@ -98,18 +103,18 @@ impl Solving<'_> {
             if !few && !self.constant_coefficients(equation.value) {
                 continue;
             }
-            for &i in self.unknown.iter().rev() {
-                if !self.graph.depends_on(equation.value, Leaf::A(i)) {
+            for &leaf in self.unknown.iter().rev() {
+                if !self.graph.depends_on(equation.value, leaf) {
                     continue;
                 }
-                let coefficient = self.graph.derivative(equation.value, Leaf::A(i));
+                let coefficient = self.graph.derivative(equation.value, leaf);
                 let constant = self.graph.leaves(coefficient).next().is_none();
                 if !constant || self.graph.vanishes(coefficient) {
                     continue;
                 }
                 let size = merge.size(self.graph, coefficient);
                 if best.as_ref().is_none_or(|(smallest, _)| size < *smallest) {
-                    best = Some((size, (row, i, coefficient)));
+                    best = Some((size, (row, leaf, coefficient)));
                 }
             }
         }
@@ -118,8 +123,8 @@ impl Solving<'_> {
 
     /// Whether a row is linear in the accelerations with coefficients of the parameters alone.
     fn constant_coefficients(&mut self, row: NodeId) -> bool {
-        self.unknown.iter().all(|&i| {
-            let slope = self.graph.derivative(row, Leaf::A(i));
+        self.unknown.iter().all(|&leaf| {
+            let slope = self.graph.derivative(row, leaf);
             self.graph.leaves(slope).next().is_none()
         })
     }
@@ -147,7 +152,7 @@ impl Solving<'_> {
             return;
         }
         let zero = self.graph.constant(0.0);
-        let map = self.unknown.iter().map(|&i| (Leaf::A(i), zero)).collect();
+        let map = self.unknown.iter().map(|&leaf| (leaf, zero)).collect();
         let mut matrix = Vec::new();
         let mut right = Vec::new();
         for row in self.rows.clone() {
@@ -157,7 +162,7 @@ impl Solving<'_> {
                 .unknown
                 .clone()
                 .into_iter()
-                .map(|i| self.graph.derivative(row.value, Leaf::A(i)))
+                .map(|leaf| self.graph.derivative(row.value, leaf))
                 .collect();
             matrix.push(coefficients);
         }
@@ -196,20 +201,22 @@ impl Solving<'_> {
     fn affine(&mut self) -> bool {
         let unknown = self.unknown.clone();
         self.rows.clone().into_iter().all(|row| {
-            unknown.iter().all(|&i| {
-                let slope = self.graph.derivative(row.value, Leaf::A(i));
-                unknown.iter().all(|&j| !self.graph.depends_on(slope, Leaf::A(j)))
+            unknown.iter().all(|&leaf| {
+                let slope = self.graph.derivative(row.value, leaf);
+                unknown.iter().all(|&other| !self.graph.depends_on(slope, other))
             })
         })
     }
 
     /// Brings the result into the form with the shortest recurrences.
-    fn finish(mut self, n: usize) -> Motion {
+    fn finish(mut self, n: usize, multipliers: usize) -> Motion {
         let affine = self.affine();
         let graph = self.graph;
         let mut accelerations: Vec<NodeId> = (0..n).map(|i| graph.leaf(Leaf::A(i))).collect();
-        for (i, solution) in self.solved {
-            accelerations[i] = solution;
+        for (leaf, solution) in self.solved {
+            if let Leaf::A(i) = leaf {
+                accelerations[i] = solution;
+            }
         }
         let mut rows: Vec<NodeId> = self.rows.iter().map(|row| row.value).collect();
         let mut all = [accelerations.as_mut_slice(), rows.as_mut_slice()].concat();
@@ -221,7 +228,7 @@ impl Solving<'_> {
             .map(|&row| {
                 self.unknown
                     .iter()
-                    .map(|&i| graph.derivative(row, Leaf::A(i)))
+                    .map(|&leaf| graph.derivative(row, leaf))
                     .collect()
             })
             .collect();
@@ -230,6 +237,7 @@ impl Solving<'_> {
             unknown: self.unknown,
             rows,
             jacobian,
+            multipliers,
             affine,
         }
     }

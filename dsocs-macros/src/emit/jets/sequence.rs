@@ -261,7 +261,7 @@ impl Sequences {
         loop {
             let before = found.len();
             for (sequence, op) in self.ops() {
-                let own = matches!(op, Op::Leaf(Leaf::A(_)));
+                let own = matches!(op, Op::Leaf(Leaf::A(_) | Leaf::Lambda(_)));
                 if own || op.parts().iter().any(|part| found.contains(part)) {
                     found.insert(sequence);
                 }

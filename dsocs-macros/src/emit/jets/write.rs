@@ -56,11 +56,12 @@ fn inverse(sequence: Sequence) -> TokenStream {
 }
 
 /// A component of the motion's coefficients.
-fn leaf(leaf: Leaf) -> TokenStream {
+pub(super) fn leaf(leaf: Leaf) -> TokenStream {
     let (array, i) = match leaf {
         Leaf::Q(i) => ("q", i),
         Leaf::V(i) => ("v", i),
         Leaf::A(i) => ("a", i),
+        Leaf::Lambda(j) => ("l", j),
         // the continuous system has no other leaves
         _ => return quote!(::core::unreachable!()),
     };

@@ -1,0 +1,230 @@
+//! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::compensated::Compensated;
+use crate::error::SetupError;
+use crate::regularity::Moving;
+use crate::rounding;
+use crate::scalar::Scalar as _;
+use crate::system::{Leg, Point, System};
+
+/// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
+const OBEYED: f64 = 1e-12;
+
+/// How often a projection is repeated.
+const MAX_ITERATIONS: usize = 50;
+
+/// What the updates of a projection are small against, in units of rounding.
+const SETTLED: f64 = 8.0 * f64::EPSILON;
+
+/// Whether there is anything to obey.
+const fn is_bound<S: System<N>, const N: usize>() -> bool {
+    S::HOLONOMIC + S::NONHOLONOMIC > 0
+}
+
+/// Checks that a position and a velocity obey the constraints.
+pub(super) fn check<S: System<N>, const N: usize>(
+    system: &S,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Result<(), SetupError> {
+    if !is_bound::<S, N>() {
+        return Ok(());
+    }
+    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+    system.phase(q, v, &mut rows);
+    obeyed::<S, N>(&rows, &rounding::phase_sizes(system, q, v))
+}
+
+/// Checks that the second node obeys the constraints with the first.
+pub(super) fn check_pair<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    q0: &[f64; N],
+    d: &Compensated<N>,
+) -> Result<(), SetupError> {
+    if !is_bound::<S, N>() {
+        return Ok(());
+    }
+    // the first node, of whose pair nothing else is known
+    if S::HOLONOMIC > 0 {
+        let rows = holonomic(system, q0);
+        obeyed::<S, N>(&rows, &rounding::phase_sizes(system, q0, &[0.0; N]))?;
+    }
+    let leg = leg(q0, d);
+    obeyed::<S, N>(&pair(system, h, &leg), &rounding::pair_sizes(system, h, &leg))
+}
+
+/// Refuses the first row that is not zero.
+fn obeyed<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
+    for (place, (&row, &size)) in rows.iter().zip(sizes).enumerate() {
+        // false also where it is not a number
+        let is_obeyed = row.abs() <= OBEYED * size;
+        if !is_obeyed {
+            let lower = S::HOLONOMIC + S::NONHOLONOMIC;
+            let (constraint, index) = if place < S::HOLONOMIC {
+                ("holonomic constraint", place)
+            } else if place < lower {
+                ("nonholonomic constraint", place - S::HOLONOMIC)
+            } else {
+                ("time derivative of holonomic constraint", place - lower)
+            };
+            return Err(SetupError::Inconsistent {
+                constraint,
+                index,
+                violation: row,
+                size,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
+pub(super) fn project<S: System<N>, const N: usize>(
+    system: &S,
+    q: [f64; N],
+    v: [f64; N],
+) -> Result<([f64; N], [f64; N]), SetupError> {
+    if !is_bound::<S, N>() {
+        return Ok((q, v));
+    }
+    let inverse = inverse_mass(system, &q, &v);
+    let q = if S::HOLONOMIC > 0 {
+        let rows = |q: &[Moving; N]| {
+            let mut rows = vec![Moving::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+            system.phase(q, &v.map(|v| Moving::new(v, 0.0)), &mut rows);
+            rows.truncate(S::HOLONOMIC);
+            rows
+        };
+        solve(q, &inverse, &q, rows)?
+    } else {
+        q
+    };
+    let inverse = inverse_mass(system, &q, &v);
+    let v = solve(v, &inverse, &v, |v: &[Moving; N]| {
+        let mut rows = vec![Moving::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+        system.phase(&q.map(|q| Moving::new(q, 0.0)), v, &mut rows);
+        rows.split_off(S::HOLONOMIC)
+    })?;
+    Ok((q, v))
+}
+
+/// Moves the second node onto the constraints of nodes and of pairs.
+pub(super) fn onto_pair<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    q0: &[f64; N],
+    v0: &[f64; N],
+    d: Compensated<N>,
+) -> Result<Compensated<N>, SetupError> {
+    if !is_bound::<S, N>() {
+        return Ok(d);
+    }
+    let inverse = inverse_mass(system, q0, v0);
+    let correction = solve([0.0; N], &inverse, q0, |correction: &[Moving; N]| {
+        let leg = leg(q0, &d);
+        let moved = |x: [f64; N]| core::array::from_fn(|i| Moving::new(x[i], 0.0) + correction[i]);
+        let leg = Leg {
+            q: moved(leg.q),
+            d: moved(leg.d),
+        };
+        let mut rows = vec![Moving::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
+        system.pair(Moving::splat(h), &leg, &mut rows);
+        rows
+    })?;
+    let mut d = d;
+    d.add(&correction);
+    Ok(d)
+}
+
+/// The leg from the first node.
+fn leg<const N: usize>(q0: &[f64; N], d: &Compensated<N>) -> Leg<f64, N> {
+    Leg {
+        q: Compensated::exact(*q0).plus(d).hi,
+        d: d.hi,
+    }
+}
+
+/// The constraints on a leg.
+fn pair<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>) -> Vec<f64> {
+    let mut rows = vec![0.0; S::HOLONOMIC + S::NONHOLONOMIC];
+    system.pair(h, leg, &mut rows);
+    rows
+}
+
+/// The holonomic constraints at a node.
+fn holonomic<S: System<N>, const N: usize>(system: &S, q: &[f64; N]) -> Vec<f64> {
+    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+    system.phase(q, &[0.0; N], &mut rows);
+    rows.truncate(S::HOLONOMIC);
+    rows
+}
+
+/// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
+fn inverse_mass<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> DMatrix<f64> {
+    let columns: Vec<[f64; N]> = (0..N)
+        .map(|j| {
+            let point = Point {
+                q: q.map(|q| Moving::new(q, 0.0)),
+                v: v.map(|v| Moving::new(v, 0.0)),
+                a: core::array::from_fn(|i| Moving::new(0.0, if i == j { 1.0 } else { 0.0 })),
+            };
+            system.continuous_force(&point).map(Moving::slope)
+        })
+        .collect();
+    let mass = DMatrix::from_fn(N, N, |i, j| columns[j][i]);
+    let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|entry| entry.is_finite());
+    mass.try_inverse()
+        .filter(finite)
+        .unwrap_or_else(|| DMatrix::identity(N, N))
+}
+
+/// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
+/// matrix. What is sought is rounded like `around`, or like itself.
+fn solve<const N: usize>(
+    mut x: [f64; N],
+    inverse: &DMatrix<f64>,
+    around: &[f64; N],
+    rows: impl Fn(&[Moving; N]) -> Vec<Moving>,
+) -> Result<[f64; N], SetupError> {
+    let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        let columns: Vec<Vec<Moving>> = (0..N)
+            .map(|j| {
+                rows(&core::array::from_fn(|i| {
+                    Moving::new(x[i], if i == j { 1.0 } else { 0.0 })
+                }))
+            })
+            .collect();
+        let count = columns.first().map_or(0, Vec::len);
+        let value = DVector::from_fn(count, |i, _| columns[0][i].value());
+        let slope = DMatrix::from_fn(count, N, |i, j| columns[j][i].slope());
+        if value.iter().chain(&slope).any(|entry| !entry.is_finite()) {
+            break;
+        }
+        let forces = inverse * slope.transpose();
+        // rows may be dependent: the shortest update then
+        let Ok(parts) = (&slope * &forces).svd(true, true).solve(&value, f64::EPSILON) else {
+            break;
+        };
+        let update = forces * parts;
+        for (x, update) in x.iter_mut().zip(&update) {
+            *x -= update;
+        }
+        let size = largest(&x).max(largest(around));
+        let step = update.iter().fold(0.0_f64, |step, update| step.max(update.abs()));
+        // as small as rounding, or no smaller than before at the level of rounding
+        if step <= SETTLED * size || step >= last && step <= OBEYED * size || step == 0.0 {
+            return Ok(x);
+        }
+        last = step;
+    }
+    let residual = rows(&x.map(|x| Moving::new(x, 0.0)))
+        .iter()
+        .map(|row| row.value())
+        .collect();
+    Err(SetupError::Projection { residual })
+}

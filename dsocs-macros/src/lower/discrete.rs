@@ -1,0 +1,199 @@
+//! A discrete Lagrangian and discrete constraints that are given directly, in terms of the nodes: `x[0]`, `x[1]`, `x[2]`.
+
+use std::collections::HashMap;
+
+use proc_macro2::Ident;
+use quote::ToTokens;
+use syn::{Expr, ExprCall};
+
+use super::{Lowered, Lowering};
+use crate::ast::Constraints;
+use crate::errors::Reported;
+use crate::graph::{Leaf, NodeId};
+use crate::names::Binding;
+use crate::parse::bare;
+
+/// The maps of pairs and triples, as far as they could be read.
+pub(super) type Maps = (
+    Result<Vec<[Vec<NodeId>; 2]>, Reported>,
+    Result<Option<[Vec<NodeId>; 3]>, Reported>,
+);
+
+/// What a discrete expression is made of.
+#[derive(Clone, Debug)]
+pub(super) struct Nodes {
+    /// How many nodes there are.
+    count: usize,
+    /// The maps to the continuous system.
+    maps: Maps,
+}
+
+impl Lowering<'_> {
+    /// `L_d`, of two nodes.
+    pub(super) fn discrete_lagrangian(&mut self, value: &Expr, maps: &Maps) -> Lowered {
+        self.of_nodes(value, 2, maps)
+    }
+
+    /// The rows of `D_K`, of three nodes.
+    pub(super) fn discrete_kinematic(
+        &mut self,
+        constraints: &Constraints,
+        maps: &Maps,
+    ) -> Result<Vec<NodeId>, Reported> {
+        let rows: Vec<_> = constraints
+            .rows
+            .iter()
+            .map(|row| {
+                let value = self.of_nodes(row, 3, maps)?;
+                let last = |leaf| matches!(leaf, Leaf::X2(_));
+                if self.graph.leaves(value).any(last) {
+                    return Ok(value);
+                }
+                Err(self.errors.at(
+                    row,
+                    "expected the third node in a discrete constraint, such as `x[2]`: a step looks for it",
+                ))
+            })
+            .collect();
+        rows.into_iter().collect()
+    }
+
+    fn of_nodes(&mut self, value: &Expr, count: usize, maps: &Maps) -> Lowered {
+        self.origins.clear();
+        self.discrete = Some(Nodes {
+            count,
+            maps: maps.clone(),
+        });
+        let value = self.expr(value);
+        self.discrete = None;
+        value
+    }
+
+    /// A coordinate at a node, `x[0]`, where nodes are what expressions are made of.
+    pub(super) fn at_node(&self, coordinate: usize, index: &Expr) -> Result<Leaf, Reported> {
+        let count = self.discrete.as_ref().map_or(0, |nodes| nodes.count);
+        match self.known_integer(index)? {
+            0 => Ok(Leaf::X0(coordinate)),
+            1 if count > 1 => Ok(Leaf::X1(coordinate)),
+            2 if count > 2 => Ok(Leaf::X2(coordinate)),
+            other => Err(self.errors.at(
+                index,
+                format!(
+                    "there is no node {other} here; expected a node from 0 to {}",
+                    count - 1
+                ),
+            )),
+        }
+    }
+
+    /// The coordinate of which an index names a node: `x` in `x[0]`, `theta[1]` in `theta[1][0]`.
+    pub(super) fn coordinate_of_node(&self, base: &Expr) -> Option<Result<usize, Reported>> {
+        match bare(base) {
+            Expr::Path(path) => match self.scope.get(path.path.get_ident()?)? {
+                Binding::Coordinate(coordinate) => Some(Ok(*coordinate)),
+                _ => None,
+            },
+            Expr::Index(index) => match bare(&index.expr) {
+                Expr::Path(path) => {
+                    let group = self.array(path.path.get_ident()?)?;
+                    Some(self.element(group, &index.index))
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// What to say about an expression of the motion among nodes.
+    pub(super) fn motion_among_nodes(&self, tokens: impl ToTokens, is_coordinate: bool) -> Reported {
+        let tokens = tokens.into_token_stream();
+        let text = tokens.to_string().replace(' ', "");
+        let last = self.discrete.as_ref().map_or(0, |nodes| nodes.count - 1);
+        let message = if is_coordinate {
+            format!("a discrete expression is made of nodes; expected `{text}[0]` to `{text}[{last}]`")
+        } else {
+            format!(
+                "a discrete expression is made of nodes, and this is one of the motion; expected difference quotients, \
+                 such as `(x[1] - x[0]) / h`, or its value on a leg or at a node, `leg({text}, 0)`, `node({text})`"
+            )
+        };
+        self.errors.at(tokens, message)
+    }
+
+    /// `leg(e, 0)`, the value of `e(q, v)` on the leg from node 0 to node 1, or `node(e)`, that of `e(q, v, a)` at the triple.
+    pub(super) fn placed(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
+        let Some(nodes) = self.discrete.clone() else {
+            return self.unknown(name);
+        };
+        let on_leg = name == "leg";
+        let example = if on_leg { "leg(e, 0)" } else { "node(e)" };
+        let mut arguments = call.args.iter();
+        let (Some(value), index, None) = (arguments.next(), arguments.next(), arguments.next()) else {
+            return Err(self.errors.at(call, format!("expected `{example}`")));
+        };
+        if !on_leg && (index.is_some() || nodes.count < 3) {
+            let message = if nodes.count < 3 {
+                "a discrete Lagrangian knows a single leg; expected `leg(e, 0)`"
+            } else {
+                "expected `node(e)`, with one argument: there is one triple of nodes"
+            };
+            return Err(self.errors.at(call, message));
+        }
+        let leg = index.map_or(Ok(0), |index| self.known_integer(index))?;
+        if !(0..2).contains(&leg) || leg > 0 && nodes.count < 3 {
+            return Err(self.errors.at(
+                index,
+                format!(
+                    "there is no leg {leg} here; expected a leg from 0 to {}",
+                    nodes.count - 2
+                ),
+            ));
+        }
+        self.discrete = None;
+        let value = if on_leg {
+            self.below(
+                2,
+                value,
+                "an acceleration comes in here; expected an expression of positions and velocities, \
+                 which a leg gives; `node(e)` knows accelerations",
+            )
+        } else {
+            self.expr(value)
+        };
+        self.discrete = Some(nodes.clone());
+        let value = value?;
+        if on_leg {
+            let points = nodes.maps.0?;
+            let weight = 1.0 / points.len() as f64;
+            let terms: Vec<_> = points
+                .iter()
+                .map(|[q, v]| {
+                    let point = point(&[q.as_slice(), v.as_slice()]);
+                    (self.graph.substitute(value, &point), weight)
+                })
+                .collect();
+            let value = self.graph.linear(0.0, &terms);
+            if leg == 0 {
+                return Ok(value);
+            }
+            let mut later = HashMap::new();
+            for i in 0..self.coordinates.len() {
+                later.insert(Leaf::X0(i), self.graph.leaf(Leaf::X1(i)));
+                later.insert(Leaf::X1(i), self.graph.leaf(Leaf::X2(i)));
+            }
+            return Ok(self.graph.substitute(value, &later));
+        }
+        let [q, v, a] = nodes.maps.1?.unwrap_or_else(|| self.paper_triple());
+        let point = point(&[q.as_slice(), v.as_slice(), a.as_slice()]);
+        Ok(self.graph.substitute(value, &point))
+    }
+}
+
+/// What stands in the place of position, velocity and, if it is given, acceleration.
+fn point(vectors: &[&[NodeId]]) -> HashMap<Leaf, NodeId> {
+    let leaves: [fn(usize) -> Leaf; 3] = [Leaf::Q, Leaf::V, Leaf::A];
+    let parts = leaves.iter().zip(vectors);
+    parts
+        .flat_map(|(leaf, nodes)| nodes.iter().enumerate().map(move |(i, &node)| (leaf(i), node)))
+        .collect()
+}

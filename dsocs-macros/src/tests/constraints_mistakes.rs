@@ -1,0 +1,155 @@
+//! What is said about wrong constraints of any order, about discrete expressions and about named maps.
+
+use super::mistakes::{mistakes_on, one, statement};
+use super::{ITEM, model};
+use crate::model::Displacements;
+
+#[test]
+fn orders() {
+    statement("holonomic = x * dot(y);", "dot(y)", "`nonholonomic = …;`");
+    statement("holonomic = ddot(y) + x;", "ddot(y)", "`kinematic = …;`");
+    statement(
+        "let v = dot(x); holonomic = [x, v];",
+        "v",
+        "a constraint of positions",
+    );
+    statement("holonomic = mass;", "mass", "does not depend on the motion");
+    statement("nonholonomic = ddot(x) + dot(y);", "ddot(x)", "`kinematic = …;`");
+    statement("nonholonomic = x * y;", "x * y", "`holonomic = …;`");
+    statement("nonholonomic = mass;", "mass", "does not depend on the motion");
+}
+
+#[test]
+fn counts() {
+    statement(
+        "holonomic = [x, y]; nonholonomic = dot(x);",
+        "nonholonomic",
+        "no more constraints than coordinates: found 2 holonomic constraints, 1 nonholonomic constraint, for 2 coordinates",
+    );
+    statement(
+        "holonomic = [x, y]; kinematic = ddot(x); variational = chetaev;",
+        "variational",
+        "no more constraints than coordinates",
+    );
+    statement(
+        "holonomic = x; variational = [(0, 1), (1, 0)];",
+        "variational",
+        "1 holonomic constraint and 2 variational fields make 3 equations, for 2 coordinates",
+    );
+    statement(
+        "holonomic = x; nonholonomic = dot(y); forces = [(0, 1)];",
+        "forces",
+        "or as all constraints: found 1 force and 1 holonomic constraint, 1 nonholonomic constraint",
+    );
+    statement("holonomic = [];", "[]", "at least one");
+    statement(
+        "nonholonomic = (dot(x), dot(y));",
+        "(dot(x), dot(y))",
+        "`nonholonomic = [c1, c2];`",
+    );
+    statement("holonomic = x; holonomic = y;", "holonomic", "twice");
+}
+
+#[test]
+fn rules_of_displacements() {
+    statement(
+        "holonomic = x; variational = chetaev;",
+        "variational",
+        "there is no `kinematic = …;`",
+    );
+    statement(
+        "kinematic = ddot(x); variational = chetaef;",
+        "chetaef",
+        "or `chetaev`",
+    );
+    statement(
+        "kinematic = ddot(x); variational = chetaev; forces = [(1, 0)];",
+        "forces",
+        "`variational` stands above",
+    );
+    statement(
+        "kinematic = ddot(x); forces = chetaev;",
+        "chetaev",
+        "a list of tuples",
+    );
+    statement(
+        "holonomic = [x, 2 * x];",
+        "2 * x",
+        "expected independent constraints",
+    );
+    one(
+        "coordinates(x, y, z); lagrangian = dot(x); holonomic = x; kinematic = ddot(y); forces = [(2, 0, 0)];",
+        "(2, 0, 0)",
+        "expected independent forces",
+    );
+    // no basis of the displacements is known everywhere
+    let free = model("coordinates(x, y, z); lagrangian = dot(x); holonomic = x * y + z * z;");
+    assert!(matches!(free.displacements, Displacements::Annihilated));
+    assert_eq!(free.multipliers(), 1);
+    let known = model("coordinates(x, y, z); lagrangian = dot(x); nonholonomic = dot(z) - y * dot(x);");
+    assert_eq!(known.multipliers(), 0);
+}
+
+#[test]
+fn discrete_expressions() {
+    let lagrangian = |value: &str| format!("discrete_lagrangian = {value};");
+    statement(&lagrangian("x * (y[1] - y[0])"), "x", "expected `x[0]` to `x[1]`");
+    statement(&lagrangian("x[2] / h"), "2", "a node from 0 to 1");
+    statement(&lagrangian("dot(x)"), "dot(x)", "`(x[1] - x[0]) / h`");
+    statement(&lagrangian("node(x)"), "node(x)", "expected `leg(e, 0)`");
+    statement(&lagrangian("leg(x, 1)"), "1", "there is no leg 1 here");
+    statement(&lagrangian("leg(ddot(x), 0)"), "ddot(x)", "which a leg gives");
+    statement(
+        &lagrangian("leg(x, y, 0)"),
+        "leg(x, y, 0)",
+        "expected `leg(e, 0)`",
+    );
+    statement(
+        "let v = dot(x); discrete_lagrangian = v * x[0];",
+        "v",
+        "`leg(v, 0)`",
+    );
+    let rest = "kinematic = ddot(x); forces = [(1, 0)];";
+    let kinematic = |value: &str| format!("{rest} discrete_kinematic = {value};");
+    statement(&kinematic("x[1] - x[0]"), "x[1] - x[0]", "the third node");
+    statement(
+        &kinematic("[x[2], y[2]]"),
+        "discrete_kinematic",
+        "for each of the 1 kinematic constraint, found 2",
+    );
+    statement(
+        "discrete_kinematic = x[2];",
+        "discrete_kinematic",
+        "expected `kinematic = …;` beside it",
+    );
+    assert_eq!(
+        mistakes_on(
+            "coordinates(x, theta: [2]); lagrangian = dot(x); let v = dot(theta[1]); kinematic = dot(v); \
+             forces = [(0, [0, 1])]; discrete_lagrangian = leg(v, 0) * (theta[1][1] - x[0]) / h; \
+             discrete_kinematic = leg(v, 1) - leg(v, 0) + h * node(dot(v)) + theta[0][2];",
+            ITEM
+        ),
+        []
+    );
+}
+
+#[test]
+fn named_maps() {
+    statement(
+        "phi_lagrangian = midpiont;",
+        "midpiont",
+        "did you mean `midpoint`?",
+    );
+    statement(
+        "phi_kinematic = trapezoid;",
+        "trapezoid",
+        "`phi_lagrangian` alone",
+    );
+    for map in ["paper", "midpoint", "trapezoid"] {
+        let model = model(&format!(
+            "coordinates(x); lagrangian = x; phi_lagrangian = {map};"
+        ));
+        let points = if map == "trapezoid" { 2 } else { 1 };
+        assert_eq!(model.phi_lagrangian.len(), points);
+    }
+}
