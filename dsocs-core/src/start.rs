@@ -116,12 +116,7 @@ impl<const N: usize> Start<N> {
                 (v0, None, Compensated::exact(v0.map(|v| h * v)))
             }
             Rule::SecondOrder { v0 } => {
-                check_vector::<S, N>("v0", &v0)?;
-                let a0 = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
-                    q0: q0.to_vec(),
-                    v0: v0.to_vec(),
-                    cause: Box::new(cause),
-                })?;
+                let a0 = state_acceleration(system, &q0, &v0)?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
                 (v0, Some(a0), d)
@@ -178,6 +173,21 @@ fn check_vector<S: System<N>, const N: usize>(
         }),
         None => Ok(()),
     }
+}
+
+/// The acceleration of the continuous system at a start, which has to be finite.
+pub(crate) fn state_acceleration<S: System<N>, const N: usize>(
+    system: &S,
+    q0: &[f64; N],
+    v0: &[f64; N],
+) -> Result<[f64; N], SetupError> {
+    check_vector::<S, N>("q0", q0)?;
+    check_vector::<S, N>("v0", v0)?;
+    acceleration(system, q0, v0).map_err(|cause| SetupError::Acceleration {
+        q0: q0.to_vec(),
+        v0: v0.to_vec(),
+        cause: Box::new(cause),
+    })
 }
 
 /// The acceleration of the continuous system at `(q, v)`.
