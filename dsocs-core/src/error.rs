@@ -4,6 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
+use crate::composition::{Composition, StageError, Symmetry};
 use crate::regularity::Regularity;
 
 /// Why Newton's iteration ended without a root.
@@ -179,6 +180,17 @@ pub enum SetupError {
         /// The value.
         value: f64,
     },
+    /// The steps of this system cannot be composed.
+    #[error(
+        "{method} is not possible here: {reason}; take the step of order 2 (Flow) or the continuous motion to a tolerance \
+         (TaylorFlow)"
+    )]
+    Composition {
+        /// The method.
+        method: Composition,
+        /// Why not.
+        reason: Symmetry,
+    },
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
         "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {cause}; {}",
@@ -313,6 +325,9 @@ pub enum RunError {
     /// A step has no solution.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// A stage of a composed step has no solution.
+    #[error(transparent)]
+    Stage(#[from] StageError),
     /// The time lies on the other side of the current one.
     #[error(
         "t = {until} cannot be reached from t = {time} with the step h = {h}: it lies the other way (a negative step, \

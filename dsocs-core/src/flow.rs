@@ -19,7 +19,7 @@ use crate::trajectory::{Failure, Node, Observer, Trajectory};
 pub(crate) const MAX_ITERATIONS: u32 = 60;
 
 /// The first steps, which have too short a past to tell by it which of two roots continues the motion.
-const SHORT_PAST: u64 = 5;
+pub(crate) const SHORT_PAST: u64 = 5;
 
 /// A discrete motion in progress.
 ///
@@ -218,14 +218,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     ///
     /// Expressions beyond the end of `out` are left out.
     pub fn observe(&self, node: &Node<N>, out: &mut [f64]) {
-        let count = S::OBSERVABLES.len();
-        if out.len() >= count {
-            self.system.observe(&node.point(), &mut out[..count]);
-        } else {
-            let mut all = vec![0.0; count];
-            self.system.observe(&node.point(), &mut all);
-            out.copy_from_slice(&all[..out.len()]);
-        }
+        observe(self.system, node, out);
     }
 
     /// Turns round: the step becomes `-h`, the two last nodes change places with the sums carried along, and
@@ -424,6 +417,18 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             coordinates: S::COORDINATES.to_vec(),
             cause,
         })
+    }
+}
+
+/// The observed expressions at a node, as many as there is room for.
+pub(crate) fn observe<S: System<N>, const N: usize>(system: &S, node: &Node<N>, out: &mut [f64]) {
+    let count = S::OBSERVABLES.len();
+    if out.len() >= count {
+        system.observe(&node.point(), &mut out[..count]);
+    } else {
+        let mut all = vec![0.0; count];
+        system.observe(&node.point(), &mut all);
+        out.copy_from_slice(&all[..out.len()]);
     }
 }
 

@@ -53,6 +53,7 @@
 
 mod clock;
 mod compensated;
+mod composition;
 mod dual;
 mod ensemble;
 mod error;
@@ -76,6 +77,9 @@ mod unknown;
 pub use dsocs_macros::dsocs;
 pub use num_dual::DualNum;
 
+pub use composition::{
+    ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry,
+};
 pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots};

@@ -138,11 +138,7 @@ impl<const N: usize> Start<N> {
             Rule::SecondOrder { v0 } => {
                 check_vector::<S, N>("v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                let (a0, _) = acceleration(system, &q0, &v0).map_err(|cause| SetupError::Acceleration {
-                    q0: q0.to_vec(),
-                    v0: v0.to_vec(),
-                    cause: Box::new(cause),
-                })?;
+                let a0 = state_acceleration(system, &q0, &v0)?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
                 (q0, v0, Some(a0), consistency::onto_pair(system, h, &q0, &v0, d)?)
@@ -221,6 +217,22 @@ fn check_vector<S: System<N>, const N: usize>(
         }),
         None => Ok(()),
     }
+}
+
+/// The acceleration of the continuous system at a start, which has to be finite.
+pub(crate) fn state_acceleration<S: System<N>, const N: usize>(
+    system: &S,
+    q0: &[f64; N],
+    v0: &[f64; N],
+) -> Result<[f64; N], SetupError> {
+    check_vector::<S, N>("q0", q0)?;
+    check_vector::<S, N>("v0", v0)?;
+    let motion = acceleration(system, q0, v0).map_err(|cause| SetupError::Acceleration {
+        q0: q0.to_vec(),
+        v0: v0.to_vec(),
+        cause: Box::new(cause),
+    })?;
+    Ok(motion.0)
 }
 
 /// The acceleration and the multipliers of the continuous system at `(q, v)`.

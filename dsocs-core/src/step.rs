@@ -61,6 +61,8 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     pub h: f64,
     /// Whether other roots are looked for wherever the rows bend.
     pub watchful: bool,
+    /// The legs of the last solutions, the last first, where these do not lie one step apart.
+    pub past: Option<&'a [Leg<f64, N>; PAST]>,
 }
 
 impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
@@ -109,6 +111,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             leg,
             h,
             watchful: false,
+            past: None,
         }
     }
 
@@ -257,6 +260,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
 }
 
 mod pair;
+pub(crate) use pair::PAST;
 
 /// What is told of a root.
 #[inline]

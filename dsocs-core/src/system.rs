@@ -1,5 +1,6 @@
 //! What `#[dsocs]` generates, and what the rest of this crate works with.
 
+use crate::composition::Symmetry;
 use crate::scalar::Scalar;
 use crate::unknown::{Linearization, Unknown};
 
@@ -76,6 +77,9 @@ pub trait System<const N: usize> {
     /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
     /// are not watched for a second root nearby.
     const DIVIDED: bool = false;
+
+    /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
+    const SYMMETRY: Symmetry = Symmetry::Unknown;
 
     /// The coordinates' names, in order; `theta_2` for one of an array.
     const COORDINATES: [&'static str; N];

@@ -15,7 +15,7 @@ const FAR: f64 = 10.0;
 const FITS: f64 = 0.5;
 
 /// From so many solutions determinants are extrapolated.
-const PAST: usize = 4;
+pub(crate) const PAST: usize = 4;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
@@ -101,9 +101,14 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     ) -> Option<Candidate> {
         let mut leg = self.leg;
         let mut former = [self.linearize(found).jacobian; PAST];
-        for (z, jacobian) in predictor.lately::<PAST>()?.iter().zip(&mut former) {
+        for (place, (z, jacobian)) in predictor.lately::<PAST>()?.iter().zip(&mut former).enumerate() {
             let rows;
-            (leg, rows) = self.former(&leg, z)?;
+            if let Some(past) = self.past {
+                let known = self.system.known(self.constants, &past[place]);
+                rows = self.system.residual(self.constants, &known, z);
+            } else {
+                (leg, rows) = self.former(&leg, z)?;
+            }
             *jacobian = rows.jacobian;
         }
         let direction = other.zip(found, |other, found| other - found);

@@ -14,6 +14,7 @@ mod program;
 mod rotate;
 mod share;
 mod step;
+mod symmetry;
 mod unknowns;
 
 use proc_macro2::{Ident, Literal, TokenStream};
@@ -39,6 +40,7 @@ fn system(model: &Model) -> TokenStream {
     let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let metadata = metadata(model);
+    let symmetry = symmetry::constant(model);
     let step = step::methods(model);
     let point = point::methods(model);
     quote! {
@@ -47,6 +49,7 @@ fn system(model: &Model) -> TokenStream {
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
             #metadata
+            #symmetry
             #step
             #point
         }

@@ -1,0 +1,51 @@
+//! Whether steps of different lengths can be composed.
+
+use core::fmt;
+
+/// Whether the map from node to node is symmetric in time for legs of any lengths, or why that cannot be said.
+///
+/// It is where the equations at a node depend on the nodes through the parabola through three of them alone: through its
+/// value, slope and curvature at the middle node, which exist for unequal legs as well. With the paper's maps that is so
+/// if `∂L/∂v` is a constant matrix times `v` and every kinematic constraint is of second order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Symmetry {
+    /// It is: the step can be composed.
+    AnyLegs,
+    /// A kinematic constraint is of order 0 or 1.
+    LowerOrder,
+    /// `∂L/∂v` depends on the position, or is not linear in the velocity.
+    Momentum,
+    /// The map of the Lagrangian gives other equations than those of the continuous system at the parabola's point.
+    LagrangianMap,
+    /// The map of the kinematic constraints leads to another point.
+    KinematicMap,
+    /// The map of the variational constraints leads to another point.
+    VariationalMap,
+    /// Nobody has looked: the system was written by hand.
+    Unknown,
+}
+
+impl fmt::Display for Symmetry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AnyLegs => "the step is symmetric with legs of any lengths",
+            Self::LowerOrder => {
+                "a kinematic constraint is of order 0 or 1, and binds more than value, slope and curvature at a node"
+            }
+            Self::Momentum => {
+                "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"
+            }
+            Self::LagrangianMap => {
+                "with the declared `phi_lagrangian` the equations at a node depend on more than value, slope and curvature there"
+            }
+            Self::KinematicMap => {
+                "the declared `phi_kinematic` is not value, slope and curvature at the middle node"
+            }
+            Self::VariationalMap => {
+                "the declared `phi_variational` is not value, slope and curvature at the middle node"
+            }
+            Self::Unknown => "the system was written by hand and does not say whether its step is symmetric",
+        })
+    }
+}
