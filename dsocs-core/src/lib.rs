@@ -57,6 +57,7 @@ mod dual;
 mod ensemble;
 mod error;
 mod flow;
+pub mod geometry;
 mod lanes;
 mod newton;
 mod predictor;
@@ -66,6 +67,7 @@ mod scalar;
 mod start;
 mod step;
 mod system;
+mod tangent;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
@@ -85,6 +87,7 @@ pub use scalar::Scalar;
 pub use start::Start;
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Parameter, Point, System};
+pub use tangent::{Tangent, Tangent2};
 pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
 pub use unknown::{Linearization, Unknown};
 
