@@ -58,6 +58,7 @@ mod dual;
 mod ensemble;
 mod error;
 mod flow;
+pub mod geometry;
 mod lanes;
 mod multipliers;
 mod newton;
@@ -68,6 +69,7 @@ mod scalar;
 mod start;
 mod step;
 mod system;
+mod tangent;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
@@ -77,9 +79,7 @@ mod unknown;
 pub use dsocs_macros::dsocs;
 pub use num_dual::DualNum;
 
-pub use composition::{
-    ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry,
-};
+pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots};
@@ -90,6 +90,7 @@ pub use scalar::Scalar;
 pub use start::Start;
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Parameter, Point, System};
+pub use tangent::{Tangent, Tangent2};
 pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
 pub use unknown::{Linearization, Unknown};
 

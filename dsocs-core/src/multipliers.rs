@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::system::System;
+use crate::system::{Leg, Point, System};
 use crate::unknown::Unknown as _;
 
 /// Whether multipliers are among the unknowns of a system.
@@ -39,4 +39,48 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
 /// The multipliers among the unknowns of the continuous system.
 pub(crate) fn of_motion<const N: usize>(motion: &[f64]) -> &[f64] {
     motion.get(N..).unwrap_or_default()
+}
+
+/// The multipliers that are unknown in a step, at the triple of a leg and a second difference: those that come nearest to the
+/// constraint force there. None where there are fields instead.
+pub(crate) fn of_step<S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Vec<f64> {
+    if !has_multipliers::<S, N>() {
+        return Vec::new();
+    }
+    let constants = system.constants(h);
+    let known = system.known(&constants, leg);
+    of_known(system, &constants, &known, leg, e)
+}
+
+/// The same with what is known of the step.
+pub(crate) fn of_known<S: System<N> + ?Sized, const N: usize>(
+    system: &S,
+    constants: &S::Constants<f64>,
+    known: &S::Known<f64>,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Vec<f64> {
+    let force = system.force(constants, known, leg, e);
+    let mut forms = vec![[0.0; N]; S::FORMS];
+    system.forms(constants, known, leg, e, &mut forms);
+    multipliers(&force, &forms)
+}
+
+/// The multipliers of the continuous system at a point.
+pub(crate) fn of_point<S: System<N> + ?Sized, const N: usize>(system: &S, point: &Point<f64, N>) -> Vec<f64> {
+    let mut forms = vec![[0.0; N]; S::FORMS];
+    system.continuous_forms(point, &mut forms);
+    multipliers(&system.continuous_force(point), &forms)
+}
+
+/// How many multipliers are left among the unknowns of a step.
+pub(crate) fn count_unknown<S: System<N> + ?Sized, const N: usize>(system: &S) -> usize {
+    let ones = vec![1.0; S::FORMS];
+    let unknown = system.unknown(&[0.0; N], &ones);
+    unknown.as_ref().iter().filter(|&&x| x != 0.0).count()
 }

@@ -4,15 +4,13 @@
 //! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
 //! are from singular is told by their smallest singular values.
 
-mod moving;
-
 use nalgebra::DMatrix;
 
-use crate::multipliers::has_multipliers;
+use crate::multipliers::{has_multipliers, of_step};
 use crate::rounding;
 use crate::step::Step;
 use crate::system::{Leg, System};
-pub(crate) use moving::Moving;
+use crate::tangent::Tangent;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
@@ -28,7 +26,7 @@ const STILL: f64 = 1e-3;
 /// the unknowns, multipliers among them, and `D₁` that of the step back in time from `(q2, q1)`. Singular values depend on units, so rows are taken relative to the size of their own
 /// terms, and coordinates relative to the longer of their two legs (at least a thousandth of the longest of all): a value of 1 means that moving `q2` by the length of a
 /// leg changes the rows by as much as their terms are large. Derivatives are exact, by dual numbers; only functions of the
-/// user's whose arguments contain `q0` or `q2` are differentiated by differences of fourth order.
+/// user's whose arguments contain `q0` or `q2` are differentiated by differences of eighth order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regularity {
     /// The smallest singular value of `D₃`, by the last node; NaN where it has none.
@@ -115,7 +113,7 @@ fn is_regular(smallest: f64, largest: f64) -> bool {
 
 /// The longer of both legs by coordinate; for coordinates that stand still, a part of the longest of all, and 1 if none
 /// moves.
-fn lengths<const N: usize>(leg: &Leg<f64, N>, e: &[f64; N]) -> [f64; N] {
+pub(crate) fn lengths<const N: usize>(leg: &Leg<f64, N>, e: &[f64; N]) -> [f64; N] {
     let moved: [f64; N] = core::array::from_fn(|i| leg.d[i].abs().max((leg.d[i] + e[i]).abs()));
     let longest = moved.iter().fold(0.0_f64, |longest, &length| longest.max(length));
     moved.map(|length| {
@@ -137,34 +135,107 @@ fn singular_values<S: System<N>, const N: usize>(
     bounds: &[f64],
     [by_d, by_e]: [f64; 2],
 ) -> [f64; 2] {
-    let columns: Vec<Vec<f64>> = (0..N)
+    let columns = columns(system, h, leg, e, lengths, [0.0, by_d, by_e]);
+    match scaled(&columns, bounds) {
+        Some(matrix) => {
+            let values = matrix.singular_values();
+            [values.min(), values.max()]
+        }
+        None => [f64::NAN; 2],
+    }
+}
+
+/// The singular values of the derivative by all three nodes, in no order; none where it has none.
+pub(crate) fn all_singular_values<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Vec<f64> {
+    let (bounds, lengths) = (rounding::stacked_bounds(system, h, leg, e), lengths(leg, e));
+    // q1 moves the node, both increments and so e twice
+    let nodes = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
+    let mut columns: Vec<Vec<f64>> = nodes
+        .iter()
+        .flat_map(|&by| columns(system, h, leg, e, &lengths, by))
+        .collect();
+    columns.extend(multiplier_columns(system, h, leg, e));
+    scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| {
+        matrix.singular_values().iter().copied().collect()
+    })
+}
+
+/// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
+fn columns<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+    lengths: &[f64; N],
+    [by_q, by_d, by_e]: [f64; 3],
+) -> Vec<Vec<f64>> {
+    let multipliers = of_step(system, h, leg, e);
+    let multipliers: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
+    (0..N)
         .map(|j| {
-            let along = |x: &[f64; N], part: f64| -> [Moving; N] {
-                core::array::from_fn(|i| Moving::new(x[i], if i == j { part * lengths[j] } else { 0.0 }))
+            let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
+                core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * lengths[j] } else { 0.0 }))
             };
             let leg = Leg {
-                q: leg.q.map(|q| Moving::new(q, 0.0)),
+                q: along(&leg.q, by_q),
                 d: along(&leg.d, by_d),
             };
-            stacked(system, Moving::new(h, 0.0), &leg, &along(e, by_e))
+            stacked(system, Tangent::new(h, 0.0), &leg, &along(e, by_e), &multipliers)
                 .into_iter()
-                .map(Moving::slope)
+                .map(Tangent::derivative)
                 .collect()
         })
-        .collect();
-    let rows = bounds.len();
-    let matrix = DMatrix::from_fn(rows, N, |i, j| {
+        .collect()
+}
+
+/// The derivatives of all rows by the multipliers that are unknown, each in units of itself.
+fn multiplier_columns<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Vec<Vec<f64>> {
+    let multipliers = of_step(system, h, leg, e);
+    let largest = multipliers
+        .iter()
+        .fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
+    let constant_leg = Leg {
+        q: fixed(&leg.q),
+        d: fixed(&leg.d),
+    };
+    (0..multipliers.len())
+        .map(|j| {
+            let own = multipliers[j].abs().max(STILL * largest);
+            let unit = if own > 0.0 { own } else { 1.0 };
+            let moving: Vec<_> = multipliers
+                .iter()
+                .enumerate()
+                .map(|(i, &x)| Tangent::new(x, if i == j { unit } else { 0.0 }))
+                .collect();
+            stacked(system, Tangent::new(h, 0.0), &constant_leg, &fixed(e), &moving)
+                .into_iter()
+                .map(Tangent::derivative)
+                .collect()
+        })
+        .collect()
+}
+
+/// The matrix of some columns with rows in the size of their own terms, if it is finite.
+fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<DMatrix<f64>> {
+    let matrix = DMatrix::from_fn(bounds.len(), columns.len(), |i, j| {
         let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
         if slope == 0.0 {
             return 0.0;
         }
         slope / scale(bounds[i], columns.iter().filter_map(|column| column.get(i)))
     });
-    if matrix.iter().any(|entry| !entry.is_finite()) {
-        return [f64::NAN; 2];
-    }
-    let values = matrix.singular_values();
-    [values.min(), values.max()]
+    matrix.iter().all(|entry| entry.is_finite()).then_some(matrix)
 }
 
 /// The smallest and the largest singular value of the derivative by the unknowns.
@@ -231,16 +302,17 @@ fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
 }
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
-/// the coordinates of the unknowns and what was solved beforehand for the others.
+/// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
 pub(crate) fn stacked<T: crate::Scalar, S: System<N> + ?Sized, const N: usize>(
     system: &S,
     h: T,
     leg: &Leg<T, N>,
     e: &[T; N],
+    multipliers: &[T],
 ) -> Vec<T> {
     let constants = system.constants(h);
     let known = system.known(&constants, leg);
-    let z = system.unknown(e, &[]);
+    let z = system.unknown(e, multipliers);
     let solved = system.second_difference(&constants, &known, &z);
     let residual = system.residual(&constants, &known, &z);
     let rows = residual.rows.as_ref().iter().copied();

@@ -7,6 +7,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::multipliers::of_step;
 use crate::regularity::stacked;
 use crate::scalar::Scalar;
 use crate::system::{Leg, Point, System};
@@ -338,12 +339,20 @@ pub(crate) fn stacked_bounds<S: System<N> + ?Sized, const N: usize>(
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<f64> {
+    let multipliers = of_step(system, h, leg, e);
+    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
     let leg = Leg {
         q: leg.q.map(Bounded::splat),
         d: leg.d.map(Bounded::splat),
     };
-    stacked(system, Bounded::splat(h), &leg, &e.map(Bounded::splat))
-        .into_iter()
-        .map(|row| row.error)
-        .collect()
+    stacked(
+        system,
+        Bounded::splat(h),
+        &leg,
+        &e.map(Bounded::splat),
+        &multipliers,
+    )
+    .into_iter()
+    .map(|row| row.error)
+    .collect()
 }

@@ -1,7 +1,7 @@
 //! One step: from a leg to the second difference that leads to the next node.
 
 use crate::error::{NewtonFailure, StepFailure};
-use crate::multipliers::{has_multipliers, multipliers};
+use crate::multipliers::{self, has_multipliers};
 use crate::newton::{self, Equations, Root, Stop};
 use crate::predictor::Predictor;
 use crate::rounding;
@@ -127,10 +127,8 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             return self.system.unknown(e, &[]);
         }
         let (constants, known, leg) = (self.constants, &self.known, &self.leg);
-        let force = self.system.force(constants, known, leg, e);
-        let mut forms = vec![[0.0; N]; S::FORMS];
-        self.system.forms(constants, known, leg, e, &mut forms);
-        self.system.unknown(e, &multipliers(&force, &forms))
+        let multipliers = multipliers::of_known(self.system, constants, known, leg, e);
+        self.system.unknown(e, &multipliers)
     }
 
     /// Solves the step, from the prediction or, if that does not lead to a root, from other guesses.

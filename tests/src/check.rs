@@ -2,11 +2,10 @@
 
 use core::fmt::Display;
 
-use dsocs_core::{Leg, Point, Real, System, Unknown as _};
+use dsocs_core::{Leg, Point, Real, System, Tangent, Unknown as _};
 use num_dual::Dual64;
 
 use crate::independent::{self, Declaration};
-use crate::tangent::Tangent;
 
 /// How far two evaluations of one number may differ, relative to what rounding the nodes can do.
 ///
@@ -294,11 +293,11 @@ fn moving<S: System<N>, const N: usize>(
     let rows = system.residual(&constants, &known, &moving).rows;
     let scales = system.scales(&constants, &known, &moving);
     Moving {
-        rows: rows.as_ref().iter().map(|row| row.0.eps).collect(),
-        scales: scales.as_ref().iter().map(|scale| scale.0.eps).collect(),
+        rows: rows.as_ref().iter().map(|row| row.derivative()).collect(),
+        scales: scales.as_ref().iter().map(|scale| scale.derivative()).collect(),
         second_difference: system
             .second_difference(&constants, &known, &moving)
-            .map(|e| e.0.eps),
+            .map(Tangent::derivative),
     }
 }
 

@@ -7,4 +7,3 @@ pub mod fit;
 pub mod independent;
 #[cfg(doctest)]
 mod readme;
-pub mod tangent;

@@ -167,7 +167,8 @@ fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N],
             let point = polynomial.point(polynomial.start() + part * polynomial.length());
             let update = system.continuous(&point, &[]).update().unwrap();
             let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-            worst = worst.max(size(update.as_ref()) / size(&point.a).max(size(&point.v) / polynomial.length()));
+            worst =
+                worst.max(size(update.as_ref()) / size(&point.a).max(size(&point.v) / polynomial.length()));
         }
         steps += 1;
     }

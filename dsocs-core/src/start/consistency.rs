@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::compensated::Compensated;
 use crate::error::SetupError;
-use crate::regularity::Moving;
 use crate::rounding;
 use crate::scalar::Scalar as _;
 use crate::system::{Leg, Point, System};
+use crate::tangent::Tangent;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
 const OBEYED: f64 = 1e-12;
@@ -92,9 +92,9 @@ pub(super) fn project<S: System<N>, const N: usize>(
     }
     let inverse = inverse_mass(system, &q, &v);
     let q = if S::HOLONOMIC > 0 {
-        let rows = |q: &[Moving; N]| {
-            let mut rows = vec![Moving::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-            system.phase(q, &v.map(|v| Moving::new(v, 0.0)), &mut rows);
+        let rows = |q: &[Tangent; N]| {
+            let mut rows = vec![Tangent::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+            system.phase(q, &v.map(|v| Tangent::new(v, 0.0)), &mut rows);
             rows.truncate(S::HOLONOMIC);
             rows
         };
@@ -103,9 +103,9 @@ pub(super) fn project<S: System<N>, const N: usize>(
         q
     };
     let inverse = inverse_mass(system, &q, &v);
-    let v = solve(v, &inverse, &v, |v: &[Moving; N]| {
-        let mut rows = vec![Moving::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-        system.phase(&q.map(|q| Moving::new(q, 0.0)), v, &mut rows);
+    let v = solve(v, &inverse, &v, |v: &[Tangent; N]| {
+        let mut rows = vec![Tangent::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+        system.phase(&q.map(|q| Tangent::new(q, 0.0)), v, &mut rows);
         rows.split_off(S::HOLONOMIC)
     })?;
     Ok((q, v))
@@ -123,15 +123,15 @@ pub(super) fn onto_pair<S: System<N>, const N: usize>(
         return Ok(d);
     }
     let inverse = inverse_mass(system, q0, v0);
-    let correction = solve([0.0; N], &inverse, q0, |correction: &[Moving; N]| {
+    let correction = solve([0.0; N], &inverse, q0, |correction: &[Tangent; N]| {
         let leg = leg(q0, &d);
-        let moved = |x: [f64; N]| core::array::from_fn(|i| Moving::new(x[i], 0.0) + correction[i]);
+        let moved = |x: [f64; N]| core::array::from_fn(|i| Tangent::new(x[i], 0.0) + correction[i]);
         let leg = Leg {
             q: moved(leg.q),
             d: moved(leg.d),
         };
-        let mut rows = vec![Moving::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
-        system.pair(Moving::splat(h), &leg, &mut rows);
+        let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
+        system.pair(Tangent::splat(h), &leg, &mut rows);
         rows
     })?;
     let mut d = d;
@@ -167,11 +167,11 @@ fn inverse_mass<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64
     let columns: Vec<[f64; N]> = (0..N)
         .map(|j| {
             let point = Point {
-                q: q.map(|q| Moving::new(q, 0.0)),
-                v: v.map(|v| Moving::new(v, 0.0)),
-                a: core::array::from_fn(|i| Moving::new(0.0, if i == j { 1.0 } else { 0.0 })),
+                q: q.map(|q| Tangent::new(q, 0.0)),
+                v: v.map(|v| Tangent::new(v, 0.0)),
+                a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),
             };
-            system.continuous_force(&point).map(Moving::slope)
+            system.continuous_force(&point).map(Tangent::derivative)
         })
         .collect();
     let mass = DMatrix::from_fn(N, N, |i, j| columns[j][i]);
@@ -187,21 +187,21 @@ fn solve<const N: usize>(
     mut x: [f64; N],
     inverse: &DMatrix<f64>,
     around: &[f64; N],
-    rows: impl Fn(&[Moving; N]) -> Vec<Moving>,
+    rows: impl Fn(&[Tangent; N]) -> Vec<Tangent>,
 ) -> Result<[f64; N], SetupError> {
     let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        let columns: Vec<Vec<Moving>> = (0..N)
+        let columns: Vec<Vec<Tangent>> = (0..N)
             .map(|j| {
                 rows(&core::array::from_fn(|i| {
-                    Moving::new(x[i], if i == j { 1.0 } else { 0.0 })
+                    Tangent::new(x[i], if i == j { 1.0 } else { 0.0 })
                 }))
             })
             .collect();
         let count = columns.first().map_or(0, Vec::len);
         let value = DVector::from_fn(count, |i, _| columns[0][i].value());
-        let slope = DMatrix::from_fn(count, N, |i, j| columns[j][i].slope());
+        let slope = DMatrix::from_fn(count, N, |i, j| columns[j][i].derivative());
         if value.iter().chain(&slope).any(|entry| !entry.is_finite()) {
             break;
         }
@@ -222,7 +222,7 @@ fn solve<const N: usize>(
         }
         last = step;
     }
-    let residual = rows(&x.map(|x| Moving::new(x, 0.0)))
+    let residual = rows(&x.map(|x| Tangent::new(x, 0.0)))
         .iter()
         .map(|row| row.value())
         .collect();

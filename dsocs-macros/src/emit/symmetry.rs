@@ -43,11 +43,7 @@ pub(super) fn constant(model: &Model) -> TokenStream {
 /// Whether the step is symmetric with any legs, or the first reason why not.
 pub(super) fn decide(model: &Model) -> Symmetry {
     let mut graph = model.graph.clone();
-    if model
-        .constraints
-        .iter()
-        .any(|row| row.order < 2)
-    {
+    if model.constraints.iter().any(|row| row.order < 2) {
         return Symmetry::LowerOrder;
     }
     // before the equations are formed, which costs time where the mass matrix is full
@@ -67,7 +63,10 @@ pub(super) fn decide(model: &Model) -> Symmetry {
         graph.vanishes(difference)
     };
     let force = step.force.iter().zip(&continuous.force);
-    if !force.into_iter().all(|(&step, &continuous)| same(step, continuous)) {
+    if !force
+        .into_iter()
+        .all(|(&step, &continuous)| same(step, continuous))
+    {
         return Symmetry::LagrangianMap;
     }
     let count = model.constraints.len();
@@ -89,11 +88,8 @@ pub(super) fn decide(model: &Model) -> Symmetry {
 
 /// Whether the first order map is the paper's.
 fn is_paper(model: &Model, graph: &mut Graph) -> bool {
-    let first = |graph: &mut Graph, q: &[NodeId]| {
-        q.iter()
-            .enumerate()
-            .all(|(i, &q)| q == graph.leaf(Leaf::X0(i)))
-    };
+    let first =
+        |graph: &mut Graph, q: &[NodeId]| q.iter().enumerate().all(|(i, &q)| q == graph.leaf(Leaf::X0(i)));
     model.discrete_lagrangian.is_none()
         && matches!(model.phi_lagrangian.as_slice(), [[q, _]] if first(graph, q))
 }

@@ -1,0 +1,68 @@
+//! The geometry of the discrete flow: Legendre transforms, forms, the tangent map, and the paper's laws as figures.
+//!
+//! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`](crate::Leg): the node `q1` and the increment `q1 − q0`. As in the paper the discrete
+//! Lagrangian is not multiplied by the step, `L_d = L ∘ φ_{L_d}⁻¹`: its derivatives, the discrete [Legendre
+//! transforms](legendre_plus), are momenta over the time `h`, and so are the one-forms and `Ω_{L_d}`. What is called
+//! [momentum](momentum_plus) here is `h` times as much and has the units of a momentum.
+//!
+//! Derivatives are exact, by dual numbers through the generated code ([`Tangent`]); only functions of the user's
+//! are differentiated by differences. The tangent map of a step is that of the implicit function theorem on the generated
+//! rows ([`DiscreteFlow::tangent`]).
+//!
+//! ```
+//! use dsocs_core::geometry::{DiscreteFlow, Evolution};
+//! use dsocs_core::{Leg, dsocs};
+//!
+//! /// A pendulum.
+//! #[dsocs {
+//!     coordinates(theta);
+//!     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+//! }]
+//! struct Pendulum;
+//!
+//! let flow = DiscreteFlow::new(&Pendulum, 0.1)?;
+//! let triple = flow.forward(&Leg { q: [1.0], d: [0.05] })?;
+//! let law = Evolution::of(&flow, &triple)?;
+//! // F*Ω = Ω + dξ, and nothing constrains: dξ = 0
+//! assert!(law.defect() < 1e-14 && law.change() < 1e-14);
+//! // and back again
+//! let first = flow.backward(&triple.last())?;
+//! assert!((first.leg.d[0] - 0.05).abs() < 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod continuous;
+mod error;
+mod evolution;
+mod form;
+mod inverse;
+mod legendre;
+mod map;
+mod momentum;
+mod theorem;
+
+#[allow(unused_imports)] // named in the documentation
+use crate::tangent::Tangent;
+
+pub use continuous::{Variation, canonical_form, legendre, variation};
+pub use error::GeometryError;
+pub use evolution::Evolution;
+pub use form::{Displacement, TwoForm};
+pub use legendre::{
+    discrete_form, legendre_minus, legendre_plus, momentum_minus, momentum_plus, theta_minus, theta_plus,
+};
+pub use map::{DiscreteFlow, TangentMap, Triple};
+pub use momentum::{asymmetry, momentum_equation, momentum_map};
+pub use theorem::FlowTheorem;
+
+use crate::regularity;
+use crate::system::Leg;
+
+/// Units for derivatives by the coordinates: powers of two, which do not round, of about the size of a leg. Only differences
+/// of users' functions depend on them.
+fn units<const N: usize>(leg: &Leg<f64, N>) -> [f64; N] {
+    regularity::lengths(leg, &[0.0; N]).map(|length| {
+        let unit = length.log2().floor().exp2();
+        if unit.is_normal() { unit } else { 1.0 }
+    })
+}

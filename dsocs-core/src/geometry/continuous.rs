@@ -1,0 +1,89 @@
+//! The continuous system's form, its variational equation, and the rate at which `dν` grows.
+
+use super::form::{Displacement, TwoForm};
+use crate::multipliers;
+use crate::system::{Point, System};
+use crate::tangent::{Tangent, Tangent2};
+use crate::unknown::Unknown as _;
+
+/// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
+#[must_use]
+pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+    core::array::from_fn(|j| {
+        let v = core::array::from_fn(|i| Tangent::new(v[i], f64::from(u8::from(i == j))));
+        system
+            .lagrangian(&q.map(|q| Tangent::new(q, 0.0)), &v)
+            .derivative()
+    })
+}
+
+/// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
+#[must_use]
+pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
+    let part = |i: usize, chosen: usize| f64::from(u8::from(i == chosen));
+    // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
+    let [by_q, by_v] = [[1.0, 0.0], [0.0, 1.0]].map(|[to_q, to_v]| -> [[f64; N]; N] {
+        core::array::from_fn(|i| {
+            core::array::from_fn(|j| {
+                let q = core::array::from_fn(|k| Tangent2::second(q[k], [0.0, to_q * part(k, j)]));
+                let v = core::array::from_fn(|k| Tangent2::second(v[k], [part(k, i), to_v * part(k, j)]));
+                system.lagrangian(&q, &v).mixed()
+            })
+        })
+    });
+    TwoForm::from_fn(|a, i, b, j| match (a, b) {
+        (0, 0) => by_q[i][j] - by_q[j][i],
+        (0, 1) => by_v[i][j],
+        (1, 0) => -by_v[j][i],
+        _ => 0.0,
+    })
+}
+
+/// What a displacement of the state does to the acceleration and to the constraint force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variation<const N: usize> {
+    /// `δa`, from the rows of the continuous system by the implicit function theorem.
+    pub a: [f64; N],
+    /// `δQ`, the constraint force's.
+    pub force: [f64; N],
+}
+
+impl<const N: usize> Variation<N> {
+    /// The rate `d/ds dν(u, w)` at which the paper's `dν = (F^t)*Ω_L − Ω_L` grows, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the
+    /// variations of two displacements. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q`; paper, section 2.)
+    #[must_use]
+    pub fn rate(u: (&Displacement<N>, &Self), w: (&Displacement<N>, &Self)) -> f64 {
+        let product = super::legendre::product;
+        product(&w.1.force, &u.0.first) - product(&u.1.force, &w.0.first)
+    }
+}
+
+/// The variational equation of the continuous system at a point of its motion: what the displacement `(δq, δv)` does.
+///
+/// `None` if the rows do not determine the acceleration.
+#[must_use]
+pub fn variation<S: System<N>, const N: usize>(
+    system: &S,
+    point: &Point<f64, N>,
+    displacement: &Displacement<N>,
+) -> Option<Variation<N>> {
+    let along =
+        |x: &[f64; N], by: &[f64; N]| -> [Tangent; N] { core::array::from_fn(|i| Tangent::new(x[i], by[i])) };
+    let at = |a: &[f64; N]| Point {
+        q: along(&point.q, &displacement.first),
+        v: along(&point.v, &displacement.second),
+        a: along(&point.a, a),
+    };
+    let multipliers = multipliers::of_point(system, point);
+    let jacobian = system.continuous(point, &multipliers).jacobian;
+    let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
+    let rows = system.continuous(&at(&[0.0; N]), &fixed).rows;
+    let mut right = S::Motion::<f64>::zero();
+    for (right, row) in right.as_mut().iter_mut().zip(rows.as_ref()) {
+        *right = -row.derivative();
+    }
+    let change = S::Motion::<f64>::solve(&jacobian, &right)?;
+    let a = core::array::from_fn(|i| change.as_ref().get(i).copied().unwrap_or(f64::NAN));
+    let force = system.continuous_force(&at(&a)).map(Tangent::derivative);
+    Some(Variation { a, force })
+}

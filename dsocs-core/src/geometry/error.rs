@@ -1,0 +1,56 @@
+//! What can go wrong where the flow is looked at from outside.
+
+use thiserror::Error;
+
+use crate::error::{NewtonFailure, SetupError};
+
+/// A step could not be solved, or not be differentiated.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// The step or a parameter cannot be used.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The step has no solution that is found.
+    #[error("the step from q0 = {q0:?}, q1 = {q1:?} has no solution: {cause}")]
+    Step {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+        /// How its solution failed.
+        cause: Box<NewtonFailure>,
+    },
+    /// No first node belongs to the other two, or none is found.
+    #[error(
+        "no node before q1 = {q1:?}, q2 = {q2:?} is found: the last update was {update:.1e} of a leg; a smaller h makes it easier"
+    )]
+    Inverse {
+        /// The second node.
+        q1: Vec<f64>,
+        /// The third node.
+        q2: Vec<f64>,
+        /// The last update, relative to the leg.
+        update: f64,
+    },
+    /// The triple does not solve the equations.
+    #[error("q0 = {q0:?}, q1 = {q1:?}, q2 = {q2:?} are no trajectory: the step leads to {found:?}")]
+    NoTrajectory {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+        /// The third node.
+        q2: Vec<f64>,
+        /// The node that solves the step.
+        found: Vec<f64>,
+    },
+    /// The equations do not determine a derivative: their Jacobian is singular or not finite.
+    #[error("the equations are singular at q0 = {q0:?}, q1 = {q1:?}: the step has no derivative there")]
+    Singular {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+    },
+}

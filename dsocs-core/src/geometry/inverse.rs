@@ -1,0 +1,152 @@
+//! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::GeometryError;
+use super::map::{DiscreteFlow, Triple, moved};
+use super::units;
+use crate::flow;
+use crate::predictor::Predictor;
+use crate::scalar::Scalar as _;
+use crate::step::Step;
+use crate::system::{Leg, System};
+use crate::tangent::Tangent;
+
+/// How often the first node is improved before it is given up.
+const MAX_ITERATIONS: u32 = 60;
+
+/// An update of this part of a leg is the last: the error after it is about its square.
+const LAST_UPDATE: f64 = 1e-9;
+
+/// Updates below this part of a leg that do not shrink any more are rounding.
+const ROUNDING: f64 = 1e-7;
+
+/// An update and where it was made.
+struct Update<S: System<N>, const N: usize> {
+    /// By how much the leg changes.
+    d: [f64; N],
+    /// The unknowns after it.
+    z: S::Unknown<f64>,
+}
+
+impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
+    /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
+    ///
+    /// The generated step with `−h` is where the search begins, and where the declaration is symmetric in time also its end
+    /// ([`DiscreteFlow::irreversibility`]). Otherwise the step's own equations are solved for `q0`, by Newton's iteration.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError::Inverse`] if no first node is found.
+    pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
+        let mut e = self.reversed(last).unwrap_or([0.0; N]);
+        let q1: [f64; N] = core::array::from_fn(|i| last.q[i] - last.d[i]);
+        let at = |e: &[f64; N]| Leg {
+            q: q1,
+            d: core::array::from_fn(|i| last.d[i] - e[i]),
+        };
+        let lengths = units(last);
+        let mut z = match self.solved(&at(&e), &e) {
+            Ok((z, _)) => z,
+            Err(_) => Step::new(self.system, &self.constants, at(&e), self.h).unknowns(&e),
+        };
+        let mut before = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            let Some(update) = self.update(last, &at(&e), &z) else {
+                break;
+            };
+            let size = update.d.iter().zip(&lengths);
+            let size = size.map(|(d, length)| (d / length).abs()).fold(0.0, f64::max);
+            e = core::array::from_fn(|i| e[i] - update.d[i]);
+            z = update.z;
+            if size < LAST_UPDATE || (size < ROUNDING && size > before / 2.0) {
+                return Ok(Triple { leg: at(&e), e });
+            }
+            before = size;
+        }
+        Err(GeometryError::Inverse {
+            q1: q1.to_vec(),
+            q2: last.q.to_vec(),
+            update: before,
+        })
+    }
+
+    /// How far the step with `−h` leads from the first node of a trajectory, relative to the longer of the legs: zero but for
+    /// rounding if the declaration is symmetric in time.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError`] if the step with `−h` has no solution.
+    pub fn irreversibility(&self, triple: &Triple<N>) -> Result<f64, GeometryError> {
+        let back = DiscreteFlow::new(self.system, -self.h)?;
+        let last = triple.last();
+        let turned = Leg {
+            q: triple.leg.q,
+            d: last.d.map(|d| -d),
+        };
+        let found = back.forward_near(&turned, &triple.e)?;
+        let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
+        Ok(apart / norm(triple.leg.d).max(norm(last.d)))
+    }
+
+    /// The second difference of the step with `−h` from `(q2, q1)`.
+    fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
+        let h = -self.h;
+        let constants = self.system.constants(h);
+        let turned = Leg {
+            q: core::array::from_fn(|i| last.q[i] - last.d[i]),
+            d: last.d.map(|d| -d),
+        };
+        let step = Step::new(self.system, &constants, turned, h);
+        let (z, _) = step.solve(&Predictor::new(), flow::MAX_ITERATIONS).ok()?;
+        Some(step.second_difference(&z))
+    }
+
+    /// Newton's update of the first leg and the unknowns: rows of the step, and `d + S(d, z) = q2 − q1`.
+    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<Update<S, N>> {
+        let count = z.as_ref().len();
+        let all = count + N;
+        let units = units(last);
+        let constants = self.system.constants(Tangent::splat(self.h));
+        let mut matrix = DMatrix::zeros(all, all);
+        let mut right = DVector::zeros(all);
+        for column in 0..all {
+            let part = |k: usize| if k == column { 1.0 } else { 0.0 };
+            let moving = Leg {
+                q: leg.q.map(Tangent::splat),
+                d: core::array::from_fn(|i| Tangent::new(leg.d[i], part(i) * units[i])),
+            };
+            let known = self.system.known(&constants, &moving);
+            let z = moved::<S, N>(z, |k| part(N + k));
+            let rows = self.system.residual(&constants, &known, &z).rows;
+            let e = self.system.second_difference(&constants, &known, &z);
+            for (i, row) in rows.as_ref().iter().enumerate() {
+                matrix[(i, column)] = row.derivative();
+                right[i] = -row.value();
+            }
+            for i in 0..N {
+                let sum = moving.d[i] + e[i];
+                matrix[(count + i, column)] = sum.derivative();
+                right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
+            }
+        }
+        // rows in their own size
+        for (i, mut row) in matrix.row_iter_mut().enumerate() {
+            let size = row.amax();
+            if size > 0.0 {
+                row /= size;
+                right[i] /= size;
+            }
+        }
+        let change = matrix.lu().solve(&right)?;
+        let mut z = *z;
+        for (k, z) in z.as_mut().iter_mut().enumerate() {
+            *z += change[N + k];
+        }
+        change.iter().all(|x| x.is_finite()).then(|| Update {
+            d: core::array::from_fn(|i| change[i] * units[i]),
+            z,
+        })
+    }
+}

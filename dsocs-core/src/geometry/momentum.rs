@@ -1,0 +1,70 @@
+//! Discrete momentum maps: Noether's theorem, and the momentum equation where constraint forces break it.
+//!
+//! A symmetry is given by its infinitesimal generator `ξ_Q`, a vector field on the configurations. If `L_d` is invariant
+//! ([`asymmetry`] is zero), the momentum of a leg is the same at both of its nodes, and from leg to leg it changes by the
+//! constraint force's work, `J(q1, q2) − J(q0, q1) = h ⟨Q, ξ_Q(q1)⟩`; it is conserved where nothing constrains, and where
+//! the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the
+//! momentum equation with constraints in Cortés and Martínez 2001, section 6.)
+
+use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
+use super::map::{DiscreteFlow, Triple};
+use crate::system::{Leg, System};
+
+/// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
+/// those of the generator.
+#[must_use]
+pub fn momentum_map<S: System<N>, const N: usize>(
+    flow: &DiscreteFlow<'_, S, N>,
+    leg: &Leg<f64, N>,
+    generator: impl Fn(&[f64; N]) -> [f64; N],
+) -> f64 {
+    product(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q))
+}
+
+/// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, relative to its terms: zero but for rounding if
+/// `L_d` is invariant.
+#[must_use]
+pub fn asymmetry<S: System<N>, const N: usize>(
+    flow: &DiscreteFlow<'_, S, N>,
+    leg: &Leg<f64, N>,
+    generator: impl Fn(&[f64; N]) -> [f64; N],
+) -> f64 {
+    let q0 = core::array::from_fn(|i| leg.q[i] - leg.d[i]);
+    let (minus, plus) = (
+        legendre_minus(flow.system, flow.h, leg),
+        legendre_plus(flow.system, flow.h, leg),
+    );
+    let (first, second) = (generator(&q0), generator(&leg.q));
+    let change = product(&plus, &second) - product(&minus, &first);
+    over(change, size(&plus, &second) + size(&minus, &first))
+}
+
+/// The momentum equation at a trajectory: `J(q1, q2) − J(q0, q1) − h ⟨Q, ξ_Q(q1)⟩`, and the size of its terms.
+///
+/// Where `L_d` is not invariant the first is not zero.
+#[must_use]
+pub fn momentum_equation<S: System<N>, const N: usize>(
+    flow: &DiscreteFlow<'_, S, N>,
+    triple: &Triple<N>,
+    generator: impl Fn(&[f64; N]) -> [f64; N],
+) -> [f64; 2] {
+    let (first, last) = (triple.first(), triple.last());
+    let known = flow.system.known(&flow.constants, &first);
+    let force = flow.system.force(&flow.constants, &known, &first, &triple.e);
+    let at = generator(&first.q);
+    let work = flow.h * product(&force, &at);
+    let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);
+    let terms = |leg: &Leg<f64, N>| size(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q));
+    let all = terms(&first) + terms(&last) + flow.h.abs() * size(&force, &at);
+    [change - work, all]
+}
+
+/// The sum of the absolute values of products.
+fn size<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
+}
+
+/// A quotient, zero over zero being zero.
+fn over(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}

@@ -1,0 +1,58 @@
+//! The conditions of the paper's theorem on the discrete flow, at a triple.
+
+use crate::multipliers::count_unknown;
+use crate::regularity::{self, Regularity};
+use crate::system::{Leg, System};
+
+/// A singular value below this part of the largest is zero for all that can be told.
+const RANK: f64 = 64.0 * f64::EPSILON;
+
+/// The conditions of the discrete-flow theorem (paper, section 6) at a triple of nodes.
+///
+/// The theorem asks that `φ∘β` restricted to `D_K` has constant rank near the triple, and that `D₁` and `D₃` of it are injective
+/// on the tangent space of `D_K`. The equations of a step are both, the constraints that make `D_K` and the components of
+/// `β`: the rank of all of their derivatives is the codimension of `D_K` plus that of `φ∘β` on it. Where it is full, `D_K` is a
+/// submanifold there, and the rank of `φ∘β` on it is full and therefore constant nearby. `D₁` and `D₃` of the equations are square, and
+/// injective where they are regular ([`Regularity`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlowTheorem {
+    /// The rank of the equations' derivative by all three nodes, that of the constraints plus that of `φ∘β` on `D_K`.
+    pub rank: usize,
+    /// How large the rank is if it is full: the number of coordinates, and of multipliers that are unknown.
+    pub full: usize,
+    /// The smallest singular value that counts for the rank, over the largest; in the units of [`Regularity`].
+    pub margin: f64,
+    /// `D₃` and `D₁`.
+    pub regularity: Regularity,
+}
+
+impl FlowTheorem {
+    /// The conditions at the triple of a leg and the second difference `e`, with the step `h`.
+    #[must_use]
+    pub fn at<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
+        let regularity = Regularity::of(system, h, leg, e);
+        let mut values = regularity::all_singular_values(system, h, leg, e);
+        values.sort_by(|x, y| y.total_cmp(x));
+        let largest = values.first().copied().unwrap_or(f64::NAN);
+        let full = N + count_unknown(system);
+        let rank = values.iter().take(full).filter(|value| **value > RANK * largest);
+        Self {
+            rank: rank.count(),
+            full,
+            margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
+            regularity,
+        }
+    }
+
+    /// Whether the rank of `φ∘β` on `D_K` is constant near the triple: the theorem's first condition.
+    #[must_use]
+    pub fn has_constant_rank(&self) -> bool {
+        self.rank == self.full
+    }
+
+    /// Whether the theorem grants a discrete flow here.
+    #[must_use]
+    pub fn grants_flow(&self) -> bool {
+        self.has_constant_rank() && self.regularity.grants_flow()
+    }
+}
