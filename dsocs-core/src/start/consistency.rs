@@ -81,6 +81,13 @@ fn obeyed<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(
     Ok(())
 }
 
+/// Whether a projection has ended on the constraints, and not where their derivatives vanish.
+fn reached<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
+    obeyed::<S, N>(rows, sizes).map_err(|_| SetupError::Projection {
+        residual: rows.to_vec(),
+    })
+}
+
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
 pub(super) fn project<S: System<N>, const N: usize>(
     system: &S,
@@ -108,6 +115,9 @@ pub(super) fn project<S: System<N>, const N: usize>(
         system.phase(&q.map(|q| Tangent::new(q, 0.0)), v, &mut rows);
         rows.split_off(S::HOLONOMIC)
     })?;
+    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
+    system.phase(&q, &v, &mut rows);
+    reached::<S, N>(&rows, &rounding::phase_sizes(system, &q, &v))?;
     Ok((q, v))
 }
 
@@ -136,6 +146,8 @@ pub(super) fn onto_pair<S: System<N>, const N: usize>(
     })?;
     let mut d = d;
     d.add(&correction);
+    let leg = leg(q0, &d);
+    reached::<S, N>(&pair(system, h, &leg), &rounding::pair_sizes(system, h, &leg))?;
     Ok(d)
 }
 

@@ -14,6 +14,10 @@ const FAR: f64 = 10.0;
 /// root of a pair is about 2 away.
 const FITS: f64 = 0.5;
 
+/// Without a past, a root is the one that is meant if it is nearer to the continuous system's acceleration than this part of
+/// the other one's distance.
+const NEARER: f64 = 0.1;
+
 /// From so many solutions determinants are extrapolated.
 pub(crate) const PAST: usize = 4;
 
@@ -73,7 +77,11 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         if relative(&apart, &root.z, &legs) > FAR {
             return Ok(report(root, guess));
         }
-        match self.continued(predictor, &root.z, &other, size) {
+        let candidate = match predictor.lately::<PAST>() {
+            Some(past) => self.continued(&past, &root.z, &other, size),
+            None => self.near_continuous(&root.z, &other, &legs),
+        };
+        match candidate {
             Some(Candidate::Found) => Ok(report(root, guess)),
             Some(Candidate::Other) => Ok(report(Root { z: other, ..root }, Guess::Other)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
@@ -94,14 +102,14 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     /// Determinants are compared along the line through both roots, extrapolated from the last four steps.
     fn continued(
         &self,
-        predictor: &Predictor<S::Unknown<f64>>,
+        past: &[S::Unknown<f64>; PAST],
         found: &S::Unknown<f64>,
         other: &S::Unknown<f64>,
         size: &S::Unknown<f64>,
     ) -> Option<Candidate> {
         let mut leg = self.leg;
         let mut former = [self.linearize(found).jacobian; PAST];
-        for (place, (z, jacobian)) in predictor.lately::<PAST>()?.iter().zip(&mut former).enumerate() {
+        for (place, (z, jacobian)) in past.iter().zip(&mut former).enumerate() {
             let rows;
             if let Some(past) = self.past {
                 let known = self.system.known(self.constants, &past[place]);
@@ -133,6 +141,26 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             (true, false) => Some(Candidate::Found),
             (false, true) => Some(Candidate::Other),
             _ => None,
+        }
+    }
+
+    /// Which of two roots the continuous system's acceleration speaks for, clearly.
+    fn near_continuous(
+        &self,
+        found: &S::Unknown<f64>,
+        other: &S::Unknown<f64>,
+        legs: &S::Unknown<f64>,
+    ) -> Option<Candidate> {
+        let acceleration = self.continuous()?;
+        let distance =
+            |root: &S::Unknown<f64>| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
+        let (found, other) = (distance(found), distance(other));
+        if found < NEARER * other {
+            Some(Candidate::Found)
+        } else if other < NEARER * found {
+            Some(Candidate::Other)
+        } else {
+            None
         }
     }
 

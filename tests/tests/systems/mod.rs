@@ -5,4 +5,5 @@ pub mod constrained;
 pub mod maps;
 pub mod mass;
 pub mod opaque;
+pub mod orders;
 pub mod paper;

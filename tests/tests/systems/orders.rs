@@ -1,0 +1,155 @@
+//! Constraints of positions and of velocities, alone, together and beside one of second order.
+
+use dsocs_core::dsocs;
+
+/// A pendulum of unit mass and length in the plane; its rod is a constraint.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    holonomic = x.powi(2) + y.powi(2) - 1;
+}]
+pub struct Rod {
+    pub gravity: f64,
+}
+
+/// The same with a basis of the displacements that is written, of another length than the one that is found.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    holonomic = x.powi(2) + y.powi(2) - 1;
+    variational = [((2 + x) * y, -(2 + x) * x)];
+}]
+pub struct RodWithField {
+    pub gravity: f64,
+}
+
+/// A point on an ellipsoid: there is no basis of the displacements without a zero, so that multipliers are unknown.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
+    holonomic = x.powi(2) + 2 * y.powi(2) + 3 * z.powi(2) - 1;
+}]
+pub struct Ellipsoid {
+    pub gravity: f64,
+}
+
+/// The same with fields that span the displacements away from `x = 0`.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
+    holonomic = x.powi(2) + 2 * y.powi(2) + 3 * z.powi(2) - 1;
+    variational = [(2 * y, -x, 0), (3 * z + 2 * y, -x, -x)];
+}]
+pub struct EllipsoidWithFields {
+    pub gravity: f64,
+}
+
+/// The same with the forms of the forces, in other units.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
+    holonomic = x.powi(2) + 2 * y.powi(2) + 3 * z.powi(2) - 1;
+    forces = [(10 * x, 20 * y, 30 * z)];
+}]
+pub struct EllipsoidWithForce {
+    pub gravity: f64,
+}
+
+/// A mass matrix that depends on the position, and a constraint without a constant in its form.
+#[dsocs {
+    coordinates(x, y: [2]);
+    lagrangian = (dot(x).powi(2) + dot(y[0]).powi(2) + (1 + x.powi(2)) * dot(y[1]).powi(2)) / 2 - y[0];
+    holonomic = x.powi(2) + y[0].powi(2) + (y[1] - x).powi(2) - 1;
+    phi_lagrangian = midpoint;
+}]
+pub struct VariableMass;
+
+/// The nonholonomic particle in a harmonic potential.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
+    nonholonomic = dot(z) - y * dot(x);
+    phi_lagrangian = midpoint;
+}]
+pub struct Nonholonomic;
+
+/// The same with a basis of the displacements that is written.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
+    nonholonomic = dot(z) - y * dot(x);
+    variational = [(1, dot(x), y), (0, 1 + x.powi(2), 0)];
+    phi_lagrangian = midpoint;
+}]
+pub struct NonholonomicWithFields;
+
+/// Affine and nonlinear in the velocities: a particle in a stream that keeps its speed (the first by d'Alembert's rule, the second
+/// by Chetaev's).
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - x * z;
+    nonholonomic = [dot(z) - y * dot(x) - x, dot(x).powi(2) + dot(y).powi(2) - 1];
+    phi_lagrangian = midpoint;
+}]
+pub struct Nonlinear;
+
+/// A constraint of every order.
+#[dsocs {
+    coordinates(x, y, z, u);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2) + dot(u).powi(2)) / 2 - y;
+    holonomic = x.powi(2) + y.powi(2) - 1;
+    nonholonomic = dot(z) - x * dot(u);
+    kinematic = ddot(u) + dot(u) + u.powi(3) - x;
+    variational = chetaev;
+    phi_lagrangian = midpoint;
+}]
+pub struct Mixed;
+
+/// The same with the force of Chetaev's rule written out.
+#[dsocs {
+    coordinates(x, y, z, u);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2) + dot(u).powi(2)) / 2 - y;
+    holonomic = x.powi(2) + y.powi(2) - 1;
+    nonholonomic = dot(z) - x * dot(u);
+    kinematic = ddot(u) + dot(u) + u.powi(3) - x;
+    forces = [(0, 0, 0, 1)];
+    phi_lagrangian = midpoint;
+}]
+pub struct MixedWithForce;
+
+/// The inertia wheel pendulum of the paper with its rod as a constraint: a holonomic constraint and a Lyapunov constraint, each
+/// with its own rule.
+#[dsocs {
+    coordinates(x, y, psi);
+    let theta = x.atan2(y);
+    let theta_rate = y * dot(x) - x * dot(y);
+    lagrangian = i / 2 * (dot(x).powi(2) + dot(y).powi(2)) + j / 2 * (theta_rate + dot(psi)).powi(2) - m * (1 + y);
+
+    let a = 1 / i;
+    let b = -1 / i;
+    let c = 1 / i + 1 / j;
+    let g_c = d * (n * a - b) * (i * j);
+    let h_c = d * (n * b - c) * (i * j);
+    let f = (g_c.powi(2) + e) / h_c;
+    let p1 = (i + j) * theta_rate + j * dot(psi);
+    let p2 = j * (theta_rate + dot(psi));
+    let w = g_c * p1 + h_c * p2;
+    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+        + chi * (1 - (psi - n * theta).cos())
+        + m * e / d * (1 - y);
+
+    holonomic = x.powi(2) + y.powi(2) - 1;
+    kinematic = dot(lyapunov) + rho * w * w.tanh();
+    forces = [(0, 0, 1)];
+    observe = [theta, w, lyapunov];
+}]
+pub struct RodWithWheel {
+    pub i: f64,
+    pub j: f64,
+    pub m: f64,
+    pub d: f64,
+    pub e: f64,
+    pub chi: f64,
+    pub n: f64,
+    pub rho: f64,
+}
