@@ -85,11 +85,11 @@ fn a_run_follows_its_motion_or_says_that_it_cannot_tell() {
 
 #[test]
 fn the_error_tells_both_solutions_and_what_to_do() {
-    // no past, and the guess lies between two roots that are close
-    let system = Either { drift: 0.3 };
-    let start = Start::nodes([0.97], [1.0]);
+    // near its largest velocity the oscillator stays close to the uniform motion
+    let system = Either { drift: 0.99 };
+    let start = Start::second_order([1.0], [0.0]);
     let mut flow = Flow::new(&system, H, start).unwrap();
-    match flow.until(10.0) {
+    match flow.until(500.0) {
         Err(failure) => {
             let RunError::Step(error) = &failure.error else {
                 panic!("{failure:?}")
@@ -106,6 +106,17 @@ fn the_error_tells_both_solutions_and_what_to_do() {
             }
             assert!(!failure.trajectory.is_empty(), "what was computed is kept");
         }
-        Ok(_) => panic!("two roots at the very start"),
+        Ok(_) => panic!("two roots, and never a doubt"),
     }
+}
+
+#[test]
+fn without_a_past_the_continuous_acceleration_tells() {
+    // both roots are a hundredth away from a straight line, and the continuous system has one acceleration
+    let system = Either { drift: 0.31 };
+    let mut flow = Flow::new(&system, H, Start::nodes([0.97], [1.0])).unwrap();
+    let [oscillator, uniform] = solutions(&system, &flow);
+    flow.advance().unwrap();
+    assert!((oscillator - uniform).abs() > 1e-3);
+    assert!((flow.position()[0] - oscillator).abs() < 1e-12);
 }
