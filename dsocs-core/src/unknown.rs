@@ -38,7 +38,7 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
 /// The trait keeps their number `M` out of every signature that does not need it.
 pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// A square matrix of this size, row by row.
-    type Square: Copy + Debug + AsRef<[Self]>;
+    type Square: Copy + Debug + AsRef<[Self]> + AsMut<[Self]>;
 
     /// Zero.
     #[must_use]

@@ -1,7 +1,7 @@
 //! A step allocates nothing.
 
 use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Node, Start, System};
+use dsocs_core::{ComposedFlow, Composition, Flow, Node, Start, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
@@ -64,6 +64,31 @@ fn the_pendulum() {
         0.1,
         Start::paper(START.0, START.1),
     );
+}
+
+#[test]
+fn a_composed_step() {
+    fn allocations<S: System<2>>(system: &S, q0: [f64; 2], v0: [f64; 2]) {
+        for method in [
+            Composition::SUZUKI_4,
+            Composition::KAHAN_LI_6,
+            Composition::KAHAN_LI_8,
+        ] {
+            let mut flow = ComposedFlow::new(system, 0.1, method, q0, v0).unwrap();
+            let steps = allocation_counter::measure(|| {
+                for _ in 0..300 {
+                    flow.next().unwrap().unwrap();
+                }
+            });
+            assert_eq!(
+                steps.count_total, 0,
+                "300 steps of {method} allocate {} bytes",
+                steps.bytes_total
+            );
+        }
+    }
+    allocations(&CurvedParticle::default(), [0.0, 0.0], [1.0, 1.0]);
+    allocations(&InertiaWheelPendulum::default(), START.0, START.1);
 }
 
 #[test]

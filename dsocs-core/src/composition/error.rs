@@ -24,16 +24,19 @@ pub struct FailedStage {
 pub enum StageFailure {
     /// Its equations have no solution that was found, or more than one. Times and nodes are the stage's.
     Step(StepError),
-    /// It goes back in time to an acceleration far larger than any before it.
+    /// It goes back in time beyond a singularity of its equations: there is a solution, but not one that the motion leads to.
+    Singularity {
+        /// The time at the end of the stage.
+        time: f64,
+        /// The length of its leg.
+        h: f64,
+    },
+    /// It goes back in time to a solution other than the one that the motion leads to: the acceleration jumps.
     Jump {
         /// The time at the end of the stage.
         time: f64,
-        /// The coordinate's name.
-        coordinate: &'static str,
-        /// The largest acceleration before.
-        before: f64,
-        /// The acceleration at the end of the stage.
-        after: f64,
+        /// The length of its leg.
+        h: f64,
     },
 }
 
@@ -68,20 +71,20 @@ impl fmt::Display for StageError {
         }
         match cause {
             StageFailure::Step(error) => write!(f, " failed: {error}")?,
-            StageFailure::Jump {
-                time,
-                coordinate,
-                before,
-                after,
-            } => write!(
+            StageFailure::Singularity { time, h } => write!(
                 f,
-                " jumps: at t = {time} the acceleration of `{coordinate}` would be {after:.3e}, where it was at most {before:.3e}",
+                " passes a singularity: its equations at t = {time} have changed their orientation over the leg of {h:.3e}, so that \
+                 their solution does not continue the motion",
+            )?,
+            StageFailure::Jump { time, h } => write!(
+                f,
+                " jumps: the solution at t = {time} is not the one that the motion leads to over the leg of {h:.3e}",
             )?,
         }
         if method.order() > 2 {
             f.write_str(
                 "; the method has legs that go back in time, where a constraint such as a decrease of energy may have no \
-                 motion: take the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
+                 motion: take a smaller h, the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
             )?;
         }
         Ok(())

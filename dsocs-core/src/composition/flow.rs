@@ -3,6 +3,7 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
+use super::backward;
 use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
 use super::symmetry::Symmetry;
@@ -61,8 +62,8 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     now: State<N>,
     /// Its number.
     index: u64,
-    /// How large each acceleration has been lately.
-    largest: [f64; N],
+    /// The orientation of the longest stage that goes back, as the motion has it.
+    orientation: f64,
     /// How the step that led to it was solved.
     report: StepReport,
     /// Whether the current node has been handed out.
@@ -74,13 +75,6 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// Whether the iterator has ended.
     ended: bool,
 }
-
-/// An acceleration at the end of a leg that goes back is a jump if it is so many times as large as any before it, and if
-/// it turns the velocity round. Legs that go back lie between nodes of the same step that are known already.
-const JUMP: f64 = 16.0;
-
-/// How much of the size of past accelerations is remembered from one step to the next.
-const MEMORY: f64 = 0.75;
 
 /// A node.
 #[repr(align(16))] // as the sums, see [`crate::compensated`]
@@ -101,6 +95,8 @@ struct Stage<C, U, const N: usize> {
     h: f64,
     /// Whether it goes against the direction of the run.
     backward: bool,
+    /// Whether it is the longest of these, and the first of its length.
+    longest: bool,
     /// `1/h²`.
     per_square: f64,
     /// What is known since the run began.
@@ -174,7 +170,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 a: a0,
             },
             index: 0,
-            largest: a0.map(f64::abs),
+            orientation: 0.0,
             report: START,
             handed: false,
             max_iterations: MAX_ITERATIONS,
@@ -191,12 +187,17 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             q: self.now.q.hi,
             d: [0.0; N],
         };
+        self.orientation = 0.0;
         self.stages.clear();
+        let longest = self.method.fractions().fold(0.0, f64::min);
+        let mut first = true;
         self.stages.extend(self.method.fractions().map(|fraction| {
             let h = fraction * self.h;
+            let longest = fraction < 0.0 && fraction == longest && core::mem::take(&mut first);
             Stage {
                 h,
                 backward: fraction < 0.0,
+                longest,
                 per_square: (h * h).recip(),
                 constants: self.system.constants(h),
                 predictor: Predictor::new(),
@@ -315,7 +316,6 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     #[inline]
     pub fn advance(&mut self) -> Result<StepReport, StageError> {
         let mut state = self.now;
-        let mut largest = core::array::from_fn(|i| (MEMORY * self.largest[i]).max(state.a[i].abs()));
         let mut total = StepReport {
             iterations: 0,
             ..USUAL
@@ -325,6 +325,11 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         for place in 0..self.stages.len() {
             let stage = &mut self.stages[place];
             let half = 0.5 * stage.h;
+            let from = Point {
+                q: state.q.hi,
+                v: state.v.hi,
+                a: state.a,
+            };
             state.v.add(&state.a.map(|a| half * a));
             let d = Compensated {
                 hi: state.v.hi.map(|v| stage.h * v),
@@ -345,17 +350,20 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let per_square = stage.per_square;
             let a = step.second_difference(&z).map(|e| e * per_square);
             if stage.backward
-                && let Some(coordinate) = jumps(&largest, &state.v.hi, &a, stage.h)
+                && backward::in_question(&report)
+                && !backward::continues(self.system, stage.h, &from, &a)
             {
-                return Err(self.jumped(place, coordinate, largest[coordinate], a[coordinate]));
+                let h = stage.h;
+                let time = self.time_of_stage(place);
+                return Err(self.refused(place, StageFailure::Jump { time, h }));
             }
             state.a = a;
-            largest = core::array::from_fn(|i| largest[i].max(a[i].abs()));
             state.v.add(&state.a.map(|a| half * a));
             if !state.v.hi.iter().all(|v| v.is_finite()) {
                 let cause = step.not_finite(&z);
                 return Err(self.failed(place, &state, cause));
             }
+            let turned = stage.longest && backward::orientation(&step, &z) != self.orientation;
             stage.found = z;
             total = StepReport {
                 iterations: total.iterations + report.iterations,
@@ -370,13 +378,16 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                     total.guess
                 },
             };
+            if turned {
+                self.orientation = self.reoriented(place, &state)?;
+            }
         }
         for stage in &mut self.stages {
             stage.predictor.push(&stage.found);
             stage.past.rotate_right(1);
             stage.past[0] = stage.leg;
         }
-        (self.now, self.largest, self.report, self.handed) = (state, largest, total, false);
+        (self.now, self.report, self.handed) = (state, total, false);
         self.index += 1;
         Ok(total)
     }
@@ -457,19 +468,30 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         self.time() + done * self.h
     }
 
-    /// The error of a stage whose acceleration cannot belong to the motion.
+    /// The orientation of the motion at the end of a stage, if the stage has the same: at the first step of a run, and
+    /// where the continuous system itself passes a singularity.
     #[cold]
-    fn jumped(&self, place: usize, coordinate: usize, before: f64, after: f64) -> StageError {
+    fn reoriented(&self, place: usize, state: &State<N>) -> Result<f64, StageError> {
+        let stage = &self.stages[place];
+        let (q, v, a) = (&state.q.hi, &state.v.hi, &state.a);
+        let short = backward::short_orientation(self.system, stage.h, q, v, a);
+        let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+        let same = backward::orientation(&step, &stage.found) == short;
+        if same && !(self.index == 0 && backward::passes_singularity(self.system, stage.h, q, v, a)) {
+            return Ok(short);
+        }
+        let (time, h) = (self.time_of_stage(place), stage.h);
+        Err(self.refused(place, StageFailure::Singularity { time, h }))
+    }
+
+    /// The error of a stage whose solution cannot belong to the motion.
+    #[cold]
+    fn refused(&self, place: usize, cause: StageFailure) -> StageError {
         StageError::new(FailedStage {
             method: self.method,
             stage: place + 1,
             backward: true,
-            cause: StageFailure::Jump {
-                time: self.time_of_stage(place),
-                coordinate: S::COORDINATES[coordinate],
-                before,
-                after,
-            },
+            cause,
         })
     }
 
@@ -511,13 +533,6 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             })),
         })
     }
-}
-
-/// The coordinate whose acceleration `a` cannot belong to the motion, at the end of a leg of the length `h` that came with the
-/// velocity `v`.
-#[inline]
-fn jumps<const N: usize>(largest: &[f64; N], v: &[f64; N], a: &[f64; N], h: f64) -> Option<usize> {
-    (0..N).find(|&i| a[i].abs() > JUMP * largest[i] && (h * a[i]).abs() > v[i].abs())
 }
 
 /// The report of the start.

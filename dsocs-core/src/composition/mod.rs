@@ -11,6 +11,7 @@
 //! is symmetric in time for every `h` and of order 2. With equal legs it is the paper's step. A [`Composition`] makes a step of
 //! several such with different, partly negative lengths.
 
+mod backward;
 mod error;
 mod flow;
 mod method;

@@ -195,6 +195,16 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         }
     }
 
+    /// The root nearest to a guess, without a past.
+    #[cold]
+    pub fn solve_from(
+        &self,
+        start: S::Unknown<f64>,
+        max_iterations: u32,
+    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
+        self.solve_near(start, &Predictor::new(), max_iterations)
+    }
+
     /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
     pub fn pair(
         &self,

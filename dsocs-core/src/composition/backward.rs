@@ -1,0 +1,194 @@
+//! Legs that go back in time: whether they can belong to the motion.
+//!
+//! Where a motion is damped, back in time it grows. A leg of the length `-h` has the equations `F(q, v_r - h/2 a, a) = 0`, with the
+//! derivative `F_a - h/2 F_v` by the acceleration. As `h` grows from zero this may become singular (at `h k = 2` for a damping
+//! `a = -k v`): beyond that there still are solutions, but none that the motion back in time leads to. Its determinant then has
+//! the other sign, as long as no second direction is singular as well.
+//!
+//! With several legs that go back the longest is looked at: it is the first to become singular.
+//!
+//! Where the damping is a switch, there may also be a third solution on the other side of it, with the same orientation. A
+//! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
+
+use crate::flow::MAX_ITERATIONS;
+use crate::step::{Guess, Step, StepReport};
+use crate::system::{Leg, Point, System};
+use crate::unknown::Unknown;
+
+/// A leg so many times as short as the one in question goes back to no singularity.
+const SHORT: f64 = 1.0 / (1 << 20) as f64;
+
+/// The evaluations after which a solution is held against the one that the motion leads to.
+const MANY: u32 = 6;
+
+/// On the way from a node an iteration that takes so many evaluations has not left its branch.
+const FEW: u32 = 4;
+
+/// The smallest part of a leg on that way.
+const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
+
+/// Two accelerations that differ by less, relative to the larger, are the same solution.
+const SAME: f64 = 1e-6;
+
+/// How far a velocity is moved, relative to itself, to see where it leads.
+const MOVED: f64 = 1e-4;
+
+/// Whether a solution was not found at once.
+#[inline]
+pub(super) fn in_question(report: &StepReport) -> bool {
+    report.iterations >= MANY || report.guess != Guess::Predicted
+}
+
+/// Whether the acceleration `found` at the end of a leg is the one that the motion leads to: with legs from the node that
+/// become longer little by little.
+#[cold]
+pub(super) fn continues<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    from: &Point<f64, N>,
+    found: &[f64; N],
+) -> bool {
+    let (mut a, mut reached, mut part) = (from.a, 0.0, 0.125);
+    while reached < 1.0 {
+        let next = f64::min(1.0, reached + part);
+        let h = next * h;
+        let v: [f64; N] = core::array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
+        let leg = Leg {
+            q: core::array::from_fn(|i| from.q[i] + h * v[i]),
+            d: v.map(|v| h * v),
+        };
+        let constants = system.constants(h);
+        let step = Step::new(system, &constants, leg, h);
+        let guess = system.unknown(&a.map(|a| h * h * a), &[]);
+        match step.solve_from(guess, FEW) {
+            Ok((z, report)) if report.iterations <= FEW => {
+                a = step.second_difference(&z).map(|e| e / (h * h));
+                (reached, part) = (next, 2.0 * part);
+            }
+            _ if part <= SMALLEST_PART => return false,
+            _ => part *= 0.5,
+        }
+    }
+    let size = |a: &[f64; N]| a.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
+    let apart: [f64; N] = core::array::from_fn(|i| a[i] - found[i]);
+    size(&apart) <= SAME * size(&a).max(size(found))
+}
+
+/// The sign of the determinant of a step's rows, as they were declared.
+#[inline]
+pub(super) fn orientation<S: System<N>, const N: usize>(step: &Step<'_, S, N>, z: &S::Unknown<f64>) -> f64 {
+    let rows = step.system.residual(step.constants, &step.known, z);
+    let mut sign = determinant::<S::Unknown<f64>>(rows.jacobian).signum();
+    if S::SCALED {
+        let scales = step.system.scales(step.constants, &step.known, z);
+        for scale in scales.as_ref() {
+            sign *= scale.signum();
+        }
+    }
+    sign
+}
+
+/// The orientation at a node for a short leg.
+#[cold]
+pub(super) fn short_orientation<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+    a: &[f64; N],
+) -> f64 {
+    let h = SHORT * h;
+    let constants = system.constants(h);
+    let step = Step::new(system, &constants, arriving(h, q, v, a), h);
+    orientation(&step, &system.unknown(&a.map(|a| h * h * a), &[]))
+}
+
+/// Whether rows that were solved beforehand and do not appear among the others have passed a singularity: by the way the
+/// velocity after a leg depends on that along it. False where that cannot be found out.
+#[cold]
+pub(super) fn passes_singularity<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+    a: &[f64; N],
+) -> bool {
+    let constants = system.constants(h);
+    let leg = arriving(h, q, v, a);
+    let solve = |leg: Leg<f64, N>| {
+        let step = Step::new(system, &constants, leg, h);
+        let guess = system.unknown(&a.map(|a| h * h * a), &[]);
+        let (z, _) = step.solve_from(guess, MAX_ITERATIONS).ok()?;
+        Some(step.second_difference(&z))
+    };
+    let Some(e) = solve(leg) else {
+        return false;
+    };
+    let mut slopes = [[0.0; N]; N];
+    for (i, slopes) in slopes.iter_mut().enumerate() {
+        let size = leg.d[i].abs().max((h * h * a[i]).abs());
+        let by = MOVED * if size > 0.0 { size } else { h.abs() };
+        let mut moved = leg;
+        moved.d[i] += by;
+        let Some(changed) = solve(moved) else {
+            return false;
+        };
+        *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
+    }
+    determinant::<[f64; N]>(slopes) < 0.0
+}
+
+/// The leg of the length `h` that arrives at a node.
+fn arriving<const N: usize>(h: f64, q: &[f64; N], v: &[f64; N], a: &[f64; N]) -> Leg<f64, N> {
+    Leg {
+        q: *q,
+        d: core::array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
+    }
+}
+
+/// The determinant, by elimination with partial pivoting; of use for its sign.
+#[inline]
+fn determinant<U: Unknown<f64>>(mut matrix: U::Square) -> f64 {
+    let rows = matrix.as_mut();
+    let count = rows.len();
+    let mut product = 1.0;
+    for k in 0..count {
+        let size = |row: &U| row.as_ref()[k].abs();
+        let pivot = (k + 1..count).fold(k, |best, i| {
+            if size(&rows[i]) > size(&rows[best]) {
+                i
+            } else {
+                best
+            }
+        });
+        if pivot != k {
+            rows.swap(pivot, k);
+            product = -product;
+        }
+        let upper = rows[k];
+        let inverse = upper.as_ref()[k].recip();
+        // rows may differ in size by hundreds of orders of magnitude: of the pivots the signs alone are multiplied
+        product *= upper.as_ref()[k].signum();
+        for row in &mut rows[k + 1..] {
+            let factor = row.as_ref()[k] * inverse;
+            *row = row.zip(&upper, |lower, upper| lower - factor * upper);
+        }
+    }
+    product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn determinants_have_their_signs() {
+        assert_eq!(determinant::<[f64; 0]>([]), 1.0);
+        assert_eq!(determinant::<[f64; 1]>([[-3.0]]), -1.0);
+        assert_eq!(determinant::<[f64; 2]>([[0.0, 1e-200], [1e200, 5.0]]), -1.0);
+        let odd = [[0.0, 0.0, 2.0], [0.0, 3.0, 1.0], [4.0, 1.0, 1.0]];
+        assert_eq!(determinant::<[f64; 3]>(odd), -1.0);
+        let even = [[0.0, 2.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 0.0]];
+        assert_eq!(determinant::<[f64; 3]>(even), 1.0);
+    }
+}
