@@ -44,7 +44,7 @@ mod theorem;
 #[allow(unused_imports)] // named in the documentation
 use crate::tangent::Tangent;
 
-pub use continuous::{Variation, canonical_form, legendre, variation};
+pub use continuous::{Variation, canonical_form, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use form::{Displacement, TwoForm};

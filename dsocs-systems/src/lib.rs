@@ -1,19 +1,20 @@
 //! The systems of the paper, declared with [`dsocs_core::dsocs`], and the command `dsocs` that runs them.
 //!
-//! A system is one file ([`particle`], [`pendulum`], [`mod@chain`]) and one entry of [`registry`]. [`experiment`] measures the paper's
-//! errors, [`figure`] draws and knows nothing of mechanics, [`cli`] is what the command does.
+//! A system is one file of [`systems`] with its entry, and one line of [`registry`]. [`experiment`] measures the paper's
+//! errors, [`check`] holds systems against the paper's theorems, [`figure`] draws and knows nothing of mechanics, [`cli`] is what the command does.
 #![forbid(unsafe_code)]
 
-pub mod chain;
+pub mod check;
 pub mod cli;
 pub mod experiment;
 pub mod figure;
-pub mod particle;
-pub mod pendulum;
 pub mod reference;
 pub mod registry;
 pub mod stability;
+pub mod systems;
 
-pub use chain::{PlanarChain2, PlanarChain8};
-pub use particle::{Constant, Curvature, CurvedParticle, Wavy};
-pub use pendulum::InertiaWheelPendulum;
+pub use systems::{
+    CartPole, Constant, Curvature, CurvedParticle, GravityTurn, InertiaWheelPendulum, MagneticParticle,
+    PlanarChain2, PlanarChain8, SphericalPendulum, Wavy,
+};
+pub use systems::{chain, particle, pendulum};

@@ -1,7 +1,9 @@
 //! The continuous system's form, its variational equation, and the rate at which `dν` grows.
 
+use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use crate::multipliers;
+use crate::start;
 use crate::system::{Point, System};
 use crate::tangent::{Tangent, Tangent2};
 use crate::unknown::Unknown as _;
@@ -37,6 +39,26 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
         (1, 0) => -by_v[j][i],
         _ => 0.0,
     })
+}
+
+/// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
+///
+/// # Errors
+///
+/// [`GeometryError::Acceleration`] if they determine none.
+pub fn motion<S: System<N>, const N: usize>(
+    system: &S,
+    q: [f64; N],
+    v: [f64; N],
+) -> Result<Point<f64, N>, GeometryError> {
+    match start::acceleration(system, &q, &v) {
+        Ok((a, _)) => Ok(Point { q, v, a }),
+        Err(cause) => Err(GeometryError::Acceleration {
+            q: q.to_vec(),
+            v: v.to_vec(),
+            cause: Box::new(cause),
+        }),
+    }
 }
 
 /// What a displacement of the state does to the acceleration and to the constraint force.

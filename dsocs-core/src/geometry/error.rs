@@ -21,6 +21,16 @@ pub enum GeometryError {
         /// How its solution failed.
         cause: Box<NewtonFailure>,
     },
+    /// The continuous system gives no acceleration.
+    #[error("the acceleration at q = {q:?}, v = {v:?} cannot be solved for: {cause}")]
+    Acceleration {
+        /// The position.
+        q: Vec<f64>,
+        /// The velocity.
+        v: Vec<f64>,
+        /// How its solution failed.
+        cause: Box<NewtonFailure>,
+    },
     /// No first node belongs to the other two, or none is found.
     #[error(
         "no node before q1 = {q1:?}, q2 = {q2:?} is found: the last update was {update:.1e} of a leg; a smaller h makes it easier"

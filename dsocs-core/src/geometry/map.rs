@@ -6,6 +6,7 @@ use super::units;
 use crate::error::NewtonFailure;
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::predictor::Predictor;
+use crate::regularity;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
 use crate::system::{Leg, System};
@@ -151,8 +152,8 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         let Triple { leg, e } = triple;
         let (z, step) = self.solved(leg, e)?;
         let found = step.second_difference(&z);
-        if (0..N).any(|i| (found[i] - e[i]).abs() > SAME * (leg.d[i].abs() + e[i].abs()) + f64::MIN_POSITIVE)
-        {
+        let lengths = regularity::lengths(leg, e);
+        if (0..N).any(|i| (found[i] - e[i]).abs() > SAME * lengths[i]) {
             let [q0, q1, q2] = triple.nodes().map(Vec::from);
             let found = Triple { leg: *leg, e: found };
             return Err(GeometryError::NoTrajectory {

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use crate::registry::{RunFailure, UnknownName};
+use crate::registry::{CheckFailure, RunFailure, UnknownName};
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -80,7 +80,10 @@ pub enum CliError {
         /// Where.
         place: String,
     },
-    /// Figures of `dsocs stability` miss their bars.
+    /// A system could not be checked.
+    #[error(transparent)]
+    Check(#[from] CheckFailure),
+    /// Figures of `dsocs stability` or `dsocs check` miss their bars.
     #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]
     Bars {
         /// How many.

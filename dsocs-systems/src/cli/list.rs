@@ -7,7 +7,7 @@ use comfy_table::{Table, presets};
 use serde::Serialize;
 
 use super::CliError;
-use crate::registry::{Entry, SYSTEMS};
+use crate::registry::{Entry, Kind, SYSTEMS};
 
 /// What `dsocs list` takes.
 #[derive(Args, Debug)]
@@ -32,9 +32,11 @@ struct Listed {
     /// The name that `dsocs run` takes.
     name: &'static str,
     /// The kind of its constraints.
-    kind: &'static str,
+    kind: Kind,
     /// What it is.
     summary: &'static str,
+    /// Where it comes from.
+    source: &'static str,
     /// The coordinates.
     coordinates: &'static [&'static str],
     /// The coordinates' units.
@@ -87,6 +89,7 @@ impl Listed {
             name: entry.name,
             kind: entry.kind,
             summary: entry.summary,
+            source: entry.source,
             coordinates: system.coordinates(),
             units: entry.units,
             parameters: parameters.collect(),
@@ -109,12 +112,28 @@ impl Listed {
 pub fn list(arguments: &ListArguments) -> Result<(), CliError> {
     let systems: Vec<Listed> = SYSTEMS.iter().map(Listed::new).collect();
     let text = match arguments.format {
-        Format::Text => systems.iter().map(text).collect::<Vec<_>>().join("\n"),
+        Format::Text => by_kind(&systems),
         Format::Json => format!("{:#}\n", serde_json::json!(systems)),
     };
     std::io::stdout()
         .write_all(text.as_bytes())
         .map_err(CliError::stdout)
+}
+
+/// The systems kind by kind, for people.
+fn by_kind(systems: &[Listed]) -> String {
+    let mut parts = Vec::new();
+    for kind in Kind::ALL {
+        let of_kind: Vec<String> = systems
+            .iter()
+            .filter(|system| system.kind == kind)
+            .map(text)
+            .collect();
+        if !of_kind.is_empty() {
+            parts.push(format!("{kind}\n\n{}", of_kind.join("\n")));
+        }
+    }
+    parts.join("\n")
 }
 
 /// A system, for people.
@@ -139,10 +158,11 @@ fn text(system: &Listed) -> String {
     }
     let defaults = &system.defaults;
     format!(
-        "{} ({}): {}\n  coordinates: {}\n  observed: {}\n  a run: --step {} --until {} --q0 {} --v0 {}\n{}\n",
+        "{} ({}): {}\n  source: {}\n  coordinates: {}\n  observed: {}\n  a run: --step {} --until {} --q0 {} --v0 {}\n{}\n",
         system.name,
         system.kind,
         system.summary,
+        system.source,
         coordinates.join(", "),
         if system.observables.is_empty() {
             "nothing".to_owned()

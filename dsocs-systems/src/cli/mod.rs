@@ -1,5 +1,6 @@
 //! The command `dsocs`.
 
+mod check;
 mod destination;
 mod error;
 mod interrupt;
@@ -41,6 +42,8 @@ enum Command {
     Run(Box<run::RunArguments>),
     /// Measure numerical stability on hard cases and hold it against the bars
     Stability(stability::StabilityArguments),
+    /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
+    Check(check::CheckArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
 }
@@ -54,6 +57,7 @@ pub fn main() -> ExitCode {
         Some(Command::Paper(arguments)) => paper::paper(&arguments),
         Some(Command::Run(arguments)) => run::run(&arguments),
         Some(Command::Stability(arguments)) => stability::stability(&arguments),
+        Some(Command::Check(arguments)) => check::check(&arguments),
         Some(Command::List(arguments)) => list::list(&arguments),
     };
     match result {

@@ -145,7 +145,7 @@ fn table(rows: &[Row]) -> Table {
 }
 
 /// A number in two or three digits.
-fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     if x == 0.0 || ((0.01..1e5).contains(&x.abs()) && (x * 100.0).fract() == 0.0) {
         format!("{x}")
     } else if (0.01..1e5).contains(&x.abs()) {

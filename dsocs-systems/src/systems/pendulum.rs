@@ -2,6 +2,29 @@
 
 use dsocs_core::{Point, System, dsocs};
 
+use crate::registry::{Entry, Erased, Kind, Symmetry};
+
+/// The paper's example.
+pub const ENTRY: Entry = Entry {
+    name: "pendulum",
+    kind: Kind::SecondOrder,
+    summary: "the inertia wheel pendulum with a Lyapunov constraint",
+    source: "Borda, Fernández and Grillo, section 5.2",
+    units: &["rad", "rad"],
+    q0: &[0.5, 0.0],
+    v0: &[0.0, 0.5],
+    step: 0.1,
+    until: 2000.0,
+    build: || {
+        Box::new(
+            Erased::new(InertiaWheelPendulum::default()).symmetries(&[Symmetry {
+                name: "turning the wheel",
+                generator: |_, _| [0.0, 1.0],
+            }]),
+        )
+    },
+};
+
 /// The inertia wheel pendulum, stabilised upright by the Lyapunov constraint `dV/dt = −F`.
 ///
 /// `θ` is the pendulum's angle from the upright position, `ψ` the wheel's angle relative to the pendulum, both in

@@ -2,6 +2,39 @@
 
 use dsocs_core::{Real, dsocs};
 
+use crate::registry::{Entry, Erased, Extra, Kind, Symmetry};
+
+/// The paper's example.
+pub const ENTRY: Entry = Entry {
+    name: "particle",
+    kind: Kind::SecondOrder,
+    summary: "a particle in the plane with prescribed signed curvature",
+    source: "Borda, Fernández and Grillo, section 5.1",
+    units: &["m", "m"],
+    q0: &[0.0, 0.0],
+    v0: &[1.0, 1.0],
+    step: 0.1,
+    until: 500.0,
+    build: || {
+        let symmetries = &[
+            Symmetry {
+                name: "translation along x",
+                generator: |_, _| [1.0, 0.0],
+            },
+            Symmetry {
+                name: "rotation about the origin",
+                generator: |_, [x, y]| [-y, *x],
+            },
+        ];
+        let erased = Erased::new(CurvedParticle::default()).symmetries(symmetries);
+        Box::new(erased.extra(&[Extra {
+            name: "curvature",
+            doc: "The prescribed curvature, positive to the left [1/m].",
+            place: |particle: &mut CurvedParticle<Constant>| &mut particle.curvature.0,
+        }]))
+    },
+};
+
 /// A signed curvature κ, prescribed at every point of the plane.
 ///
 /// ```

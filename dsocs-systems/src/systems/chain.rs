@@ -1,5 +1,21 @@
 //! Planar chains of point masses on massless rods, of any number of links.
 
+use crate::registry::{Entry, Erased, Kind};
+
+/// A chain of eight links.
+pub const ENTRY: Entry = Entry {
+    name: "chain",
+    kind: Kind::Unconstrained,
+    summary: "a planar chain of eight links, hanging from a pivot",
+    source: "textbooks, with two links as the double pendulum",
+    units: &["rad"; 8],
+    q0: &[1.0; 8],
+    v0: &[0.0; 8],
+    step: 0.005,
+    until: 20.0,
+    build: || Box::new(Erased::new(PlanarChain8::default())),
+};
+
 /// Declares a planar chain of a literal number of links: point masses on massless rods, hanging from a fixed pivot.
 ///
 /// The coordinates are the angles `theta_0`, `theta_1`, … of the rods against the downward vertical \[rad\], from the pivot

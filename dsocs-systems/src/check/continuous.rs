@@ -1,0 +1,139 @@
+//! The continuous law `(Fᵗ)*Ω_L = Ω_L + dν` (paper, section 2), by quadrature along the flow.
+//!
+//! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by a published
+//! Runge–Kutta method of order 8(5,3) (`ode_solvers`, `Dop853`), which does not conserve the law by itself.
+
+use dsocs_core::System;
+use dsocs_core::geometry::{self, Displacement, TwoForm, Variation};
+use ode_solvers::dop_shared::OutputType;
+use ode_solvers::{DVector, Dop853};
+
+use super::{Measured, larger};
+
+/// The tolerance of the integration, relative and absolute.
+const TOLERANCE: f64 = 1e-13;
+
+/// How many steps it may take.
+const MAX_STEPS: u32 = 1_000_000;
+
+/// The motion with its variations and `dν` for every pair of them.
+struct Equations<'a, S, const N: usize> {
+    /// The system.
+    system: &'a S,
+}
+
+/// The parts of a state: `(q, v)`, the `2N` displacements, and `dν` for every pair.
+fn part<const N: usize>(state: &DVector<f64>, from: usize) -> [f64; N] {
+    core::array::from_fn(|i| state[from + i])
+}
+
+/// The displacement number `k` of a state.
+fn displacement<const N: usize>(state: &DVector<f64>, k: usize) -> Displacement<N> {
+    let from = 2 * N * (1 + k);
+    Displacement {
+        first: part(state, from),
+        second: part(state, from + N),
+    }
+}
+
+impl<S: System<N>, const N: usize> ode_solvers::System<f64, DVector<f64>> for Equations<'_, S, N> {
+    fn system(&self, _: f64, state: &DVector<f64>, rate: &mut DVector<f64>) {
+        let Ok(point) = geometry::motion(self.system, part::<N>(state, 0), part(state, N)) else {
+            rate.fill(f64::NAN);
+            return;
+        };
+        let mut variations = Vec::with_capacity(2 * N);
+        for k in 0..2 * N {
+            let moved = displacement::<N>(state, k);
+            let Some(variation) = geometry::variation(self.system, &point, &moved) else {
+                rate.fill(f64::NAN);
+                return;
+            };
+            variations.push((moved, variation));
+        }
+        for i in 0..N {
+            (rate[i], rate[N + i]) = (point.v[i], point.a[i]);
+            for (k, (moved, variation)) in variations.iter().enumerate() {
+                let from = 2 * N * (1 + k);
+                (rate[from + i], rate[from + N + i]) = (moved.second[i], variation.a[i]);
+            }
+        }
+        let mut place = 2 * N * (1 + 2 * N);
+        for (k, u) in variations.iter().enumerate() {
+            for w in &variations[..k] {
+                rate[place] = Variation::rate((&u.0, &u.1), (&w.0, &w.1));
+                place += 1;
+            }
+        }
+    }
+}
+
+/// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law.
+pub fn law<S: System<N>, const N: usize>(
+    system: &S,
+    q0: [f64; N],
+    v0: [f64; N],
+    until: f64,
+) -> Measured<[f64; 2]> {
+    let pairs = N * (2 * N - 1);
+    let mut start = DVector::zeros(2 * N * (1 + 2 * N) + pairs);
+    for i in 0..N {
+        (start[i], start[N + i]) = (q0[i], v0[i]);
+    }
+    for k in 0..2 * N {
+        start[2 * N * (1 + k) + k] = 1.0;
+    }
+    let mut solver = Dop853::from_param(
+        Equations { system },
+        0.0,
+        until,
+        until,
+        start,
+        TOLERANCE,
+        TOLERANCE,
+        0.9,
+        0.0,
+        0.333,
+        6.0,
+        until.abs(),
+        0.0,
+        MAX_STEPS,
+        MAX_STEPS,
+        OutputType::Sparse,
+    );
+    solver.integrate()?;
+    let end = solver.y_out().last().ok_or("no steps")?;
+    let before = geometry::canonical_form(system, &q0, &v0);
+    let after = geometry::canonical_form(system, &part(end, 0), &part(end, N));
+    let (mut missed, mut change) = (0.0, 0.0);
+    let mut place = 2 * N * (1 + 2 * N);
+    for k in 0..2 * N {
+        for l in 0..k {
+            let (u, w) = (displacement::<N>(end, k), displacement(end, l));
+            let first = before.of(&Displacement::unit(k), &Displacement::unit(l));
+            let d_nu = end[place];
+            let terms = size(&after, &u, &w) + first.abs() + d_nu.abs();
+            let apart = (after.of(&u, &w) - first - d_nu).abs();
+            if terms != 0.0 {
+                missed = larger(missed, apart / terms);
+                change = larger(change, d_nu.abs() / terms);
+            }
+            place += 1;
+        }
+    }
+    Ok([missed, change])
+}
+
+/// The sum of the absolute values of a form's terms.
+fn size<const N: usize>(form: &TwoForm<N>, u: &Displacement<N>, w: &Displacement<N>) -> f64 {
+    let (u, w) = ([u.first, u.second], [w.first, w.second]);
+    let mut sum = 0.0;
+    for (a, u) in u.iter().enumerate() {
+        for (b, w) in w.iter().enumerate() {
+            for (row, u) in form.blocks[a][b].iter().zip(u) {
+                sum += row.iter().zip(w).map(|(x, w)| (u * x * w).abs()).sum::<f64>();
+            }
+        }
+    }
+    sum
+}

@@ -1,0 +1,224 @@
+//! The paper's theorems as checks of a system: `dsocs check` prints the table.
+//!
+//! Each check takes the system's own motion, measures a figure and holds it against a bar. Bars at rounding are a small
+//! multiple of it, and the figures are relative to the terms that they are a difference of.
+
+mod continuous;
+mod flow;
+mod momentum;
+mod order;
+mod symplectic;
+
+use std::error::Error;
+
+use dsocs_core::geometry::{DiscreteFlow, Triple};
+use dsocs_core::taylor::Jets;
+use dsocs_core::{Flow, Start};
+
+use crate::registry::{CheckFailure, Kind, Symmetry};
+use crate::stability::Bar;
+
+/// So many steps are made unless an end is given.
+const STEPS: f64 = 40.0;
+
+/// So many triples of the motion are looked at, at most.
+const TRIPLES: usize = 24;
+
+/// What is expected of a system.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// The kind of its constraints: without any, and with holonomic ones, the flow is symplectic.
+    pub kind: Kind,
+    /// The order.
+    pub order: f64,
+    /// Whether the step with `−h` is the inverse of that with `h`.
+    pub reversible: bool,
+}
+
+/// The motion to look at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings<'a> {
+    /// The step, in s.
+    pub h: f64,
+    /// The end, in s; 40 steps unless given.
+    pub until: Option<f64>,
+    /// The first node.
+    pub q0: &'a [f64],
+    /// The initial velocity.
+    pub v0: &'a [f64],
+}
+
+impl Settings<'_> {
+    /// The end.
+    fn end(&self) -> f64 {
+        self.until.unwrap_or(STEPS * self.h)
+    }
+}
+
+/// One figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The check.
+    pub check: &'static str,
+    /// What is measured.
+    pub what: String,
+    /// The figure.
+    pub figure: f64,
+    /// The bar.
+    pub bar: Bar,
+    /// Why there is no figure.
+    pub failure: Option<String>,
+}
+
+impl Finding {
+    /// Whether the figure reaches its bar.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.failure.is_none() && self.bar.holds(self.figure)
+    }
+}
+
+/// What a measurement gives.
+type Measured<T = f64> = Result<T, Box<dyn Error>>;
+
+/// The figures of one check.
+struct Report {
+    /// The check.
+    check: &'static str,
+    /// The figures so far.
+    findings: Vec<Finding>,
+}
+
+impl Report {
+    /// Takes in a figure, or why there is none.
+    fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
+        let (figure, failure) = match measured {
+            Ok(figure) => (figure, None),
+            Err(error) => (f64::NAN, Some(error.to_string())),
+        };
+        self.findings.push(Finding {
+            check: self.check,
+            what: what.into(),
+            figure,
+            bar,
+            failure,
+        });
+    }
+
+    /// Takes in several figures that are measured together.
+    fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: Measured<[f64; K]>) {
+        for (place, (what, bar)) in whats.into_iter().enumerate() {
+            let figure = match &measured {
+                Ok(figures) => Ok(figures[place]),
+                Err(error) => Err(error.to_string().into()),
+            };
+            self.push(what, bar, figure);
+        }
+    }
+}
+
+/// A system with the motion that it is checked on.
+struct Subject<'a, S: Jets<N>, const N: usize> {
+    /// The system.
+    system: &'a S,
+    /// What is expected.
+    expected: Expected,
+    /// Symmetries of its Lagrangian.
+    symmetries: &'a [Symmetry<S, N>],
+    /// The step.
+    h: f64,
+    /// The end.
+    until: f64,
+    /// The first node.
+    q0: [f64; N],
+    /// The initial velocity.
+    v0: [f64; N],
+    /// The step as a map.
+    flow: DiscreteFlow<'a, S, N>,
+    /// Triples along the motion, each with the one after it.
+    triples: Vec<[Triple<N>; 2]>,
+}
+
+/// Checks a system on one of its motions.
+///
+/// # Errors
+///
+/// [`CheckFailure`] if the motion cannot be computed: there is nothing to check.
+pub fn check<S: Jets<N>, const N: usize>(
+    system: &S,
+    symmetries: &[Symmetry<S, N>],
+    expected: Expected,
+    settings: &Settings<'_>,
+    (q0, v0): ([f64; N], [f64; N]),
+) -> Result<Vec<Finding>, CheckFailure> {
+    let flow = DiscreteFlow::new(system, settings.h)?;
+    let triples = triples(&flow, q0, v0, settings.end())?;
+    let subject = Subject {
+        system,
+        expected,
+        symmetries,
+        h: settings.h,
+        until: settings.end(),
+        q0,
+        v0,
+        flow,
+        triples,
+    };
+    let checks: [(&'static str, fn(&Subject<'_, S, N>, &mut Report)); 5] = [
+        ("regularity", flow::regularity),
+        ("symplectic law", symplectic::law),
+        ("momentum law", momentum::law),
+        ("reversibility", flow::reversibility),
+        ("order", order::order),
+    ];
+    let mut findings = Vec::new();
+    for (check, measure) in checks {
+        let mut report = Report {
+            check,
+            findings: Vec::new(),
+        };
+        measure(&subject, &mut report);
+        findings.extend(report.findings);
+    }
+    Ok(findings)
+}
+
+/// Triples along the motion from `(q0, v0)`, evenly spread.
+fn triples<S: Jets<N>, const N: usize>(
+    map: &DiscreteFlow<'_, S, N>,
+    q0: [f64; N],
+    v0: [f64; N],
+    until: f64,
+) -> Result<Vec<[Triple<N>; 2]>, CheckFailure> {
+    let (system, h) = (map.system(), map.h());
+    let mut flow = Flow::new(system, h, Start::second_order(q0, v0))?;
+    let mut legs = vec![flow.leg()];
+    while (flow.time() - until) * h.signum() < 0.0 || legs.len() < 4 {
+        flow.advance()?;
+        legs.push(flow.leg());
+    }
+    let every = legs.len().div_ceil(TRIPLES);
+    let mut found = Vec::new();
+    for three in legs.windows(3).step_by(every) {
+        let near = |from: usize| {
+            let e = core::array::from_fn(|i| three[from + 1].d[i] - three[from].d[i]);
+            map.forward_near(&three[from], &e)
+        };
+        found.push([near(0)?, near(1)?]);
+    }
+    Ok(found)
+}
+
+/// The larger of two numbers; NaN if either is.
+fn larger(x: f64, y: f64) -> f64 {
+    if x >= y || x.is_nan() { x } else { y }
+}
+
+/// The largest of some figures.
+fn largest<T>(of: impl IntoIterator<Item = T>, mut figure: impl FnMut(T) -> Measured) -> Measured {
+    let mut largest = 0.0;
+    for item in of {
+        largest = larger(largest, figure(item)?);
+    }
+    Ok(largest)
+}

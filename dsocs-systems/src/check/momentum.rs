@@ -1,0 +1,75 @@
+//! Noether's theorem, and the momentum equation.
+
+use dsocs_core::geometry::{asymmetry, momentum_equation, momentum_map};
+use dsocs_core::taylor::Jets;
+use dsocs_core::{Flow, Start};
+
+use super::{Measured, Report, Subject, larger, largest};
+use crate::registry::{Kind, Symmetry};
+use crate::stability::Bar;
+
+/// The discrete Lagrangian may change by this much along a symmetry, and the momentum equation be missed by it, relative to
+/// their terms.
+const ROUNDING: f64 = 1e-13;
+
+/// A momentum that is conserved may drift by this much, relative to its largest value.
+const DRIFT: f64 = 1e-12;
+
+/// The law of each declared symmetry's momentum along the motion.
+pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+    if subject.symmetries.is_empty() {
+        report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
+    }
+    for symmetry in subject.symmetries {
+        let generator = |q: &[f64; N]| (symmetry.generator)(subject.system, q);
+        let name = symmetry.name;
+        let invariance = largest(&subject.triples, |[triple, _]| {
+            Ok(asymmetry(&subject.flow, &triple.leg, generator))
+        });
+        report.push(
+            format!("{name}: change of L_d, relative to its terms"),
+            Bar::AtMost(ROUNDING),
+            invariance,
+        );
+        let equation = largest(&subject.triples, |[triple, _]| {
+            let [missed, terms] = momentum_equation(&subject.flow, triple, generator);
+            Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
+        });
+        report.push(
+            format!("{name}: ΔJ − h⟨Q, ξ⟩, relative to the terms"),
+            Bar::AtMost(ROUNDING),
+            equation,
+        );
+        let bar = match subject.expected.kind {
+            Kind::Unconstrained => Bar::AtMost(DRIFT),
+            _ => Bar::Reported,
+        };
+        report.push(
+            format!("{name}: variation of J along the motion, relative to the largest"),
+            bar,
+            drift(subject, symmetry),
+        );
+    }
+}
+
+/// How much the momentum varies along the motion, relative to its largest value.
+fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> Measured {
+    let mut flow = Flow::new(
+        subject.system,
+        subject.h,
+        Start::second_order(subject.q0, subject.v0),
+    )?;
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    loop {
+        let momentum = momentum_map(&subject.flow, &flow.leg(), |q| {
+            (symmetry.generator)(subject.system, q)
+        });
+        (least, most) = (least.min(momentum), larger(most, momentum));
+        if (flow.time() - subject.until) * subject.h.signum() >= 0.0 {
+            break;
+        }
+        flow.advance()?;
+    }
+    let size = least.abs().max(most.abs());
+    Ok(if most == least { 0.0 } else { (most - least) / size })
+}

@@ -1,0 +1,101 @@
+//! The order of the scheme, by a fit of its errors against the Taylor flow.
+
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start};
+
+use super::{Measured, Report, Subject, larger};
+use crate::stability::Bar;
+
+/// Each of so many steps is half of the one before.
+const HALVINGS: u32 = 6;
+
+/// An error below this part of the motion's extent may be rounding, and is left out of the fit.
+const PLATEAU: f64 = 1e-11;
+
+/// How far the fitted order may be from the declared one.
+const APART: f64 = 0.1;
+
+/// The tolerance of the continuous motion.
+const TOLERANCE: f64 = 1e-15;
+
+/// The order on the system's own motion.
+pub fn order<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+    let fitted = errors(subject).and_then(|errors| fit(&errors));
+    let declared = subject.expected.order;
+    let (slope, count) = match &fitted {
+        Ok((slope, count)) => (Ok(*slope), *count),
+        Err(error) => (Err(error.to_string().into()), 0),
+    };
+    let distance = fitted.map(|(slope, _)| (slope - declared).abs());
+    report.push(
+        format!(
+            "slope of the errors at {count} steps, from h = {} down",
+            subject.h
+        ),
+        Bar::Reported,
+        slope,
+    );
+    report.push(
+        format!("its distance from {declared}"),
+        Bar::AtMost(APART),
+        distance,
+    );
+}
+
+/// Steps, and the largest error at the nodes of the first, relative to the coordinates' extent.
+fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<Vec<[f64; 2]>> {
+    let Subject {
+        system, h, q0, v0, ..
+    } = *subject;
+    let coarse = (subject.until / h).round().max(2.0);
+    let times: Vec<f64> = (1..)
+        .map(f64::from)
+        .take_while(|&k| k <= coarse)
+        .map(|k| k * h)
+        .collect();
+    let mut exact = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(TOLERANCE))?;
+    let exact = exact.sample(&times)?;
+    let extent: [f64; N] = core::array::from_fn(|i| {
+        let moved = exact.iter().map(|state| (state.q[i] - q0[i]).abs());
+        moved.fold(0.0, larger)
+    });
+    // a coordinate that stands still is told relative to the one that moves most
+    let most = extent.iter().fold(0.0, |most, &x| larger(most, x));
+    let mut errors = Vec::new();
+    for halving in 0..HALVINGS {
+        let parts = 1_u32 << halving;
+        let step = h / f64::from(parts);
+        let mut flow = Flow::new(system, step, Start::second_order(q0, v0))?;
+        let mut error = 0.0;
+        for (node, exact) in exact.iter().enumerate() {
+            let index = (node as u64 + 1) * u64::from(parts);
+            while flow.index() < index {
+                flow.advance()?;
+            }
+            for i in 0..N {
+                let scale = if extent[i] > 1e-3 * most { extent[i] } else { most };
+                error = larger(error, (flow.position()[i] - exact.q[i]).abs() / scale);
+            }
+        }
+        errors.push([step.abs(), error]);
+    }
+    Ok(errors)
+}
+
+/// The slope of the errors above the plateau, and how many there are.
+fn fit(errors: &[[f64; 2]]) -> Measured<(f64, usize)> {
+    let kept: Vec<[f64; 2]> = errors
+        .iter()
+        .filter(|[_, error]| *error > PLATEAU || error.is_nan())
+        .map(|[h, error]| [h.ln(), error.ln()])
+        .collect();
+    if kept.len() < 3 {
+        return Err("fewer than three errors are above rounding: give a larger step".into());
+    }
+    let count = kept.len() as f64;
+    let mean = |k: usize| kept.iter().map(|point| point[k]).sum::<f64>() / count;
+    let (x, y) = (mean(0), mean(1));
+    let above: f64 = kept.iter().map(|point| (point[0] - x) * (point[1] - y)).sum();
+    let below: f64 = kept.iter().map(|point| (point[0] - x).powi(2)).sum();
+    Ok((above / below, kept.len()))
+}

@@ -1,0 +1,131 @@
+//! How the symplectic form evolves, discretely and continuously.
+
+use dsocs_core::Leg;
+use dsocs_core::geometry::{DiscreteFlow, Displacement, Evolution, GeometryError, Triple};
+use dsocs_core::taylor::Jets;
+
+use super::{Report, Subject, continuous, larger};
+use crate::registry::Kind;
+use crate::stability::Bar;
+
+/// `F*Ω = Ω + dξ` may be missed by this much, relative to its terms.
+const LAW: f64 = 1e-13;
+
+/// `dξ` may be this large, relative to the terms of the law, where it has to be zero.
+const ZERO: f64 = 1e-11;
+
+/// The tangent map may be off its difference quotients by this much.
+const QUOTIENT: f64 = 1e-7;
+
+/// The continuous law may be missed by this much, relative to its terms: what the quadrature leaves.
+const QUADRATURE: f64 = 1e-9;
+
+/// How far nodes are moved for difference quotients, in legs. Where the motion crosses a switch the smaller ones are right, else
+/// the larger ones: the best of them counts.
+const MOVED: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+
+/// A coordinate whose leg is shorter than this part of all stands still.
+const STILL: f64 = 1e-3;
+
+/// The law `F*Ω = Ω + dξ` along the motion, and the continuous one.
+pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+    let mut figures = [0.0; 3];
+    let measured = subject.triples.iter().try_for_each(|[triple, next]| {
+        let after = Evolution::of(&subject.flow, next)?;
+        // on a first-order or holonomic constraint the flow is a map of the pairs that it reaches
+        let last = subject.flow.forward_near(&next.last(), &next.e)?;
+        let reached = subject.flow.reached(triple, next)?;
+        let change = Evolution::of(&subject.flow, &last)?;
+        figures[0] = larger(figures[0], after.defect());
+        figures[1] = larger(figures[1], change.change_on(&reached));
+        figures[2] = larger(figures[2], quotient(&subject.flow, next, &after)?);
+        Ok::<(), GeometryError>(())
+    });
+    let symplectic = match subject.expected.kind {
+        Kind::Unconstrained | Kind::Holonomic => Bar::AtMost(ZERO),
+        _ => Bar::Reported,
+    };
+    let whats = [
+        ("F*Ω − Ω − dξ, relative to the terms", Bar::AtMost(LAW)),
+        (
+            "dξ on the pairs that the flow reaches, relative to the terms",
+            symplectic,
+        ),
+        ("TF against differences of steps", Bar::AtMost(QUOTIENT)),
+    ];
+    report.push_all(whats, measured.map(|()| figures).map_err(Into::into));
+    let continuous = continuous::law(subject.system, subject.q0, subject.v0, subject.until);
+    let whats = [
+        (
+            "continuous: (Fᵗ)*Ω_L − Ω_L − dν, relative to the terms",
+            Bar::AtMost(QUADRATURE),
+        ),
+        (
+            "continuous: dν, relative to the terms",
+            symplectic_continuous(subject.expected.kind),
+        ),
+    ];
+    report.push_all(whats, continuous);
+}
+
+/// The bar for `dν`: zero without constraints. With holonomic ones it is zero on their tangent space alone.
+fn symplectic_continuous(kind: Kind) -> Bar {
+    match kind {
+        Kind::Unconstrained => Bar::AtMost(ZERO),
+        _ => Bar::Reported,
+    }
+}
+
+/// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.
+fn quotient<S: Jets<N>, const N: usize>(
+    flow: &DiscreteFlow<'_, S, N>,
+    triple: &Triple<N>,
+    law: &Evolution<N>,
+) -> Result<f64, GeometryError> {
+    let size = triple.leg.d.iter().fold(0.0_f64, |size, d| size.hypot(*d));
+    let mut apart = 0.0;
+    for k in 0..2 * N {
+        let unit = Displacement::unit(k);
+        let own = triple.leg.d[k % N].abs().max(triple.last().d[k % N].abs());
+        let length = if own > STILL * size { own } else { STILL * size };
+        let exact = law.tangent.apply(&unit).second;
+        let mut best = f64::INFINITY;
+        for moved in MOVED {
+            let found = slopes(flow, triple, &unit, moved * length)?;
+            let relative = (0..N).map(|i| {
+                let row = law.tangent.by_first[i].iter().chain(&law.tangent.by_second[i]);
+                let scale = row.fold(0.0_f64, |scale, x| scale.max(x.abs()));
+                (found[i] - exact[i]).abs() / scale
+            });
+            let worst = relative.fold(0.0, larger);
+            best = if worst < best { worst } else { best };
+        }
+        apart = larger(apart, best);
+    }
+    Ok(apart)
+}
+
+/// The difference quotients of `q2` along a displacement, by nodes moved as far as `shift` and its multiples.
+fn slopes<S: Jets<N>, const N: usize>(
+    flow: &DiscreteFlow<'_, S, N>,
+    triple: &Triple<N>,
+    unit: &Displacement<N>,
+    shift: f64,
+) -> Result<[f64; N], GeometryError> {
+    let (leg, q2) = (triple.leg, triple.last().q);
+    let mut slopes = [0.0; N];
+    for (times, weight) in [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)] {
+        for sign in [1.0, -1.0] {
+            let shift = sign * times * shift;
+            let moved = Leg {
+                q: core::array::from_fn(|i| leg.q[i] + shift * unit.second[i]),
+                d: core::array::from_fn(|i| leg.d[i] + shift * (unit.second[i] - unit.first[i])),
+            };
+            let found = flow.forward_near(&moved, &triple.e)?.last().q;
+            for i in 0..N {
+                slopes[i] += sign * weight * (found[i] - q2[i]);
+            }
+        }
+    }
+    Ok(slopes.map(|slope| slope / shift))
+}

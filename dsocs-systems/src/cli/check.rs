@@ -1,0 +1,144 @@
+//! `dsocs check`: the paper's theorems on a system, as figures.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use comfy_table::{Cell, CellAlignment, Color, Table, presets};
+use serde_json::{Value, json};
+
+use super::output::OutputFile;
+use super::stability::number;
+use super::{CliError, output};
+use crate::check::{Finding, Settings};
+use crate::registry::{Entry, SYSTEMS};
+use crate::stability::Bar;
+
+/// What `dsocs check` takes.
+#[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
+pub struct CheckArguments {
+    /// The systems, of `dsocs list`; all of them unless given
+    systems: Vec<String>,
+    /// The step h, in s [default: the system's own]
+    #[arg(long, visible_alias = "h", value_name = "H")]
+    step: Option<f64>,
+    /// The end of the motion that is checked, in s [default: 40 steps]
+    #[arg(long, value_name = "T")]
+    until: Option<f64>,
+    /// A .json file for the figures
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Checks systems.
+///
+/// # Errors
+///
+/// [`CliError`] if a system does not exist, its motion cannot be computed, the file cannot be written, or a check fails.
+pub fn check(arguments: &CheckArguments) -> Result<(), CliError> {
+    let entries: Vec<&Entry> = if arguments.systems.is_empty() {
+        SYSTEMS.iter().collect()
+    } else {
+        let named = arguments.systems.iter().map(|name| Entry::find(name));
+        named.collect::<Result<_, _>>()?
+    };
+    if let Some(path) = &arguments.out {
+        if path.extension().is_none_or(|extension| extension != "json") {
+            return Err(CliError::TableFormat(path.display().to_string()));
+        }
+        drop(OutputFile::create(path)?);
+    }
+    let mut missed = 0;
+    let mut encoded = Vec::new();
+    let mut text = String::new();
+    for entry in entries {
+        let settings = Settings {
+            h: arguments.step.unwrap_or(entry.step),
+            until: arguments.until,
+            q0: entry.q0,
+            v0: entry.v0,
+        };
+        let findings = (entry.build)().check(entry.kind, &settings)?;
+        missed += findings.iter().filter(|finding| !finding.ok()).count();
+        text += &format!(
+            "{} ({}), h = {}\n{}\n",
+            entry.name,
+            entry.kind,
+            settings.h,
+            table(&findings)
+        );
+        for finding in &findings {
+            if let Some(failure) = &finding.failure {
+                text += &format!("{}: {}: {failure}\n", finding.check, finding.what);
+            }
+        }
+        encoded.push(json!({
+            "system": entry.name,
+            "kind": entry.kind,
+            "step": settings.h,
+            "checks": findings.iter().map(value).collect::<Vec<_>>(),
+        }));
+    }
+    if let Some(path) = &arguments.out {
+        let all = json!({ "systems": encoded });
+        output::write(path, format!("{all:#}\n").as_bytes())?;
+    }
+    std::io::stdout()
+        .write_all(text.as_bytes())
+        .map_err(CliError::stdout)?;
+    if missed > 0 {
+        return Err(CliError::Bars { missed });
+    }
+    Ok(())
+}
+
+/// A figure as JSON.
+fn value(finding: &Finding) -> Value {
+    let (bar, relation) = match finding.bar {
+        Bar::AtMost(bar) => (Value::from(bar), Value::from("<=")),
+        Bar::AtLeast(bar) => (Value::from(bar), Value::from(">=")),
+        Bar::Reported => (Value::Null, Value::Null),
+    };
+    json!({
+        "check": finding.check,
+        "what": finding.what,
+        "figure": finding.figure,
+        "bar": bar,
+        "relation": relation,
+        "ok": finding.ok(),
+        "failure": finding.failure,
+    })
+}
+
+/// The figures as a table.
+fn table(findings: &[Finding]) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_header(["check", "figure", "bar", ""]);
+    let mut last = "";
+    for finding in findings {
+        if finding.check != last {
+            last = finding.check;
+            table.add_row([last]);
+        }
+        let bar = match finding.bar {
+            Bar::AtMost(bar) => format!("≤ {}", number(bar)),
+            Bar::AtLeast(bar) => format!("≥ {}", number(bar)),
+            Bar::Reported => String::new(),
+        };
+        let (word, colour) = match (finding.ok(), finding.bar) {
+            (false, _) => ("FAILED", Color::Red),
+            (true, Bar::Reported) => ("", Color::Reset),
+            (true, _) => ("ok", Color::Green),
+        };
+        let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
+        table.add_row([
+            Cell::new(format!("  {}", finding.what)),
+            right(number(finding.figure)),
+            right(bar),
+            Cell::new(word).fg(colour),
+        ]);
+    }
+    table
+}
