@@ -1,0 +1,271 @@
+//! Discrete Lagrangians, discrete constraints and maps that are given directly or by name: what they give, with which order.
+
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Leg, Start, StepFailure, System, dsocs};
+use dsocs_systems::InertiaWheelPendulum;
+use dsocs_tests::fit::slope;
+
+/// A pendulum whose length depends on its angle: a mass matrix that depends on the position.
+macro_rules! varying {
+    ($name:ident, $($statements:tt)*) => {
+        #[dsocs {
+            coordinates(theta, x);
+            lagrangian = (1 + theta.sin() / 2).powi(2) * dot(theta).powi(2) / 2 + dot(x).powi(2) / 2 + theta.cos()
+                - (x - theta).powi(2) / 2 + x * dot(theta);
+            $($statements)*
+        }]
+        struct $name;
+    };
+}
+
+varying!(Paper, phi_lagrangian = paper;);
+varying!(Default,);
+varying!(Midpoint, phi_lagrangian = midpoint;);
+varying!(Trapezoid, phi_lagrangian = trapezoid;);
+varying!(Formula, phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h););
+// nonlinear in the nodes: the mean angle by its sine, the chord by the sine of half the angle
+varying!(Nonlinear, phi_lagrangian = |q0, q1| (
+    q0 + ((q1 - q0) / 2).sin(),
+    2 * ((q1 - q0) / 2).sin() / h,
+););
+varying!(OnLeg, phi_lagrangian = midpoint; discrete_lagrangian = leg((1 + theta.sin() / 2).powi(2) * dot(theta).powi(2) / 2
+    + dot(x).powi(2) / 2 + theta.cos() - (x - theta).powi(2) / 2 + x * dot(theta), 0););
+
+/// The error after a time, with a step.
+fn error<S: Jets<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N], t: f64) -> f64 {
+    let exact = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15))
+        .and_then(|mut flow| flow.until(t))
+        .unwrap()
+        .q;
+    let start = Start::exact(system, q, v, h).unwrap();
+    let found = Flow::new(system, h, start).unwrap().until(t).unwrap().nodes;
+    let found = found.last().unwrap().q;
+    (0..N).fold(0.0, |largest, i| (found[i] - exact[i]).abs().max(largest))
+}
+
+fn order<S: Jets<2>>(system: &S) -> f64 {
+    let steps = [0.02, 0.01, 0.005, 0.0025];
+    let errors = steps.map(|h| error(system, h, [0.5, 0.3], [1.0, -0.4], 4.0));
+    let order = slope(&steps, &errors);
+    println!("errors {errors:?}, order {order:.3}");
+    order
+}
+
+#[test]
+fn orders_of_the_maps() {
+    let near = |order: f64, wanted: f64| assert!((order - wanted).abs() < 0.07, "{order}, not {wanted}");
+    near(order(&Default), 1.0);
+    near(order(&Paper), 1.0);
+    near(order(&Midpoint), 2.0);
+    near(order(&Trapezoid), 2.0);
+    near(order(&Formula), 2.0);
+    near(order(&Nonlinear), 2.0);
+    near(order(&OnLeg), 2.0);
+}
+
+fn run<S: System<N>, const N: usize>(
+    system: &S,
+    q0: [f64; N],
+    q1: [f64; N],
+    h: f64,
+    t: f64,
+) -> Vec<[f64; N]> {
+    let nodes = Flow::new(system, h, Start::nodes(q0, q1))
+        .unwrap()
+        .until(t)
+        .unwrap()
+        .nodes;
+    nodes.iter().map(|node| node.q).collect()
+}
+
+#[test]
+fn a_name_a_formula_and_a_leg_are_the_same_map() {
+    let motion = run(&Midpoint, [0.5, 0.3], [0.51, 0.296], 0.01, 10.0);
+    for other in [
+        run(&Formula, [0.5, 0.3], [0.51, 0.296], 0.01, 10.0),
+        run(&OnLeg, [0.5, 0.3], [0.51, 0.296], 0.01, 10.0),
+    ] {
+        for (a, b) in motion.iter().zip(&other) {
+            assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-11, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// The harmonic oscillator with its exact discrete Lagrangian, the action along the motion between two nodes, by the step.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    discrete_lagrangian = ((x[0].powi(2) + x[1].powi(2)) * h.cos() - 2 * x[0] * x[1]) / (2 * h * h.sin());
+}]
+struct Oscillator;
+
+/// The same with the trapezoid, written out.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    discrete_lagrangian = ((x[1] - x[0]) / h).powi(2) / 2 - (x[0].powi(2) + x[1].powi(2)) / 4;
+}]
+struct WrittenOut;
+
+/// The same by name.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (dot(x).powi(2) - x.powi(2)) / 2;
+    phi_lagrangian = trapezoid;
+}]
+struct Named;
+
+#[test]
+fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
+    for h in [1.0, 0.1, 0.01] {
+        let motion = run(&Oscillator, [1.0], [f64::cos(h)], h, 100.0);
+        let worst = motion.iter().enumerate().fold(0.0_f64, |worst, (k, q)| {
+            worst.max((q[0] - (k as f64 * h).cos()).abs())
+        });
+        println!("h = {h}: {worst:.1e}");
+        assert!(worst < 1e-12 / h, "h = {h}: {worst:e}");
+        // the two-node function itself, with the unit of the Lagrangian
+        let leg = Leg {
+            q: [f64::cos(h)],
+            d: [f64::cos(h) - 1.0],
+        };
+        let action = -(2.0 * h).sin() / (4.0 * h);
+        assert!((Oscillator.discrete_lagrangian(h, &leg) - action).abs() < 1e-12 / h);
+    }
+}
+
+#[test]
+fn a_discrete_lagrangian_of_the_nodes_is_the_named_one() {
+    let (a, b) = (
+        run(&WrittenOut, [1.0], [0.99], 0.1, 100.0),
+        run(&Named, [1.0], [0.99], 0.1, 100.0),
+    );
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a[0] - b[0]).abs() < 1e-12, "{a:?} {b:?}");
+    }
+}
+
+/// The paper's pendulum with a constraint that makes `V` decrease by exactly `h F` from leg to leg, in place of `dV/dt = −F` at
+/// the nodes.
+#[dsocs {
+    coordinates(theta, psi);
+    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+
+    let a = 1 / i;
+    let b = -1 / i;
+    let c = 1 / i + 1 / j;
+    let g_c = d * (n * a - b) * (i * j);
+    let h_c = d * (n * b - c) * (i * j);
+    let f = (g_c.powi(2) + e) / h_c;
+    let p1 = (i + j) * dot(theta) + j * dot(psi);
+    let p2 = j * (dot(theta) + dot(psi));
+    let w = g_c * p1 + h_c * p2;
+    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+        + chi * (1 - (psi - n * theta).cos())
+        + m * e / d * (1 - theta.cos());
+    let dissipation = rho * w * w.tanh();
+
+    kinematic = dot(lyapunov) + dissipation;
+    discrete_kinematic = leg(lyapunov, 1) - leg(lyapunov, 0) + h * node(dissipation);
+    forces = [(0, 1)];
+    phi_lagrangian = trapezoid;
+    observe = [lyapunov, dissipation, w];
+}]
+#[derive(Clone, Copy)]
+struct Exact {
+    i: f64,
+    j: f64,
+    m: f64,
+    d: f64,
+    e: f64,
+    chi: f64,
+    n: f64,
+    rho: f64,
+}
+
+const PENDULUM: Exact = Exact {
+    i: 312.5,
+    j: 2.0772,
+    m: 37.98,
+    d: 1.0,
+    e: 1000.0,
+    chi: 100.0,
+    n: -154.0,
+    rho: 2.0,
+};
+
+/// `V` on a leg, as the constraint takes it.
+fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {
+    let q0 = [leg.q[0] - leg.d[0], leg.q[1] - leg.d[1]];
+    let v = leg.d.map(|d| d / h);
+    let pendulum = InertiaWheelPendulum::default();
+    (pendulum.lyapunov(q0, v) + pendulum.lyapunov(leg.q, v)) / 2.0
+}
+
+const Q0: [f64; 2] = [0.5, 0.0];
+const V0: [f64; 2] = [0.0, 0.5];
+
+#[test]
+fn the_lyapunov_function_decreases_exactly() {
+    for h in [0.1, 0.05, 0.02, 0.01, 0.001] {
+        let mut flow = Flow::new(&PENDULUM, h, Start::second_order(Q0, V0)).unwrap();
+        let mut before = lyapunov(h, &flow.leg());
+        let mut worst = 0.0_f64;
+        while flow.time() < 15.0 - h {
+            flow.advance().unwrap();
+            let node = flow.node().unwrap();
+            let after = lyapunov(h, &flow.leg());
+            let dissipation = InertiaWheelPendulum::default().dissipation(node.q, node.v);
+            assert!(
+                after <= before && dissipation >= 0.0,
+                "V rises at {}",
+                flow.time()
+            );
+            worst = worst.max((after - before + h * dissipation).abs() / before);
+            before = after;
+        }
+        println!("h = {h}: V = {before}, V(q1,q2) − V(q0,q1) + h F at most {worst:.1e} of V");
+        assert!(worst < 1e-12, "h = {h}: {worst:e}");
+    }
+}
+
+#[test]
+fn exact_decrease_is_of_second_order_too() {
+    let steps = [0.02, 0.01, 0.005, 0.0025];
+    let exact = steps.map(|h| error(&PENDULUM, h, Q0, V0, 10.0));
+    let paper = steps.map(|h| error(&InertiaWheelPendulum::default(), h, Q0, V0, 10.0));
+    println!("exact decrease {exact:?}, at the nodes {paper:?}");
+    let order = slope(&steps, &exact);
+    assert!((order - 2.0).abs() < 0.05, "{order}");
+}
+
+#[test]
+fn where_the_motor_has_no_power_no_exact_decrease_is_possible() {
+    // dV/dt is w times what the motor does: where w passes through zero, at t = 28.8 for the first time, the discrete row has no
+    // solution, whatever the step: it is a parabola that does not reach zero
+    for h in [0.02, 0.01, 0.005] {
+        let mut flow = Flow::new(&PENDULUM, h, Start::second_order(Q0, V0)).unwrap();
+        let error = loop {
+            if let Err(error) = flow.advance() {
+                break error;
+            }
+        };
+        assert!((28.5..29.0).contains(&flow.time()), "{error}");
+        assert_eq!(error.details().cause.reason, StepFailure::NotConverged);
+        let leg = flow.leg();
+        let constants = PENDULUM.constants(h);
+        let known = PENDULUM.known(&constants, &leg);
+        let row = |e: f64| {
+            PENDULUM
+                .residual(&constants, &known, &PENDULUM.unknown(&[e, e], &[]))
+                .rows
+                .as_ref()[0]
+        };
+        let sign = row(0.0).signum();
+        let last = leg.d[0].abs().max(leg.d[1].abs());
+        for k in -20_000..=20_000 {
+            let e = f64::from(k) / 2000.0 * last;
+            assert!(row(e) * sign > 0.0, "a solution at e = {e}");
+        }
+    }
+}
