@@ -54,20 +54,38 @@ use proc_macro::TokenStream;
 /// | `lagrangian = L;` | the Lagrangian `L(q, v)` |
 /// | `let name = e;` | a name for an expression |
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
-/// | `kinematic = c;` or `kinematic = [c1, c2];` | the kinematic constraints `c(q, v, a) = 0` (`C_K`) |
+/// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(q) = 0`, imposed at every node |
+/// | `nonholonomic = c;` or a list | constraints of velocities, `c(q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹` |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
+/// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
-/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`; by default `(q0, (q1 - q0) / h)` |
+/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper` (the default, `(q0, (q1 - q0) / h)`), `midpoint` or `trapezoid` |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
+/// | `discrete_lagrangian = L_d;` | in place of `L(φ_{L_d}⁻¹)`: a function of two nodes (see below) |
+/// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
 /// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
 ///
-/// Kinematic constraints and variational fields together are as many as coordinates; forces are as many as kinematic
-/// constraints. Without either the system is unconstrained. The components of a field stand in a tuple, for one
-/// coordinate also alone. Fields are found from forces by elimination; where no component of a force is a nonzero
-/// constant, and there are not just `n - 1` forces, the fields have to be given. Constraints of positions alone
-/// (holonomic ones) are not supported yet.
+/// # Virtual displacements
+///
+/// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and
+/// nonholonomic constraints have theirs by d'Alembert's rule (`dg`, `∂c/∂v`) unless others are written. Kinematic ones tell nothing of
+/// theirs: `forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
+/// `∂c/∂a`. Written `variational` fields are all of `C_V`: together with the constraints they are as many as
+/// coordinates. Without constraints every displacement is virtual. The components of a field stand in a tuple, for one
+/// coordinate also alone.
+///
+/// Fields are found from the forms by elimination, where components are nonzero constants, or where there are `n - 1` forms.
+/// Everywhere else the multipliers of the forms are unknowns of the step; a basis that is written instead gives the same motion.
+///
+/// ```ignore
+/// // a pendulum with a rod (d'Alembert) and a motor on its wheel (a Lyapunov constraint)
+/// holonomic = x.powi(2) + y.powi(2) - length.powi(2);
+/// kinematic = dot(lyapunov) + dissipation;
+/// forces = [(0, 0, 1)];
+/// ```
 ///
 /// # Expressions
 ///
@@ -134,6 +152,31 @@ use proc_macro::TokenStream;
 /// ```ignore
 /// phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
 /// ```
+///
+/// `paper`, `midpoint` (`((q0 + q1) / 2, (q1 - q0) / h)`) and `trapezoid` (the mean of the Lagrangian over `(q0, v)` and `(q1, v)`,
+/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian, and so is `trapezoid`;
+/// `paper` is where the mass matrix is constant. A nonholonomic constraint is imposed where the Lagrangian is taken, so that
+/// it wants one of the first two. As `phi_kinematic`, `midpoint` is `((q0 + 2 * q1 + q2) / 4, …)`.
+///
+/// # Discrete systems
+///
+/// `discrete_lagrangian` and `discrete_kinematic` are made of the nodes: `x[0]`, `x[1]`, `x[2]` are the values of the coordinate `x`
+/// there (`theta[3][1]` one of an array), `h` is the step, `leg(e, 0)` and `leg(e, 1)` are the values of an expression of positions and
+/// velocities on a leg, by `phi_lagrangian`, and `node(e)` is that of any expression at the triple, by `phi_kinematic`. The
+/// continuous statements are still needed: starts, energies, errors and references come from them.
+///
+/// ```ignore
+/// // V decreases by exactly h F from leg to leg
+/// discrete_kinematic = leg(lyapunov, 1) - leg(lyapunov, 0) + h * node(dissipation);
+/// ```
+///
+/// # Third order
+///
+/// The paper remarks that constraints of order `k` are constraints on `k + 1` nodes. `dot(ddot(x))` is refused here: a step
+/// carries the last node and the increment to it, which determine three nodes with the one that is looked for. A fourth needs a second
+/// increment in `Leg` and the unknown to be the third difference; derivatives by a jerk in the expressions; a start with three
+/// nodes; and the rows of forces at `q2` instead of `q1`. Nothing of second order would change, but everything that takes a
+/// leg would need to know how long a past it has.
 ///
 /// # Errors
 ///
