@@ -80,7 +80,10 @@ pub enum CliError {
         failure: RunFailure,
     },
     /// A run ended early after some of it had been written.
-    #[error("{failure}\nwhat was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
+    #[error(
+        "{failure}{}\nwhat was computed before ({rows} row{}) is written to {place}",
+        options(.failure), if *.rows == 1 { "" } else { "s" }
+    )]
     Partial {
         /// Why.
         failure: RunFailure,
