@@ -10,6 +10,7 @@ pub mod experiment;
 pub mod figure;
 pub mod reference;
 pub mod registry;
+pub mod rung;
 pub mod stability;
 pub mod systems;
 

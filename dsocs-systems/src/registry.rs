@@ -10,11 +10,13 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use dsocs_core::geometry::GeometryError;
+use dsocs_core::taylor::TaylorError;
 use dsocs_core::{Regularity, RunError, SetupError, StepError};
 use serde::Serialize;
 use thiserror::Error;
 
 use crate::check::{Finding, Settings};
+use crate::rung::Plan;
 use crate::systems::{
     cart_pole, chain, double_pendulum, gravity_turn, magnetic, particle, pendulum, spherical_pendulum,
 };
@@ -158,10 +160,15 @@ pub struct Row<'a> {
     pub observed: &'a [f64],
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
+    /// The estimated error of each coordinate, if it is asked for.
+    pub errors: &'a [f64],
+    /// How well the motion is known that errors are measured against.
+    pub doubt: f64,
 }
 
 impl Row<'_> {
-    /// The value of each column, in the order of [`columns`], and of [`CERTIFIED`] in a certified run.
+    /// The value of each column, in the order of [`columns`], of [`CERTIFIED`] in a certified run, and of [`error_columns`] where
+    /// errors are estimated.
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let vectors = [self.q, self.v, self.force].into_iter().flatten();
         [self.t]
@@ -174,11 +181,19 @@ impl Row<'_> {
                     .into_iter()
                     .flat_map(|at| [at.forward, at.backward]),
             )
+            .chain(self.errors.iter().copied())
     }
 }
 
 /// The names of the columns that a certified run has beside the others: the smallest singular values of `D₃` and `D₁`.
 pub const CERTIFIED: [&str; 2] = ["regularity_forward", "regularity_backward"];
+
+/// The names of the columns of estimated errors, one for each coordinate.
+#[must_use]
+pub fn error_columns(system: &dyn AnySystem) -> Vec<String> {
+    let coordinates = system.coordinates().iter();
+    coordinates.map(|name| format!("error_{name}")).collect()
+}
 
 /// The names of a run's columns: time, position, velocity, force, energy, observed expressions.
 #[must_use]
@@ -214,6 +229,15 @@ pub enum RunFailure {
     /// It ended early.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The continuous motion ended early.
+    #[error(transparent)]
+    Taylor(#[from] TaylorError),
+    /// There is no continuous motion to measure errors against.
+    #[error("the error cannot be estimated: {0}")]
+    Estimate(#[source] TaylorError),
+    /// It begins with two nodes where a velocity is needed.
+    #[error("a run of this kind begins with a position and a velocity, not with two nodes")]
+    Velocity,
 }
 
 /// A system could not be checked.
@@ -251,18 +275,15 @@ pub trait AnySystem: Send {
     /// [`UnknownName`] with the nearest name.
     fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownName>;
 
-    /// Runs from the start up to the last node at or before `until` and hands each node to `sink`, which may end the
-    /// run. A certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
+    /// Runs as planned and hands each node to `sink`, which may end the run; see [`crate::rung::run`].
     ///
     /// # Errors
     ///
-    /// [`RunFailure`] if the run cannot be set up or a step has no solution.
+    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
     fn run(
         &self,
-        h: f64,
+        plan: &Plan,
         beginning: &Beginning,
-        until: f64,
-        certify: bool,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure>;
 

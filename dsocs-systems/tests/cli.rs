@@ -120,6 +120,143 @@ fn starts_parameters_and_intervals_are_what_was_asked_for() {
     assert_eq!(times, [0.0, -0.1, -0.2, -0.1 * 3.0]);
 }
 
+/// The last row of a run of the particle to t = 10, whose motion is a circle: `x` and its exact value.
+fn last_x(options: &[&str]) -> [f64; 2] {
+    let csv = stdout(&[&["run", "particle", "--until", "10"], options].concat());
+    let rows = rows(&csv);
+    assert_eq!(rows.len(), 101);
+    let last = &rows[100];
+    let angle = std::f64::consts::SQRT_2 * last[0] - std::f64::consts::FRAC_PI_4;
+    [last[1], angle.cos() - std::f64::consts::FRAC_1_SQRT_2]
+}
+
+#[test]
+fn order_and_tolerance_choose_the_rung() {
+    let error = |options: &[&str]| {
+        let [x, exact] = last_x(options);
+        (x - exact).abs()
+    };
+    let two = error(&[]);
+    assert!(two > 1e-3);
+    assert_eq!(error(&["--order", "2"]), two);
+    for (order, bar) in [("4", 1e-4), ("6", 1e-6), ("8", 1e-9)] {
+        assert!(error(&["--order", order]) < bar, "order {order}");
+    }
+    assert!(error(&["--tolerance", "1e-4"]) < 1e-2);
+    assert!(error(&["--tolerance", "1e-12"]) < 1e-10);
+    // the same columns, and times before the start as well
+    let head = |options: &[&str]| {
+        let csv = stdout(&[&["run", "pendulum", "--until", "-1", "--step", "-0.1"], options].concat());
+        assert_eq!(csv.lines().count(), 12);
+        csv.lines().next().map(str::to_owned)
+    };
+    assert_eq!(head(&["--order", "6"]), head(&[]));
+    assert_eq!(head(&["--tolerance", "1e-9"]), head(&[]));
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = [
+        "run", "particle", "--until", "1", "--order", "8", "--out", "a.json", "--plot", "a.svg",
+    ];
+    assert!(
+        dsocs(folder.path(), &arguments)
+            .output()
+            .unwrap()
+            .status
+            .success()
+    );
+    let json: Value = serde_json::from_slice(&fs::read(folder.path().join("a.json")).unwrap()).unwrap();
+    assert_eq!(json["accuracy"]["order"], 8);
+}
+
+#[test]
+fn the_error_is_estimated_on_every_rung() {
+    for options in [
+        &[][..],
+        &["--start", "paper"],
+        &["--order", "4"],
+        &["--order", "8", "--every", "7"],
+        &["--tolerance", "1e-6"],
+    ] {
+        let output = output(&[&["run", "particle", "--until", "20", "--estimate-error"], options].concat());
+        assert!(output.status.success());
+        let csv = String::from_utf8(output.stdout).unwrap();
+        assert!(csv.lines().next().unwrap().ends_with("energy,error_x,error_y"));
+        for row in rows(&csv) {
+            let angle = std::f64::consts::SQRT_2 * row[0] - std::f64::consts::FRAC_PI_4;
+            let error = (row[1] - (angle.cos() - std::f64::consts::FRAC_1_SQRT_2)).abs();
+            assert!(
+                (row[8] - error).abs() < 1e-13 + 1e-3 * error,
+                "{options:?}: {row:?}"
+            );
+        }
+        let note = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            note.contains("largest errors are x ") && note.contains("known to"),
+            "{note}"
+        );
+    }
+}
+
+#[test]
+fn options_that_do_not_go_together_are_refused_with_a_sentence() {
+    for (options, expected) in [
+        (
+            &["particle", "--order", "4", "--tolerance", "1e-6"][..],
+            "cannot be used with",
+        ),
+        (&["particle", "--order", "3"], "its compositions 4, 6 and 8"),
+        (
+            &["particle", "--order", "4", "--q1", "0.1,0.1"],
+            "begins with a position and a velocity",
+        ),
+        (
+            &["particle", "--tolerance", "1e-6", "--q1", "0.1,0.1"],
+            "`--q1` does not go with `--tolerance`",
+        ),
+        (
+            &["particle", "--order", "6", "--start", "paper"],
+            "only the step of order 2 needs a second node",
+        ),
+        (
+            &["particle", "--order", "8", "--certify"],
+            "`--certify` does not go with `--order 8`",
+        ),
+        (
+            &["particle", "--tolerance", "1e-6", "--certify"],
+            "three nodes at equal distances",
+        ),
+        (
+            &["particle", "--estimate-error", "--q1", "0.1,0.1"],
+            "begins with a velocity",
+        ),
+        (&["particle", "--tolerance", "0"], "between 0 and 1"),
+        (&["particle", "--tolerance", "nan"], "between 0 and 1"),
+        (
+            &["particle", "--tolerance", "1e-6", "--until", "-5"],
+            "the other way",
+        ),
+        (&["particle", "--order", "4", "--until", "-5"], "the other way"),
+        (&["particle", "--order", "4", "--v0", "0,0"], "at rest"),
+        (&["chain", "--order", "4"], "--tolerance"),
+    ] {
+        let (code, message) = refused(&[&["run"], options].concat());
+        assert_eq!(code, 2, "{options:?}: {message}");
+        assert!(message.contains(expected), "{options:?}: {message}");
+    }
+    // legs that go back too far for the pendulum's switch: what was computed before stays
+    let output = output(&["run", "pendulum", "--order", "4", "--step", "0.4"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    for part in [
+        "back in time",
+        "--order 2",
+        "--tolerance",
+        "what was computed before",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(rows(&String::from_utf8(output.stdout).unwrap()).len() > 10);
+}
+
 #[test]
 fn files_are_written_in_the_format_of_their_name() {
     let folder = tempfile::tempdir().unwrap();

@@ -68,6 +68,7 @@ mod events;
 mod flow;
 mod jet;
 mod kernel;
+mod motion;
 mod order;
 mod polynomial;
 mod roots;
@@ -80,6 +81,7 @@ pub use events::{Event, Events, Occurrence};
 pub use flow::{State, TaylorFlow};
 pub use jet::{Jet, Tape};
 pub use kernel::{MAX_ORDER, Table};
+pub use motion::{GlobalError, Motion};
 pub use polynomial::Polynomial;
 pub use series::Series;
 // what generated code needs beside the public items; no part of the interface

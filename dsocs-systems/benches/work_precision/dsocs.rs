@@ -1,7 +1,7 @@
-//! Our own ladder: the paper's step, and the continuous flow.
+//! Our own ladder: the paper's step, its compositions, and the continuous flow.
 
 use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{ComposedFlow, Composition, Flow, Start, Symmetry, System};
 
 use crate::candidate::{Candidate, tolerances};
 use crate::problem::{Declared, INTERVAL, Problem, grid, intervals};
@@ -58,6 +58,63 @@ where
                     for k in 0..intervals(P::END) {
                         // the start has made the first step
                         for _ in u32::from(k == 0)..parts {
+                            if flow.advance().is_err() {
+                                return false;
+                            }
+                        }
+                        out.extend_from_slice(&flow.position()[..P::MEASURED]);
+                    }
+                    true
+                }),
+            }
+        })
+}
+
+/// The compositions of the step, with the names of their rungs.
+const RUNGS: [(Composition, &str); 3] = [
+    (Composition::SUZUKI_4, "dsocs order 4"),
+    (Composition::KAHAN_LI_6, "dsocs order 6"),
+    (Composition::KAHAN_LI_8, "dsocs order 8"),
+];
+
+/// The compositions of the step, where it can be composed.
+pub fn composed<P, const N: usize, const D: usize>(
+    problem: P,
+) -> impl Iterator<Item = Box<dyn Iterator<Item = Candidate>>>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: System<N> + 'static,
+{
+    let possible = <P::System as System<N>>::SYMMETRY == Symmetry::AnyLegs;
+    let rungs = RUNGS.into_iter().filter(move |_| possible);
+    rungs.map(move |rung| Box::new(rungs_of(problem, rung)) as Box<dyn Iterator<Item = Candidate>>)
+}
+
+/// One composition with several steps.
+fn rungs_of<P, const N: usize, const D: usize>(
+    problem: P,
+    (method, solver): (Composition, &'static str),
+) -> impl Iterator<Item = Candidate>
+where
+    P: Problem<D> + Declared<N>,
+    P::System: System<N> + 'static,
+{
+    [1_u32, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256]
+        .into_iter()
+        .map(move |parts| {
+            let h = INTERVAL / f64::from(parts);
+            Candidate {
+                solver,
+                setting: format!("h {h:e}"),
+                run: Box::new(move |out| {
+                    let system = problem.system();
+                    let (q, v) = problem.begin();
+                    let Ok(mut flow) = ComposedFlow::new(&system, h, method, q, v) else {
+                        return false;
+                    };
+                    out.extend_from_slice(&q[..P::MEASURED]);
+                    for _ in 0..intervals(P::END) {
+                        for _ in 0..parts {
                             if flow.advance().is_err() {
                                 return false;
                             }

@@ -101,6 +101,9 @@ where
     };
     take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
     take(Box::new(dsocs::order2(problem)));
+    for rung in dsocs::composed(problem) {
+        take(rung);
+    }
     take(Box::new(ode_solvers_peer::dop853(problem)));
     take(Box::new(ode_solvers_peer::dopri5(problem)));
     take(Box::new(differential_equations_peer::dop853(problem)));

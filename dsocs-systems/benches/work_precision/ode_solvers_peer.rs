@@ -16,8 +16,8 @@ impl<P: Problem<D>, const D: usize> System<f64, SVector<f64, D>> for Rate<P, D> 
     }
 }
 
-/// So many steps are enough for every problem here.
-const MAX_STEPS: u32 = 100_000_000;
+/// More steps than this take longer than a candidate may. At the smallest tolerances the step can shrink to nothing.
+const MAX_STEPS: u32 = 4_000_000;
 
 macro_rules! solver {
     ($function:ident, $solver:ident, $name:literal, $beta:literal, $shrink:literal, $grow:literal) => {

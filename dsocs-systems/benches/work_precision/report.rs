@@ -115,8 +115,9 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
 
 /// Error against time, both logarithmic.
 fn picture(problem: &str, points: &[Point]) -> Figure {
-    const COLOURS: [&str; 9] = [
-        BLUE, GREEN, VERMILION, PURPLE, "#E69F00", "#56B4E9", "#999999", "#000000", "#A6761D",
+    const COLOURS: [&str; 12] = [
+        BLUE, GREEN, VERMILION, PURPLE, "#E69F00", "#56B4E9", "#999999", "#000000", "#A6761D", "#66A61E",
+        "#E7298A", "#7570B3",
     ];
     let curves = solvers(points)
         .into_iter()

@@ -9,6 +9,7 @@ use thiserror::Error;
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
 use crate::registry::{CheckFailure, RunFailure, UnknownName};
+use dsocs_core::taylor::TaylorError;
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -16,6 +17,12 @@ fn options(failure: &RunFailure) -> &'static str {
     match failure {
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
+        }
+        RunFailure::Setup(SetupError::Composition { .. }) => {
+            "\n(on the command line: `--order 2`, which is the default, or `--tolerance`)"
+        }
+        RunFailure::Run(RunError::Stage(_)) => {
+            "\n(on the command line: a smaller `--step`, `--order 2`, or `--tolerance`)"
         }
         RunFailure::Run(RunError::Behind { .. }) => {
             "\n(on the command line: `--until` and `--step` of one sign)"
@@ -38,6 +45,16 @@ pub enum CliError {
         name: String,
         /// The value.
         value: f64,
+    },
+    /// Options that do not go together.
+    #[error("`{option}` does not go with `{other}`: {reason}")]
+    Conflict {
+        /// One of them.
+        option: &'static str,
+        /// The other.
+        other: String,
+        /// Why not.
+        reason: &'static str,
     },
     /// The name of an output file does not say its format.
     #[error("`{0}` is no table format: an output file's name ends in .csv or .json")]
@@ -63,7 +80,10 @@ pub enum CliError {
         failure: RunFailure,
     },
     /// A run ended early after some of it had been written.
-    #[error("{failure}\nwhat was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
+    #[error(
+        "{failure}{}\nwhat was computed before ({rows} row{}) is written to {place}",
+        options(.failure), if *.rows == 1 { "" } else { "s" }
+    )]
     Partial {
         /// Why.
         failure: RunFailure,
@@ -117,11 +137,14 @@ impl CliError {
             Self::Unknown(_)
             | Self::Parameter { .. }
             | Self::TableFormat(_)
+            | Self::Conflict { .. }
             | Self::Figure(FigureError::Format(_))
             | Self::Run {
                 failure:
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
+                    | RunFailure::Velocity
+                    | RunFailure::Taylor(TaylorError::Tolerance { .. })
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
             Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT

@@ -1,5 +1,6 @@
 //! The command `dsocs`.
 
+mod accuracy;
 mod check;
 mod destination;
 mod error;

@@ -8,11 +8,13 @@ use clap::{Args, ValueEnum};
 use dsocs_core::RunError;
 use serde_json::{Map, Value, json};
 
+use super::accuracy::{AccuracyArguments, Errors};
 use super::destination::Destination;
 use super::plot::Plot;
 use super::table::TableWriter;
 use super::{CliError, interrupt, progress};
 use crate::registry::{self, AnySystem, Beginning, Entry, Row, RunFailure, UnknownName};
+use crate::rung::{Plan, Rung};
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
@@ -60,6 +62,9 @@ pub struct RunArguments {
     /// paper's theorem grants a discrete flow, and say where they vanish
     #[arg(long)]
     certify: bool,
+    /// How exact it is to be
+    #[command(flatten)]
+    accuracy: AccuracyArguments,
     /// A figure of the coordinates (or of --columns) against time: an .svg or .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -92,6 +97,12 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
 /// written all the same.
 pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     let entry = Entry::find(&arguments.system)?;
+    let accuracy = &arguments.accuracy;
+    accuracy.check(
+        arguments.q1.is_some(),
+        arguments.start.is_some(),
+        arguments.certify,
+    )?;
     let mut system = (entry.build)();
     for (name, value) in &arguments.set {
         system.set(name, *value)?;
@@ -107,10 +118,20 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     if until.is_infinite() {
         return Err(RunFailure::from(RunError::Until { until }).into());
     }
+    let plan = Plan {
+        h,
+        until,
+        rung: accuracy.rung(),
+        certify: arguments.certify,
+        estimate: accuracy.estimates(),
+    };
     let beginning = beginning(arguments, entry);
     let mut all = registry::columns(system.as_ref());
     if arguments.certify {
         all.extend(registry::CERTIFIED.map(str::to_owned));
+    }
+    if plan.estimate {
+        all.extend(registry::error_columns(system.as_ref()));
     }
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
@@ -127,7 +148,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         None => None,
     };
     let (format, destination) = Destination::new(arguments.out.as_deref(), plot.is_none())?;
-    let about = about(entry, system.as_mut(), h, until, &beginning);
+    let about = about(entry, system.as_mut(), &plan, &beginning);
     let names = chosen.iter().map(|&column| all[column].clone()).collect();
     let mut table = TableWriter::new(format, destination, about, names);
 
@@ -135,10 +156,11 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     let bar = progress::bar((until / h).abs() as u64, entry.name);
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let mut lost = Lost::default();
+    let (mut lost, mut errors) = (Lost::default(), Errors::default());
     let interrupted = interrupt::watch();
-    let result = system.run(h, &beginning, until, arguments.certify, &mut |row| {
+    let result = system.run(&plan, &beginning, &mut |row| {
         lost.look(row);
+        errors.look(row);
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -165,7 +187,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         }
     });
     bar.finish_and_clear();
-    if let Some(note) = lost.note() {
+    let notes = [lost.note(), errors.note(system.coordinates())];
+    for note in notes.into_iter().flatten() {
         eprintln!("{note}");
     }
     if let Some(error) = broken {
@@ -276,14 +299,18 @@ fn chosen(names: Option<&[String]>, all: &[String]) -> Result<Vec<usize>, Unknow
 fn about(
     entry: &Entry,
     system: &mut dyn AnySystem,
-    h: f64,
-    until: f64,
+    plan: &Plan,
     beginning: &Beginning,
 ) -> Map<String, Value> {
     let start = match beginning {
         Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
         Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
         Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
+    };
+    let rung = match plan.rung {
+        Rung::Step => json!({"order": 2}),
+        Rung::Composed(method) => json!({"order": method.order()}),
+        Rung::Tolerance(tolerance) => json!({"tolerance": tolerance}),
     };
     let parameters: Map<String, Value> = system
         .parameters()
@@ -292,8 +319,9 @@ fn about(
         .collect();
     [
         ("system", entry.name.into()),
-        ("step", h.into()),
-        ("until", until.into()),
+        ("step", plan.h.into()),
+        ("until", plan.until.into()),
+        ("accuracy", rung),
         ("start", start),
         ("parameters", parameters.into()),
     ]

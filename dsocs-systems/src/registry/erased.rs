@@ -2,11 +2,12 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Node, Regularity, Start, until_break};
+use dsocs_core::Start;
+use dsocs_core::taylor::{Jets, State};
 
 use super::{AnySystem, Beginning, CheckFailure, Kind, ParameterValue, Row, RunFailure, UnknownName};
 use crate::check::{self, Expected, Finding, Settings};
+use crate::rung::{self, Plan};
 
 /// A parameter that is not a field of type `f64` of the system's own.
 pub struct Extra<S> {
@@ -155,30 +156,17 @@ impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
 
     fn run(
         &self,
-        h: f64,
+        plan: &Plan,
         beginning: &Beginning,
-        until: f64,
-        certify: bool,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
-        let mut flow = Flow::new(&self.system, h, Self::start(beginning)?)?;
-        let mut observed = vec![0.0; S::OBSERVABLES.len()];
-        if certify {
-            flow = flow.watchful();
-            flow.certify(until, |node, regularity| {
-                self.system.observe(&node.point(), &mut observed);
-                sink(&row(node, &observed, regularity.or(Some(Regularity::UNKNOWN))))
-            })?;
-        } else {
-            flow.stream(
-                until,
-                &mut until_break(|node: &Node<N>| {
-                    self.system.observe(&node.point(), &mut observed);
-                    sink(&row(node, &observed, None))
-                }),
-            )?;
-        }
-        Ok(())
+        let state = match beginning {
+            Beginning::Paper { q0, v0 } | Beginning::SecondOrder { q0, v0 } => {
+                Some(State::new(Self::array("q0", q0)?, Self::array("v0", v0)?))
+            }
+            Beginning::Nodes { .. } => None,
+        };
+        rung::run(&self.system, plan, Self::start(beginning)?, state, sink)
     }
 
     fn check(&self, kind: Kind, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
@@ -189,24 +177,5 @@ impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
             reversible: self.reversible,
         };
         check::check(&self.system, self.symmetries, expected, settings, start)
-    }
-}
-
-/// A node with its type erased.
-#[inline]
-fn row<'a, const N: usize>(
-    node: &'a Node<N>,
-    observed: &'a [f64],
-    regularity: Option<Regularity>,
-) -> Row<'a> {
-    Row {
-        index: node.index,
-        t: node.t,
-        q: &node.q,
-        v: &node.v,
-        force: &node.force,
-        energy: node.energy,
-        observed,
-        regularity,
     }
 }

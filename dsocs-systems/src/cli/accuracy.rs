@@ -1,0 +1,137 @@
+//! The options that choose a rung of the ladder, and what is said of errors.
+
+use clap::Args;
+use dsocs_core::Composition;
+
+use super::CliError;
+use crate::registry::Row;
+use crate::rung::Rung;
+
+/// The options that choose how a motion is computed.
+#[derive(Args, Debug)]
+pub struct AccuracyArguments {
+    /// The order of the step: 2 is the paper's; 4, 6 and 8 are compositions of it [default: 2]
+    #[arg(long, value_name = "P", value_parser = order)]
+    order: Option<Composition>,
+    /// Run the continuous motion, by Taylor series, to this tolerance relative to the velocities, with output every --step
+    #[arg(long, value_name = "EPS", conflicts_with = "order")]
+    tolerance: Option<f64>,
+    /// Record the global error of every coordinate at every node, measured against the continuous motion by Taylor series to
+    /// nearly all digits, and say how large it becomes
+    #[arg(long)]
+    estimate_error: bool,
+}
+
+/// Reads the order of a composition.
+fn order(text: &str) -> Result<Composition, String> {
+    text.parse()
+        .ok()
+        .and_then(Composition::of_order)
+        .ok_or_else(|| "the step has order 2, its compositions 4, 6 and 8".to_owned())
+}
+
+impl AccuracyArguments {
+    /// The rung that is asked for.
+    pub fn rung(&self) -> Rung {
+        match (self.tolerance, self.order) {
+            (Some(tolerance), _) => Rung::Tolerance(tolerance),
+            (None, Some(method)) if method.order() > 2 => Rung::Composed(method),
+            (None, _) => Rung::Step,
+        }
+    }
+
+    /// Whether errors are to be estimated.
+    pub fn estimates(&self) -> bool {
+        self.estimate_error
+    }
+
+    /// Refuses options that mean nothing on the rung.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::Conflict`].
+    pub fn check(&self, nodes: bool, start: bool, certify: bool) -> Result<(), CliError> {
+        let rung = match (self.tolerance, self.order) {
+            (Some(_), _) => Some("--tolerance".to_owned()),
+            (None, Some(method)) if method.order() > 2 => Some(format!("--order {}", method.order())),
+            (None, _) => None,
+        };
+        let conflict = |option, other, reason| {
+            Err(CliError::Conflict {
+                option,
+                other,
+                reason,
+            })
+        };
+        match rung {
+            Some(rung) if nodes => conflict(
+                "--q1",
+                rung,
+                "it begins with a position and a velocity (--q0, --v0); two nodes begin the step of order 2 alone",
+            ),
+            Some(rung) if start => conflict(
+                "--start",
+                rung,
+                "it begins with the position and the velocity themselves; only the step of order 2 needs a second node",
+            ),
+            Some(rung) if certify => conflict(
+                "--certify",
+                rung,
+                "D₁ and D₃ belong to three nodes at equal distances, which the step of order 2 alone has",
+            ),
+            None if nodes && self.estimate_error => conflict(
+                "--q1",
+                "--estimate-error".to_owned(),
+                "errors are measured against the continuous motion, which begins with a velocity (--v0)",
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The largest estimated error of each coordinate.
+#[derive(Default)]
+pub struct Errors {
+    /// The error, its time, and how well the motion was known by then; by coordinate.
+    largest: Vec<(f64, f64)>,
+    /// The errors at the last node.
+    last: Vec<f64>,
+    /// How well the motion is known.
+    doubt: f64,
+}
+
+impl Errors {
+    /// Looks at a node.
+    pub fn look(&mut self, row: &Row<'_>) {
+        if row.errors.is_empty() {
+            return;
+        }
+        self.largest.resize(row.errors.len(), (0.0, row.t));
+        for (largest, &error) in self.largest.iter_mut().zip(row.errors) {
+            if error > largest.0 {
+                *largest = (error, row.t);
+            }
+        }
+        self.last.clear();
+        self.last.extend_from_slice(row.errors);
+        self.doubt = row.doubt;
+    }
+
+    /// What is to be said.
+    pub fn note(&self, coordinates: &[&str]) -> Option<String> {
+        if self.largest.is_empty() {
+            return None;
+        }
+        let coordinates = coordinates.iter().zip(&self.largest).zip(&self.last);
+        let parts: Vec<String> = coordinates
+            .map(|((name, (largest, t)), last)| {
+                format!("{name} {largest:.1e} (at t = {t}; {last:.1e} at the end)")
+            })
+            .collect();
+        Some(format!(
+            "note: the largest errors are {}; the motion they are measured against is known to {:.0e}",
+            parts.join(", "),
+            self.doubt
+        ))
+    }
+}

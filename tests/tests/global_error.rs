@@ -1,0 +1,156 @@
+//! The estimated error of a run is its error: on both systems of the paper, against data that owe nothing to this workspace.
+
+use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
+use dsocs_core::{ComposedFlow, Composition};
+use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
+use dsocs_tests::closed_form::pendulum::START;
+use dsocs_tests::closed_form::{self};
+use dsocs_tests::data::Table;
+
+/// Errors of the coordinates that are rounding, of the runs or of the reference.
+type Rounding = [f64; 2];
+
+/// How often an estimate was within a factor of 3 of the error, and the worst factor.
+#[derive(Clone, Copy, Debug)]
+struct Score {
+    within: u32,
+    all: u32,
+    worst: f64,
+}
+
+impl Score {
+    const NONE: Self = Self {
+        within: 0,
+        all: 0,
+        worst: 1.0,
+    };
+
+    fn count(&mut self, estimate: f64, error: f64) {
+        let factor = (estimate / error).max(error / estimate);
+        self.all += 1;
+        self.within += u32::from(factor <= 3.0);
+        self.worst = self.worst.max(factor);
+    }
+}
+
+/// Positions at the whole seconds.
+fn positions<S: Jets<2>>(
+    system: &S,
+    method: Composition,
+    parts: u32,
+    start: ([f64; 2], [f64; 2]),
+    seconds: usize,
+) -> Vec<[f64; 2]> {
+    let mut flow = ComposedFlow::new(system, f64::from(parts).recip(), method, start.0, start.1).unwrap();
+    let mut positions = Vec::new();
+    for _ in 0..seconds {
+        for _ in 0..parts {
+            flow.advance().unwrap();
+        }
+        positions.push(*flow.position());
+    }
+    positions
+}
+
+/// Scores of the estimate against the Taylor flow, and of Richardson's with half the step.
+fn scores<S: Jets<2>>(
+    system: &S,
+    method: Composition,
+    parts: u32,
+    start: ([f64; 2], [f64; 2]),
+    truth: &[[f64; 2]],
+    rounding: Rounding,
+) -> [Score; 2] {
+    let coarse = positions(system, method, parts, start, truth.len());
+    let fine = positions(system, method, 2 * parts, start, truth.len());
+    let state = State::new(start.0, start.1);
+    let mut error = GlobalError::new(system, state, truth.len() as f64).unwrap();
+    let mut scores = [Score::NONE; 2];
+    let gain = 2.0_f64.powi(i32::try_from(method.order()).unwrap());
+    for (k, ((coarse, fine), truth)) in coarse.iter().zip(&fine).zip(truth).enumerate() {
+        let estimate = error.at((k + 1) as f64, coarse).unwrap();
+        for i in 0..2 {
+            let error = (coarse[i] - truth[i]).abs();
+            if error > rounding[i] {
+                let richardson = (coarse[i] - fine[i]).abs() * gain / (gain - 1.0);
+                scores[0].count(estimate[i], error);
+                scores[1].count(richardson, error);
+            }
+        }
+    }
+    assert!(
+        error.doubt() < rounding[0].max(rounding[1]),
+        "{:e}",
+        error.doubt()
+    );
+    println!(
+        "{method}, {parts} steps a second: Taylor {}/{} within a factor 3, at worst {:.3}; Richardson {}/{}, at worst {:.1e}",
+        scores[0].within, scores[0].all, scores[0].worst, scores[1].within, scores[1].all, scores[1].worst
+    );
+    scores
+}
+
+const RUNS: [(Composition, [u32; 3]); 4] = [
+    (Composition::SINGLE, [5, 10, 100]),
+    (Composition::SUZUKI_4, [5, 10, 40]),
+    (Composition::KAHAN_LI_6, [5, 10, 20]),
+    (Composition::KAHAN_LI_8, [5, 8, 10]),
+];
+
+fn all_runs<S: Jets<2>>(
+    system: &S,
+    start: ([f64; 2], [f64; 2]),
+    truth: &[[f64; 2]],
+    rounding: Rounding,
+) -> [u32; 3] {
+    let mut totals = [0; 3];
+    for (method, parts) in RUNS {
+        for parts in parts {
+            let [taylor, richardson] = scores(system, method, parts, start, truth, rounding);
+            assert!(taylor.all > 0 && taylor.worst < 1.5, "{method}: {taylor:?}");
+            totals[0] += taylor.within;
+            totals[1] += richardson.within;
+            totals[2] += taylor.all;
+        }
+    }
+    println!(
+        "in all: Taylor {}, Richardson {}, of {}",
+        totals[0], totals[1], totals[2]
+    );
+    totals
+}
+
+#[test]
+fn of_the_particle_over_the_papers_time() {
+    let truth: Vec<_> = (1..=500).map(|t| closed_form::particle(f64::from(t))).collect();
+    let start = ([0.0, 0.0], [1.0, 1.0]);
+    let [taylor, richardson, all] = all_runs(&CurvedParticle::default(), start, &truth, [5e-12; 2]);
+    assert!(taylor == all && richardson < all);
+}
+
+#[test]
+fn of_the_pendulum_over_the_papers_time() {
+    let table = Table::read("pendulum_continuous_every1.csv");
+    let truth = &table.pairs(["theta", "psi"])[1..];
+    let rounding = [2e-12, 5e-10];
+    let [taylor, richardson, all] = all_runs(&InertiaWheelPendulum::default(), START, truth, rounding);
+    assert!(taylor == all && richardson < all);
+}
+
+#[test]
+fn a_motion_is_asked_in_order() {
+    let pendulum = InertiaWheelPendulum::default();
+    let state = State::new(START.0, START.1);
+    let mut motion = Motion::new(&pendulum, state, 10.0, Tolerance::relative(1e-12)).unwrap();
+    assert_eq!(motion.at(0.0).unwrap().q, START.0);
+    let [first, again] = [motion.at(5.0).unwrap(), motion.at(5.0).unwrap()];
+    assert_eq!(first, again);
+    assert!(motion.at(10.0).is_ok());
+    assert!(matches!(motion.at(0.5), Err(TaylorError::Behind { .. })));
+    assert!(matches!(motion.at(11.0), Err(TaylorError::Until { .. })));
+    // the acceleration solves the equations
+    let rows = dsocs_core::System::continuous(&pendulum, &first, &[]).rows;
+    assert!(rows.iter().all(|row| row.abs() < 1e-7), "{rows:?}");
+    let mut back = Motion::new(&pendulum, state, -1.0, Tolerance::relative(1e-12)).unwrap();
+    assert!(back.at(-0.5).is_ok() && back.at(-1.0).is_ok());
+}
