@@ -10,10 +10,6 @@ use num_traits::Signed as _;
 use crate::dual::{Dual, Part};
 use crate::scalar::Scalar;
 
-/// How far arguments of the user's functions are moved along a derivative, once, twice, three and four times. Derivatives
-/// are best those by coordinates in units of a leg: this is then a 64th of it.
-const SHIFT: f64 = 1.0 / 64.0;
-
 /// The weights of the difference quotient of eighth order, of the differences over once to four times the shift.
 const WEIGHTS: [f64; 4] = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
 
@@ -80,6 +76,12 @@ impl<D: Nested> Tangent<D> {
 
 /// What stands for the number in a dual number: a number, or a dual number once more.
 pub trait Nested: Part {
+    /// How far arguments of the user's functions are moved along a derivative, once, twice, three and four times. Derivatives
+    /// are best those by coordinates in units of a leg. What rounding leaves of a quotient is that over the shift, and over its
+    /// square for a second derivative, which is therefore larger.
+    #[doc(hidden)]
+    const SHIFT: f64;
+
     /// The number moved to a lane's place.
     #[doc(hidden)]
     fn moved(number: &Dual<Self>, lane: usize) -> f64;
@@ -90,8 +92,8 @@ pub trait Nested: Part {
 }
 
 /// By how much a place is moved, in units of the derivative.
-fn shift(place: usize) -> f64 {
-    let far = place.div_ceil(2) as f64 * SHIFT;
+fn shift<D: Nested>(place: usize) -> f64 {
+    let far = place.div_ceil(2) as f64 * D::SHIFT;
     if place % 2 == 1 { far } else { -far }
 }
 
@@ -105,16 +107,18 @@ fn along(number: f64, derivative: f64, by: f64) -> f64 {
 }
 
 /// The difference quotient from the values at all places.
-fn quotient(values: impl Fn(usize) -> f64) -> f64 {
+fn quotient<D: Nested>(values: impl Fn(usize) -> f64) -> f64 {
     let differences = WEIGHTS.iter().enumerate();
     differences
-        .map(|(k, weight)| weight * ((values(2 * k + 1) - values(2 * k + 2)) / SHIFT))
+        .map(|(k, weight)| weight * ((values(2 * k + 1) - values(2 * k + 2)) / D::SHIFT))
         .sum()
 }
 
 impl Nested for f64 {
+    const SHIFT: f64 = 1.0 / 64.0;
+
     fn moved(number: &Dual<f64>, lane: usize) -> f64 {
-        along(number.re, number.eps, shift(lane))
+        along(number.re, number.eps, shift::<Self>(lane))
     }
 
     fn gathered<const P: usize>(function: impl FnMut(usize) -> [f64; P]) -> [Dual<f64>; P] {
@@ -122,13 +126,15 @@ impl Nested for f64 {
             let mut function = function;
             move |place| function(place)
         });
-        core::array::from_fn(|p| Dual::new(values[0][p], quotient(|place| values[place][p])))
+        core::array::from_fn(|p| Dual::new(values[0][p], quotient::<Self>(|place| values[place][p])))
     }
 }
 
 impl Nested for Dual<f64> {
+    const SHIFT: f64 = 1.0 / 16.0;
+
     fn moved(number: &Dual<Self>, lane: usize) -> f64 {
-        let (first, other) = (shift(lane % PLACES), shift(lane / PLACES));
+        let (first, other) = (shift::<Self>(lane % PLACES), shift::<Self>(lane / PLACES));
         let moved = along(number.re.re, number.re.eps, first);
         along(along(moved, number.eps.re, other), number.eps.eps, first * other)
     }
@@ -138,11 +144,14 @@ impl Nested for Dual<f64> {
             core::array::from_fn(|other| core::array::from_fn(|first| function(other * PLACES + first)));
         core::array::from_fn(|p| {
             let row = |other: usize| {
-                let by_first = quotient(|first| values[other][first][p]);
+                let by_first = quotient::<Self>(|first| values[other][first][p]);
                 Dual::new(values[other][0][p], by_first)
             };
             let rows: [Dual<f64>; PLACES] = core::array::from_fn(row);
-            let by_other = Dual::new(quotient(|i| rows[i].re), quotient(|i| rows[i].eps));
+            let by_other = Dual::new(
+                quotient::<Self>(|i| rows[i].re),
+                quotient::<Self>(|i| rows[i].eps),
+            );
             Dual::new(rows[0], by_other)
         })
     }

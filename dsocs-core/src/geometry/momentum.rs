@@ -21,7 +21,7 @@ pub fn momentum_map<S: System<N>, const N: usize>(
     product(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q))
 }
 
-/// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, relative to its terms: zero but for rounding if
+/// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, without its sign and relative to its terms: zero but for rounding if
 /// `L_d` is invariant.
 #[must_use]
 pub fn asymmetry<S: System<N>, const N: usize>(
@@ -36,7 +36,8 @@ pub fn asymmetry<S: System<N>, const N: usize>(
     );
     let (first, second) = (generator(&q0), generator(&leg.q));
     let change = product(&plus, &second) - product(&minus, &first);
-    over(change, size(&plus, &second) + size(&minus, &first))
+    let terms = size(&plus, &second) + size(&minus, &first);
+    if change == 0.0 { 0.0 } else { change.abs() / terms }
 }
 
 /// The momentum equation at a trajectory: `J(q1, q2) − J(q0, q1) − h ⟨Q, ξ_Q(q1)⟩`, and the size of its terms.
@@ -62,9 +63,4 @@ pub fn momentum_equation<S: System<N>, const N: usize>(
 /// The sum of the absolute values of products.
 fn size<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
     x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
-}
-
-/// A quotient, zero over zero being zero.
-fn over(part: f64, whole: f64) -> f64 {
-    if part == 0.0 { 0.0 } else { part / whole }
 }

@@ -1,0 +1,137 @@
+//! Every system of the registry passes its checks, and what is not so fails them.
+
+use dsocs_core::dsocs;
+use dsocs_systems::check::{Expected, Finding, Settings, check};
+use dsocs_systems::registry::{Entry, Kind, SYSTEMS, Symmetry};
+use dsocs_systems::{CurvedParticle, GravityTurn, PlanarChain2};
+
+/// The default settings of a system.
+fn settings(entry: &Entry) -> Settings<'static> {
+    Settings {
+        h: entry.step,
+        until: None,
+        q0: entry.q0,
+        v0: entry.v0,
+    }
+}
+
+#[test]
+fn every_system_passes() {
+    for entry in SYSTEMS {
+        let findings = (entry.build)().check(entry.kind, &settings(entry)).unwrap();
+        for finding in &findings {
+            assert!(finding.ok(), "{}: {finding:?}", entry.name);
+        }
+        for check in [
+            "regularity",
+            "symplectic law",
+            "momentum law",
+            "reversibility",
+            "order",
+        ] {
+            assert!(
+                findings.iter().any(|finding| finding.check == check),
+                "{}: {check}",
+                entry.name
+            );
+        }
+    }
+}
+
+/// The findings that miss their bar.
+fn missed(findings: &[Finding]) -> Vec<(&'static str, &str)> {
+    let missed = findings.iter().filter(|finding| !finding.ok());
+    missed
+        .map(|finding| (finding.check, finding.what.as_str()))
+        .collect()
+}
+
+#[test]
+fn a_constrained_system_is_not_symplectic() {
+    let particle = CurvedParticle::default();
+    let expected = Expected {
+        kind: Kind::Unconstrained,
+        order: 2.0,
+        reversible: true,
+    };
+    let entry = Entry::find("particle").unwrap();
+    let start = ([0.0, 0.0], [1.0, 1.0]);
+    let findings = check(&particle, &[], expected, &settings(entry), start).unwrap();
+    let missed = missed(&findings);
+    assert_eq!(missed.len(), 2, "{missed:?}");
+    assert!(
+        missed[0].1.starts_with("dξ") && missed[1].1.contains("dν"),
+        "{missed:?}"
+    );
+}
+
+#[test]
+fn gravity_has_no_symmetry_of_translation() {
+    let symmetries = [Symmetry {
+        name: "translation along y",
+        generator: |_: &GravityTurn, _: &[f64; 2]| [0.0, 1.0],
+    }];
+    let expected = Expected {
+        kind: Kind::SecondOrder,
+        order: 2.0,
+        reversible: true,
+    };
+    let entry = Entry::find("gravity-turn").unwrap();
+    let start = ([0.0, 0.0], [1.0, 3.0]);
+    let findings = check(
+        &GravityTurn::default(),
+        &symmetries,
+        expected,
+        &settings(entry),
+        start,
+    )
+    .unwrap();
+    let missed = missed(&findings);
+    assert_eq!(missed.len(), 2, "{missed:?}");
+    assert!(
+        missed.iter().all(|(check, _)| *check == "momentum law"),
+        "{missed:?}"
+    );
+}
+
+#[test]
+fn another_order_is_not_found() {
+    let expected = Expected {
+        kind: Kind::Unconstrained,
+        order: 3.0,
+        reversible: true,
+    };
+    let entry = Entry::find("double-pendulum").unwrap();
+    let start = ([2.0, 1.0], [0.0, 0.0]);
+    let findings = check(&PlanarChain2::default(), &[], expected, &settings(entry), start).unwrap();
+    let missed = missed(&findings);
+    assert!(missed.len() == 1 && missed[0].0 == "order", "{missed:?}");
+}
+
+/// A pendulum whose inertia depends on its angle, with the paper's map.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = (1 + theta.sin() / 2) * dot(theta).powi(2) / 2 + theta.cos();
+}]
+struct Uneven;
+
+/// `φ = (q0, ·)` where the mass matrix depends on the angle: of order 1, and another map with `−h`; the inverse is found all the same.
+#[test]
+fn what_is_not_symmetric_in_time_is_told() {
+    let expected = |order, reversible| Expected {
+        kind: Kind::Unconstrained,
+        order,
+        reversible,
+    };
+    let settings = Settings {
+        h: 0.02,
+        until: None,
+        q0: &[1.0],
+        v0: &[0.5],
+    };
+    let find = |expected| check(&Uneven, &[], expected, &settings, ([1.0], [0.5])).unwrap();
+    assert_eq!(missed(&find(expected(1.0, false))), []);
+    let wrong = find(expected(2.0, true));
+    let wrong: Vec<&str> = missed(&wrong).iter().map(|(check, _)| *check).collect();
+    assert_eq!(wrong, ["reversibility", "order"]);
+}
