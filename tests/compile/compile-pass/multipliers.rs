@@ -1,4 +1,4 @@
-//! A force of which the displacements cannot be found.
+//! A force whose displacements have no basis that could be found: its multiplier is unknown.
 
 use dsocs_core::dsocs;
 

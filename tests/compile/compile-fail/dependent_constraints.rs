@@ -1,0 +1,14 @@
+//! Two constraints with the same force.
+
+use dsocs_core::dsocs;
+
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+    holonomic = [x - y, 2 * y - 2 * x];
+}]
+pub struct Particle {
+    pub mass: f64,
+}
+
+fn main() {}
