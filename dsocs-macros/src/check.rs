@@ -114,13 +114,13 @@ fn equations(
             count(n, "coordinate"),
         ),
         Side::Forces if fields != kinematic && fields != rows => {
-            let all = if rows == kinematic {
-                ""
-            } else {
-                ", or as all constraints"
+            let wanted = match kinematic {
+                0 => "constraints",
+                all if all == rows => "kinematic constraints",
+                _ => "kinematic constraints, or as all constraints",
             };
             format!(
-                "expected as many forces as kinematic constraints{all}: found {} and {}",
+                "expected as many forces as {wanted}: found {} and {}",
                 count(fields, "force"),
                 counts.listed(),
             )
@@ -193,8 +193,7 @@ fn discrete(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> 
     Err(errors.at(
         &discrete.keyword,
         format!(
-            "expected a discrete constraint for each of the {}, found {}",
-            count(rows, "kinematic constraint"),
+            "expected as many discrete constraints as kinematic ones, {rows}, found {}",
             discrete.rows.len()
         ),
     ))

@@ -112,9 +112,14 @@ impl Lowering<'_> {
         let message = if is_coordinate {
             format!("a discrete expression is made of nodes; expected `{text}[0]` to `{text}[{last}]`")
         } else {
+            let at = if last < 2 {
+                format!("on the leg, `leg({text}, 0)`")
+            } else {
+                format!("on a leg or at the triple, `leg({text}, 0)`, `node({text})`")
+            };
             format!(
                 "a discrete expression is made of nodes, and this is one of the motion; expected difference quotients, \
-                 such as `(x[1] - x[0]) / h`, or its value on a leg or at a node, `leg({text}, 0)`, `node({text})`"
+                 such as `(x[1] - x[0]) / h`, or its value {at}"
             )
         };
         self.errors.at(tokens, message)

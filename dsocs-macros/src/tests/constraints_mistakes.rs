@@ -39,7 +39,7 @@ fn counts() {
     statement(
         "holonomic = x; nonholonomic = dot(y); forces = [(0, 1)];",
         "forces",
-        "or as all constraints: found 1 force and 1 holonomic constraint, 1 nonholonomic constraint",
+        "as many forces as constraints: found 1 force and 1 holonomic constraint, 1 nonholonomic constraint",
     );
     statement("holonomic = [];", "[]", "at least one");
     statement(
@@ -115,7 +115,7 @@ fn discrete_expressions() {
     statement(
         &kinematic("[x[2], y[2]]"),
         "discrete_kinematic",
-        "for each of the 1 kinematic constraint, found 2",
+        "as many discrete constraints as kinematic ones, 1, found 2",
     );
     statement(
         "discrete_kinematic = x[2];",
