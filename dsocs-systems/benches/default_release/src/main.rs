@@ -2,7 +2,7 @@
 //!
 //! The argument is the number of batches.
 
-#![allow(missing_docs, dead_code)] // no library, and of the systems only what is measured
+#![allow(missing_docs, dead_code)] // no library, and not all of what the bench `step` shares is used
 #![allow(clippy::inline_always)] // the rivals are to be as fast as they can be
 
 #[path = "../../handwritten/mod.rs"]
@@ -10,16 +10,7 @@ mod handwritten;
 #[path = "../../measure/mod.rs"]
 mod measure;
 
-#[path = "../../../src/chain.rs"]
-mod chain;
-#[path = "../../../src/particle.rs"]
-mod particle;
-#[path = "../../../src/pendulum.rs"]
-mod pendulum;
-
-mod systems {
-    pub use crate::{chain::PlanarChain8, particle::*, pendulum::InertiaWheelPendulum};
-}
+use dsocs_systems as systems;
 
 fn main() {
     let batches = std::env::args().nth(1).and_then(|argument| argument.parse().ok());
