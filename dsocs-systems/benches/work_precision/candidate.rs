@@ -28,7 +28,9 @@ impl Candidate {
     }
 }
 
-/// Tolerances in steps of ten.
+/// Tolerances from `10^-from` to `10^-to`, two a decade.
 pub fn tolerances(from: i32, to: i32) -> impl Iterator<Item = f64> {
-    (from..=to).map(|k| 10.0_f64.powi(-k))
+    (from..to)
+        .flat_map(|k| [10.0_f64.powi(-k), 3.0 * 10.0_f64.powi(-k - 1)])
+        .chain([10.0_f64.powi(-to)])
 }

@@ -19,13 +19,13 @@ macro_rules! solver {
     ($function:ident, $method:ident, $name:literal) => {
         /// The method with its interpolant, to tolerances.
         pub fn $function<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
-            tolerances(2, 13).map(move |tolerance| {
+            tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {
                     let system = Rate(problem);
                     let method = ExplicitRungeKutta::$method()
                         .rtol(tolerance)
                         .atol(tolerance)
-                        .max_steps(100_000_000);
+                        .max_steps(4_000_000);
                     let times = grid(P::END);
                     let solution = IVP::ode(&system, 0.0, f64::from(P::END), problem.start())
                         .method(method)

@@ -14,7 +14,7 @@ fn state<const D: usize>(y: &[f64]) -> [f64; D] {
 
 /// Tsitouras' method, to tolerances.
 pub fn tsit45<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
-    tolerances(2, 12).map(move |tolerance| {
+    tolerances(1, 12).map(move |tolerance| {
         Candidate::tolerance("diffsol TSIT45", tolerance, move |out| {
             let built = OdeBuilder::<Matrix>::new()
                 .rtol(tolerance)
@@ -44,7 +44,7 @@ pub fn tsit45<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item =
 
 /// BDF with a Jacobian by differences along a direction, to tolerances.
 pub fn bdf<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
-    tolerances(2, 10).map(move |tolerance| {
+    tolerances(1, 10).map(move |tolerance| {
         Candidate::tolerance("diffsol BDF", tolerance, move |out| {
             let built = OdeBuilder::<Matrix>::new()
                 .rtol(tolerance)

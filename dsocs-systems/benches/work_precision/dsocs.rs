@@ -20,7 +20,7 @@ where
     P: Problem<D> + Declared<N>,
     P::System: Jets<N> + 'static,
 {
-    tolerances(2, 16).map(move |tolerance| {
+    tolerances(1, 16).map(move |tolerance| {
         Candidate::tolerance(solver, tolerance, move |out| {
             let system = problem.system();
             let (q, v) = problem.begin();
@@ -41,33 +41,35 @@ where
     P: Problem<D> + Declared<N>,
     P::System: System<N> + 'static,
 {
-    [1_u32, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000]
-        .into_iter()
-        .map(move |parts| {
-            let h = INTERVAL / f64::from(parts);
-            Candidate {
-                solver: "dsocs order 2",
-                setting: format!("h {h:e}"),
-                run: Box::new(move |out| {
-                    let system = problem.system();
-                    let (q, v) = problem.begin();
-                    let Ok(mut flow) = Flow::new(&system, h, Start::second_order(q, v)) else {
-                        return false;
-                    };
-                    out.extend_from_slice(&q[..P::MEASURED]);
-                    for k in 0..intervals(P::END) {
-                        // the start has made the first step
-                        for _ in u32::from(k == 0)..parts {
-                            if flow.advance().is_err() {
-                                return false;
-                            }
+    [
+        1_u32, 2, 4, 7, 10, 20, 50, 70, 100, 200, 500, 700, 1000, 2000, 5000,
+    ]
+    .into_iter()
+    .map(move |parts| {
+        let h = INTERVAL / f64::from(parts);
+        Candidate {
+            solver: "dsocs order 2",
+            setting: format!("h {h:e}"),
+            run: Box::new(move |out| {
+                let system = problem.system();
+                let (q, v) = problem.begin();
+                let Ok(mut flow) = Flow::new(&system, h, Start::second_order(q, v)) else {
+                    return false;
+                };
+                out.extend_from_slice(&q[..P::MEASURED]);
+                for k in 0..intervals(P::END) {
+                    // the start has made the first step
+                    for _ in u32::from(k == 0)..parts {
+                        if flow.advance().is_err() {
+                            return false;
                         }
-                        out.extend_from_slice(&flow.position()[..P::MEASURED]);
                     }
-                    true
-                }),
-            }
-        })
+                    out.extend_from_slice(&flow.position()[..P::MEASURED]);
+                }
+                true
+            }),
+        }
+    })
 }
 
 /// The compositions of the step, with the names of their rungs.

@@ -6,6 +6,7 @@
 #![allow(missing_docs)] // a bench is no library
 
 mod candidate;
+mod constrained;
 mod differential_equations_peer;
 mod diffsol_peer;
 mod dsocs;
@@ -23,6 +24,7 @@ use criterion::Criterion;
 use dsocs_core::System;
 use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
 
+use constrained::{Contact, Sphere};
 use measure::{Effort, Point, Reference, sweep};
 use problem::{Called, Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
 
@@ -34,7 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let quick = arguments.iter().any(|argument| argument == "--quick");
     let effort = Effort {
         longest: Duration::from_millis(if quick { 60 } else { 600 }),
-        measured: Duration::from_millis(if quick { 60 } else { 400 }),
+        measured: Duration::from_millis(if quick { 40 } else { 300 }),
+        every: if quick { 2 } else { 1 },
     };
     let mut criterion = Criterion::default().without_plots();
     let mut points = Vec::new();
@@ -65,9 +68,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     let reference = references(Chain);
     println!("chain8: the references differ by {:.1e}", reference.difference());
     points.extend(measured(&mut criterion, effort, Chain, &reference));
+    let reference = references(Sphere);
+    println!("sphere: the references differ by {:.1e}", reference.difference());
+    points.extend(measured(&mut criterion, effort, Sphere, &reference));
+    let reference = references(Contact);
+    println!("contact: the references differ by {:.1e}", reference.difference());
+    points.extend(measured(&mut criterion, effort, Contact, &reference));
 
     println!("\nms, median of the whole solution with output every 0.1; in brackets, times our best.");
-    for problem in [Particle::NAME, ParticleField::NAME, Pendulum::NAME, Chain::NAME] {
+    for problem in [
+        Particle::NAME,
+        ParticleField::NAME,
+        Pendulum::NAME,
+        Chain::NAME,
+        Sphere::NAME,
+        Contact::NAME,
+    ] {
         println!("{}", report::table(problem, &points));
         for (target, ratio) in report::ratios(problem, &points) {
             match ratio {

@@ -29,6 +29,8 @@ pub struct Effort {
     pub longest: Duration,
     /// How long a candidate is measured.
     pub measured: Duration,
+    /// Of so many candidates one is measured.
+    pub every: usize,
 }
 
 /// The most components that are measured.
@@ -75,7 +77,7 @@ pub fn sweep(
         .sampling_mode(SamplingMode::Flat)
         .warm_up_time(effort.measured / 4)
         .measurement_time(effort.measured);
-    for candidate in candidates {
+    for candidate in candidates.step_by(effort.every) {
         let mut out = Vec::with_capacity(reference.ours.len());
         let start = Instant::now();
         let solved = (candidate.run)(&mut out);

@@ -23,7 +23,7 @@ macro_rules! solver {
     ($function:ident, $solver:ident, $name:literal, $beta:literal, $shrink:literal, $grow:literal) => {
         /// The method with dense output, to tolerances.
         pub fn $function<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
-            tolerances(2, 13).map(move |tolerance| {
+            tolerances(1, 13).map(move |tolerance| {
                 Candidate::tolerance($name, tolerance, move |out| {
                     let end = f64::from(P::END);
                     let mut solver = $solver::from_param(

@@ -5,26 +5,28 @@ use crate::problem::{INTERVAL, Problem, intervals};
 
 /// Fixed steps that divide the grid's interval.
 pub fn rk4<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Candidate> {
-    [1_u32, 2, 5, 10, 20, 50, 100, 200, 500]
-        .into_iter()
-        .map(move |parts| {
-            let h = INTERVAL / f64::from(parts);
-            Candidate {
-                solver: "RK4 by hand",
-                setting: format!("h {h:e}"),
-                run: Box::new(move |out| {
-                    let mut y = problem.start();
-                    out.extend_from_slice(&y[..P::MEASURED]);
-                    for _ in 0..intervals(P::END) {
-                        for _ in 0..parts {
-                            y = step(&problem, &y, h);
-                        }
-                        out.extend_from_slice(&y[..P::MEASURED]);
+    [
+        1_u32, 2, 3, 4, 5, 7, 10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500,
+    ]
+    .into_iter()
+    .map(move |parts| {
+        let h = INTERVAL / f64::from(parts);
+        Candidate {
+            solver: "RK4 by hand",
+            setting: format!("h {h:e}"),
+            run: Box::new(move |out| {
+                let mut y = problem.start();
+                out.extend_from_slice(&y[..P::MEASURED]);
+                for _ in 0..intervals(P::END) {
+                    for _ in 0..parts {
+                        y = step(&problem, &y, h);
                     }
-                    y.iter().all(|y| y.is_finite())
-                }),
-            }
-        })
+                    out.extend_from_slice(&y[..P::MEASURED]);
+                }
+                y.iter().all(|y| y.is_finite())
+            }),
+        }
+    })
 }
 
 #[inline]
