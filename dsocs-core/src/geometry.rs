@@ -39,6 +39,7 @@ mod inverse;
 mod legendre;
 mod map;
 mod momentum;
+mod pairs;
 mod theorem;
 
 #[allow(unused_imports)] // named in the documentation
@@ -53,6 +54,7 @@ pub use legendre::{
 };
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
+pub use pairs::pair_displacements;
 pub use theorem::FlowTheorem;
 
 use crate::regularity;

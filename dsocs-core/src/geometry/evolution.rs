@@ -1,7 +1,5 @@
 //! How the discrete two-form evolves.
 
-use nalgebra::DMatrix;
-
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
@@ -10,9 +8,6 @@ use super::units;
 use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
-
-/// A singular value of a tangent map below this part of the largest is zero: a direction that the flow does not reach.
-const UNREACHED: f64 = 1e-7;
 
 /// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, each of its terms computed by itself.
 ///
@@ -93,20 +88,20 @@ impl<const N: usize> Evolution<N> {
         self.relative(|a, i, b, j| self.d_xi.blocks[a][b][i][j])
     }
 
-    /// How large `dξ` is on the pairs that the flow reaches, relative to the terms.
+    /// How large `dξ` is on some displacements, relative to the terms.
     ///
-    /// Constraints of lower order bind pairs of nodes, and the flow is a map of those pairs alone. `reached` are displacements
-    /// along them ([`DiscreteFlow::reached`]).
+    /// Constraints of lower order bind pairs of nodes, and the flow is a map of those pairs alone: the displacements along
+    /// them are those of [`pair_displacements`](super::pair_displacements).
     #[must_use]
-    pub fn change_on(&self, reached: &[Displacement<N>]) -> f64 {
+    pub fn change_on(&self, displacements: &[Displacement<N>]) -> f64 {
         let absolute = |x: &[f64; N]| x.map(f64::abs);
         let size = |u: &Displacement<N>| Displacement {
             first: absolute(&u.first),
             second: absolute(&u.second),
         };
         let mut largest = 0.0;
-        for (k, u) in reached.iter().enumerate() {
-            for w in &reached[..k] {
+        for (k, u) in displacements.iter().enumerate() {
+            for w in &displacements[..k] {
                 let terms = self.terms.of(&size(u), &size(w));
                 if terms > 0.0 {
                     largest = larger(largest, self.d_xi.of(u, w).abs() / terms);
@@ -122,42 +117,6 @@ impl<const N: usize> Evolution<N> {
             let entry = entry(a, i, b, j).abs();
             larger(largest, if entry == 0.0 { 0.0 } else { entry / terms })
         })
-    }
-}
-
-impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
-    /// Displacements of the pair `(q2, q3)` after two steps, from `triple` and the one after it, that span those which the
-    /// flow reaches: all `2N` directions unless constraints bind pairs of nodes.
-    ///
-    /// # Errors
-    ///
-    /// [`GeometryError`] if one of the steps has no derivative.
-    pub fn reached(
-        &self,
-        triple: &Triple<N>,
-        next: &Triple<N>,
-    ) -> Result<Vec<Displacement<N>>, GeometryError> {
-        let (first, second) = (self.tangent(triple)?, self.tangent(next)?);
-        let columns: Vec<Displacement<N>> = (0..2 * N)
-            .map(|k| second.apply(&first.apply(&Displacement::unit(k))))
-            .collect();
-        let matrix = DMatrix::from_fn(2 * N, 2 * N, |i, j| {
-            let [first, second] = columns[j].parts();
-            if i < N { first[i] } else { second[i - N] }
-        });
-        let decomposed = matrix.svd(true, false);
-        let largest = decomposed.singular_values.max();
-        let Some(basis) = decomposed.u else {
-            return Ok(columns);
-        };
-        let kept = decomposed.singular_values.iter().zip(basis.column_iter());
-        Ok(kept
-            .filter(|(value, _)| **value > UNREACHED * largest)
-            .map(|(_, column)| Displacement {
-                first: core::array::from_fn(|i| column[i]),
-                second: core::array::from_fn(|i| column[N + i]),
-            })
-            .collect())
     }
 }
 

@@ -1,11 +1,16 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
 use crate::multipliers::count_unknown;
+use crate::newton::Equations as _;
 use crate::regularity::{self, Regularity};
+use crate::step::Step;
 use crate::system::{Leg, System};
 
 /// A singular value below this part of the largest is zero for all that can be told.
 const RANK: f64 = 64.0 * f64::EPSILON;
+
+/// How far a point nearby is, in legs.
+const NEARBY: f64 = 1e-9;
 
 /// The conditions of the discrete-flow theorem (paper, section 6) at a triple of nodes.
 ///
@@ -24,6 +29,8 @@ pub struct FlowTheorem {
     pub margin: f64,
     /// `D₃` and `D₁`.
     pub regularity: Regularity,
+    /// Whether the declared equations exist here: no denominator and no factor that was taken out of a row vanishes.
+    pub declared: bool,
 }
 
 impl FlowTheorem {
@@ -41,6 +48,7 @@ impl FlowTheorem {
             full,
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
+            declared: is_declared(system, h, leg, e),
         }
     }
 
@@ -53,6 +61,15 @@ impl FlowTheorem {
     /// Whether the theorem grants a discrete flow here.
     #[must_use]
     pub fn grants_flow(&self) -> bool {
-        self.has_constant_rank() && self.regularity.grants_flow()
+        self.declared && self.has_constant_rank() && self.regularity.grants_flow()
     }
+}
+
+/// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
+fn is_declared<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> bool {
+    let lengths = regularity::lengths(leg, e);
+    let constants = system.constants(h);
+    let step = Step::new(system, &constants, *leg, h);
+    let near: [f64; N] = core::array::from_fn(|i| e[i] + NEARBY * lengths[i]);
+    step.is_declared(&system.unknown(e, &[]), &system.unknown(&near, &[]))
 }

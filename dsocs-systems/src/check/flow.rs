@@ -14,7 +14,7 @@ pub fn regularity<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, repor
     let theorems: Vec<FlowTheorem> = subject
         .triples
         .iter()
-        .map(|[triple, _]| FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e))
+        .map(|triple| FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e))
         .collect();
     let count = |lost: fn(&FlowTheorem) -> bool| {
         let lost = theorems.iter().filter(|theorem| lost(theorem)).count();
@@ -33,7 +33,7 @@ pub fn regularity<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, repor
             theorems.len()
         ),
         Bar::AtMost(0.0),
-        count(|theorem| !theorem.has_constant_rank()),
+        count(|theorem| !theorem.has_constant_rank() || !theorem.declared),
     );
     report.push(
         "triples where D₃ is not injective",
@@ -64,7 +64,7 @@ pub fn reversibility<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, re
     } else {
         Bar::Reported
     };
-    let turned = largest(&subject.triples, |[triple, _]| {
+    let turned = largest(&subject.triples, |triple| {
         Ok(subject.flow.irreversibility(triple)?)
     });
     report.push(
@@ -72,7 +72,7 @@ pub fn reversibility<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, re
         bar,
         turned,
     );
-    let inverse = largest(&subject.triples, |[triple, _]| {
+    let inverse = largest(&subject.triples, |triple| {
         let found = subject.flow.backward(&triple.last())?;
         let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));

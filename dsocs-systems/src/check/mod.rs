@@ -135,8 +135,8 @@ struct Subject<'a, S: Jets<N>, const N: usize> {
     v0: [f64; N],
     /// The step as a map.
     flow: DiscreteFlow<'a, S, N>,
-    /// Triples along the motion, each with the one after it.
-    triples: Vec<[Triple<N>; 2]>,
+    /// Triples along the motion.
+    triples: Vec<Triple<N>>,
 }
 
 /// Checks a system on one of its motions.
@@ -189,22 +189,19 @@ fn triples<S: Jets<N>, const N: usize>(
     q0: [f64; N],
     v0: [f64; N],
     until: f64,
-) -> Result<Vec<[Triple<N>; 2]>, CheckFailure> {
+) -> Result<Vec<Triple<N>>, CheckFailure> {
     let (system, h) = (map.system(), map.h());
     let mut flow = Flow::new(system, h, Start::second_order(q0, v0))?;
     let mut legs = vec![flow.leg()];
-    while (flow.time() - until) * h.signum() < 0.0 || legs.len() < 4 {
+    while (flow.time() - until) * h.signum() < 0.0 || legs.len() < 3 {
         flow.advance()?;
         legs.push(flow.leg());
     }
     let every = legs.len().div_ceil(TRIPLES);
     let mut found = Vec::new();
-    for three in legs.windows(3).step_by(every) {
-        let near = |from: usize| {
-            let e = core::array::from_fn(|i| three[from + 1].d[i] - three[from].d[i]);
-            map.forward_near(&three[from], &e)
-        };
-        found.push([near(0)?, near(1)?]);
+    for pair in legs.windows(2).step_by(every) {
+        let e = core::array::from_fn(|i| pair[1].d[i] - pair[0].d[i]);
+        found.push(map.forward_near(&pair[0], &e)?);
     }
     Ok(found)
 }

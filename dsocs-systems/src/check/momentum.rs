@@ -23,7 +23,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
     for symmetry in subject.symmetries {
         let generator = |q: &[f64; N]| (symmetry.generator)(subject.system, q);
         let name = symmetry.name;
-        let invariance = largest(&subject.triples, |[triple, _]| {
+        let invariance = largest(&subject.triples, |triple| {
             Ok(asymmetry(&subject.flow, &triple.leg, generator))
         });
         report.push(
@@ -31,7 +31,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
             Bar::AtMost(ROUNDING),
             invariance,
         );
-        let equation = largest(&subject.triples, |[triple, _]| {
+        let equation = largest(&subject.triples, |triple| {
             let [missed, terms] = momentum_equation(&subject.flow, triple, generator);
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
