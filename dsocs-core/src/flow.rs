@@ -453,5 +453,6 @@ mod exchange;
 mod forces;
 pub use choose::Roots;
 pub(crate) use exchange::State;
+pub use forces::multipliers;
 #[cfg(test)]
 mod tests;

@@ -93,7 +93,7 @@ pub use num_dual::DualNum;
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
-pub use flow::{Flow, Roots};
+pub use flow::{Flow, Roots, multipliers};
 pub use lanes::Lanes;
 pub use newton::Stop;
 pub use regularity::Regularity;

@@ -15,7 +15,8 @@ pub mod stability;
 pub mod systems;
 
 pub use systems::{
-    CartPole, Constant, Curvature, CurvedParticle, GravityTurn, InertiaWheelPendulum, MagneticParticle,
-    PlanarChain2, PlanarChain8, SphericalPendulum, Wavy,
+    CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, GravityTurn,
+    InertiaWheelPendulum, KnifeEdge, MagneticParticle, NonholonomicParticle, PlanarChain2, PlanarChain8,
+    PlanarPendulum, RodAndWheel, RollingDisk, Sleigh, Snakeboard, Sphere, SphericalPendulum, Wavy,
 };
 pub use systems::{chain, particle, pendulum};

@@ -18,7 +18,9 @@ use thiserror::Error;
 use crate::check::{Finding, Settings};
 use crate::rung::Plan;
 use crate::systems::{
-    cart_pole, chain, double_pendulum, gravity_turn, magnetic, particle, pendulum, spherical_pendulum,
+    cart_pole, chain, contact_oscillator, double_pendulum, exact_decrease, gravity_turn, knife_edge,
+    magnetic, nonholonomic_particle, particle, pendulum, planar_pendulum, rod_and_wheel, rolling_disk,
+    sleigh, snakeboard, sphere, spherical_pendulum,
 };
 
 pub use erased::{Erased, Extra, Symmetry};
@@ -31,10 +33,20 @@ pub const SYSTEMS: &[Entry] = &[
     double_pendulum::ENTRY,
     spherical_pendulum::ENTRY,
     magnetic::ENTRY,
+    planar_pendulum::ENTRY,
+    sphere::ENTRY,
+    nonholonomic_particle::ENTRY,
+    knife_edge::ENTRY,
+    rolling_disk::ENTRY,
+    sleigh::ENTRY,
+    snakeboard::ENTRY,
+    contact_oscillator::ENTRY,
     particle::ENTRY,
     pendulum::ENTRY,
     gravity_turn::ENTRY,
     cart_pole::ENTRY,
+    exact_decrease::ENTRY,
+    rod_and_wheel::ENTRY,
 ];
 
 /// The kind of a system's constraints.
@@ -139,6 +151,8 @@ pub enum Beginning {
         /// The second node.
         q1: Vec<f64>,
     },
+    /// Another beginning, moved onto the constraints of positions and velocities.
+    Projected(Box<Self>),
 }
 
 /// One node of a run.
@@ -158,6 +172,8 @@ pub struct Row<'a> {
     pub energy: f64,
     /// The observed expressions of the declaration.
     pub observed: &'a [f64],
+    /// The multipliers of the constraints' forms.
+    pub multipliers: &'a [f64],
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
     /// The estimated error of each coordinate, if it is asked for.
@@ -176,6 +192,7 @@ impl Row<'_> {
             .chain(vectors.copied())
             .chain([self.energy])
             .chain(self.observed.iter().copied())
+            .chain(self.multipliers.iter().copied())
             .chain(
                 self.regularity
                     .into_iter()
@@ -195,7 +212,7 @@ pub fn error_columns(system: &dyn AnySystem) -> Vec<String> {
     coordinates.map(|name| format!("error_{name}")).collect()
 }
 
-/// The names of a run's columns: time, position, velocity, force, energy, observed expressions.
+/// The names of a run's columns: time, position, velocity, force, energy, observed expressions, multipliers.
 #[must_use]
 pub fn columns(system: &dyn AnySystem) -> Vec<String> {
     let coordinates = system.coordinates();
@@ -204,6 +221,7 @@ pub fn columns(system: &dyn AnySystem) -> Vec<String> {
     columns.extend(prefixed("").chain(prefixed("v_")).chain(prefixed("force_")));
     columns.push("energy".to_owned());
     columns.extend(system.observables().iter().map(|&name| name.to_owned()));
+    columns.extend((0..system.forms()).map(|form| format!("lambda_{form}")));
     columns
 }
 
@@ -264,6 +282,9 @@ pub trait AnySystem: Send {
 
     /// The names of the observed expressions.
     fn observables(&self) -> &'static [&'static str];
+
+    /// How many forms of constraint forces are known, and so how many multipliers there are.
+    fn forms(&self) -> usize;
 
     /// The parameters with their values.
     fn parameters(&mut self) -> Vec<ParameterValue>;

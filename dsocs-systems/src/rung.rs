@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, until_break};
+use dsocs_core::{
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, multipliers, until_break,
+};
 
 use crate::registry::{Row, RunFailure};
 
@@ -59,6 +61,7 @@ impl<S: Jets<N>, const N: usize> Nodes<'_, S, N> {
             force: &node.force,
             energy: node.energy,
             observed: &self.observed,
+            multipliers: &multipliers(self.system, node),
             regularity,
             errors: &[],
             doubt: 0.0,
@@ -98,6 +101,11 @@ pub fn run<S: Jets<N>, const N: usize>(
     let Plan { h, until, rung, .. } = *plan;
     // whatever the rung: step, parameters and start are to be usable
     let mut flow = Flow::new(system, h, start)?;
+    // what was given may have been projected
+    let state = match (state, flow.clone().next()) {
+        (Some(_), Some(Ok(Node { q, v, .. }))) => Some(State::new(q, v)),
+        (state, _) => state,
+    };
     let last = last_node(h, until)?;
     let error = match (plan.estimate, state) {
         (false, _) => None,

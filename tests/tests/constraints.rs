@@ -5,11 +5,11 @@ mod systems;
 
 use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
 use dsocs_core::{Flow, SetupError, Start, System, Tangent};
-use dsocs_systems::InertiaWheelPendulum;
+use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
 use systems::orders::{
     Ellipsoid, EllipsoidWithFields, EllipsoidWithForce, Mixed, MixedWithForce, Nonholonomic,
-    NonholonomicWithFields, Nonlinear, Rod, RodWithField, RodWithWheel, VariableMass,
+    NonholonomicWithFields, Nonlinear, Rod, RodWithField, VariableMass,
 };
 
 /// The continuous motion at a time.
@@ -205,26 +205,7 @@ fn multipliers_are_the_continuous_ones_to_second_order() {
 
 #[test]
 fn a_rod_and_a_lyapunov_constraint_are_the_papers_pendulum() {
-    let InertiaWheelPendulum {
-        i,
-        j,
-        m,
-        d,
-        e,
-        chi,
-        n,
-        rho,
-    } = InertiaWheelPendulum::default();
-    let rod = RodWithWheel {
-        i,
-        j,
-        m,
-        d,
-        e,
-        chi,
-        n,
-        rho,
-    };
+    let rod = RodAndWheel::default();
     // θ = 0.5, θ̇ = 0, ψ̇ = 0.5
     let (q, v) = ([0.5_f64.sin(), 0.5_f64.cos(), 0.0], [0.0, 0.0, 0.5]);
     let exact = continuous(&InertiaWheelPendulum::default(), [0.5, 0.0], [0.0, 0.5], 1.0);

@@ -1,9 +1,18 @@
 //! Constraint forces, constraint by constraint.
 
 use super::Flow;
-use crate::multipliers::multipliers;
+use crate::multipliers::multipliers as of_force;
 use crate::system::{Point, System};
 use crate::trajectory::Node;
+
+/// The multipliers of a node of any flow of the system, see [`Flow::multipliers`].
+#[must_use]
+pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
+    let Node { q, v, a, .. } = *node;
+    let mut forms = vec![[0.0; N]; S::FORMS];
+    system.continuous_forms(&Point { q, v, a }, &mut forms);
+    of_force(&node.force, &forms)
+}
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     /// The multipliers `λ` of a node that the flow has just handed out, one for each constraint, with which the constraint force
@@ -14,9 +23,6 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     /// velocity and acceleration.
     #[must_use]
     pub fn multipliers(&self, node: &Node<N>) -> Vec<f64> {
-        let Node { q, v, a, .. } = *node;
-        let mut forms = vec![[0.0; N]; S::FORMS];
-        self.system.continuous_forms(&Point { q, v, a }, &mut forms);
-        multipliers(&node.force, &forms)
+        multipliers(self.system, node)
     }
 }

@@ -33,7 +33,9 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
     /// The generated step with `−h` is where the search begins, and where the declaration is symmetric in time also its end
-    /// ([`DiscreteFlow::irreversibility`]). Otherwise the step's own equations are solved for `q0`, by Newton's iteration.
+    /// ([`DiscreteFlow::irreversibility`]). Otherwise the step's own equations are solved for `q0`, by Newton's iteration. Holonomic and
+    /// nonholonomic constraints are asked of `q0` and of the leg `(q0, q1)` as well: the flow is a map of the pairs that obey them, and
+    /// the equations of the step ask them of `q2` alone.
     ///
     /// # Errors
     ///
@@ -103,14 +105,16 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         Some(step.second_difference(&z))
     }
 
-    /// Newton's update of the first leg and the unknowns: rows of the step, and `d + S(d, z) = q2 − q1`.
+    /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and the constraints of the
+    /// first leg. Where there are such, there are more equations than unknowns, which agree on the solution.
     fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<Update<S, N>> {
         let count = z.as_ref().len();
         let all = count + N;
         let units = units(last);
         let constants = self.system.constants(Tangent::splat(self.h));
-        let mut matrix = DMatrix::zeros(all, all);
-        let mut right = DVector::zeros(all);
+        let bound = S::HOLONOMIC + S::NONHOLONOMIC;
+        let mut matrix = DMatrix::zeros(all + bound, all);
+        let mut right = DVector::zeros(all + bound);
         for column in 0..all {
             let part = |k: usize| if k == column { 1.0 } else { 0.0 };
             let moving = Leg {
@@ -130,6 +134,10 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
             }
+            for (i, row) in self.constraints(&moving).iter().enumerate() {
+                matrix[(all + i, column)] = row.derivative();
+                right[all + i] = -row.value();
+            }
         }
         // rows in their own size
         for (i, mut row) in matrix.row_iter_mut().enumerate() {
@@ -139,7 +147,12 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 right[i] /= size;
             }
         }
-        let change = matrix.lu().solve(&right)?;
+        let change = if bound == 0 {
+            matrix.lu().solve(&right)?
+        } else {
+            let factors = matrix.qr();
+            factors.r().solve_upper_triangular(&factors.q().tr_mul(&right))?
+        };
         let mut z = *z;
         for (k, z) in z.as_mut().iter_mut().enumerate() {
             *z += change[N + k];
@@ -148,5 +161,23 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             d: core::array::from_fn(|i| change[i] * units[i]),
             z,
         })
+    }
+
+    /// The holonomic constraints of the first node of a leg, and the nonholonomic ones of the leg.
+    fn constraints(&self, leg: &Leg<Tangent, N>) -> Vec<Tangent> {
+        let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
+        if rows.is_empty() {
+            return rows;
+        }
+        let h = Tangent::splat(self.h);
+        self.system.pair(h, leg, &mut rows);
+        let before = Leg {
+            q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
+            d: leg.d,
+        };
+        let mut of_first = rows.clone();
+        self.system.pair(h, &before, &mut of_first);
+        rows[..S::HOLONOMIC].copy_from_slice(&of_first[..S::HOLONOMIC]);
+        rows
     }
 }

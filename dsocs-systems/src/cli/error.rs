@@ -24,6 +24,7 @@ fn options(failure: &RunFailure) -> &'static str {
         RunFailure::Run(RunError::Stage(_)) => {
             "\n(on the command line: a smaller `--step`, `--order 2`, or `--tolerance`)"
         }
+        RunFailure::Setup(SetupError::Inconsistent { .. }) => "\n(on the command line: `--project`)",
         RunFailure::Run(RunError::Behind { .. }) => {
             "\n(on the command line: `--until` and `--step` of one sign)"
         }

@@ -46,6 +46,10 @@ pub struct RunArguments {
     /// How the second node follows from position and velocity [default: second-order]
     #[arg(long, value_enum)]
     start: Option<StartOption>,
+    /// Move the start onto the constraints of positions and velocities, by as little as possible, instead of refusing one that
+    /// violates them
+    #[arg(long)]
+    project: bool,
     /// A parameter's value; may be given several times
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
     set: Vec<(String, f64)>,
@@ -273,10 +277,15 @@ fn finish(table: TableWriter<Destination>) -> Result<(), CliError> {
 fn beginning(arguments: &RunArguments, entry: &Entry) -> Beginning {
     let q0 = arguments.q0.clone().unwrap_or_else(|| entry.q0.to_vec());
     let v0 = arguments.v0.clone().unwrap_or_else(|| entry.v0.to_vec());
-    match (&arguments.q1, arguments.start) {
+    let given = match (&arguments.q1, arguments.start) {
         (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0 },
         (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0 },
+    };
+    if arguments.project {
+        Beginning::Projected(Box::new(given))
+    } else {
+        given
     }
 }
 
@@ -295,6 +304,20 @@ fn chosen(names: Option<&[String]>, all: &[String]) -> Result<Vec<usize>, Unknow
         .collect()
 }
 
+/// The start, as it is told.
+fn start(beginning: &Beginning) -> Value {
+    match beginning {
+        Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
+        Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
+        Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
+        Beginning::Projected(beginning) => {
+            let mut start = start(beginning);
+            start["projected"] = true.into();
+            start
+        }
+    }
+}
+
 /// What is said of a run before its rows, where the format has a place for it.
 fn about(
     entry: &Entry,
@@ -302,11 +325,7 @@ fn about(
     plan: &Plan,
     beginning: &Beginning,
 ) -> Map<String, Value> {
-    let start = match beginning {
-        Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
-        Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
-        Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
-    };
+    let start = start(beginning);
     let rung = match plan.rung {
         Rung::Step => json!({"order": 2}),
         Rung::Composed(method) => json!({"order": method.order()}),

@@ -104,6 +104,18 @@ impl<S: Jets<N>, const N: usize> Erased<S, N> {
                 Start::second_order(Self::array("q0", q0)?, Self::array("v0", v0)?)
             }
             Beginning::Nodes { q0, q1 } => Start::nodes(Self::array("q0", q0)?, Self::array("q1", q1)?),
+            Beginning::Projected(beginning) => Self::start(beginning)?.projected(),
+        })
+    }
+
+    /// Position and velocity of the start, if they are given.
+    fn state(beginning: &Beginning) -> Result<Option<State<N>>, RunFailure> {
+        Ok(match beginning {
+            Beginning::Paper { q0, v0 } | Beginning::SecondOrder { q0, v0 } => {
+                Some(State::new(Self::array("q0", q0)?, Self::array("v0", v0)?))
+            }
+            Beginning::Nodes { .. } => None,
+            Beginning::Projected(beginning) => Self::state(beginning)?,
         })
     }
 }
@@ -115,6 +127,10 @@ impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
 
     fn observables(&self) -> &'static [&'static str] {
         S::OBSERVABLES
+    }
+
+    fn forms(&self) -> usize {
+        S::FORMS
     }
 
     fn parameters(&mut self) -> Vec<ParameterValue> {
@@ -160,13 +176,13 @@ impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
         beginning: &Beginning,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
-        let state = match beginning {
-            Beginning::Paper { q0, v0 } | Beginning::SecondOrder { q0, v0 } => {
-                Some(State::new(Self::array("q0", q0)?, Self::array("v0", v0)?))
-            }
-            Beginning::Nodes { .. } => None,
-        };
-        rung::run(&self.system, plan, Self::start(beginning)?, state, sink)
+        rung::run(
+            &self.system,
+            plan,
+            Self::start(beginning)?,
+            Self::state(beginning)?,
+            sink,
+        )
     }
 
     fn check(&self, kind: Kind, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {

@@ -1,0 +1,52 @@
+//! A contact oscillator that is not reversible.
+
+use dsocs_core::dsocs;
+
+use crate::registry::{Entry, Erased, Kind};
+
+/// A motion whose energy drifts in a long run.
+pub const ENTRY: Entry = Entry {
+    name: "contact-oscillator",
+    kind: Kind::Nonholonomic,
+    summary: "an oscillator with the constraint z' = y x', made irreversible by a magnetic field",
+    source: "after McLachlan and Perlmutter, Integrators for nonholonomic mechanical systems (2006), and Modin and Verdier, What makes nonholonomic integrators work? (2020)",
+    units: &["1", "1", "1"],
+    q0: &[1.0, 0.5, 0.3],
+    v0: &[0.4, 0.2, 0.2],
+    step: 0.1,
+    until: 100.0,
+    build: || Box::new(Erased::new(ContactOscillator::default())),
+};
+
+/// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
+///
+/// The energy is the only invariant that is known. Without the field the system is reversible, and reversible methods keep the energy
+/// well; a field with all three components leaves no reflection of the coordinates that turns the motion round.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2
+        - (x.powi(2) + stiffness_y * y.powi(2) + stiffness_z * z.powi(2)) / 2
+        + field / 2 * ((x * dot(y) - y * dot(x)) + (y * dot(z) - z * dot(y)) + (z * dot(x) - x * dot(z)));
+    nonholonomic = dot(z) - y * dot(x);
+    phi_lagrangian = midpoint;
+}]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactOscillator {
+    /// The stiffness along `y`, relative to that along `x`.
+    pub stiffness_y: f64,
+    /// The stiffness along `z`, relative to that along `x`.
+    pub stiffness_z: f64,
+    /// Each component of the magnetic field, as a frequency.
+    pub field: f64,
+}
+
+impl Default for ContactOscillator {
+    /// Stiffnesses without a small ratio, and a field of half the frequency.
+    fn default() -> Self {
+        Self {
+            stiffness_y: 2.0,
+            stiffness_z: 3.0,
+            field: 0.5,
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The paper's pendulum with a Lyapunov function that falls by exactly what it should in every step.
+
+use dsocs_core::dsocs;
+
+use super::InertiaWheelPendulum;
+use crate::registry::{Entry, Erased, Kind, Symmetry};
+
+/// The paper's example.
+pub const ENTRY: Entry = Entry {
+    name: "exact-decrease",
+    kind: Kind::SecondOrder,
+    summary: "the inertia wheel pendulum, with a discrete constraint by which V falls exactly in every step",
+    source: "Borda, Fernández and Grillo, section 5.2, with another discretization of the constraint",
+    units: &["rad", "rad"],
+    q0: &[0.5, 0.0],
+    v0: &[0.0, 0.5],
+    step: 0.001,
+    until: 10.0,
+    build: || {
+        Box::new(Erased::new(ExactDecrease::default()).symmetries(&[Symmetry {
+            name: "turning the wheel",
+            generator: |_, _| [0.0, 1.0],
+        }]))
+    },
+};
+
+/// [`InertiaWheelPendulum`] with the discrete constraint `V(q1, q2) − V(q0, q1) = −h F(q0, q1, q2)` in the place of the paper's
+/// `dV/dt = −F` at a triple.
+#[dsocs {
+    coordinates(theta, psi);
+    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+
+    let a = 1 / i;
+    let b = -1 / i;
+    let c = 1 / i + 1 / j;
+    let g_c = d * (n * a - b) * (i * j);
+    let h_c = d * (n * b - c) * (i * j);
+    let f = (g_c.powi(2) + e) / h_c;
+    let p1 = (i + j) * dot(theta) + j * dot(psi);
+    let p2 = j * (dot(theta) + dot(psi));
+    let w = g_c * p1 + h_c * p2;
+    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+        + chi * (1 - (psi - n * theta).cos())
+        + m * e / d * (1 - theta.cos());
+    let dissipation = rho * w * w.tanh();
+
+    kinematic = dot(lyapunov) + dissipation; // dV/dt = −F
+    discrete_kinematic = leg(lyapunov, 1) - leg(lyapunov, 0) + h * node(dissipation);
+    phi_lagrangian = midpoint;
+    branch = divide(w);
+    forces = [(0, 1)]; // the motor turns the wheel
+    observe = [lyapunov, dissipation, w];
+}]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactDecrease {
+    /// Moment of inertia `I` of the pendulum with the wheel's mass in its axle [kg m²].
+    pub i: f64,
+    /// Moment of inertia `J` of the wheel [kg m²].
+    pub j: f64,
+    /// Weight times lever `M`, the largest gravity torque [N m].
+    pub m: f64,
+    /// Scale `d > 0` of the kinetic part of `V` [1/(kg m²)²].
+    pub d: f64,
+    /// Coefficient `e > 0` of the square of the first momentum in `V` [1/(kg m²)²].
+    pub e: f64,
+    /// Coefficient `χ > 0` of `1 − cos(ψ − nθ)` in `V` \[J\].
+    pub chi: f64,
+    /// Integer `n` with `n b > c`, which couples the wheel to the pendulum in `V` \[1\].
+    pub n: f64,
+    /// Coefficient `ρ > 0` of the dissipation `F = ρ w tanh w` \[J\].
+    pub rho: f64,
+}
+
+impl Default for ExactDecrease {
+    /// The paper's parameters.
+    fn default() -> Self {
+        let InertiaWheelPendulum {
+            i,
+            j,
+            m,
+            d,
+            e,
+            chi,
+            n,
+            rho,
+        } = InertiaWheelPendulum::default();
+        Self {
+            i,
+            j,
+            m,
+            d,
+            e,
+            chi,
+            n,
+            rho,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! A knife edge, or skate, on an inclined plane.
+
+use dsocs_core::dsocs;
+
+use crate::registry::{Entry, Erased, Kind, Symmetry};
+
+/// The classical start: at rest, but for its turning. It does not slide down.
+pub const ENTRY: Entry = Entry {
+    name: "knife-edge",
+    kind: Kind::Nonholonomic,
+    summary: "a knife edge on an inclined plane",
+    source: "Bloch, Nonholonomic Mechanics and Control, section 1.6",
+    units: &["m", "m", "rad"],
+    q0: &[0.0, 0.0, 0.0],
+    v0: &[0.0, 0.0, 1.0],
+    step: 0.05,
+    until: 50.0,
+    build: || {
+        Box::new(Erased::new(KnifeEdge::default()).symmetries(&[
+            Symmetry {
+                name: "turning the edge",
+                generator: |_, _| [0.0, 0.0, 1.0],
+            },
+            Symmetry {
+                name: "translation across the slope",
+                generator: |_, _| [0.0, 1.0, 0.0],
+            },
+        ]))
+    },
+};
+
+/// A knife edge that moves on an inclined plane in its own direction alone.
+///
+/// `x` points down the slope, `y` across it, and the edge makes the angle `φ` with `x`: `ẋ sin φ = ẏ cos φ`. It turns at a constant
+/// rate, and gravity works along the edge: with the speed `u` along it, `u̇ = g sin α cos φ`. The motion is in closed form
+/// ([`KnifeEdge::exact`]): from rest at `φ = 0` it is a cycloid across the slope, and the edge never gets lower than
+/// `g sin α / 2ω²`.
+#[dsocs {
+    coordinates(x, y, phi);
+    let speed = dot(x) * phi.cos() + dot(y) * phi.sin();
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + inertia / 2 * dot(phi).powi(2)
+        + mass * gravity * incline.sin() * x;
+    nonholonomic = dot(x) * phi.sin() - dot(y) * phi.cos();
+    phi_lagrangian = midpoint;
+    observe = [speed];
+}]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnifeEdge {
+    /// The mass \[kg\].
+    pub mass: f64,
+    /// The moment of inertia about the point of contact [kg m²].
+    pub inertia: f64,
+    /// The acceleration of gravity [m/s²].
+    pub gravity: f64,
+    /// The angle `α` of the plane with the horizontal \[rad\].
+    pub incline: f64,
+}
+
+impl Default for KnifeEdge {
+    /// A slope of 0.1 rad.
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            inertia: 0.1,
+            gravity: 9.81,
+            incline: 0.1,
+        }
+    }
+}
+
+impl KnifeEdge {
+    /// The exact position `(x, y, φ)` a time `t`, in s, after `(q0, v0)`, which obeys the constraint.
+    #[must_use]
+    pub fn exact(&self, q0: [f64; 3], v0: [f64; 3], t: f64) -> [f64; 3] {
+        let ([x, y, phi0], rate) = (q0, v0[2]);
+        let (sin0, cos0) = phi0.sin_cos();
+        let speed = v0[0] * cos0 + v0[1] * sin0;
+        let pull = self.gravity * self.incline.sin();
+        if rate == 0.0 {
+            let way = speed * t + pull * cos0 * t * t / 2.0;
+            return [x + way * cos0, y + way * sin0, phi0];
+        }
+        // u = c + A sin φ, and (ẋ, ẏ) = u (cos φ, sin φ)
+        let amplitude = pull / rate;
+        let constant = speed - amplitude * sin0;
+        let phi = phi0 + rate * t;
+        let (sin, cos) = phi.sin_cos();
+        let along = constant * (sin - sin0) + amplitude / 2.0 * (sin * sin - sin0 * sin0);
+        let across = -constant * (cos - cos0) + amplitude / 2.0 * (rate * t - (sin * cos - sin0 * cos0));
+        [x + along / rate, y + across / rate, phi]
+    }
+}

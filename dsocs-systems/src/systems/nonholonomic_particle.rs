@@ -1,0 +1,82 @@
+//! The nonholonomic particle `ż = s y ẋ`.
+
+use dsocs_core::dsocs;
+
+use crate::registry::{Entry, Erased, Kind, Symmetry};
+
+/// A particle that crosses the plane `y = 0`.
+pub const ENTRY: Entry = Entry {
+    name: "nonholonomic-particle",
+    kind: Kind::Nonholonomic,
+    summary: "a free particle with the constraint z' = s y x'",
+    source: "Bloch, Nonholonomic Mechanics and Control, and Rosenberg, Analytical Dynamics of Discrete Systems",
+    units: &["m", "m", "m"],
+    q0: &[0.0, -1.0, 0.0],
+    v0: &[1.0, 0.5, -1.0],
+    step: 0.05,
+    until: 20.0,
+    build: || {
+        Box::new(Erased::new(NonholonomicParticle::default()).symmetries(&[
+            Symmetry {
+                name: "translation along x",
+                generator: |_, _| [1.0, 0.0, 0.0],
+            },
+            Symmetry {
+                name: "translation along y",
+                generator: |_, _| [0.0, 1.0, 0.0],
+            },
+        ]))
+    },
+};
+
+/// A free particle whose height changes with its way along `x` by `ż = s y ẋ`: the simplest nonholonomic constraint.
+///
+/// By d'Alembert's principle `ẋ √(1 + s² y²)` and `ẏ` are invariant, which gives the motion in closed form
+/// ([`NonholonomicParticle::exact`]). The translation along `y` is a virtual displacement, and its momentum is conserved; that along `x` is
+/// none, and its momentum follows the momentum equation. The discrete Lagrangian is taken at the midpoint, where the constraint is imposed
+/// on a leg.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
+    nonholonomic = dot(z) - slope * y * dot(x);
+    phi_lagrangian = midpoint;
+    let invariant = dot(x) * (1 + (slope * y).powi(2)).sqrt();
+    observe = [invariant];
+}]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonholonomicParticle {
+    /// The mass of the particle \[kg\].
+    pub mass: f64,
+    /// How the slope `dz/dx` grows with `y` [1/m].
+    pub slope: f64,
+}
+
+impl Default for NonholonomicParticle {
+    /// A slope of one, a metre aside.
+    fn default() -> Self {
+        Self {
+            mass: 1.0,
+            slope: 1.0,
+        }
+    }
+}
+
+impl NonholonomicParticle {
+    /// The exact position, in m, a time `t`, in s, after `(q0, v0)`, for a slope that is not zero.
+    #[must_use]
+    pub fn exact(&self, q0: [f64; 3], v0: [f64; 3], t: f64) -> [f64; 3] {
+        let [x, y, z] = q0;
+        let root = |y: f64| 1.0_f64.hypot(self.slope * y);
+        let invariant = v0[0] * root(y);
+        let after = y + v0[1] * t;
+        if v0[1] == 0.0 {
+            return [x + v0[0] * t, y, z + self.slope * y * v0[0] * t];
+        }
+        let scale = invariant / (self.slope * v0[1]);
+        [
+            x + scale * ((self.slope * after).asinh() - (self.slope * y).asinh()),
+            after,
+            z + scale * (root(after) - root(y)),
+        ]
+    }
+}

@@ -1,0 +1,64 @@
+//! The knife edge against its closed form, the cycloid.
+
+use dsocs_core::{Flow, Start};
+use dsocs_systems::KnifeEdge;
+
+use crate::{continuous, distance, is_second, order, start};
+
+const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
+
+#[test]
+fn a_cycloid_from_rest() {
+    let edge = KnifeEdge::default();
+    let (start, t) = (start("knife-edge"), 7.0_f64);
+    // the textbook's formulas, for the rate 1
+    let half = 9.81 * 0.1_f64.sin() / 2.0;
+    let exact = [half * t.sin().powi(2), half * (t - (2.0 * t).sin() / 2.0), t];
+    let apart = distance(&edge.exact(start.0, start.1, t), &exact);
+    assert!(apart < 1e-14, "{apart:e}");
+    let apart = distance(&continuous(&edge, start, t).0, &exact);
+    println!("Taylor flow {apart:.1e}");
+    assert!(apart < 1e-13, "{apart:e}");
+    is_second(order(&edge, start, t, &STEPS, |q| distance(q, &exact)));
+}
+
+#[test]
+fn any_start() {
+    let edge = KnifeEdge {
+        mass: 2.0,
+        inertia: 0.3,
+        gravity: 9.81,
+        incline: 0.4,
+    };
+    let heading =
+        |speed: f64, phi: f64, rate| ([0.5, -0.2, phi], [speed * phi.cos(), speed * phi.sin(), rate]);
+    for start in [heading(0.8, 2.0, -0.9), heading(-1.2, -0.7, 0.3)] {
+        let exact = edge.exact(start.0, start.1, 5.0);
+        let apart = distance(&continuous(&edge, start, 5.0).0, &exact);
+        println!("Taylor flow {apart:.1e}");
+        assert!(apart < 1e-12, "{apart:e}");
+        is_second(order(&edge, start, 5.0, &STEPS, |q| distance(q, &exact)));
+    }
+    // one that does not turn slides down along a line
+    let start = heading(0.8, 1.0, 0.0);
+    let exact = edge.exact(start.0, start.1, 5.0);
+    assert!(distance(&continuous(&edge, start, 5.0).0, &exact) < 1e-13);
+}
+
+#[test]
+fn it_does_not_slide_down() {
+    let edge = KnifeEdge::default();
+    let (q, v) = start("knife-edge");
+    let lowest = 9.81 * 0.1_f64.sin() / 2.0;
+    let mut flow = Flow::new(&edge, 0.05, Start::second_order(q, v)).unwrap();
+    let (mut least, mut most) = (0.0_f64, 0.0_f64);
+    while flow.time() < 1000.0 {
+        flow.advance().unwrap();
+        (least, most) = (least.min(flow.position()[0]), most.max(flow.position()[0]));
+    }
+    println!("x between {least:e} and {most} over 159 turns; exactly {lowest}");
+    assert!(
+        least > -1e-3 * lowest && (most / lowest - 1.0).abs() < 2e-3,
+        "{least} {most}"
+    );
+}

@@ -1,0 +1,120 @@
+//! The systems of the library with constraints of positions and velocities: each against an exact solution, an invariant or an
+//! independent formulation, and its order by a fit.
+
+mod contact_oscillator;
+mod exact_decrease;
+mod knife_edge;
+mod nonholonomic_particle;
+mod planar_pendulum;
+mod rod_and_wheel;
+mod rolling_disk;
+mod sleigh;
+mod snakeboard;
+mod sphere;
+
+use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start, System};
+use dsocs_systems::registry::Entry;
+use dsocs_tests::fit::slope;
+use ode_solvers::dop_shared::OutputType;
+use ode_solvers::{Dop853, SVector};
+
+/// Errors below this are left out of a fit: rounding may be a part of them.
+const PLATEAU: f64 = 1e-11;
+
+/// A system's start in the registry.
+fn start<const N: usize>(name: &str) -> ([f64; N], [f64; N]) {
+    let entry = Entry::find(name).unwrap();
+    (entry.q0.try_into().unwrap(), entry.v0.try_into().unwrap())
+}
+
+/// The last position of the discrete motion.
+fn discrete<S: System<N>, const N: usize>(
+    system: &S,
+    (q, v): ([f64; N], [f64; N]),
+    h: f64,
+    t: f64,
+) -> [f64; N] {
+    let mut flow = Flow::new(system, h, Start::second_order(q, v)).unwrap();
+    while flow.time() < t - h / 2.0 {
+        flow.advance().unwrap();
+    }
+    *flow.position()
+}
+
+/// The continuous motion of the declaration.
+fn continuous<S: Jets<N>, const N: usize>(
+    system: &S,
+    (q, v): ([f64; N], [f64; N]),
+    t: f64,
+) -> ([f64; N], [f64; N]) {
+    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15)).unwrap();
+    let state = flow.until(t).unwrap();
+    (state.q, state.v)
+}
+
+/// The largest difference of components.
+fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    let apart = x.iter().zip(y).map(|(x, y)| (x - y).abs());
+    apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
+}
+
+/// The order with which the discrete motion comes near to an exact position, by a fit over the errors above the plateau.
+fn order<S: System<N>, const N: usize>(
+    system: &S,
+    start: ([f64; N], [f64; N]),
+    t: f64,
+    steps: &[f64],
+    error: impl Fn(&[f64; N]) -> f64,
+) -> f64 {
+    fitted(steps, |h| error(&discrete(system, start, h, t)))
+}
+
+/// The slope of the errors above the plateau.
+fn fitted(steps: &[f64], error: impl Fn(f64) -> f64) -> f64 {
+    let all: Vec<f64> = steps.iter().map(|&h| error(h)).collect();
+    let kept = steps.iter().zip(&all).filter(|(_, error)| **error > PLATEAU);
+    let (steps, errors): (Vec<f64>, Vec<f64>) = kept.unzip();
+    assert!(errors.len() >= 3, "too few errors above rounding: {all:?}");
+    let order = slope(&steps, &errors);
+    println!("errors {all:?}, order {order:.4}");
+    order
+}
+
+/// The bar of an order of two.
+fn is_second(order: f64) {
+    assert!((order - 2.0).abs() < 0.05, "{order}");
+}
+
+/// A right-hand side, as `ode_solvers` wants it.
+struct Rate<F>(F);
+
+impl<F: Fn([f64; N]) -> [f64; N], const N: usize> ode_solvers::System<f64, SVector<f64, N>> for Rate<F> {
+    fn system(&self, _: f64, state: &SVector<f64, N>, rate: &mut SVector<f64, N>) {
+        *rate = (self.0)((*state).into()).into();
+    }
+}
+
+/// The state after a time, by a published Runge–Kutta method of order 8(5,3).
+fn integrate<const N: usize>(state: [f64; N], t: f64, rate: impl Fn([f64; N]) -> [f64; N]) -> [f64; N] {
+    let mut solver = Dop853::from_param(
+        Rate(rate),
+        0.0,
+        t,
+        t,
+        state.into(),
+        1e-14,
+        1e-14,
+        0.9,
+        0.0,
+        0.333,
+        6.0,
+        t,
+        0.0,
+        1_000_000,
+        1_000_000,
+        OutputType::Sparse,
+    );
+    solver.integrate().unwrap();
+    (*solver.y_out().last().unwrap()).into()
+}
