@@ -54,7 +54,7 @@ pub use legendre::{
 };
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
-pub use pairs::pair_displacements;
+pub use pairs::{pair_displacements, state_displacements};
 pub use theorem::FlowTheorem;
 
 use crate::regularity;

@@ -135,3 +135,61 @@ fn what_is_not_symmetric_in_time_is_told() {
     let wrong: Vec<&str> = missed(&wrong).iter().map(|(check, _)| *check).collect();
     assert_eq!(wrong, ["reversibility", "order"]);
 }
+
+/// A pendulum on a rod, in Cartesian coordinates.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    holonomic = (x.powi(2) + y.powi(2) - 1) / 2;
+}]
+struct Rod;
+
+/// A particle with `ż = y ẋ`.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
+    nonholonomic = dot(z) - y * dot(x);
+}]
+struct Nonholonomic;
+
+#[test]
+fn constraints_of_lower_order_are_checked_on_what_they_allow() {
+    let expected = |kind| Expected {
+        kind,
+        order: 2.0,
+        reversible: true,
+    };
+    let (q0, v0) = ([0.6, -0.8], [0.8, 0.6]);
+    let settings = |h| Settings {
+        h,
+        until: None,
+        q0: &[],
+        v0: &[],
+    };
+    let rod = check(&Rod, &[], expected(Kind::Holonomic), &settings(0.02), (q0, v0)).unwrap();
+    assert_eq!(missed(&rod), [], "{rod:?}");
+    let symmetries = [Symmetry {
+        name: "translation along x",
+        generator: |_: &Nonholonomic, _: &[f64; 3]| [1.0, 0.0, 0.0],
+    }];
+    let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
+    let found = check(
+        &Nonholonomic,
+        &symmetries,
+        expected(Kind::Nonholonomic),
+        &settings(0.05),
+        start,
+    )
+    .unwrap();
+    assert_eq!(missed(&found), [], "{found:?}");
+    // and is no holonomic one
+    let found = check(
+        &Nonholonomic,
+        &symmetries,
+        expected(Kind::Holonomic),
+        &settings(0.05),
+        start,
+    )
+    .unwrap();
+    assert_eq!(missed(&found).len(), 2, "{found:?}");
+}

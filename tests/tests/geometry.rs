@@ -451,6 +451,13 @@ fn allowed<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) ->
             figures[1].max(law.defect()),
         ];
         count = directions.len();
+        let back = map.backward(&triple.last()).unwrap();
+        for i in 0..N {
+            assert!(
+                (back.leg.d[i] - triple.leg.d[i]).abs() < 1e-14,
+                "{back:?} {triple:?}"
+            );
+        }
         // F maps C_d into itself
         let after = pair_displacements(system, h, &triple.last());
         for displacement in &directions {

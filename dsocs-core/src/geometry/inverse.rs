@@ -21,6 +21,9 @@ const LAST_UPDATE: f64 = 1e-9;
 /// Updates below this part of a leg that do not shrink any more are rounding.
 const ROUNDING: f64 = 1e-7;
 
+/// A singular value below this part of the largest is zero: the first node is not determined.
+const RANK: f64 = 1e-14;
+
 /// An update and where it was made.
 struct Update<S: System<N>, const N: usize> {
     /// By how much the leg changes.
@@ -105,14 +108,14 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         Some(step.second_difference(&z))
     }
 
-    /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and the constraints of the
-    /// first leg. Where there are such, there are more equations than unknowns, which agree on the solution.
+    /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and what constraints of
+    /// lower order ask of the first pair, while what they ask of the last one is given. So there may be more equations than
+    /// unknowns, of which some follow from the others.
     fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<Update<S, N>> {
         let count = z.as_ref().len();
-        let all = count + N;
-        let units = units(last);
-        let constants = self.system.constants(Tangent::splat(self.h));
-        let bound = S::HOLONOMIC + S::NONHOLONOMIC;
+        let (all, bound) = (count + N, S::HOLONOMIC + S::NONHOLONOMIC);
+        let (units, h) = (units(last), Tangent::splat(self.h));
+        let constants = self.system.constants(h);
         let mut matrix = DMatrix::zeros(all + bound, all);
         let mut right = DVector::zeros(all + bound);
         for column in 0..all {
@@ -134,50 +137,65 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
             }
-            for (i, row) in self.constraints(&moving).iter().enumerate() {
+            for (i, row) in self.first_pair(h, &moving).into_iter().enumerate() {
                 matrix[(all + i, column)] = row.derivative();
                 right[all + i] = -row.value();
             }
         }
-        // rows in their own size
-        for (i, mut row) in matrix.row_iter_mut().enumerate() {
-            let size = row.amax();
-            if size > 0.0 {
-                row /= size;
-                right[i] /= size;
-            }
-        }
-        let change = if bound == 0 {
-            matrix.lu().solve(&right)?
-        } else {
-            let factors = matrix.qr();
-            factors.r().solve_upper_triangular(&factors.q().tr_mul(&right))?
-        };
+        let change = solved(matrix, right)?;
         let mut z = *z;
         for (k, z) in z.as_mut().iter_mut().enumerate() {
             *z += change[N + k];
         }
-        change.iter().all(|x| x.is_finite()).then(|| Update {
+        Some(Update {
             d: core::array::from_fn(|i| change[i] * units[i]),
             z,
         })
     }
 
-    /// The holonomic constraints of the first node of a leg, and the nonholonomic ones of the leg.
-    fn constraints(&self, leg: &Leg<Tangent, N>) -> Vec<Tangent> {
-        let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
-        if rows.is_empty() {
-            return rows;
-        }
-        let h = Tangent::splat(self.h);
-        self.system.pair(h, leg, &mut rows);
-        let before = Leg {
+    /// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
+    fn first_pair(&self, h: Tangent, leg: &Leg<Tangent, N>) -> Vec<Tangent> {
+        let rows = |leg: &Leg<Tangent, N>| {
+            let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
+            self.system.pair(h, leg, &mut rows);
+            rows
+        };
+        let mut rows_of_pair = rows(leg);
+        let first = Leg {
             q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
             d: leg.d,
         };
-        let mut of_first = rows.clone();
-        self.system.pair(h, &before, &mut of_first);
-        rows[..S::HOLONOMIC].copy_from_slice(&of_first[..S::HOLONOMIC]);
-        rows
+        let rows_of_first = rows(&first);
+        rows_of_pair[..S::HOLONOMIC].copy_from_slice(&rows_of_first[..S::HOLONOMIC]);
+        rows_of_pair
     }
+}
+
+/// The least-squares solution of equations of full rank, with rows and unknowns in their own sizes; `None` if the rank is
+/// not full.
+fn solved(mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> Option<DVector<f64>> {
+    for (i, mut row) in matrix.row_iter_mut().enumerate() {
+        let size = row.amax();
+        if size > 0.0 {
+            row /= size;
+            right[i] /= size;
+        }
+    }
+    let sizes: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
+    for (mut column, size) in matrix.column_iter_mut().zip(&sizes) {
+        column /= *size;
+    }
+    if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
+        return None;
+    }
+    let decomposed = matrix.svd(true, true);
+    let values = &decomposed.singular_values;
+    if values.min() <= RANK * values.max() {
+        return None;
+    }
+    let mut change = decomposed.solve(&right, 0.0).ok()?;
+    for (change, size) in change.iter_mut().zip(&sizes) {
+        *change /= size;
+    }
+    change.iter().all(|x| x.is_finite()).then_some(change)
 }

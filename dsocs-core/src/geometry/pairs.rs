@@ -1,4 +1,4 @@
-//! The pairs of nodes that constraints of lower order allow.
+//! The pairs of nodes, and the states, that constraints of lower order allow.
 
 use nalgebra::DMatrix;
 
@@ -22,34 +22,56 @@ pub fn pair_displacements<S: System<N>, const N: usize>(
     h: f64,
     leg: &Leg<f64, N>,
 ) -> Vec<Displacement<N>> {
-    let all = || (0..2 * N).map(Displacement::unit).collect();
-    let rows = S::HOLONOMIC + S::NONHOLONOMIC;
-    if rows == 0 {
-        return all();
-    }
-    let units = units(leg);
-    let mut matrix = DMatrix::zeros((rows + S::HOLONOMIC).max(2 * N), 2 * N);
-    for column in 0..2 * N {
-        let unit = Displacement::<N>::unit(column);
-        let size = units[column % N];
+    let (units, h) = (units(leg), Tangent::splat(h));
+    kernel(S::HOLONOMIC + S::NONHOLONOMIC, |k| {
+        let (unit, size) = (Displacement::<N>::unit(k), units[k % N]);
         // q0 = q1 − d
         let moved = Leg {
             q: core::array::from_fn(|i| Tangent::new(leg.q[i], size * unit.second[i])),
             d: core::array::from_fn(|i| Tangent::new(leg.d[i], size * (unit.second[i] - unit.first[i]))),
         };
-        let mut of_pair = vec![Tangent::splat(0.0); rows];
-        system.pair(Tangent::splat(h), &moved, &mut of_pair);
         let first = Leg {
             q: core::array::from_fn(|i| moved.q[i] - moved.d[i]),
             d: moved.d,
         };
-        let mut of_first = vec![Tangent::splat(0.0); rows];
-        system.pair(Tangent::splat(h), &first, &mut of_first);
-        let both = of_pair.iter().chain(&of_first[..S::HOLONOMIC]);
-        for (row, value) in both.enumerate() {
-            matrix[(row, column)] = value.derivative() / size;
-        }
+        let [mut of_pair, mut of_first] = [(); 2].map(|()| vec![h; S::HOLONOMIC + S::NONHOLONOMIC]);
+        system.pair(h, &moved, &mut of_pair);
+        system.pair(h, &first, &mut of_first);
+        of_pair.extend(&of_first[..S::HOLONOMIC]);
+        of_pair.iter().map(|row| row.derivative() / size).collect()
+    })
+}
+
+/// An orthonormal basis of the displacements `(δq, δv)` of a state along which holonomic constraints, their derivatives in
+/// time and nonholonomic constraints keep their values.
+#[must_use]
+pub fn state_displacements<S: System<N>, const N: usize>(
+    system: &S,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Vec<Displacement<N>> {
+    let rows = 2 * S::HOLONOMIC + S::NONHOLONOMIC;
+    kernel(rows, |k| {
+        let unit = Displacement::<N>::unit(k);
+        let along = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], by[i]));
+        let mut values = vec![Tangent::splat(0.0); rows];
+        system.phase(&along(q, &unit.first), &along(v, &unit.second), &mut values);
+        values.into_iter().map(Tangent::derivative).collect()
+    })
+}
+
+/// An orthonormal basis of the kernel of rows, of which `column` gives the entries for one coordinate; all units where there
+/// are none.
+fn kernel<const N: usize>(rows: usize, column: impl Fn(usize) -> Vec<f64>) -> Vec<Displacement<N>> {
+    let all = || (0..2 * N).map(Displacement::unit).collect();
+    if rows == 0 {
+        return all();
     }
+    let columns: Vec<Vec<f64>> = (0..2 * N).map(column).collect();
+    // with rows of zeros the decomposition gives a basis of the whole space
+    let height = columns.iter().map(Vec::len).fold(2 * N, usize::max);
+    let entry = |i: usize, j: usize| columns[j].get(i).copied().unwrap_or(0.0);
+    let mut matrix = DMatrix::from_fn(height, 2 * N, entry);
     for mut row in matrix.row_iter_mut() {
         let size = row.norm();
         if size > 0.0 {

@@ -20,9 +20,11 @@ const MAX_STEPS: u32 = 1_000_000;
 struct Equations<'a, S, const N: usize> {
     /// The system.
     system: &'a S,
+    /// The number of variations.
+    count: usize,
 }
 
-/// The parts of a state: `(q, v)`, the `2N` displacements, and `dν` for every pair.
+/// The parts of a state: `(q, v)`, the displacements, and `dν` for every pair.
 fn part<const N: usize>(state: &DVector<f64>, from: usize) -> [f64; N] {
     core::array::from_fn(|i| state[from + i])
 }
@@ -42,8 +44,8 @@ impl<S: System<N>, const N: usize> ode_solvers::System<f64, DVector<f64>> for Eq
             rate.fill(f64::NAN);
             return;
         };
-        let mut variations = Vec::with_capacity(2 * N);
-        for k in 0..2 * N {
+        let mut variations = Vec::with_capacity(self.count);
+        for k in 0..self.count {
             let moved = displacement::<N>(state, k);
             let Some(variation) = geometry::variation(self.system, &point, &moved) else {
                 rate.fill(f64::NAN);
@@ -58,7 +60,7 @@ impl<S: System<N>, const N: usize> ode_solvers::System<f64, DVector<f64>> for Eq
                 (rate[from + i], rate[from + N + i]) = (moved.second[i], variation.a[i]);
             }
         }
-        let mut place = 2 * N * (1 + 2 * N);
+        let mut place = 2 * N * (1 + self.count);
         for (k, u) in variations.iter().enumerate() {
             for w in &variations[..k] {
                 rate[place] = Variation::rate((&u.0, &u.1), (&w.0, &w.1));
@@ -68,23 +70,26 @@ impl<S: System<N>, const N: usize> ode_solvers::System<f64, DVector<f64>> for Eq
     }
 }
 
-/// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law.
+/// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
+/// displacements that constraints of lower order allow.
 pub fn law<S: System<N>, const N: usize>(
     system: &S,
     q0: [f64; N],
     v0: [f64; N],
     until: f64,
 ) -> Measured<[f64; 2]> {
-    let pairs = N * (2 * N - 1);
-    let mut start = DVector::zeros(2 * N * (1 + 2 * N) + pairs);
+    let allowed = geometry::state_displacements(system, &q0, &v0);
+    let count = allowed.len();
+    let mut start = DVector::zeros(2 * N * (1 + count) + count * count.saturating_sub(1) / 2);
     for i in 0..N {
         (start[i], start[N + i]) = (q0[i], v0[i]);
-    }
-    for k in 0..2 * N {
-        start[2 * N * (1 + k) + k] = 1.0;
+        for (k, displacement) in allowed.iter().enumerate() {
+            let from = 2 * N * (1 + k);
+            (start[from + i], start[from + N + i]) = (displacement.first[i], displacement.second[i]);
+        }
     }
     let mut solver = Dop853::from_param(
-        Equations { system },
+        Equations { system, count },
         0.0,
         until,
         until,
@@ -106,11 +111,11 @@ pub fn law<S: System<N>, const N: usize>(
     let before = geometry::canonical_form(system, &q0, &v0);
     let after = geometry::canonical_form(system, &part(end, 0), &part(end, N));
     let (mut missed, mut change) = (0.0, 0.0);
-    let mut place = 2 * N * (1 + 2 * N);
-    for k in 0..2 * N {
-        for l in 0..k {
+    let mut place = 2 * N * (1 + count);
+    for (k, first) in allowed.iter().enumerate() {
+        for (l, second) in allowed[..k].iter().enumerate() {
             let (u, w) = (displacement::<N>(end, k), displacement(end, l));
-            let first = before.of(&Displacement::unit(k), &Displacement::unit(l));
+            let first = before.of(first, second);
             let d_nu = end[place];
             let terms = size(&after, &u, &w) + first.abs() + d_nu.abs();
             let apart = (after.of(&u, &w) - first - d_nu).abs();

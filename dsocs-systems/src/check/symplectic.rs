@@ -60,19 +60,11 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
             Bar::AtMost(QUADRATURE),
         ),
         (
-            "continuous: dν, relative to the terms",
-            symplectic_continuous(subject.expected.kind),
+            "continuous: dν on the states that are allowed, relative to the terms",
+            symplectic,
         ),
     ];
     report.push_all(whats, continuous);
-}
-
-/// The bar for `dν`: zero without constraints. With holonomic ones it is zero on their tangent space alone.
-fn symplectic_continuous(kind: Kind) -> Bar {
-    match kind {
-        Kind::Unconstrained => Bar::AtMost(ZERO),
-        _ => Bar::Reported,
-    }
 }
 
 /// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.
