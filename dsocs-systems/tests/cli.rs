@@ -428,16 +428,32 @@ fn list_names_systems_coordinates_and_parameters() {
         .iter()
         .filter_map(|system| system["name"].as_str())
         .collect();
-    assert_eq!(names, ["particle", "pendulum", "chain"]);
-    assert_eq!(json[0]["kind"], "second-order");
-    assert_eq!(json[1]["coordinates"], serde_json::json!(["theta", "psi"]));
-    let i = &json[1]["parameters"][0];
+    for name in [
+        "particle",
+        "pendulum",
+        "chain",
+        "planar-pendulum",
+        "sleigh",
+        "rod-and-wheel",
+    ] {
+        assert_eq!(
+            names.iter().filter(|listed| **listed == name).count(),
+            1,
+            "{name}"
+        );
+    }
+    let json: Value = serde_json::from_str(&stdout(&["list", "pendulum", "--format", "json"])).unwrap();
+    assert_eq!(json["kind"], "second-order");
+    assert_eq!(json["coordinates"], serde_json::json!(["theta", "psi"]));
+    let i = &json["parameters"][0];
     assert_eq!(
         (i["name"].as_str(), i["default"].as_f64(), i["unit"].as_str()),
         (Some("i"), Some(312.5), Some("kg m²"))
     );
     let text = stdout(&["list"]);
-    assert!(text.contains("particle") && text.contains("rho"));
+    assert!(names.iter().all(|name| text.contains(name)) && text.contains("\nnonholonomic\n"));
+    let text = stdout(&["list", "pendulum"]);
+    assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
 }
 
 #[test]

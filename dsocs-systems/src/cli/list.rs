@@ -12,6 +12,9 @@ use crate::registry::{Entry, Kind, SYSTEMS};
 /// What `dsocs list` takes.
 #[derive(Args, Debug)]
 pub struct ListArguments {
+    /// A system, to be told all of it: coordinates, parameters, defaults; without one, a line for each
+    system: Option<String>,
+
     /// How to write the list
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -104,36 +107,46 @@ impl Listed {
     }
 }
 
-/// Lists the systems on standard output.
+/// Lists the systems, or one, on standard output.
 ///
 /// # Errors
 ///
-/// [`CliError::Stdout`] if it cannot be written.
+/// [`CliError`] if there is no system of the name, or if the list cannot be written.
 pub fn list(arguments: &ListArguments) -> Result<(), CliError> {
-    let systems: Vec<Listed> = SYSTEMS.iter().map(Listed::new).collect();
-    let text = match arguments.format {
-        Format::Text => by_kind(&systems),
-        Format::Json => format!("{:#}\n", serde_json::json!(systems)),
+    let text = match (&arguments.system, arguments.format) {
+        (Some(name), format) => {
+            let system = Listed::new(Entry::find(name)?);
+            match format {
+                Format::Text => text(&system),
+                Format::Json => format!("{:#}\n", serde_json::json!(system)),
+            }
+        }
+        (None, Format::Text) => by_kind(),
+        (None, Format::Json) => {
+            let systems: Vec<Listed> = SYSTEMS.iter().map(Listed::new).collect();
+            format!("{:#}\n", serde_json::json!(systems))
+        }
     };
     std::io::stdout()
         .write_all(text.as_bytes())
         .map_err(CliError::stdout)
 }
 
-/// The systems kind by kind, for people.
-fn by_kind(systems: &[Listed]) -> String {
-    let mut parts = Vec::new();
+/// The systems kind by kind, a line for each.
+fn by_kind() -> String {
+    let width = SYSTEMS.iter().map(|entry| entry.name.len()).max().unwrap_or(0);
+    let mut list = String::new();
     for kind in Kind::ALL {
-        let of_kind: Vec<String> = systems
+        let of_kind: Vec<String> = SYSTEMS
             .iter()
-            .filter(|system| system.kind == kind)
-            .map(text)
+            .filter(|entry| entry.kind == kind)
+            .map(|entry| format!("  {:width$}  {}\n", entry.name, entry.summary))
             .collect();
         if !of_kind.is_empty() {
-            parts.push(format!("{kind}\n\n{}", of_kind.join("\n")));
+            list += &format!("{kind}\n{}\n", of_kind.concat());
         }
     }
-    parts.join("\n")
+    list + "Coordinates, parameters and defaults of one: `dsocs list SYSTEM`.\n"
 }
 
 /// A system, for people.
