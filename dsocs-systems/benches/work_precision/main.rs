@@ -1,7 +1,8 @@
 //! Speed against error: our solvers and other crates on the same problems with the same output.
 //!
 //! `cargo bench --bench work_precision` measures all (below 15 minutes), with `-- --quick` a part (below 2). It prints
-//! tables and writes `target/report/work_precision.csv` and a picture of each problem beside it.
+//! tables and writes `target/report/work_precision.csv` and a picture of each problem beside it. Names of problems
+//! (`-- sphere contact`) measure these alone and write nothing.
 
 #![allow(missing_docs)] // a bench is no library
 
@@ -35,55 +36,43 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let quick = arguments.iter().any(|argument| argument == "--quick");
     let effort = Effort {
-        longest: Duration::from_millis(if quick { 60 } else { 600 }),
-        measured: Duration::from_millis(if quick { 40 } else { 300 }),
+        longest: Duration::from_millis(if quick { 50 } else { 600 }),
+        measured: Duration::from_millis(if quick { 30 } else { 300 }),
         every: if quick { 2 } else { 1 },
     };
-    let mut criterion = Criterion::default().without_plots();
-    let mut points = Vec::new();
-
-    let exact: Vec<f64> = grid(Particle::END)
-        .into_iter()
-        .map(|t| Called(Particle).system().exact([0.0, 0.0], [1.0, 1.0], t).0[0])
-        .collect();
-    let reference = Reference {
-        independent: exact.clone(),
-        ours: exact,
+    let mut bench = Bench {
+        criterion: Criterion::default().without_plots(),
+        effort,
+        wanted: arguments
+            .into_iter()
+            .skip(1)
+            .filter(|argument| !argument.starts_with("--"))
+            .collect(),
+        points: Vec::new(),
     };
-    points.extend(measured(&mut criterion, effort, Particle, &reference));
-    points.extend(called(&mut criterion, effort, Called(Particle), &reference));
-    let reference = references(ParticleField);
-    println!(
-        "particle_field: the references differ by {:.1e}",
-        reference.difference()
-    );
-    points.extend(measured(&mut criterion, effort, ParticleField, &reference));
-    points.extend(called(&mut criterion, effort, Called(ParticleField), &reference));
-    let reference = references(Pendulum::default());
-    println!(
-        "pendulum: the references differ by {:.1e}",
-        reference.difference()
-    );
-    points.extend(measured(&mut criterion, effort, Pendulum::default(), &reference));
-    let reference = references(Chain);
-    println!("chain8: the references differ by {:.1e}", reference.difference());
-    points.extend(measured(&mut criterion, effort, Chain, &reference));
-    let reference = references(Sphere);
-    println!("sphere: the references differ by {:.1e}", reference.difference());
-    points.extend(measured(&mut criterion, effort, Sphere, &reference));
-    let reference = references(Contact);
-    println!("contact: the references differ by {:.1e}", reference.difference());
-    points.extend(measured(&mut criterion, effort, Contact, &reference));
+    if bench.wants(Particle::NAME) {
+        let exact: Vec<f64> = grid(Particle::END)
+            .into_iter()
+            .map(|t| Called(Particle).system().exact([0.0, 0.0], [1.0, 1.0], t).0[0])
+            .collect();
+        let reference = Reference {
+            independent: exact.clone(),
+            ours: exact,
+        };
+        bench.measure(Particle, &reference);
+        bench.called(Called(Particle), &reference);
+    }
+    if let Some(reference) = bench.compare(ParticleField) {
+        bench.called(Called(ParticleField), &reference);
+    }
+    bench.compare(Pendulum::default());
+    bench.compare(Chain);
+    bench.compare(Sphere);
+    bench.compare(Contact);
 
+    let Bench { wanted, points, .. } = bench;
     println!("\nms, median of the whole solution with output every 0.1; in brackets, times our best.");
-    for problem in [
-        Particle::NAME,
-        ParticleField::NAME,
-        Pendulum::NAME,
-        Chain::NAME,
-        Sphere::NAME,
-        Contact::NAME,
-    ] {
+    for problem in report::problems(&points) {
         println!("{}", report::table(problem, &points));
         for (target, ratio) in report::ratios(problem, &points) {
             match ratio {
@@ -94,55 +83,86 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
     }
-    let directory = target().join("report");
-    report::write(&directory, &points)?;
-    println!("\n{} points in {}", points.len(), directory.display());
+    // a part is no report
+    if wanted.is_empty() {
+        let directory = target().join("report");
+        report::write(&directory, &points)?;
+        println!("\n{} points in {}", points.len(), directory.display());
+    }
     Ok(())
 }
 
-/// All solvers on one problem.
-fn measured<P, const N: usize, const D: usize>(
-    criterion: &mut Criterion,
+/// The measurements.
+struct Bench {
+    /// What measures.
+    criterion: Criterion,
+    /// How long it may all take.
     effort: Effort,
-    problem: P,
-    reference: &Reference,
-) -> Vec<Point>
-where
-    P: Problem<D> + Declared<N>,
-    P::System: Jets<N> + System<N> + 'static,
-{
-    let mut points = Vec::new();
-    let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
-        points.extend(sweep(criterion, effort, P::NAME, reference, candidates));
-    };
-    take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
-    take(Box::new(dsocs::order2(problem)));
-    for rung in dsocs::composed(problem) {
-        take(rung);
-    }
-    take(Box::new(ode_solvers_peer::dop853(problem)));
-    take(Box::new(ode_solvers_peer::dopri5(problem)));
-    take(Box::new(differential_equations_peer::dop853(problem)));
-    take(Box::new(differential_equations_peer::rkv98(problem)));
-    take(Box::new(diffsol_peer::tsit45(problem)));
-    take(Box::new(diffsol_peer::bdf(problem)));
-    take(Box::new(runge_kutta::rk4(problem)));
-    points
+    /// The names of the problems that are asked for; none for all.
+    wanted: Vec<String>,
+    /// What was measured.
+    points: Vec<Point>,
 }
 
-/// Our continuous flow where the generated code calls a function.
-fn called<P, const N: usize, const D: usize>(
-    criterion: &mut Criterion,
-    effort: Effort,
-    problem: P,
-    reference: &Reference,
-) -> Vec<Point>
-where
-    P: Problem<D> + Declared<N>,
-    P::System: Jets<N> + System<N> + 'static,
-{
-    let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
-    sweep(criterion, effort, P::NAME, reference, candidates)
+impl Bench {
+    /// Whether a problem is asked for.
+    fn wants(&self, problem: &str) -> bool {
+        self.wanted.is_empty() || self.wanted.iter().any(|wanted| wanted == problem)
+    }
+
+    /// Works out the reference of a problem and measures all solvers, if it is asked for.
+    fn compare<P, const N: usize, const D: usize>(&mut self, problem: P) -> Option<Reference>
+    where
+        P: Problem<D> + Declared<N>,
+        P::System: Jets<N> + System<N> + 'static,
+    {
+        if !self.wants(P::NAME) {
+            return None;
+        }
+        let reference = references(problem);
+        println!(
+            "{}: the references differ by {:.1e}",
+            P::NAME,
+            reference.difference()
+        );
+        self.measure(problem, &reference);
+        Some(reference)
+    }
+
+    /// All solvers on one problem.
+    fn measure<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
+    where
+        P: Problem<D> + Declared<N>,
+        P::System: Jets<N> + System<N> + 'static,
+    {
+        let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
+            let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
+            self.points.extend(points);
+        };
+        take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
+        take(Box::new(dsocs::order2(problem)));
+        for rung in dsocs::composed(problem) {
+            take(rung);
+        }
+        take(Box::new(ode_solvers_peer::dop853(problem)));
+        take(Box::new(ode_solvers_peer::dopri5(problem)));
+        take(Box::new(differential_equations_peer::dop853(problem)));
+        take(Box::new(differential_equations_peer::rkv98(problem)));
+        take(Box::new(diffsol_peer::tsit45(problem)));
+        take(Box::new(diffsol_peer::bdf(problem)));
+        take(Box::new(runge_kutta::rk4(problem)));
+    }
+
+    /// Our continuous flow where the generated code calls a function.
+    fn called<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
+    where
+        P: Problem<D> + Declared<N>,
+        P::System: Jets<N> + System<N> + 'static,
+    {
+        let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
+        let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
+        self.points.extend(points);
+    }
 }
 
 /// The solution by our Taylor series, and by the method of Dormand and Prince at its smallest tolerance.

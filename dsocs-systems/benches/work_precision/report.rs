@@ -35,6 +35,13 @@ fn solvers(points: &[Point]) -> Vec<&'static str> {
     solvers
 }
 
+/// The problems, in the order of the measurement.
+pub fn problems(points: &[Point]) -> Vec<&'static str> {
+    let mut problems: Vec<_> = points.iter().map(|point| point.problem).collect();
+    problems.dedup();
+    problems
+}
+
 /// The table of one problem, in Markdown: for each target the fastest time of each solver in ms and, in brackets, how many
 /// times our best it takes.
 pub fn table(problem: &str, points: &[Point]) -> String {
@@ -96,9 +103,7 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
         writer.write_record([point.problem, point.solver, &point.setting, &error, &seconds])?;
     }
     writer.flush()?;
-    let mut problems: Vec<_> = points.iter().map(|point| point.problem).collect();
-    problems.dedup();
-    for problem in problems {
+    for problem in problems(points) {
         let points: Vec<Point> = points
             .iter()
             .filter(|point| point.problem == problem)
