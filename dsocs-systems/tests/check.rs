@@ -144,13 +144,22 @@ fn what_is_not_symmetric_in_time_is_told() {
 }]
 struct Rod;
 
-/// A particle with `ż = y ẋ`.
+/// A particle with `ż = y ẋ`, which is imposed at the midpoint.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
+    nonholonomic = dot(z) - y * dot(x);
+    phi_lagrangian = midpoint;
+}]
+struct Nonholonomic;
+
+/// The same with the paper's map, which imposes it at the first node of a leg.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
     nonholonomic = dot(z) - y * dot(x);
 }]
-struct Nonholonomic;
+struct OneSided;
 
 #[test]
 fn constraints_of_lower_order_are_checked_on_what_they_allow() {
@@ -168,28 +177,20 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     };
     let rod = check(&Rod, &[], expected(Kind::Holonomic), &settings(0.02), (q0, v0)).unwrap();
     assert_eq!(missed(&rod), [], "{rod:?}");
+    let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
     let symmetries = [Symmetry {
         name: "translation along x",
         generator: |_: &Nonholonomic, _: &[f64; 3]| [1.0, 0.0, 0.0],
     }];
-    let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
-    let found = check(
-        &Nonholonomic,
-        &symmetries,
-        expected(Kind::Nonholonomic),
-        &settings(0.05),
-        start,
-    )
-    .unwrap();
+    let settings = settings(0.05);
+    let particle = |kind| check(&Nonholonomic, &symmetries, expected(kind), &settings, start).unwrap();
+    let found = particle(Kind::Nonholonomic);
     assert_eq!(missed(&found), [], "{found:?}");
-    // and is no holonomic one
-    let found = check(
-        &Nonholonomic,
-        &symmetries,
-        expected(Kind::Holonomic),
-        &settings(0.05),
-        start,
-    )
-    .unwrap();
+    // it is no holonomic one
+    let found = particle(Kind::Holonomic);
     assert_eq!(missed(&found).len(), 2, "{found:?}");
+    // at one end of the legs it is of order 1, and another map with −h
+    let found = check(&OneSided, &[], expected(Kind::Nonholonomic), &settings, start).unwrap();
+    let checks: Vec<&str> = missed(&found).iter().map(|(check, _)| *check).collect();
+    assert_eq!(checks, ["reversibility", "order"], "{found:?}");
 }

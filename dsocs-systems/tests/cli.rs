@@ -515,3 +515,50 @@ fn the_papers_figures_and_numbers() {
         "{table}"
     );
 }
+
+#[test]
+fn check_prints_the_theorems_and_fails_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = dsocs(
+        folder.path(),
+        &["check", "particle", "magnetic", "--out", "checks.json"],
+    )
+    .output()
+    .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let text = String::from_utf8(done.stdout).unwrap();
+    for check in [
+        "regularity",
+        "symplectic law",
+        "momentum law",
+        "reversibility",
+        "order",
+    ] {
+        assert!(text.contains(check), "{check}");
+    }
+    assert!(!text.contains("FAILED"), "{text}");
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("checks.json")).unwrap()).unwrap();
+    let names: Vec<_> = json["systems"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|system| &system["system"])
+        .collect();
+    assert_eq!(names, ["particle", "magnetic"]);
+    let checks = json["systems"][0]["checks"].as_array().unwrap();
+    assert!(
+        checks
+            .iter()
+            .all(|check| check["ok"] == true && check["figure"].is_number())
+    );
+
+    // forty steps of a microsecond: every error is rounding, and there is no order to fit
+    let failed = output(&["check", "magnetic", "--step", "1e-6"]);
+    assert_eq!(failed.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&failed.stdout).contains("FAILED"));
+    let (status, message) = refused(&["check", "magnetik"]);
+    assert!(status == 2 && message.contains("magnetic"), "{message}");
+    let (status, message) = refused(&["check", "magnetic", "--out", "checks.txt"]);
+    assert!(status == 2 && message.contains("checks.txt"), "{message}");
+}
