@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use dsocs_systems::registry::SYSTEMS;
 use serde_json::Value;
 
 /// The command with these arguments, in an empty folder.
@@ -79,7 +80,7 @@ fn run_writes_the_columns_with_17_digits() {
     assert_eq!(digits, 17, "{field}");
 
     let csv = stdout(&["run", "pendulum", "--until", "0.2"]);
-    let names = "t,theta,psi,v_theta,v_psi,force_theta,force_psi,energy,lyapunov,dissipation,w";
+    let names = "t,theta,psi,v_theta,v_psi,force_theta,force_psi,energy,lyapunov,dissipation,w,lambda_0";
     assert_eq!(csv.lines().next(), Some(names));
     let first = &rows(&csv)[0];
     assert!((first[8] - 14_770.162_450_804_23).abs() < 1e-9);
@@ -422,38 +423,91 @@ fn a_reader_that_leaves_is_no_error() {
 #[test]
 fn list_names_systems_coordinates_and_parameters() {
     let json: Value = serde_json::from_str(&stdout(&["list", "--format", "json"])).unwrap();
-    let names: Vec<&str> = json
-        .as_array()
-        .unwrap()
-        .iter()
-        .filter_map(|system| system["name"].as_str())
-        .collect();
-    for name in [
-        "particle",
-        "pendulum",
-        "chain",
-        "planar-pendulum",
-        "sleigh",
-        "rod-and-wheel",
+    let named = |name: &str| {
+        let mut systems = json.as_array().unwrap().iter();
+        systems.find(|system| system["name"] == name).unwrap()
+    };
+    for (name, kind) in [
+        ("chain", "unconstrained"),
+        ("sphere", "holonomic"),
+        ("sleigh", "nonholonomic"),
+        ("particle", "second-order"),
+        ("rod-and-wheel", "mixed"),
     ] {
-        assert_eq!(
-            names.iter().filter(|listed| **listed == name).count(),
-            1,
-            "{name}"
-        );
+        assert_eq!(named(name)["kind"], kind);
     }
-    let json: Value = serde_json::from_str(&stdout(&["list", "pendulum", "--format", "json"])).unwrap();
-    assert_eq!(json["kind"], "second-order");
-    assert_eq!(json["coordinates"], serde_json::json!(["theta", "psi"]));
-    let i = &json["parameters"][0];
+    let pendulum = named("pendulum");
+    assert_eq!(pendulum["coordinates"], serde_json::json!(["theta", "psi"]));
+    let i = &pendulum["parameters"][0];
     assert_eq!(
         (i["name"].as_str(), i["default"].as_f64(), i["unit"].as_str()),
         (Some("i"), Some(312.5), Some("kg m²"))
     );
     let text = stdout(&["list"]);
-    assert!(names.iter().all(|name| text.contains(name)) && text.contains("\nnonholonomic\n"));
+    assert!(SYSTEMS.iter().all(|entry| text.contains(entry.name)));
+    assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
+}
+
+#[test]
+fn every_system_runs() {
+    for entry in SYSTEMS {
+        let until = (20.0 * entry.step).to_string();
+        let csv = stdout(&["run", entry.name, "--until", &until]);
+        assert_eq!(csv.lines().count(), 22, "{}", entry.name);
+        let rows = rows(&csv);
+        assert!(
+            rows.iter().flatten().all(|value| value.is_finite()),
+            "{}: {csv}",
+            entry.name
+        );
+    }
+}
+
+#[test]
+fn an_inconsistent_start_is_refused_or_projected() {
+    let start = [
+        "run",
+        "sphere",
+        "--until",
+        "0.1",
+        "--q0",
+        "0.6,0,-0.7",
+        "--v0",
+        "2,2.5,1.5",
+    ];
+    let (code, message) = refused(&start);
+    assert_eq!(code, 2);
+    assert!(
+        message.contains("violates holonomic constraint 1 by -7.500e-2") && message.contains("--project"),
+        "{message}"
+    );
+    for rung in [&[][..], &["--order", "4"], &["--tolerance", "1e-10"]] {
+        let csv = stdout(&[&start[..], &["--project"], rung].concat());
+        assert!(csv.lines().next().unwrap().ends_with("angular_momentum,lambda_0"));
+        for row in rows(&csv) {
+            let [x, y, z] = [row[1], row[2], row[3]];
+            assert!((x.hypot(y).hypot(z) - 1.0).abs() < 1e-9, "{rung:?}: {row:?}");
+        }
+    }
+    let projected = stdout(&[&start[..], &["--project"]].concat());
+    let first = &rows(&projected)[0];
+    let work = first[1] * first[4] + first[2] * first[5] + first[3] * first[6];
+    assert!(work.abs() < 1e-15, "the velocity is tangent: {work:e}");
+    // both nodes by name
+    let nodes = [
+        "run",
+        "planar-pendulum",
+        "--until",
+        "0.1",
+        "--q0",
+        "0,-1",
+        "--q1",
+        "0.01,-1",
+    ];
+    assert!(refused(&nodes).1.contains("--project"));
+    assert_eq!(rows(&stdout(&[&nodes[..], &["--project"]].concat())).len(), 11);
 }
 
 #[test]

@@ -20,8 +20,11 @@ pub const ENTRY: Entry = Entry {
 
 /// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
 ///
-/// The energy is the only invariant that is known. Without the field the system is reversible, and reversible methods keep the energy
-/// well; a field with all three components leaves no reflection of the coordinates that turns the motion round.
+/// The energy is the only invariant that is known. Without the field the system is reversible, which is what makes nonholonomic methods keep
+/// the energy well (so the second source); a field with all three components leaves no reflection of the coordinates that turns the
+/// motion round. The steps are as symmetric in time as ever, and yet **the energy drifts**, without a direction, as it does for every method that
+/// does not enforce it. From the default start with `h = 0.1`, its mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2,
+/// −9.7 and −9.6 % up to `t = 100 000`; with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2

@@ -29,7 +29,9 @@ pub const ENTRY: Entry = Entry {
 /// each with its own rule.
 ///
 /// `y` points upwards and `x = sin θ`, `y = cos θ`. The rod's force `λ_0 = M cos θ − I θ̇²` (times the rod's length, positive where it pushes
-/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The pair of roots that the paper's Lyapunov constraint has in a step is there as well, but here the
+/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The mean
+/// of the Lagrangian at both nodes makes the legs symmetric: with the paper's map `λ_0` is of first order only, since the mass matrix depends on
+/// the position. The pair of roots that the paper's Lyapunov constraint has in a step is there as well, but here the
 /// factor `w` is not divided out.
 #[dsocs {
     coordinates(x, y, psi);
@@ -54,6 +56,7 @@ pub const ENTRY: Entry = Entry {
     holonomic = (x.powi(2) + y.powi(2) - 1) / 2;
     kinematic = dot(lyapunov) + dissipation; // dV/dt = −F
     forces = [(0, 0, 1)];                    // the motor turns the wheel
+    phi_lagrangian = trapezoid;
     observe = [theta, w, lyapunov];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]

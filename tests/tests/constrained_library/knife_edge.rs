@@ -32,12 +32,14 @@ fn any_start() {
     };
     let heading =
         |speed: f64, phi: f64, rate| ([0.5, -0.2, phi], [speed * phi.cos(), speed * phi.sin(), rate]);
+    // errors with several signs cancel at larger steps
+    let steps = STEPS.map(|h| h / 8.0);
     for start in [heading(0.8, 2.0, -0.9), heading(-1.2, -0.7, 0.3)] {
         let exact = edge.exact(start.0, start.1, 5.0);
         let apart = distance(&continuous(&edge, start, 5.0).0, &exact);
         println!("Taylor flow {apart:.1e}");
         assert!(apart < 1e-12, "{apart:e}");
-        is_second(order(&edge, start, 5.0, &STEPS, |q| distance(q, &exact)));
+        is_second(order(&edge, start, 5.0, &steps, |q| distance(q, &exact)));
     }
     // one that does not turn slides down along a line
     let start = heading(0.8, 1.0, 0.0);
