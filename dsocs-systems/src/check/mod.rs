@@ -106,9 +106,9 @@ impl Report {
     }
 
     /// Takes in several figures that are measured together.
-    fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: Measured<[f64; K]>) {
+    fn push_all<const K: usize>(&mut self, whats: [(&str, Bar); K], measured: &Measured<[f64; K]>) {
         for (place, (what, bar)) in whats.into_iter().enumerate() {
-            let figure = match &measured {
+            let figure = match measured {
                 Ok(figures) => Ok(figures[place]),
                 Err(error) => Err(error.to_string().into()),
             };
@@ -139,6 +139,9 @@ struct Subject<'a, S: Jets<N>, const N: usize> {
     triples: Vec<Triple<N>>,
 }
 
+/// Measures the figures of one check.
+type Check<S, const N: usize> = fn(&Subject<'_, S, N>, &mut Report);
+
 /// Checks a system on one of its motions.
 ///
 /// # Errors
@@ -164,7 +167,7 @@ pub fn check<S: Jets<N>, const N: usize>(
         flow,
         triples,
     };
-    let checks: [(&'static str, fn(&Subject<'_, S, N>, &mut Report)); 5] = [
+    let checks: [(&'static str, Check<S, N>); 5] = [
         ("regularity", flow::regularity),
         ("symplectic law", symplectic::law),
         ("momentum law", momentum::law),

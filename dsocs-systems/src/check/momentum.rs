@@ -95,5 +95,9 @@ fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Sym
         flow.advance()?;
     }
     let size = least.abs().max(most.abs());
-    Ok(if most == least { 0.0 } else { (most - least) / size })
+    Ok(if most > least || most.is_nan() {
+        (most - least) / size
+    } else {
+        0.0
+    })
 }

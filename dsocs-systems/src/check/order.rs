@@ -47,12 +47,9 @@ fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<V
     let Subject {
         system, h, q0, v0, ..
     } = *subject;
-    let coarse = (subject.until / h).round().max(2.0);
-    let times: Vec<f64> = (1..)
-        .map(f64::from)
-        .take_while(|&k| k <= coarse)
-        .map(|k| k * h)
-        .collect();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
+    let coarse = (subject.until / h).round().max(2.0) as u32;
+    let times: Vec<f64> = (1..=coarse).map(|k| f64::from(k) * h).collect();
     let mut exact = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(TOLERANCE))?;
     let exact = exact.sample(&times)?;
     let extent: [f64; N] = core::array::from_fn(|i| {
@@ -72,9 +69,9 @@ fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<V
             while flow.index() < index {
                 flow.advance()?;
             }
-            for i in 0..N {
-                let scale = if extent[i] > 1e-3 * most { extent[i] } else { most };
-                error = larger(error, (flow.position()[i] - exact.q[i]).abs() / scale);
+            for ((found, exact), &extent) in flow.position().iter().zip(&exact.q).zip(&extent) {
+                let scale = if extent > 1e-3 * most { extent } else { most };
+                error = larger(error, (found - exact).abs() / scale);
             }
         }
         errors.push([step.abs(), error]);

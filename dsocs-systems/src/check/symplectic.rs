@@ -52,7 +52,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
         ),
         ("TF against differences of steps", Bar::AtMost(QUOTIENT)),
     ];
-    report.push_all(whats, measured.map(|()| figures).map_err(Into::into));
+    report.push_all(whats, &measured.map(|()| figures).map_err(Into::into));
     let continuous = continuous::law(subject.system, subject.q0, subject.v0, subject.until);
     let whats = [
         (
@@ -64,7 +64,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
             symplectic,
         ),
     ];
-    report.push_all(whats, continuous);
+    report.push_all(whats, &continuous);
 }
 
 /// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.

@@ -61,16 +61,12 @@ pub fn check(arguments: &CheckArguments) -> Result<(), CliError> {
         };
         let findings = (entry.build)().check(entry.kind, &settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
-        text += &format!(
-            "{} ({}), h = {}\n{}\n",
-            entry.name,
-            entry.kind,
-            settings.h,
-            table(&findings)
-        );
+        let title = format!("{} ({}), h = {}", entry.name, entry.kind, settings.h);
+        text.extend([title, "\n".into(), table(&findings).to_string(), "\n".into()]);
         for finding in &findings {
             if let Some(failure) = &finding.failure {
-                text += &format!("{}: {}: {failure}\n", finding.check, finding.what);
+                let said = [finding.check, ": ", &finding.what, ": ", failure, "\n"];
+                text.extend(said);
             }
         }
         encoded.push(json!({
