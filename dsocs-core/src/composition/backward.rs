@@ -35,7 +35,7 @@ const MOVED: f64 = 1e-4;
 
 /// Whether a solution was not found at once.
 #[inline]
-pub(super) fn in_question(report: &StepReport) -> bool {
+pub(super) fn in_question(report: StepReport) -> bool {
     report.iterations >= MANY || report.guess != Guess::Predicted
 }
 

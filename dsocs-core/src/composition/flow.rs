@@ -1,5 +1,7 @@
 //! The flow of a composed step.
 
+#![allow(clippy::float_cmp)] // signs and fractions are kept as they are
+
 use core::fmt;
 use core::iter::FusedIterator;
 
@@ -350,7 +352,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let per_square = stage.per_square;
             let a = step.second_difference(&z).map(|e| e * per_square);
             if stage.backward
-                && backward::in_question(&report)
+                && backward::in_question(report)
                 && !backward::continues(self.system, stage.h, &from, &a)
             {
                 let h = stage.h;

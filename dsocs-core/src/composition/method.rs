@@ -1,5 +1,7 @@
 //! The methods: their fractions of a step, and where they come from.
 
+#![allow(clippy::excessive_precision)] // fractions as they are printed
+
 use core::fmt;
 
 /// A symmetric composition of steps: a step `h` is made of stages with the fractions `γ₁ h, γ₂ h, … γ₂ h, γ₁ h`.

@@ -22,7 +22,7 @@ impl Candidate {
     ) -> Self {
         Self {
             solver,
-            setting: format!("tolerance {tolerance:e}"),
+            setting: format!("tolerance {tolerance:.0e}"),
             run: Box::new(run),
         }
     }

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let quick = arguments.iter().any(|argument| argument == "--quick");
     let effort = Effort {
         longest: Duration::from_millis(if quick { 50 } else { 600 }),
-        measured: Duration::from_millis(if quick { 30 } else { 300 }),
+        measured: Duration::from_millis(if quick { 30 } else { 150 }),
         every: if quick { 2 } else { 1 },
     };
     let mut bench = Bench {
