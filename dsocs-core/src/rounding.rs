@@ -48,6 +48,7 @@ impl Bounded {
 impl Add for Bounded {
     type Output = Self;
 
+    #[inline(never)] // as in [`crate::tangent`]
     fn add(self, other: Self) -> Self {
         Self::rounded(self.value + other.value, self.error + other.error, 1.0)
     }
@@ -56,6 +57,7 @@ impl Add for Bounded {
 impl Sub for Bounded {
     type Output = Self;
 
+    #[inline(never)] // as in [`crate::tangent`]
     fn sub(self, other: Self) -> Self {
         Self::rounded(self.value - other.value, self.error + other.error, 1.0)
     }
@@ -64,6 +66,7 @@ impl Sub for Bounded {
 impl Mul for Bounded {
     type Output = Self;
 
+    #[inline(never)] // as in [`crate::tangent`]
     fn mul(self, other: Self) -> Self {
         let inherited = self.value.abs() * other.error + other.value.abs() * self.error;
         Self::rounded(self.value * other.value, inherited, 1.0)
@@ -73,6 +76,7 @@ impl Mul for Bounded {
 impl Div for Bounded {
     type Output = Self;
 
+    #[inline(never)] // as in [`crate::tangent`]
     fn div(self, other: Self) -> Self {
         let value = self.value / other.value;
         let inherited = (self.error + value.abs() * other.error) / other.value.abs();
@@ -83,6 +87,7 @@ impl Div for Bounded {
 impl Neg for Bounded {
     type Output = Self;
 
+    #[inline(never)]
     fn neg(self) -> Self {
         Self {
             value: -self.value,

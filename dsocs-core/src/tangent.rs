@@ -157,12 +157,16 @@ impl Nested for Dual<f64> {
     }
 }
 
+// Not inlined: a generated method is thousands of such operations, each with branches, and nobody waits for derivatives by
+// these numbers as long as the compiler would for one function of them all.
+
 macro_rules! operators {
     ($($name:ident :: $method:ident),* $(,)?) => {
         $(
             impl<D: Nested> $name for Tangent<D> {
                 type Output = Self;
 
+                #[inline(never)]
                 fn $method(self, other: Self) -> Self {
                     Self($name::$method(self.0, other.0))
                 }
@@ -176,6 +180,7 @@ operators!(Add::add, Sub::sub, Mul::mul, Div::div);
 impl<D: Nested> Neg for Tangent<D> {
     type Output = Self;
 
+    #[inline(never)]
     fn neg(self) -> Self {
         Self(-self.0)
     }
@@ -184,6 +189,7 @@ impl<D: Nested> Neg for Tangent<D> {
 macro_rules! functions {
     ($($name:ident),* $(,)?) => {
         $(
+            #[inline(never)]
             fn $name(self) -> Self {
                 Self(self.0.$name())
             }
@@ -207,6 +213,7 @@ impl<D: Nested> Scalar for Tangent<D> {
         D::gathered(function).map(Self)
     }
 
+    #[inline(never)]
     fn select_lt(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
         if left.value() < right.value() {
             then
@@ -215,6 +222,7 @@ impl<D: Nested> Scalar for Tangent<D> {
         }
     }
 
+    #[inline(never)]
     fn select_le(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
         if left.value() <= right.value() {
             then
@@ -228,14 +236,17 @@ impl<D: Nested> Scalar for Tangent<D> {
         tanh, asinh, acosh, atanh,
     );
 
+    #[inline(never)]
     fn powf(self, exponent: Self) -> Self {
         Self(self.0.powd(exponent.0))
     }
 
+    #[inline(never)]
     fn powi(self, exponent: i32) -> Self {
         Self(self.0.powi(exponent))
     }
 
+    #[inline(never)]
     fn atan2(self, x: Self) -> Self {
         Self(self.0.atan2(x.0))
     }
