@@ -9,7 +9,8 @@ pub const ENTRY: Entry = Entry {
     name: "contact-oscillator",
     kind: Kind::Nonholonomic,
     summary: "an oscillator with the constraint z' = y x', made irreversible by a magnetic field",
-    source: "after McLachlan and Perlmutter, Integrators for nonholonomic mechanical systems (2006), and Modin and Verdier, What makes nonholonomic integrators work? (2020)",
+    source: "after McLachlan and Perlmutter, Integrators for nonholonomic mechanical systems (2006); \
+             Modin and Verdier, What makes nonholonomic integrators work? (2020)",
     units: &["1", "1", "1"],
     q0: &[1.0, 0.5, 0.3],
     v0: &[0.4, 0.2, 0.2],
@@ -20,11 +21,12 @@ pub const ENTRY: Entry = Entry {
 
 /// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
 ///
-/// The energy is the only invariant that is known. Without the field the system is reversible, which is what makes nonholonomic methods keep
-/// the energy well (so the second source); a field with all three components leaves no reflection of the coordinates that turns the
-/// motion round. The steps are as symmetric in time as ever, and yet **the energy drifts**, without a direction, as it does for every method that
-/// does not enforce it. From the default start with `h = 0.1`, its mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2,
-/// −9.7 and −9.6 % up to `t = 100 000`; with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
+/// The energy is the only invariant that is known. Without the field the system is reversible. The second source gives that as
+/// the reason why nonholonomic methods keep the energy well, and finds none that does so on all of its irreversible problems. A
+/// field with all three components leaves no reflection of the coordinates that turns the motion round. The steps are as
+/// symmetric in time as ever, and yet **the energy drifts**, without a direction. From the default start with `h = 0.1`, its
+/// mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2, −9.7 and −9.6 % up to `t = 100 000`;
+/// with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2

@@ -9,7 +9,7 @@ pub const ENTRY: Entry = Entry {
     name: "nonholonomic-particle",
     kind: Kind::Nonholonomic,
     summary: "a free particle with the constraint z' = s y x'",
-    source: "Bloch, Nonholonomic Mechanics and Control, and Rosenberg, Analytical Dynamics of Discrete Systems",
+    source: "Rosenberg, Analytical Dynamics of Discrete Systems (1977); Bates and Śniatycki, Nonholonomic reduction (1993)",
     units: &["m", "m", "m"],
     q0: &[0.0, -1.0, 0.0],
     v0: &[1.0, 0.5, -1.0],
@@ -32,9 +32,9 @@ pub const ENTRY: Entry = Entry {
 /// A free particle whose height changes with its way along `x` by `ż = s y ẋ`: the simplest nonholonomic constraint.
 ///
 /// By d'Alembert's principle `ẋ √(1 + s² y²)` and `ẏ` are invariant, which gives the motion in closed form
-/// ([`NonholonomicParticle::exact`]). The translation along `y` is a virtual displacement, and its momentum is conserved; that along `x` is
-/// none, and its momentum follows the momentum equation. The discrete Lagrangian is taken at the midpoint, where the constraint is imposed
-/// on a leg.
+/// ([`NonholonomicParticle::exact`]). The translation along `y` is a virtual displacement, and its momentum is conserved; that
+/// along `x` is none, and its momentum follows the momentum equation. The discrete Lagrangian is taken at the midpoint, where
+/// the constraint is imposed on a leg.
 #[dsocs {
     coordinates(x, y, z);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));

@@ -24,8 +24,8 @@ pub const ENTRY: Entry = Entry {
 /// `λ_0` is the force of the rod in N, positive where it pushes outwards, and minus [`PlanarPendulum::tension`]. With the angle `θ` from
 /// the lowest point, `θ̈ = −(g/l) sin θ`; the energy is invariant, and a swing has the period [`PlanarPendulum::period`].
 ///
-/// With the paper's maps the step is that of Störmer and Verlet with the constraint at every node, known as SHAKE (Ryckaert, Ciccotti and
-/// Berendsen 1977).
+/// With the paper's maps the step is that of Störmer and Verlet with the constraint at every node, known as SHAKE (Ryckaert,
+/// Ciccotti and Berendsen 1977).
 #[dsocs {
     coordinates(x, y);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;

@@ -25,14 +25,14 @@ pub const ENTRY: Entry = Entry {
     },
 };
 
-/// [`InertiaWheelPendulum`] with the end of its rod at `(x, y)`, in units of the rod's length: constraints of two orders in one declaration,
-/// each with its own rule.
+/// [`InertiaWheelPendulum`] with the end of its rod at `(x, y)`, in units of the rod's length: constraints of two orders in one
+/// declaration, each with its own rule.
 ///
 /// `y` points upwards and `x = sin θ`, `y = cos θ`. The rod's force `λ_0 = M cos θ − I θ̇²` (times the rod's length, positive where it pushes
-/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The mean
-/// of the Lagrangian at both nodes makes the legs symmetric: with the paper's map `λ_0` is of first order only, since the mass matrix depends on
-/// the position. The pair of roots that the paper's Lyapunov constraint has in a step is there as well, but here the
-/// factor `w` is not divided out.
+/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The mean of the Lagrangian at
+/// both nodes makes the legs symmetric: with the paper's map `λ_0` is of first order only, since the mass matrix depends on the
+/// position. The pair of roots that the paper's Lyapunov constraint has in a step is there as well, but here the factor `w` is
+/// not divided out.
 #[dsocs {
     coordinates(x, y, psi);
     let theta = x.atan2(y);

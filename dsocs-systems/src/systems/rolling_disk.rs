@@ -34,7 +34,8 @@ pub const ENTRY: Entry = Entry {
 ///
 /// `(x, y)` is the point of contact, `θ` the angle by which the disk has rolled and `φ` its heading: `ẋ = R θ̇ cos φ`,
 /// `ẏ = R θ̇ sin φ`. Both angles go on at constant rates, and the point of contact moves on a circle of the radius `R θ̇/φ̇`
-/// ([`RollingDisk::exact`]). So does the discrete motion, at a radius that is larger by the factor `(h φ̇/2) / sin(h φ̇/2)` for the same rates.
+/// ([`RollingDisk::exact`]). So does the discrete motion, at a radius that is larger by the factor `(h φ̇/2) / sin(h φ̇/2)` for
+/// the same rates.
 #[dsocs {
     coordinates(x, y, theta, phi);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2))

@@ -32,8 +32,9 @@ pub const ENTRY: Entry = Entry {
 /// A body that slides on a horizontal plane, with a blade at the distance `a` behind its centre of mass.
 ///
 /// `(x, y)` is the blade's point of contact and `θ` its direction, across which it cannot move. With the speed `u` along the blade and the
-/// rate `ω = θ̇`: `u̇ = a ω²`, `ω̇ = −(a/k²) u ω` with `k² = (I + m a²)/m`. The energy `m (u² + k² ω²)/2` is kept, and yet every motion that
-/// turns tends to one straight ahead, with `u = V = √(u² + k² ω²)`: volume in phase space is not kept. In closed form
+/// rate `ω = θ̇`: `u̇ = a ω²`, `ω̇ = −(a/k²) u ω` with `k² = (I + m a²)/m`. The energy `m (u² + k² ω²)/2` is kept, and yet
+/// every motion that turns tends to one straight ahead, with `u = V = √(u² + k² ω²)`: volume in phase space is not kept. In
+/// closed form
 /// `u = V tanh s`, `ω = ± (V/k) sech s`, `s = (a V/k²)(t − t₀)` ([`Sleigh::exact`]).
 #[dsocs {
     coordinates(x, y, theta);
@@ -72,8 +73,8 @@ impl Sleigh {
         self.inertia / self.mass + self.offset * self.offset
     }
 
-    /// The exact direction `θ`, speed `u` along the blade and rate `ω`, in rad, m/s and rad/s, a time `t`, in s, after others; for a motion
-    /// that turns (`ω ≠ 0`) and `a ≠ 0`.
+    /// The exact direction `θ`, speed `u` along the blade and rate `ω`, in rad, m/s and rad/s, a time `t`, in s, after others;
+    /// for a motion that turns (`ω ≠ 0`) and `a ≠ 0`.
     ///
     /// From `θ̇ = ω`, `θ` goes on by `k/a` times the change of the Gudermannian `2 arctan tanh(s/2)`.
     #[must_use]

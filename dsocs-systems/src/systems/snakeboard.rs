@@ -9,7 +9,8 @@ pub const ENTRY: Entry = Entry {
     name: "snakeboard",
     kind: Kind::Nonholonomic,
     summary: "the snakeboard, with springs on its rotor and its axles",
-    source: "Bloch, Krishnaprasad, Marsden and Murray, Nonholonomic mechanical systems with symmetry (1996), section 8.4; without springs there",
+    source: "Bloch, Krishnaprasad, Marsden and Murray, Nonholonomic mechanical systems with symmetry (1996); \
+             controlled there, driven by springs here",
     units: &["m", "m", "rad", "rad", "rad"],
     q0: &[0.0, 0.0, 0.0, 1.0, 0.5],
     v0: &[0.0, 0.0, 0.0, 0.0, 0.0],
@@ -36,9 +37,9 @@ pub const ENTRY: Entry = Entry {
 ///
 /// `−sin(θ ± φ) ẋ + cos(θ ± φ) ẏ ± l cos φ θ̇ = 0`.
 ///
-/// In the source `ψ` and `φ` are controlled. Here torsional springs drive them, so that the system is one by itself and its energy is an
-/// invariant: where both swing at about the same frequency the board gains speed on the way. The constraints are those of
-/// a speed `u` along the board alone, with `θ̇ = u tan φ / l`, which gives the equations of [`Snakeboard::reduced`].
+/// In the source `ψ` and `φ` are controlled. Here torsional springs drive them, so that the system is one by itself and its
+/// energy is an invariant: where both swing at about the same frequency the board gains speed on the way. The constraints are
+/// those of a speed `u` along the board alone, with `θ̇ = u tan φ / l`, which gives the equations of [`Snakeboard::reduced`].
 #[dsocs {
     coordinates(x, y, theta, psi, phi);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2))

@@ -39,7 +39,7 @@ fn run(h: f64, until: f64) -> (f64, f64, f64, Option<StepError>) {
 
 #[test]
 fn the_lyapunov_function_falls_exactly_up_to_the_first_switch() {
-    // w, the motor's power over V, first passes through zero at t = 28.8
+    // w, the motor's power over V, first passes through zero at about t = 29
     for h in [0.1, 0.05, 0.02, 0.01, 0.005, 0.002] {
         let (reached, _, worst, error) = run(h, 28.0);
         assert!(error.is_none() && reached > 27.9, "h = {h}: {error:?}");
