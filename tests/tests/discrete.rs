@@ -199,7 +199,7 @@ fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {
     let q0 = [leg.q[0] - leg.d[0], leg.q[1] - leg.d[1]];
     let v = leg.d.map(|d| d / h);
     let pendulum = InertiaWheelPendulum::default();
-    (pendulum.lyapunov(q0, v) + pendulum.lyapunov(leg.q, v)) / 2.0
+    f64::midpoint(pendulum.lyapunov(q0, v), pendulum.lyapunov(leg.q, v))
 }
 
 const Q0: [f64; 2] = [0.5, 0.0];

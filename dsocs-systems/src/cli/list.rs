@@ -143,7 +143,7 @@ fn by_kind() -> String {
             .map(|entry| format!("  {:width$}  {}\n", entry.name, entry.summary))
             .collect();
         if !of_kind.is_empty() {
-            list += &format!("{kind}\n{}\n", of_kind.concat());
+            list.extend([format!("{kind}\n"), of_kind.concat(), "\n".to_owned()]);
         }
     }
     list + "Coordinates, parameters and defaults of one: `dsocs list SYSTEM`.\n"

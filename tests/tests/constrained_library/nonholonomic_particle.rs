@@ -24,6 +24,6 @@ fn straight_on_without_a_velocity_aside() {
     let particle = NonholonomicParticle::default();
     let (q, v) = ([0.0, 0.5, 0.0], [1.0, 0.0, 0.5]);
     let exact = particle.exact(q, v, 4.0);
-    assert_eq!(exact, [4.0, 0.5, 2.0]);
+    assert!(distance(&exact, &[4.0, 0.5, 2.0]) < 1e-15);
     assert!(distance(&continuous(&particle, (q, v), 4.0).0, &exact) < 1e-14);
 }

@@ -69,7 +69,7 @@ fn the_energy_is_kept_and_yet_there_is_an_attractor() {
         let mut largest = 0.0_f64;
         loop {
             let [speed, rate] = leg_state(&flow);
-            let change = (speed * speed + k2 * rate * rate) / 2.0 / energy - 1.0;
+            let change = f64::midpoint(speed * speed, k2 * rate * rate) / energy - 1.0;
             largest = largest.max(change.abs());
             if flow.time() >= 60.0 {
                 return (largest, change, [speed, rate]);
