@@ -12,7 +12,7 @@ use core::fmt;
 pub enum Symmetry {
     /// It is: the step can be composed.
     AnyLegs,
-    /// A kinematic constraint is of order 0 or 1.
+    /// A constraint is of order 0 or 1: one of positions or of velocities.
     LowerOrder,
     /// `∂L/∂v` depends on the position, or is not linear in the velocity.
     Momentum,
@@ -31,7 +31,7 @@ impl fmt::Display for Symmetry {
         f.write_str(match self {
             Self::AnyLegs => "the step is symmetric with legs of any lengths",
             Self::LowerOrder => {
-                "a kinematic constraint is of order 0 or 1, and binds more than value, slope and curvature at a node"
+                "a constraint of positions or velocities binds nodes and legs, and so more than value, slope and curvature at a node"
             }
             Self::Momentum => {
                 "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"
