@@ -1,6 +1,6 @@
 //! The geometry of the discrete flow: Legendre transforms, forms, the tangent map, and the paper's laws as figures.
 //!
-//! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`](crate::Leg): the node `q1` and the increment `q1 − q0`. As in the paper the discrete
+//! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`]: the node `q1` and the increment `q1 − q0`. As in the paper the discrete
 //! Lagrangian is not multiplied by the step, `L_d = L ∘ φ_{L_d}⁻¹`: its derivatives, the discrete [Legendre
 //! transforms](legendre_plus), are momenta over the time `h`, and so are the one-forms and `Ω_{L_d}`. What is called
 //! [momentum](momentum_plus) here is `h` times as much and has the units of a momentum.
