@@ -19,6 +19,7 @@ pub struct Rod {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
     nonholonomic = dot(z) - y * dot(x);
+    phi_lagrangian = midpoint;
 }]
 pub struct Skate {}
 
