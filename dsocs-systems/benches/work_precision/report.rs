@@ -8,6 +8,9 @@ use dsocs_systems::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Pa
 
 use crate::measure::Point;
 
+/// Solutions with a larger error, which have nothing to do with the motion any more, are left out of the pictures.
+const LARGEST: f64 = 1e2;
+
 /// The errors that are asked for.
 fn targets() -> impl Iterator<Item = f64> {
     (2..=11).map(|k| 10.0_f64.powi(-k))
@@ -130,7 +133,11 @@ fn picture(problem: &str, points: &[Point]) -> Figure {
         .map(|(place, solver)| Curve {
             points: points
                 .iter()
-                .filter(|point| point.solver == solver && point.max_error > 0.0)
+                .filter(|point| {
+                    point.solver == solver
+                        && (0.0..LARGEST).contains(&point.max_error)
+                        && point.max_error > 0.0
+                })
                 .map(|point| [point.seconds * 1e3, point.max_error])
                 .collect(),
             style: if solver.starts_with("dsocs") {
