@@ -5,7 +5,7 @@
 #![no_main]
 #![allow(dead_code, private_interfaces, unused_imports)]
 
-#[path = "../../dsocs-macros/src"]
+#[path = "../../../dsocs-macros/src"]
 mod macros {
     pub mod annihilator;
     pub mod ast;
