@@ -237,7 +237,10 @@ mod tests {
     #[test]
     fn ticks() {
         let close = |found: Vec<f64>, wanted: &[f64]| {
-            let apart = found.iter().zip(wanted).any(|(x, y)| (x - y).abs() > 1e-12 * y.abs());
+            let apart = found
+                .iter()
+                .zip(wanted)
+                .any(|(x, y)| (x - y).abs() > 1e-12 * y.abs());
             assert!(found.len() == wanted.len() && !apart, "{found:?} {wanted:?}");
         };
         close(linear_ticks((0.0, 2000.0)), &[0.0, 500.0, 1000.0, 1500.0, 2000.0]);
@@ -245,7 +248,10 @@ mod tests {
         close(linear_ticks((-1.9, 1.4)), &[-1.5, -1.0, -0.5, 0.0, 0.5, 1.0]);
         close(linear_ticks((480.0, 500.0)), &[480.0, 485.0, 490.0, 495.0, 500.0]);
         close(logarithmic_ticks((8e-4, 0.13)), &[1e-3, 1e-2, 1e-1]);
-        close(logarithmic_ticks((150.0, 2500.0)), &[200.0, 500.0, 1000.0, 2000.0]);
+        close(
+            logarithmic_ticks((150.0, 2500.0)),
+            &[200.0, 500.0, 1000.0, 2000.0],
+        );
         assert!(logarithmic_ticks((1e-300, 1e300)).len() < MOST_TICKS);
         assert!(linear_ticks((1.0, 1.0 + f64::EPSILON)).len() <= MOST_TICKS);
     }

@@ -48,8 +48,7 @@ pub(super) fn svg(figure: &Figure) -> String {
         Some(panel) if rows > 1 && !panel.x.label.is_empty() => LABEL,
         _ => 0.0,
     };
-    let height =
-        (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - label) / rows as f64;
+    let height = (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - label) / rows as f64;
     let width = (figure.size[0] - 2.0 * PADDING - SPACING * (columns - 1) as f64) / columns as f64;
     let left = figure.panels.iter().map(left_margin).fold(LEFT, f64::max);
     let mut svg = Svg::new(figure.size);
@@ -149,8 +148,16 @@ impl<'p> Axes<'p> {
         });
         svg.rectangle(area, "none", AXES);
         for (x, label) in &across {
-            svg.polyline([[*x, area.bottom()], [*x, area.bottom() + TICK[0]]], AXES, 1.0, None);
-            svg.text(label, &plain([*x, area.bottom() + TICK[1] + 0.4 * SIZES[1]], Anchor::Middle));
+            svg.polyline(
+                [[*x, area.bottom()], [*x, area.bottom() + TICK[0]]],
+                AXES,
+                1.0,
+                None,
+            );
+            svg.text(
+                label,
+                &plain([*x, area.bottom() + TICK[1] + 0.4 * SIZES[1]], Anchor::Middle),
+            );
         }
         for (y, label) in &down {
             svg.polyline([[area.left - TICK[0], *y], [area.left, *y]], AXES, 1.0, None);
@@ -191,7 +198,7 @@ impl<'p> Axes<'p> {
     fn curve(&self, svg: &mut Svg, curve: &Curve) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
         let points = curve.points.iter().filter(shown);
-        let mut points = points.map(|&[x, y]| [self.across(x), self.down(y)]);
+        let points = points.map(|&[x, y]| [self.across(x), self.down(y)]);
         match curve.style {
             Style::Line(width) => svg.polyline(points, curve.colour, width, None),
             Style::Dashed(width) => svg.polyline(points, curve.colour, width, Some(DASHES)),
@@ -298,10 +305,17 @@ mod tests {
 
     #[test]
     fn points_stand_where_the_axes_say() {
-        let svg = figure(vec![[0.0, 1.0], [1.0, f64::NAN], [1.5, -1.0], [1.0, 10.0]], Style::Line(1.0)).svg();
+        let svg = figure(
+            vec![[0.0, 1.0], [1.0, f64::NAN], [1.5, -1.0], [1.0, 10.0]],
+            Style::Line(1.0),
+        )
+        .svg();
         // the axes reach from 92 to 374 and from 18 to 238
         assert!(svg.contains("<polyline points=\"92,238 233,128\""), "{svg}");
-        assert!(svg.contains("<rect x=\"92\" y=\"18\" width=\"282\" height=\"220\" fill=\"none\""), "{svg}");
+        assert!(
+            svg.contains("<rect x=\"92\" y=\"18\" width=\"282\" height=\"220\" fill=\"none\""),
+            "{svg}"
+        );
     }
 
     #[test]

@@ -177,7 +177,11 @@ impl Svg {
 fn number(value: f64) -> String {
     let text = format!("{:.2}", value.clamp(-FARTHEST, FARTHEST));
     let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
 }
 
 /// Text as it stands between tags and in attributes.
