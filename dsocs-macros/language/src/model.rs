@@ -1,13 +1,15 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
 use proc_macro2::Ident;
-use syn::ItemStruct;
+use syn::{ItemStruct, Path};
 
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
 #[derive(Clone)]
 pub(crate) struct Model {
+    /// Where `dsocs-core` is found, if not under its own name.
+    pub(crate) core: Option<Path>,
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,
     /// The coordinates' names.

@@ -141,6 +141,7 @@ pub(crate) fn model(
     let elsewhere = phi_variational.is_some();
     let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
     Ok(Model {
+        core: declaration.core.given().cloned(),
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters: fields.parameters(),
