@@ -136,7 +136,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         e: &[f64; N],
     ) -> Result<(S::Unknown<f64>, Step<'_, S, N>), GeometryError> {
         let step = Step::new(self.system, &self.constants, *leg, self.h);
-        match step.solve_near(step.unknowns(e), &Predictor::new(), MAX_ITERATIONS) {
+        match step.solve_near(step.unknowns(e), &mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok((z, step)),
             Err(cause) => Err(failed(leg, cause)),
         }
