@@ -1,9 +1,9 @@
-//! Newton's iteration in lanes: the rules of [`crate::newton`] where they lead to a root by full updates alone.
+//! Newton's iteration in lanes: the rules of [`crate::step::newton`] where they lead to a root by full updates alone.
 
 use crate::lanes::{Lanes, Mask};
-use crate::newton::{LAST_UPDATE, MUCH_SMALLER, SETTLED};
 use crate::scalar::Scalar;
-use crate::unknown::{Linearization, Unknown};
+use crate::step::newton::{LAST_UPDATE, MUCH_SMALLER, SETTLED};
+use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
 const MAX_EVALUATIONS: u32 = 8;
@@ -77,13 +77,13 @@ pub(super) trait Equations {
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
 
-    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::newton::Equations`]).
+    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::step::newton::Equations`]).
     fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32;
 }
 
 /// Solves equations from `start`, in the lanes of `active`.
 ///
-/// A lane that gets a root gets, after as many evaluations, the root that [`crate::newton::solve`] finds. The lanes
+/// A lane that gets a root gets, after as many evaluations, the root that [`crate::step::newton::solve`] finds. The lanes
 /// that would take part of an update, or stagnate, are left.
 #[inline]
 pub(super) fn solve<E: Equations>(

@@ -6,9 +6,9 @@ use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::units;
 use crate::flow;
-use crate::predictor::Predictor;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
+use crate::step::predictor::Predictor;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
 

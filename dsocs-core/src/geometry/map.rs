@@ -5,13 +5,13 @@ use super::form::Displacement;
 use super::units;
 use crate::error::NewtonFailure;
 use crate::flow::{Flow, MAX_ITERATIONS};
-use crate::predictor::Predictor;
 use crate::regularity;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
+use crate::step::predictor::Predictor;
+use crate::step::unknown::Unknown;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
-use crate::unknown::Unknown;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
 const SAME: f64 = 1e-6;

@@ -2,10 +2,10 @@
 
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
-use crate::newton::{self, BENT, Equations as _, Root, relative};
-use crate::predictor::Predictor;
+use crate::step::newton::{self, BENT, Equations as _, Root, relative};
+use crate::step::predictor::Predictor;
+use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Leg, System};
-use crate::unknown::{Linearization, Unknown as _};
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;

@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 
 use crate::scalar::Scalar;
-use crate::unknown::Unknown;
+use crate::step::unknown::Unknown;
 
 /// The highest degree of the polynomial.
 const ORDER: usize = 5;

@@ -1,13 +1,21 @@
 //! One step: from a leg to the second difference that leads to the next node.
+//!
+//! [`unknown`] says what is looked for and solves linear rows, [`newton`] iterates from the guess of [`predictor`], and
+//! [`pair`] tells two roots apart.
+
+pub(crate) mod newton;
+mod pair;
+pub(crate) mod predictor;
+pub(crate) mod unknown;
 
 use crate::error::{NewtonFailure, StepFailure};
 use crate::multipliers::{self, has_multipliers};
-use crate::newton::{self, Equations, Root, Stop};
-use crate::predictor::Predictor;
 use crate::rounding;
 use crate::start;
 use crate::system::{Leg, System};
-use crate::unknown::{Linearization, Unknown};
+use newton::{Equations, Root, Stop};
+use predictor::Predictor;
+use unknown::{Linearization, Unknown};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
@@ -257,7 +265,6 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     }
 }
 
-mod pair;
 pub(crate) use pair::PAST;
 
 /// What is told of a root.

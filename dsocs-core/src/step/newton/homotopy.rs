@@ -6,7 +6,7 @@
 //! turns. Scaling rows or unknowns changes nothing of the path.
 
 use super::{Equations, Root, relative, solve};
-use crate::unknown::{Linearization, Unknown};
+use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows may be evaluated on the way.
 const MAX_EVALUATIONS: u32 = 2000;

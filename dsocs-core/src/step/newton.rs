@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use crate::error::{NewtonFailure, StepFailure};
-use crate::unknown::{Linearization, Unknown};
+use crate::step::unknown::{Linearization, Unknown};
 
 /// An update this small relative to the unknowns is the last: the error after it is its square.
 pub(crate) const LAST_UPDATE: f64 = 1e-9;

@@ -9,7 +9,7 @@
 //! a nonlinear system*, 1971). Newton's update for them is that of the rows, made longer or shorter.
 
 use super::{Equations, relative};
-use crate::unknown::Unknown;
+use crate::step::unknown::Unknown;
 
 /// How often the deflated rows are evaluated.
 const DEFLATED: u32 = 60;
