@@ -1,6 +1,7 @@
 //! A declaration as it stands on its tape, in any type of number.
 
-use crate::scalar::Scalar;
+use crate::rounding::Bounded;
+use crate::scalar::Scalar as _;
 use crate::system::{Leg, Point, System};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 
@@ -187,6 +188,27 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.all(Segment::Residual, Part::Head, &at)
     }
 
+    /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn bounds(&self, h: f64, leg: &Leg<f64, N>, z: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::H => Some(&h),
+                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::N(i) => leg.q.get(i),
+                Leaf::D(i) => leg.d.get(i),
+                Leaf::Z(i) => z.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Residual, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
     /// The Jacobian `∂row/∂z` of the rows, row by row.
     pub fn jacobian<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
         let at = At {
@@ -324,6 +346,16 @@ impl<'s, const N: usize> Declaration<'s, N> {
             ..At::NOWHERE
         };
         self.scalar(Segment::Energy, &at)
+    }
+
+    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`.
+    pub fn declared<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N], multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Declared, Part::All, &at)
     }
 
     /// The observed expressions at a point, as many as `out` has room for.

@@ -113,7 +113,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             let rows;
             if let Some(past) = self.past {
                 let known = self.system.known(self.constants, &past[place]);
-                rows = self.system.residual(self.constants, &known, z);
+                rows = self.system.linearize(self.constants, &known, z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
@@ -177,7 +177,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             };
             known = self.system.known(self.constants, &former);
         }
-        let rows = self.system.residual(self.constants, &known, z);
+        let rows = self.system.linearize(self.constants, &known, z);
         former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
     }
 

@@ -1,6 +1,6 @@
 //! The cold form of a declaration: its operations as bytes, and the one evaluator that walks them.
 //!
-//! What a run evaluates often is straight-line code ([`Compiled`](crate::system::Compiled)). All the rest, rounding bounds,
+//! What a run evaluates often is straight-line code ([`Compiled`](crate::compiled::Compiled)). All the rest, rounding bounds,
 //! derivatives, starts, certificates, geometry, checks, is evaluated rarely, and with many types of numbers: compiled, it
 //! would be most of the code of a system. So the attribute writes the same operations, in the same order, once more as a
 //! constant [`Tape`]. [`Number::walk`] evaluates it, compiled once for each type of number, in this crate.
@@ -74,9 +74,9 @@ pub enum Leaf {
 /// What a tape computes, in the order in which it stands there.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Segment {
-    /// What is known when the run begins, as [`Compiled::constants`](crate::system::Compiled::constants).
+    /// What is known when the run begins, as [`Compiled::constants`](crate::compiled::Compiled::constants).
     Constants,
-    /// What is known when the step begins, as [`Compiled::known`](crate::system::Compiled::known).
+    /// What is known when the step begins, as [`Compiled::known`](crate::compiled::Compiled::known).
     Known,
     /// The rows of the step, then their Jacobian by the unknowns, row by row.
     Residual,
@@ -108,10 +108,12 @@ pub enum Segment {
     Energy,
     /// The observed expressions.
     Observe,
+    /// The rows of a step as they were declared.
+    Declared,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::Observe as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::Declared as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

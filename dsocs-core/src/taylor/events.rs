@@ -101,7 +101,7 @@ impl<'e, const N: usize> Event<'e, N> {
             Source::Function(function) => function(point),
             Source::Observable(index) => {
                 let mut observed = vec![Jet::from(f64::NAN); S::OBSERVABLES.len()];
-                system.observe(point, &mut observed);
+                Declaration::of(system).observe(point, &mut observed);
                 observed.get(*index).copied().unwrap_or(Jet::from(f64::NAN))
             }
         }
