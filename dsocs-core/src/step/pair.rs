@@ -1,6 +1,7 @@
 //! Steps with two solutions.
 
 use super::{Guess, Step, StepReport, report};
+use crate::compiled::Compiled;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::step::newton::{self, BENT, Equations as _, Root, relative};
 use crate::step::predictor::Predictor;
@@ -25,7 +26,7 @@ pub(crate) const PAST: usize = 4;
 const FORMER: u32 = 4;
 
 /// The rows of a step, and their Jacobian.
-type Rows<S, const N: usize> = Linearization<f64, <S as System<N>>::Unknown<f64>>;
+type Rows<S, const N: usize> = Linearization<f64, <S as Compiled<N>>::Unknown<f64>>;
 
 /// One of two roots.
 enum Candidate {
@@ -189,7 +190,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
-        match newton::solve(self, start, &size, max_iterations, &mut |_| {}) {
+        match newton::solve(self, start, &size, max_iterations, &mut ()) {
             Ok(root) => Ok(report(root, Guess::Given)),
             Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
         }
@@ -212,7 +213,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         max_iterations: u32,
     ) -> Result<Pair<S::Unknown<f64>>, NewtonFailure> {
         let size = self.size(predictor);
-        let found = match self.solve(predictor, max_iterations) {
+        let found = match self.solve(&mut { *predictor }, max_iterations) {
             Ok(found) => found,
             Err(failure) if failure.reason == StepFailure::AmbiguousRoot => {
                 let vector = |values: &[f64]| {

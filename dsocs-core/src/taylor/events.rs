@@ -3,6 +3,7 @@
 use core::cell::RefCell;
 
 use super::Jets;
+use crate::declaration::Declaration;
 use super::error::TaylorError;
 use super::flow::{State, TaylorFlow};
 use super::jet::{Jet, Tape};

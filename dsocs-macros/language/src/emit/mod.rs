@@ -1,0 +1,113 @@
+//! From a checked declaration to its code; nothing here can fail.
+//!
+//! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
+//! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
+//! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
+//! recurrences of Taylor series.
+
+mod cold;
+mod hot;
+mod jets;
+mod program;
+mod stages;
+
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
+
+use self::cold::Expressions;
+use self::stages::{Energy, Stages};
+use crate::graph::NodeId;
+use crate::mechanics;
+use crate::model::{Model, ParameterField};
+use crate::passes;
+
+/// The struct as the user wrote it, and its `impl System`.
+pub(crate) fn expand(model: &Model) -> TokenStream {
+    let item = &model.item;
+    let system = system(model);
+    let jets = jets::jets(model);
+    quote! {
+        #item
+        #system
+        #jets
+    }
+}
+
+/// The implementations of the declaration, hot and cold.
+fn system(model: &Model) -> TokenStream {
+    let mut graph = model.graph.clone();
+    let step = mechanics::step(model, &mut graph);
+    let unknowns = passes::choose(
+        &mut graph,
+        &step.rows,
+        model.coordinates.len(),
+        step.multipliers,
+    );
+    let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
+    let expressions = Expressions::new(model);
+    let energy = Energy::new(expressions.graph(), expressions.energy);
+    let stages = Stages::new(&graph, &step, &unknowns, energy);
+    let metadata = metadata(model);
+    let compiled = hot::compiled(model, &graph, &stages, &unknowns);
+    let source = cold::source(model, &stages, (&graph, &declared), &expressions);
+    quote! {
+        #metadata
+        #compiled
+        #source
+    }
+}
+
+/// The `impl System`: names, and access to the parameters by their place.
+fn metadata(model: &Model) -> TokenStream {
+    let name = &model.item.ident;
+    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    let coordinates = model.coordinates.iter().map(plain);
+    let observables = model.observe.iter().map(|(name, _)| plain(name));
+    let parameters = model.parameters.iter().map(|field| {
+        let (name, doc) = (&field.name, &field.doc);
+        quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
+    });
+    let indices: Vec<_> = (0..model.parameters.len())
+        .map(Literal::usize_unsuffixed)
+        .collect();
+    let fields: Vec<_> = model.parameters.iter().map(ParameterField::read).collect();
+    quote! {
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
+            const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
+            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
+            const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+
+            fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
+                match index {
+                    #(#indices => ::core::option::Option::Some(#fields),)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+
+            fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
+                match index {
+                    #(#indices => ::core::option::Option::Some(&mut #fields),)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+        }
+    }
+}
+
+/// A name without the mark of a raw identifier.
+fn plain(name: &Ident) -> String {
+    let name = name.to_string();
+    name.strip_prefix("r#").unwrap_or(&name).to_owned()
+}
+
+/// `[[a, b], [c, d]]` of rows.
+fn matrix(rows: &[TokenStream], width: usize) -> TokenStream {
+    let rows = rows.chunks(width.max(1)).map(|row| quote!([#(#row),*]));
+    quote!([#(#rows),*])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,321 @@
+//! Straight-line code of a [`Program`].
+
+use std::collections::{BTreeSet, HashMap};
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::{quote, quote_spanned};
+
+use super::schedule::{Product, Schedule};
+use super::{Given, Op, Program, Stored, Value};
+use crate::graph::{Callee, Comparison, Leaf, Param};
+
+/// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
+/// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
+const MOST_SCOPES: usize = 200;
+
+/// The time that the compiler takes for a function grows faster than the function: longer code is several functions.
+const LONGEST_FUNCTION: usize = 2000;
+
+impl Program<'_> {
+    /// Straight-line code for `outputs`: the statements, then an expression for each output.
+    ///
+    /// `given` values come from the arrays `constants` and `known`, leaves from `leaf`. Names begin with `prefix`.
+    pub(crate) fn code(
+        &self,
+        outputs: &[Value],
+        given: &Given,
+        prefix: &str,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> (TokenStream, Vec<TokenStream>) {
+        let schedule = self.schedule(outputs, given);
+        // numbered in the order in which they are computed, so that the code shows nothing of how it came about
+        let names: HashMap<Value, Ident> = schedule
+            .values
+            .iter()
+            .enumerate()
+            // mixed-site hygiene: no name of ours can capture one of the user's
+            .map(|(place, &value)| (value, Ident::new(&format!("{prefix}{place}"), Span::mixed_site())))
+            .collect();
+        let operand = |value: Value| match (names.get(&value), self.op(value)) {
+            (Some(name), _) => quote!(#name),
+            (None, Op::Constant(bits)) => number(bits.get()),
+            (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
+        };
+        let statement = |value: Value| {
+            let name = &names[&value];
+            let right = match given.get(&value) {
+                Some(&place) => stored(place),
+                None => self.operation(value, &schedule, &operand, leaf),
+            };
+            quote!(let #name = #right;)
+        };
+        // what an operation reads, with what the reciprocals read that were folded into it
+        let reads = |value: Value| -> Vec<Value> {
+            if given.contains_key(&value) {
+                return Vec::new();
+            }
+            let mut reads = self.op(value).parts();
+            for place in 0..reads.len() {
+                if schedule.folded.contains(&reads[place]) {
+                    reads.extend(self.op(reads[place]).parts());
+                }
+            }
+            reads
+        };
+        // what stands in the arguments may be read in every function by itself
+        let (loads, computed): (Vec<Value>, Vec<Value>) = schedule
+            .values
+            .iter()
+            .partition(|&value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
+        let mut last_use: HashMap<Value, usize> =
+            outputs.iter().map(|&output| (output, usize::MAX)).collect();
+        for (place, &value) in computed.iter().enumerate().rev() {
+            for part in reads(value) {
+                last_use.entry(part).or_insert(place);
+            }
+        }
+        let layout = Layout {
+            names: &names,
+            last_use: &last_use,
+            statement: &statement,
+            reads: &reads,
+        };
+        let results = outputs.iter().map(|&output| operand(output)).collect();
+        (layout.functions(&loads, &computed, outputs), results)
+    }
+
+    fn operation(
+        &self,
+        value: Value,
+        schedule: &Schedule,
+        operand: &dyn Fn(Value) -> TokenStream,
+        leaf: &dyn Fn(Leaf) -> TokenStream,
+    ) -> TokenStream {
+        let operand = |value: &Value| operand(*value);
+        match self.op(value) {
+            Op::Constant(bits) => number(bits.get()),
+            Op::Leaf(which) => leaf(*which),
+            Op::Param(param) => match self.graph.read_param(*param) {
+                Param::Number(place) => {
+                    let place = Literal::usize_unsuffixed(place);
+                    quote!(parameters[#place])
+                }
+                Param::Expression(tokens) => quote!(__T::splat(#tokens)),
+            },
+            Op::Neg(a) => {
+                let a = operand(a);
+                quote!(-#a)
+            }
+            Op::Add(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a + #b)
+            }
+            Op::Sub(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(#a - #b)
+            }
+            Op::Mul(a, b) => match schedule.product(self, *a, *b) {
+                Product::Of(a, b) => {
+                    let (a, b) = (operand(&a), operand(&b));
+                    quote!(#a * #b)
+                }
+                Product::Quotient(top, bottom) => {
+                    let (top, bottom) = (operand(&top), operand(&bottom));
+                    quote!(#top / #bottom)
+                }
+            },
+            Op::Recip(a) => {
+                let a = operand(a);
+                quote!(__T::recip(#a))
+            }
+            Op::Powi(a, n) => {
+                let (a, n) = (operand(a), Literal::i32_unsuffixed(*n));
+                quote!(__T::powi(#a, #n))
+            }
+            Op::Unary(op, a) => {
+                let (function, a) = (Ident::new(op.name(), Span::call_site()), operand(a));
+                quote!(__T::#function(#a))
+            }
+            Op::Powf(a, b) => {
+                let (a, b) = (operand(a), operand(b));
+                quote!(__T::powf(#a, #b))
+            }
+            Op::Atan2(y, x) => {
+                let (y, x) = (operand(y), operand(x));
+                quote!(__T::atan2(#y, #x))
+            }
+            Op::Select(op, parts) => {
+                let function = match op {
+                    Comparison::Lt => quote!(select_lt),
+                    Comparison::Le => quote!(select_le),
+                };
+                let parts = parts.iter().map(operand);
+                quote!(__T::#function(#(#parts),*))
+            }
+            Op::Call { callee, args, wrt } => {
+                let args: Vec<_> = args.iter().map(operand).collect();
+                call(self.graph.callee(*callee), &args, wrt)
+            }
+        }
+    }
+}
+
+/// Where a value stands that another method has computed.
+fn stored(place: Stored) -> TokenStream {
+    match place {
+        Stored::Constants(place) => {
+            let place = Literal::usize_unsuffixed(place);
+            quote!(constants[#place])
+        }
+        Stored::Known(place) => {
+            let place = Literal::usize_unsuffixed(place);
+            quote!(known[#place])
+        }
+    }
+}
+
+/// How statements are cut into blocks and functions.
+struct Layout<'a> {
+    names: &'a HashMap<Value, Ident>,
+    /// The place of the statement that reads a value last.
+    last_use: &'a HashMap<Value, usize>,
+    statement: &'a dyn Fn(Value) -> TokenStream,
+    /// What a statement reads.
+    reads: &'a dyn Fn(Value) -> Vec<Value>,
+}
+
+impl Layout<'_> {
+    /// The statements; if they are too many for one function, in several, each of which reads the arguments by itself.
+    fn functions(&self, loads: &[Value], computed: &[Value], outputs: &[Value]) -> TokenStream {
+        let statements = |values: &[Value]| -> TokenStream {
+            values.iter().map(|&value| (self.statement)(value)).collect()
+        };
+        if computed.len() <= LONGEST_FUNCTION {
+            let (loads, code) = (statements(loads), self.blocks(computed, 0));
+            return quote!(#loads #code);
+        }
+        let mut functions = TokenStream::new();
+        for (part, values) in computed.chunks(LONGEST_FUNCTION).enumerate() {
+            let start = part * LONGEST_FUNCTION;
+            let read: BTreeSet<Value> = values.iter().flat_map(|&value| (self.reads)(value)).collect();
+            let own: Vec<Value> = loads.iter().copied().filter(|load| read.contains(load)).collect();
+            let (own, code, lasting) = (
+                statements(&own),
+                self.blocks(values, start),
+                self.lasting(values, start),
+            );
+            functions.extend(quote! {
+                let [#(#lasting),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#lasting),*] });
+            });
+        }
+        let last: Vec<Value> = loads
+            .iter()
+            .copied()
+            .filter(|load| outputs.contains(load))
+            .collect();
+        let last = statements(&last);
+        quote!(#functions #last)
+    }
+
+    /// The statements of one function, the first of which has place `start`; if they are many, in blocks.
+    fn blocks(&self, values: &[Value], start: usize) -> TokenStream {
+        let mut blocks = TokenStream::new();
+        for (block, part) in values.chunks(MOST_SCOPES).enumerate() {
+            let code: TokenStream = part.iter().map(|&value| (self.statement)(value)).collect();
+            if values.len() <= MOST_SCOPES {
+                return code;
+            }
+            let lasting = self.lasting(part, start + block * MOST_SCOPES);
+            blocks.extend(quote!(let [#(#lasting),*] = { #code [#(#lasting),*] };));
+        }
+        blocks
+    }
+
+    /// Those of some values, the first of which has place `start`, that are read after the last of them.
+    fn lasting(&self, values: &[Value], start: usize) -> Vec<&Ident> {
+        let end = start + values.len();
+        let lasts = |value: &&Value| self.last_use.get(value).is_some_and(|&place| place >= end);
+        values
+            .iter()
+            .filter(lasts)
+            .map(|value| &self.names[value])
+            .collect()
+    }
+}
+
+/// A number as the generic scalar.
+fn number(value: f64) -> TokenStream {
+    let literal = if value.is_nan() {
+        quote!(f64::NAN)
+    } else if value.is_infinite() {
+        if value > 0.0 {
+            quote!(f64::INFINITY)
+        } else {
+            quote!(f64::NEG_INFINITY)
+        }
+    } else {
+        let magnitude = Literal::f64_unsuffixed(value.abs());
+        if value < 0.0 {
+            quote!(-#magnitude)
+        } else {
+            quote!(#magnitude)
+        }
+    };
+    quote!(__T::splat(#literal))
+}
+
+/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
+/// the partial derivative asks, seeded one argument a level.
+fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    let span = callee.span();
+    let lane = Ident::new("lane", Span::mixed_site());
+    let args: Vec<_> = args
+        .iter()
+        .map(|arg| quote_spanned!(span=> __T::lane(#arg, #lane)))
+        .collect();
+    let result = plain_call(callee, &args, wrt);
+    quote_spanned!(span=> __T::from_lanes(|#lane| [#result])[0])
+}
+
+/// A call of the user's function with plain numbers: its value, or the derivative by some arguments.
+pub(super) fn plain_call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    // everything at the user's name, so that rustc's word on a wrong function points there
+    let span = callee.span();
+    let args: Vec<_> = args
+        .iter()
+        .enumerate()
+        .map(|(place, arg)| seed(span, arg, place, wrt))
+        .collect();
+    let result = match callee {
+        Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
+        Callee::Method(method) => {
+            let (receiver, rest) = (&args[0], &args[1..]);
+            quote_spanned!(span=> (#receiver).#method(#(#rest),*))
+        }
+    };
+    let parts = wrt.iter().map(|_| Ident::new("eps", span));
+    quote_spanned!(span=> #result #(.#parts)*)
+}
+
+fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
+    match wrt.split_first() {
+        None => value.clone(),
+        Some((&first, rest)) => {
+            let inner = seed(span, value, place, rest);
+            let tangent = seed_constant(span, if first == place { 1.0 } else { 0.0 }, rest.len());
+            quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #tangent))
+        }
+    }
+}
+
+fn seed_constant(span: Span, value: f64, depth: usize) -> TokenStream {
+    if depth == 0 {
+        let value = Literal::f64_suffixed(value);
+        return quote!(#value);
+    }
+    let (inner, zero) = (
+        seed_constant(span, value, depth - 1),
+        seed_constant(span, 0.0, depth - 1),
+    );
+    quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #zero))
+}

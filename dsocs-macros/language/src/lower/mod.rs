@@ -1,0 +1,354 @@
+//! The declaration's expressions → nodes of one graph: names resolved, the order of each expression known.
+
+mod builtin;
+mod call;
+mod closed;
+mod constraints;
+mod discrete;
+mod expr;
+mod function;
+mod index;
+mod map;
+mod shape;
+
+use proc_macro2::{Ident, TokenStream};
+use syn::{Expr, ItemStruct};
+
+use crate::ast::{
+    Branch, Constraints, Coordinates, Declaration, Directions, Group, Map, Observe, Part, Scalar,
+};
+use crate::errors::{Errors, Reported};
+use crate::graph::{Graph, NodeId};
+use crate::input::Fields;
+use crate::model::{Kind, Model, ParameterField};
+use crate::names::{Binding, Scope, did_you_mean};
+use crate::parse::bare;
+
+/// A node, unless a mistake was reported.
+type Lowered = Result<NodeId, Reported>;
+
+/// Where a derivative enters an expression.
+#[derive(Clone, Debug)]
+struct Origin {
+    tokens: TokenStream,
+    order: usize,
+}
+
+/// The state of the pass.
+struct Lowering<'d> {
+    graph: Graph,
+    fields: &'d Fields,
+    /// The coordinates as they were declared.
+    groups: &'d [Group],
+    /// All coordinates, those of arrays one by one.
+    coordinates: &'d [Ident],
+    errors: &'d Errors,
+    scope: Scope,
+    /// The component of the vector being lowered; `Some` in the maps only.
+    component: Option<usize>,
+    /// What a discrete expression is made of; `Some` while one is lowered.
+    discrete: Option<discrete::Nodes>,
+    /// The names of all `let`s, to tell an unknown name from one that is defined too late.
+    later: Vec<String>,
+    /// Those of them that are functions.
+    functions: Vec<String>,
+    /// How many terms of sums and calls of functions have been written out.
+    expanded: usize,
+    /// The derivatives in the expression being lowered, inner ones first.
+    origins: Vec<Origin>,
+}
+
+/// Lowers a declaration whose shape has been checked, with the result `checked`.
+pub(crate) fn model(
+    declaration: &Declaration,
+    item: &ItemStruct,
+    fields: &Fields,
+    checked: Result<(), Reported>,
+    errors: &Errors,
+) -> Result<Model, Reported> {
+    let Coordinates {
+        groups,
+        names: coordinates,
+        ..
+    } = match &declaration.coordinates {
+        Part::Given(coordinates) => coordinates,
+        Part::Broken(reported) => return Err(*reported),
+        Part::Absent => return Err(errors.missing("coordinates(x, y);")),
+    };
+    let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
+    let outer = lowering.scope.len();
+    for binding in &declaration.lets {
+        lowering.origins.clear();
+        let value = match &binding.value {
+            Ok(value) => lowering.binding(value),
+            Err(reported) => Binding::Let(Err(*reported)),
+        };
+        lowering.scope.push(&binding.name, value);
+    }
+    let scopes = Scopes {
+        all: lowering.scope.clone(),
+        outer,
+    };
+
+    // every part is lowered before the first mistake ends the pass, so that all are reported
+    let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
+    let mut rows = |part, kind| {
+        scopes.part(&mut lowering, part, |lowering, constraints| {
+            lowering.constraints(constraints, kind)
+        })
+    };
+    let holonomic = rows(&declaration.holonomic, Kind::Holonomic);
+    let nonholonomic = rows(&declaration.nonholonomic, Kind::Nonholonomic);
+    let kinematic = rows(&declaration.kinematic, Kind::Kinematic);
+    let directions = scopes.part(&mut lowering, &declaration.directions, Lowering::fields);
+    let branch = scopes.part(&mut lowering, &declaration.branch, Lowering::branch);
+    let observe = scopes.part(&mut lowering, &declaration.observe, Lowering::observe);
+    let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::pairs);
+    let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::triple);
+    let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
+    let phi_lagrangian = phi_lagrangian.map(|map| map.unwrap_or_else(|| lowering.paper_pairs()));
+    let phi_kinematic = phi_kinematic.map(Option::flatten);
+    let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
+    let discrete_lagrangian = scopes.part(
+        &mut lowering,
+        &declaration.discrete_lagrangian,
+        |lowering, value| lowering.discrete_lagrangian(&value.value, &maps),
+    );
+    let discrete_kinematic = scopes.part(
+        &mut lowering,
+        &declaration.discrete_kinematic,
+        |lowering, rows| lowering.discrete_kinematic(rows, &maps),
+    );
+
+    let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
+    checked?;
+    let lagrangian = lagrangian?;
+    let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
+    let mut kinematic = kinematic?.unwrap_or_default();
+    for (row, factor) in kinematic.iter_mut().zip(branch?.unwrap_or_default()) {
+        row.divide = factor;
+    }
+    for (row, discrete) in kinematic.iter_mut().zip(discrete_kinematic?.unwrap_or_default()) {
+        row.discrete = Some(discrete);
+    }
+    let constraints = [holonomic, nonholonomic, kinematic].concat();
+    let phi_kinematic = phi_kinematic?;
+    // the paper sets φ_{D_V} := φ_{D_K}
+    let phi_variational = match phi_variational? {
+        Some(own) => own,
+        None => phi_kinematic.clone(),
+    };
+    let elsewhere = phi_variational.is_some();
+    let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
+    let parameters = fields.parameters();
+    let mut graph = lowering.graph;
+    graph.set_numbers(parameters.iter().map(ParameterField::read));
+    Ok(Model {
+        item: item.clone(),
+        coordinates: coordinates.clone(),
+        parameters,
+        lagrangian,
+        constraints,
+        forms,
+        displacements,
+        discrete_lagrangian: discrete_lagrangian?,
+        phi_lagrangian: phi_lagrangian?,
+        phi_variational,
+        phi_kinematic,
+        observe: observe?.unwrap_or_default(),
+        graph,
+    })
+}
+
+/// A statement that may use the `let`s before it.
+trait AfterLets {
+    /// How many `let`s stand before.
+    fn lets_before(&self) -> usize;
+}
+
+macro_rules! after_lets {
+    ($($part:ty),*) => {
+        $(impl AfterLets for $part {
+            fn lets_before(&self) -> usize {
+                self.lets_before
+            }
+        })*
+    };
+}
+
+after_lets!(Scalar, Constraints, Directions, Branch, Observe);
+
+impl AfterLets for Map {
+    fn lets_before(&self) -> usize {
+        // a map uses no `let`; it knows them all to say so
+        usize::MAX
+    }
+}
+
+/// The scopes of the statements.
+struct Scopes {
+    all: Scope,
+    outer: usize,
+}
+
+impl Scopes {
+    fn part<'d, P: AfterLets, T>(
+        &self,
+        lowering: &mut Lowering<'d>,
+        part: &Part<P>,
+        lower: impl FnOnce(&mut Lowering<'d>, &P) -> Result<T, Reported>,
+    ) -> Result<Option<T>, Reported> {
+        match part {
+            Part::Absent => Ok(None),
+            Part::Broken(reported) => Err(*reported),
+            Part::Given(part) => {
+                lowering.scope = self.all.clone();
+                lowering
+                    .scope
+                    .truncate(self.outer.saturating_add(part.lets_before()));
+                lower(lowering, part).map(Some)
+            }
+        }
+    }
+}
+
+impl<'d> Lowering<'d> {
+    /// The state before the first `let`.
+    fn new(
+        declaration: &Declaration,
+        groups: &'d [Group],
+        coordinates: &'d [Ident],
+        fields: &'d Fields,
+        errors: &'d Errors,
+    ) -> Self {
+        let mut lowering = Lowering {
+            graph: Graph::new(),
+            fields,
+            groups,
+            coordinates,
+            errors,
+            scope: Scope::default(),
+            component: None,
+            discrete: None,
+            later: declaration
+                .lets
+                .iter()
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            functions: declaration
+                .lets
+                .iter()
+                .filter(
+                    |binding| matches!(&binding.value, Ok(value) if matches!(bare(value), Expr::Closure(_))),
+                )
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            expanded: 0,
+            origins: Vec::new(),
+        };
+        // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
+        for (index, field) in fields.iter().enumerate() {
+            lowering.scope.push(&field.ident, Binding::Field(index));
+        }
+        for (index, name) in coordinates.iter().enumerate() {
+            lowering.scope.push(name, Binding::Coordinate(index));
+        }
+        for (index, group) in groups.iter().enumerate() {
+            if group.length.is_some() {
+                lowering.scope.push(&group.name, Binding::Array(index));
+            }
+        }
+        lowering
+    }
+}
+
+impl Lowering<'_> {
+    fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
+        self.below(
+            2,
+            &lagrangian.value,
+            "an acceleration comes in here; expected a Lagrangian of positions and velocities, L(q, v)",
+        )
+    }
+
+    /// An expression of derivatives below an order.
+    fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
+        self.origins.clear();
+        let value = self.expr(expr)?;
+        if self.graph.order(value).is_none_or(|order| order < limit) {
+            return Ok(value);
+        }
+        let origin = self
+            .origins
+            .iter()
+            .find(|origin| origin.order >= limit)
+            .map(|origin| origin.tokens.clone());
+        Err(match origin {
+            Some(origin) => self.errors.at(origin, message),
+            None => self.errors.at(expr, message),
+        })
+    }
+
+    fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
+        let factors = branch.factors.iter().map(|factor| match factor {
+            Ok(Some(factor)) => self.factor(factor).map(Some),
+            Ok(None) => Ok(None),
+            Err(reported) => Err(*reported),
+        });
+        // collected twice, so that the first mistake does not hide the others
+        let factors: Vec<_> = factors.collect();
+        factors.into_iter().collect()
+    }
+
+    fn factor(&mut self, factor: &Expr) -> Lowered {
+        let value = self.below(
+            2,
+            factor,
+            "an acceleration comes in here; expected a factor of positions and velocities",
+        )?;
+        if self.graph.order(value).is_none() {
+            return Err(self.errors.at(
+                factor,
+                "expected a factor that depends on positions or velocities; dividing by another one changes no root",
+            ));
+        }
+        Ok(value)
+    }
+
+    fn observe(&mut self, observe: &Observe) -> Result<Vec<(Ident, NodeId)>, Reported> {
+        let mut seen: Vec<&Ident> = Vec::new();
+        let mut observed = Vec::new();
+        for name in &observe.names {
+            let name = match name {
+                Ok(name) => name,
+                Err(reported) => {
+                    observed.push(Err(*reported));
+                    continue;
+                }
+            };
+            let value = match self.scope.get(name) {
+                _ if seen.contains(&name) => {
+                    Err(self.errors.at(name, format!("`{name}` is observed already")))
+                }
+                Some(Binding::Let(value)) => *value,
+                Some(other) => {
+                    let message = format!("expected the name of a `let`, but `{name}` is {}", other.kind());
+                    Err(self.errors.at(name, message))
+                }
+                None => {
+                    let text = name.to_string();
+                    let message = if self.later.contains(&text) {
+                        format!("`{text}` is defined further down; expected its `let` before this use")
+                    } else {
+                        let lets = self.scope.names(|binding| matches!(binding, Binding::Let(_)));
+                        format!("no `let` is called `{text}`{}", did_you_mean(&text, lets))
+                    };
+                    Err(self.errors.at(name, message))
+                }
+            };
+            seen.push(name);
+            observed.push(value.map(|value| (name.clone(), value)));
+        }
+        observed.into_iter().collect()
+    }
+}

@@ -1,0 +1,126 @@
+//! What a wrong declaration becomes beside its errors: an implementation that type-checks and is never run.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::{Generics, Ident};
+
+/// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
+/// where the type is used.
+#[allow(clippy::too_many_lines)] // one trait, quoted
+pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
+    let (generics, arguments, bounds) = generics.split_for_impl();
+    // a name that no parameter of the user's has: an associated type may not shadow one
+    let scalar = quote!(__DsocsScalar);
+    let bound = quote!(#scalar: ::dsocs_core::__private::Scalar);
+    let names = (0..n).map(|_| quote!(""));
+    let known = quote!(constants: &Self::Constants<#scalar>, known: &Self::Known<#scalar>);
+    quote! {
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::System<#n> for #ident #arguments #bounds {
+            const COORDINATES: [&'static str; #n] = [#(#names),*];
+            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[];
+            const OBSERVABLES: &'static [&'static str] = &[];
+
+            fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
+                ::core::unreachable!()
+            }
+            fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
+                ::core::unreachable!()
+            }
+        }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::__private::Source for #ident #arguments #bounds {
+            fn tape(&self) -> &'static ::dsocs_core::__private::Tape {
+                ::core::unreachable!()
+            }
+            fn value(&self, parameter: usize) -> f64 {
+                ::core::unreachable!()
+            }
+            fn call(&self, which: usize, arguments: &[f64]) -> f64 {
+                ::core::unreachable!()
+            }
+        }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::__private::Compiled<#n> for #ident #arguments #bounds {
+            type Parameters<#bound> = [#scalar; 0];
+            type Unknown<#bound> = [#scalar; #n];
+            type Constants<#bound> = [#scalar; 0];
+            type Known<#bound> = [#scalar; 0];
+            type Motion = [f64; #n];
+
+            fn parameters<#bound>(&self) -> Self::Parameters<#scalar> {
+                ::core::unreachable!()
+            }
+            fn constants<#bound>(
+                &self,
+                parameters: &Self::Parameters<#scalar>,
+                h: #scalar,
+            ) -> Self::Constants<#scalar> {
+                ::core::unreachable!()
+            }
+            fn known<#bound>(
+                &self,
+                constants: &Self::Constants<#scalar>,
+                leg: &::dsocs_core::Leg<#scalar, #n>,
+            ) -> Self::Known<#scalar> {
+                ::core::unreachable!()
+            }
+            fn linearize<#bound>(
+                &self,
+                #known,
+                z: &Self::Unknown<#scalar>,
+            ) -> ::dsocs_core::__private::Linearization<#scalar, Self::Unknown<#scalar>> {
+                ::core::unreachable!()
+            }
+            fn unknown<#bound>(
+                &self,
+                e: &[#scalar; #n],
+                multipliers: &[#scalar],
+            ) -> Self::Unknown<#scalar> {
+                ::core::unreachable!()
+            }
+            fn second_difference<#bound>(
+                &self,
+                #known,
+                z: &Self::Unknown<#scalar>,
+            ) -> [#scalar; #n] {
+                ::core::unreachable!()
+            }
+            fn report<#bound>(
+                &self,
+                #known,
+                leg: &::dsocs_core::Leg<#scalar, #n>,
+                e: &[#scalar; #n],
+            ) -> ::dsocs_core::__private::Report<#scalar, #n> {
+                ::core::unreachable!()
+            }
+        }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::taylor::Jets<#n> for #ident #arguments #bounds {
+            type Fixed = [f64; 0];
+            type Table = ::dsocs_core::taylor::Table<0, 0, 0>;
+
+            fn fixed(
+                &self,
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
+            ) -> Self::Fixed {
+                ::core::unreachable!()
+            }
+            fn expand<const __DSOCS_FUSED: bool>(
+                &self,
+                fixed: &Self::Fixed,
+                series: &mut ::dsocs_core::taylor::Series<#n>,
+                table: &mut Self::Table,
+            ) {
+                ::core::unreachable!()
+            }
+        }
+    }
+}
