@@ -62,6 +62,10 @@
 // tests ask for exact values where they are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
+// declared systems of the tests call this crate by its name
+#[cfg(test)]
+extern crate self as dsocs_core;
+
 mod clock;
 mod compensated;
 mod compiled;
