@@ -260,7 +260,7 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
         unknowns: PhantomData,
     };
     let zero = U::zero();
-    match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
+    match newton::solve_apart(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
         Ok(root) => Ok((
             equations.point(&root.z).a,
             of_motion::<N>(root.z.as_ref()).to_vec(),

@@ -44,6 +44,13 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
     })
 }
 
+/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q`, in units of `L` per unit of
+/// the coordinate.
+#[must_use]
+pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<f64, N>) -> [f64; N] {
+    Declaration::of(system).continuous_force(point)
+}
+
 /// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
 ///
 /// # Errors

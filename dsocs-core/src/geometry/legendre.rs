@@ -27,6 +27,12 @@ fn derivative<S: System<N>, const N: usize>(
     })
 }
 
+/// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg (paper, section 3: it is not multiplied by `h`).
+#[must_use]
+pub fn discrete_lagrangian<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>) -> f64 {
+    Declaration::of(system).discrete_lagrangian(h, leg)
+}
+
 /// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the coordinate
 /// (paper, section 3: `L_d` is not multiplied by `h`).
 #[must_use]
