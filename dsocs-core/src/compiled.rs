@@ -1,6 +1,5 @@
 //! The hot form of a declaration: what a run evaluates often, as straight-line code.
 
-use crate::composition::Symmetry;
 use crate::scalar::Scalar;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Leg, Point};
@@ -30,22 +29,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// Whether rows were multiplied by more than a number (see [`Compiled::scales`]).
     const SCALED: bool = false;
 
-    /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
-    /// given by fields.
-    const FORMS: usize = 0;
-
-    /// How many holonomic constraints there are.
-    const HOLONOMIC: usize = 0;
-
-    /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
-    const NONHOLONOMIC: usize = 0;
-
     /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
     /// are not watched for a second root nearby.
     const DIVIDED: bool = false;
-
-    /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
-    const SYMMETRY: Symmetry = Symmetry::Unknown;
 
     /// The values of the parameters, in order.
     fn parameters<T: Scalar>(&self) -> Self::Parameters<T>;

@@ -1,6 +1,7 @@
 //! What a system is to its user.
 
 use crate::compiled::Compiled;
+use crate::composition::Symmetry;
 use crate::declaration::Declaration;
 use crate::multipliers;
 
@@ -75,6 +76,19 @@ pub trait System<const N: usize>: Compiled<N> {
     const PARAMETERS: &'static [Parameter];
     /// The names of the observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [&'static str];
+
+    /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
+    /// given by fields.
+    const FORMS: usize = 0;
+
+    /// How many holonomic constraints there are.
+    const HOLONOMIC: usize = 0;
+
+    /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
+    const NONHOLONOMIC: usize = 0;
+
+    /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
+    const SYMMETRY: Symmetry = Symmetry::Unknown;
 
     /// The value of parameter `index`, or `None` beyond the last.
     fn parameter(&self, index: usize) -> Option<f64>;

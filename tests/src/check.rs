@@ -7,6 +7,7 @@ use dsocs_core::{Leg, Point, Real, System};
 use num_dual::Dual64;
 
 use crate::independent::{self, Declaration};
+use crate::tape;
 
 /// How far two evaluations of one number may differ, relative to what rounding the nodes can do.
 ///

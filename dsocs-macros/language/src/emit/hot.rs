@@ -9,8 +9,7 @@ use super::matrix;
 use super::program::Value;
 use super::stages::Stages;
 use crate::graph::{Graph, Leaf, NodeId};
-use crate::mechanics::Symmetry;
-use crate::model::{Kind, Model};
+use crate::model::Model;
 use crate::passes::Unknowns;
 
 /// Where a leaf stands in the arguments of the generated methods.
@@ -88,45 +87,25 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
         .iter()
         .any(|&scale| graph.as_constant(scale).is_none());
     let divided = model.constraints.iter().any(|row| row.divide.is_some());
-    let symmetry = symmetry(model);
     let n = model.coordinates.len();
-    let [parameters, m, constants, known, motion, forms, holonomic, nonholonomic] = [
+    let [parameters, m, constants, known, motion] = [
         model.parameters.len(),
         unknowns.kept.len(),
         stages.constants_count(),
         stages.known.len(),
         n + model.multipliers(),
-        stages.forms.len() / n.max(1),
-        model.count(Kind::Holonomic),
-        model.count(Kind::Nonholonomic),
     ]
     .map(Literal::usize_unsuffixed);
     quote! {
         const LINEAR: bool = #linear;
         const SCALED: bool = #scaled;
         const DIVIDED: bool = #divided;
-        const FORMS: usize = #forms;
-        const HOLONOMIC: usize = #holonomic;
-        const NONHOLONOMIC: usize = #nonholonomic;
-        const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
 
         type Parameters<__T: ::dsocs_core::__private::Scalar> = [__T; #parameters];
         type Unknown<__T: ::dsocs_core::__private::Scalar> = [__T; #m];
         type Constants<__T: ::dsocs_core::__private::Scalar> = [__T; #constants];
         type Known<__T: ::dsocs_core::__private::Scalar> = [__T; #known];
         type Motion = [f64; #motion];
-    }
-}
-
-/// Whether the step is symmetric: a variant of `dsocs_core::Symmetry`.
-fn symmetry(model: &Model) -> TokenStream {
-    match Symmetry::decide(model) {
-        Symmetry::AnyLegs => quote!(AnyLegs),
-        Symmetry::LowerOrder => quote!(LowerOrder),
-        Symmetry::Momentum => quote!(Momentum),
-        Symmetry::LagrangianMap => quote!(LagrangianMap),
-        Symmetry::KinematicMap => quote!(KinematicMap),
-        Symmetry::VariationalMap => quote!(VariationalMap),
     }
 }
 

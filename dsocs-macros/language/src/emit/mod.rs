@@ -17,8 +17,8 @@ use quote::quote;
 use self::cold::Expressions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
-use crate::mechanics;
-use crate::model::{Model, ParameterField};
+use crate::mechanics::{self, Symmetry};
+use crate::model::{Kind, Model, ParameterField};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -68,6 +68,13 @@ fn metadata(model: &Model) -> TokenStream {
         let (name, doc) = (&field.name, &field.doc);
         quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
     });
+    let symmetry = symmetry(model);
+    let [forms, holonomic, nonholonomic] = [
+        model.forms.len(),
+        model.count(Kind::Holonomic),
+        model.count(Kind::Nonholonomic),
+    ]
+    .map(Literal::usize_unsuffixed);
     let indices: Vec<_> = (0..model.parameters.len())
         .map(Literal::usize_unsuffixed)
         .collect();
@@ -79,6 +86,10 @@ fn metadata(model: &Model) -> TokenStream {
             const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
             const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
             const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+            const FORMS: usize = #forms;
+            const HOLONOMIC: usize = #holonomic;
+            const NONHOLONOMIC: usize = #nonholonomic;
+            const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
                 match index {
@@ -94,6 +105,18 @@ fn metadata(model: &Model) -> TokenStream {
                 }
             }
         }
+    }
+}
+
+/// Whether the step is symmetric: a variant of `dsocs_core::Symmetry`.
+fn symmetry(model: &Model) -> TokenStream {
+    match Symmetry::decide(model) {
+        Symmetry::AnyLegs => quote!(AnyLegs),
+        Symmetry::LowerOrder => quote!(LowerOrder),
+        Symmetry::Momentum => quote!(Momentum),
+        Symmetry::LagrangianMap => quote!(LagrangianMap),
+        Symmetry::KinematicMap => quote!(KinematicMap),
+        Symmetry::VariationalMap => quote!(VariationalMap),
     }
 }
 
