@@ -226,9 +226,14 @@ impl Graph {
         &self.nodes[id.index()]
     }
 
+    /// The tokens of a [`Node::Param`].
+    pub(crate) fn param_tokens(&self, param: usize) -> &TokenStream {
+        &self.params[param]
+    }
+
     /// What a [`Node::Param`] is.
     pub(crate) fn read_param(&self, param: usize) -> Param<'_> {
-        let tokens = &self.params[param];
+        let tokens = self.param_tokens(param);
         let text = without_spaces(tokens);
         match self.numbers.iter().position(|number| *number == text) {
             Some(place) => Param::Number(place),
