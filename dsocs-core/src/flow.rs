@@ -5,6 +5,8 @@ use core::iter::FusedIterator;
 
 use crate::clock::Clock;
 use crate::compensated::Compensated;
+use crate::compiled::Report;
+use crate::declaration::Declaration;
 use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
 use crate::regularity::Regularity;
 use crate::start::{self, Beginning, Start};
@@ -101,7 +103,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let beginning = start.begin(system, h)?;
         Ok(Self {
             system,
-            constants: system.constants(h),
+            constants: system.constants(&system.parameters(), h),
             h,
             clock: Clock::new(beginning.t0, h),
             q: beginning.q,
@@ -229,7 +231,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     pub fn reverse(&mut self) {
         self.clock.turn(self.middle);
         self.h = -self.h;
-        self.constants = self.system.constants(self.h);
+        self.constants = self.system.constants(&self.system.parameters(), self.h);
         self.d = self.d.negated();
         self.q = self.q.plus(&self.d);
         self.predictor.turn();
@@ -310,15 +312,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         }: Solved<N>,
     ) -> Node<N> {
         let known = self.system.known(&self.constants, &leg);
-        let Point { q, v, a } = self.system.point(&self.constants, &known, &leg, &e);
+        let Report { point, force, energy } = self.system.report(&self.constants, &known, &leg, &e);
         Node {
             index,
             t: self.clock.time(index),
             q: leg.q,
-            v,
-            a,
-            force: self.system.force(&self.constants, &known, &leg, &e),
-            energy: self.system.energy(&q, &v),
+            v: point.v,
+            a: point.a,
+            force,
+            energy,
             iterations: report.iterations,
             stop: report.stop,
         }
@@ -379,7 +381,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: self.system.continuous_force(&Point { q: q0, v: v0, a }),
+            force: Declaration::of(self.system).continuous_force(&Point { q: q0, v: v0, a }),
             energy: self.system.energy(&q0, &v0),
             iterations: 0,
             stop: Stop::Start,

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use dsocs_core::geometry::constraint_force;
 use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
 use dsocs_core::{
     ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, multipliers, until_break,
@@ -158,7 +159,7 @@ fn continuous<S: Jets<N>, const N: usize>(
             q: point.q,
             v: point.v,
             a: point.a,
-            force: system.continuous_force(&point),
+            force: constraint_force(system, &point),
             energy: system.energy(&point.q, &point.v),
             iterations: 0,
             stop: Stop::Start,

@@ -1,6 +1,7 @@
 //! Constraint forces, constraint by constraint.
 
 use super::Flow;
+use crate::declaration::Declaration;
 use crate::multipliers::multipliers as of_force;
 use crate::system::{Point, System};
 use crate::trajectory::Node;
@@ -9,8 +10,7 @@ use crate::trajectory::Node;
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
     let Node { q, v, a, .. } = *node;
-    let mut forms = vec![[0.0; N]; S::FORMS];
-    system.continuous_forms(&Point { q, v, a }, &mut forms);
+    let forms = Declaration::of(system).continuous_forms(&Point { q, v, a });
     of_force(&node.force, &forms)
 }
 

@@ -10,6 +10,7 @@ mod pair;
 pub(crate) mod predictor;
 pub(crate) mod unknown;
 
+use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::multipliers::{self, has_multipliers};
 use crate::rounding;
@@ -89,7 +90,7 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
-        self.system.residual(self.constants, &self.known, z)
+        self.system.linearize(self.constants, &self.known, z)
     }
 
     #[inline]
@@ -137,8 +138,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         if !has_multipliers::<S, N>() {
             return self.system.unknown(e, &[]);
         }
-        let (constants, known, leg) = (self.constants, &self.known, &self.leg);
-        let multipliers = multipliers::of_known(self.system, constants, known, leg, e);
+        let multipliers = multipliers::of_step(&Declaration::of(self.system), self.h, &self.leg, e);
         self.system.unknown(e, &multipliers)
     }
 

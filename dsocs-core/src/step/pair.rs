@@ -2,6 +2,7 @@
 
 use super::elimination::Determinant;
 use super::{Guess, Step, StepReport, report};
+use crate::compiled::Compiled;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::step::newton::{self, BENT, Equations as _, Root, relative};
 use crate::step::predictor::{Continuation, FITS, PAST, Predictor};
@@ -19,7 +20,7 @@ const NEARER: f64 = 0.1;
 const FORMER: u32 = 4;
 
 /// The rows of a step, and their Jacobian.
-type Rows<S, const N: usize> = Linearization<f64, <S as System<N>>::Unknown<f64>>;
+type Rows<S, const N: usize> = Linearization<f64, <S as Compiled<N>>::Unknown<f64>>;
 
 /// One of two roots.
 enum Candidate {
@@ -143,7 +144,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             let rows;
             if let Some(past) = self.past {
                 let known = self.system.known(self.constants, &past[place]);
-                rows = self.system.residual(self.constants, &known, z);
+                rows = self.system.linearize(self.constants, &known, z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
@@ -207,7 +208,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             };
             known = self.system.known(self.constants, &former);
         }
-        let rows = self.system.residual(self.constants, &known, z);
+        let rows = self.system.linearize(self.constants, &known, z);
         former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
     }
 

@@ -48,6 +48,10 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn zero() -> Self;
 
+    /// A matrix of zeros.
+    #[must_use]
+    fn zeros() -> Self::Square;
+
     /// A function of the components of two vectors, one by one.
     #[must_use]
     fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self;
@@ -85,6 +89,11 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     #[inline]
     fn zero() -> Self {
         [T::splat(0.0); M]
+    }
+
+    #[inline]
+    fn zeros() -> [[T; M]; M] {
+        [[T::splat(0.0); M]; M]
     }
 
     #[inline]

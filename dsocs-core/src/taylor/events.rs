@@ -9,6 +9,7 @@ use super::jet::{Jet, Tape};
 use super::kernel::{MAX_ORDER, ROWS};
 use super::polynomial::Polynomial;
 use super::roots::{self, Crossing};
+use crate::declaration::Declaration;
 use crate::system::{Point, System};
 
 /// The last term of an event's series may be this part of the largest: beyond, the interval is halved.
@@ -101,7 +102,7 @@ impl<'e, const N: usize> Event<'e, N> {
             Source::Function(function) => function(point),
             Source::Observable(index) => {
                 let mut observed = vec![Jet::from(f64::NAN); S::OBSERVABLES.len()];
-                system.observe(point, &mut observed);
+                Declaration::of(system).observe(point, &mut observed);
                 observed.get(*index).copied().unwrap_or(Jet::from(f64::NAN))
             }
         }

@@ -108,7 +108,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         let order = tolerance.first_order();
         let mut flow = Self {
             system,
-            fixed: system.fixed(),
+            fixed: system.fixed(&system.parameters()),
             table: S::Table::default(),
             series: Box::new(Series::new(order)),
             next: Box::new(Series::new(order)),

@@ -5,6 +5,7 @@ use super::dispatch::{self, Work};
 use super::flow::State;
 use super::series::Series;
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::system::Point;
 
 /// The motion during one step: its Taylor series, good from [`Polynomial::start`] to [`Polynomial::end`].
@@ -73,7 +74,7 @@ impl<'f, S: Jets<N>, const N: usize> Polynomial<'f, S, N> {
     /// The generalized constraint force `Q = d/dt ∂L/∂v − ∂L/∂q` at the time `t`.
     #[must_use]
     pub fn force(&self, t: f64) -> [f64; N] {
-        self.system.continuous_force(&self.point(t))
+        Declaration::of(self.system).continuous_force(&self.point(t))
     }
 
     /// The states at some times, worked out several at a time; as many as both slices have. Nothing is allocated.
