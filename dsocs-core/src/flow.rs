@@ -192,7 +192,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let mut step = Step::new(self.system, &self.constants, leg, self.h);
         // without a past nothing else tells two roots apart
         step.watchful = self.watchful || self.index() <= SHORT_PAST;
-        let (z, report) = match step.solve(&self.predictor, self.max_iterations) {
+        let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),
         };

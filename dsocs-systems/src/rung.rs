@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
+use dsocs_core::taylor::{GlobalError, Jets};
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, multipliers, until_break,
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stepper, TaylorFlow, Tolerance, multipliers,
 };
 
 use crate::registry::{Row, RunFailure};
@@ -46,7 +46,7 @@ struct Nodes<'a, S: Jets<N>, const N: usize> {
     /// What estimates errors.
     error: Option<GlobalError<'a, S, N>>,
     /// Why errors cannot be estimated any more.
-    failed: Option<TaylorError>,
+    failed: Option<RunError>,
 }
 
 impl<S: Jets<N>, const N: usize> Nodes<'_, S, N> {

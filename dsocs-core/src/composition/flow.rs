@@ -290,7 +290,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let mut step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
             step.watchful = watchful;
             step.past = Some(&stage.past);
-            let (z, report) = match step.solve(&stage.predictor, self.max_iterations) {
+            let (z, report) = match step.solve(&mut stage.predictor, self.max_iterations) {
                 Ok(solution) => solution,
                 Err(cause) => return Err(self.failed(place, &state, cause)),
             };

@@ -104,7 +104,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             d: last.d.map(|d| -d),
         };
         let step = Step::new(self.system, &constants, turned, h);
-        let (z, _) = step.solve(&Predictor::new(), flow::MAX_ITERATIONS).ok()?;
+        let (z, _) = step.solve(&mut Predictor::new(), flow::MAX_ITERATIONS).ok()?;
         Some(step.second_difference(&z))
     }
 

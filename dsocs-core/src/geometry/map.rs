@@ -106,7 +106,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     pub fn forward(&self, leg: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut step = Step::new(self.system, &self.constants, *leg, self.h);
         step.watchful = true;
-        match step.solve(&Predictor::new(), MAX_ITERATIONS) {
+        match step.solve(&mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok(Triple {
                 leg: *leg,
                 e: step.second_difference(&z),

@@ -1,8 +1,9 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`unknown`] says what is looked for and solves linear rows, [`newton`] iterates from the guess of [`predictor`], and
-//! [`pair`] tells two roots apart.
+//! [`unknown`] says what is looked for and solves linear rows, [`newton`] iterates from the guess of [`predictor`] until
+//! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart.
 
+pub(crate) mod convergence;
 pub(crate) mod newton;
 mod pair;
 pub(crate) mod predictor;
@@ -143,13 +144,13 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     #[inline]
     pub fn solve(
         &self,
-        predictor: &Predictor<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
         let mut evaluations = 0;
         if let Some(start) = predictor.predict() {
-            match newton::solve(self, start, &size, max_iterations, &mut |_| {}) {
+            match newton::solve(self, start, &size, max_iterations, predictor) {
                 // known where the root is found: with one or two evaluations, the usual case, nothing bends
                 Ok(root) if !self.in_question(&root) => return Ok(report(root, Guess::Predicted)),
                 Ok(root) => {
@@ -165,16 +166,15 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     #[inline]
     fn size(&self, predictor: &Predictor<S::Unknown<f64>>) -> S::Unknown<f64> {
         let increment = self.system.unknown(&self.leg.d, &[]);
-        predictor
-            .size()
-            .zip(&increment, |past, d| past.max(SECOND_DIFFERENCE * d.abs()))
+        let least = increment.zip(&increment, |d, _| SECOND_DIFFERENCE * d.abs());
+        predictor.expected(&least)
     }
 
     /// Solves the step from every guess but the prediction.
     #[cold]
     fn solve_without_prediction(
         &self,
-        predictor: &Predictor<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
         size: &S::Unknown<f64>,
         max_iterations: u32,
         mut evaluations: u32,
@@ -195,7 +195,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             ]
         };
         for (start, guess) in guesses.into_iter().flatten() {
-            match newton::solve(self, start, size, max_iterations, &mut |_| {}) {
+            match newton::solve(self, start, size, max_iterations, predictor) {
                 Ok(root) => {
                     evaluations += root.evaluations;
                     return self.checked(Root { evaluations, ..root }, &start, guess, predictor, size);

@@ -2,27 +2,14 @@
 
 use core::cmp::Ordering;
 
+use super::convergence::{
+    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
+};
+use super::unknown::{Linearization, Unknown};
 use crate::error::{NewtonFailure, StepFailure};
-use crate::step::unknown::{Linearization, Unknown};
 
-/// An update this small relative to the unknowns is the last: the error after it is its square.
-pub(crate) const LAST_UPDATE: f64 = 1e-9;
-
-/// The error that may remain after the last update, relative to the unknowns.
-const REMAINDER: f64 = 1e-16;
-
-/// A residual within so many bounds of its rounding error is zero for all that can be told.
-const ROUNDINGS: f64 = 4.0;
-
-/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
-/// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
-pub(crate) const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
-
-/// An update that is this part of the one before shows that the iteration converges fast.
-pub(crate) const MUCH_SMALLER: f64 = 0.25;
-
-/// How small a stagnating update must be, in the first iterations, to be suspected of being rounding.
-const SUSPECT: f64 = 1e-2;
+/// The unit round-off, `2⁻⁵³`.
+const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// The smallest part of an update that is tried.
 const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
@@ -83,6 +70,29 @@ pub(crate) trait Equations {
     fn rounding(&self, z: &Self::Z) -> Self::Z;
 }
 
+/// What is noted on the way to a root.
+pub(crate) trait Notes<Z> {
+    /// The size of an update, relative to the unknowns; not for iterations that end with one of the first three.
+    fn update(&mut self, size: f64) {
+        let _ = size;
+    }
+
+    /// The natural sizes of the unknowns near `z`, where they were needed.
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<Z>, z: &Z) {
+        let _ = (sizes, z);
+    }
+}
+
+/// Nothing is noted.
+impl<Z> Notes<Z> for () {}
+
+/// The sizes of the updates.
+impl<Z> Notes<Z> for Vec<f64> {
+    fn update(&mut self, size: f64) {
+        self.push(size);
+    }
+}
+
 /// A root.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Root<Z> {
@@ -123,6 +133,18 @@ struct Iterate<Z> {
     update: Z,
 }
 
+impl<Z> Iterate<Z> {
+    /// The update, to be judged by the sizes that the unknowns are expected to have.
+    #[inline]
+    fn update<'a>(&'a self, sizes: &'a Z) -> Update<'a, Z> {
+        Update {
+            update: &self.update,
+            unknowns: &self.z,
+            sizes,
+        }
+    }
+}
+
 /// A point of the iteration, or why there is none.
 type Evaluated<Z> = Result<Iterate<Z>, Failed<Z>>;
 
@@ -134,7 +156,9 @@ struct Newton<'a, E: Equations> {
     /// The equations.
     equations: &'a E,
     /// How large each unknown is expected to be, at least.
-    size: &'a E::Z,
+    size: E::Z,
+    /// The natural sizes, where they are known.
+    natural: Option<E::Z>,
     /// How often the rows were evaluated.
     evaluations: u32,
     /// Evaluations that need not be made again.
@@ -171,13 +195,13 @@ impl<Z: Unknown<f64>> Trial<Z> {
     /// Whether the update is at most `tolerance` relative to the unknowns; an infinite or undefined one is not.
     #[inline]
     fn is_small(&self, size: &Z, tolerance: f64) -> bool {
-        self.safe && is_small(&self.at, size, tolerance)
+        self.safe && self.at.update(size).is_small(tolerance)
     }
 
     /// Whether the update is the last, after that of `before`.
     #[inline]
     fn settles(&self, before: &Self, size: &Z) -> bool {
-        before.safe && self.safe && settles(&before.at, &self.at, size)
+        before.safe && self.safe && self.at.update(size).settles(&before.at.update(size))
     }
 
     /// Whether affine rows are solved by the update.
@@ -196,8 +220,7 @@ impl<Z: Unknown<f64>> Trial<Z> {
 /// Solves the equations by Newton's iteration from `start`.
 ///
 /// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
-/// or to `size` where the unknown is smaller. There is no absolute tolerance. `record` is told the relative
-/// size of every update, but for iterations that end with one of the first three.
+/// or to `size` where the unknown is smaller. There is no absolute tolerance. `notes` are taken on the way.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
 /// more is needed. Up to three evaluations are the usual case, and stand here by themselves: whatever is odd fails
@@ -208,7 +231,7 @@ pub(crate) fn solve<E: Equations>(
     start: E::Z,
     size: &E::Z,
     max_iterations: u32,
-    record: &mut impl FnMut(f64),
+    notes: &mut impl Notes<E::Z>,
 ) -> Result<Root<E::Z>, Failed<E::Z>> {
     let first = Trial::new(equations, start);
     if E::LINEAR {
@@ -228,7 +251,7 @@ pub(crate) fn solve<E: Equations>(
     if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
         return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
     }
-    go_on(equations, &[first, second, third], size, max_iterations, record)
+    go_on(equations, &[first, second, third], size, max_iterations, notes)
 }
 
 /// The iteration after three evaluations that did not end it.
@@ -238,15 +261,16 @@ fn go_on<E: Equations>(
     made: &[Trial<E::Z>],
     size: &E::Z,
     max_iterations: u32,
-    record: &mut impl FnMut(f64),
+    notes: &mut impl Notes<E::Z>,
 ) -> Result<Root<E::Z>, Failed<E::Z>> {
     let newton = Newton {
         equations,
-        size,
+        size: *size,
+        natural: None,
         evaluations: 3,
         made,
     };
-    let root = newton.look(made[0].at.z, max_iterations, record)?;
+    let root = newton.look(made[0].at.z, max_iterations, notes)?;
     if is_declared(equations, &root.z, size) {
         return Ok(bent([&made[0], &made[1]], size, root));
     }
@@ -319,49 +343,15 @@ fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
     }
 }
 
-/// Whether the update at `now` is the last, after the full one at `before` (see [`SETTLED`]).
-#[inline]
-fn settles<Z: Unknown<f64>>(before: &Iterate<Z>, now: &Iterate<Z>, size: &Z) -> bool {
-    let settled = |(largest, smallest)| is_small(now, size, largest) && !is_small(before, size, smallest);
-    SETTLED.into_iter().any(settled)
-}
-
-/// Whether an update is at most `tolerance` relative to the unknowns (no division: this is the usual path).
-#[inline]
-fn is_small<Z: Unknown<f64>>(at: &Iterate<Z>, size: &Z, tolerance: f64) -> bool {
-    let sizes = at.z.as_ref().iter().zip(size.as_ref());
-    at.update
-        .as_ref()
-        .iter()
-        .zip(sizes)
-        .all(|(update, (z, size))| update.abs() <= tolerance * z.abs().max(*size))
-}
-
 /// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
 #[inline]
 pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
-    let sizes = z.as_ref().iter().zip(size.as_ref());
-    update
-        .as_ref()
-        .iter()
-        .zip(sizes)
-        .fold(0.0, |largest: f64, (update, (z, size))| {
-            // no update is a small one, also of an unknown that is zero
-            let ratio = if *update == 0.0 {
-                0.0
-            } else {
-                update.abs() / z.abs().max(*size)
-            };
-            largest.max(ratio)
-        })
-}
-
-/// What remains after the later of two full updates, relative to the unknowns: with quadratic convergence the
-/// updates obey `ρ' = C ρ²`, and `C ρ'²` is what is left.
-#[inline]
-fn remainder(before: f64, after: f64) -> f64 {
-    let contraction = after / before;
-    after * contraction * contraction
+    Update {
+        update,
+        unknowns: z,
+        sizes: size,
+    }
+    .relative()
 }
 
 /// Solves equations that failed from `start` once more, to write down the history of the updates.
@@ -373,9 +363,7 @@ pub(crate) fn explain<E: Equations>(
     max_iterations: u32,
 ) -> NewtonFailure {
     let mut updates = Vec::new();
-    let result = solve(equations, start, size, max_iterations, &mut |update| {
-        updates.push(update);
-    });
+    let result = solve(equations, start, size, max_iterations, &mut updates);
     let (reason, z, rows) = match result {
         Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
         // the same iteration ends the same way
@@ -477,36 +465,55 @@ impl<E: Equations> Newton<'_, E> {
         mut self,
         start: E::Z,
         max_iterations: u32,
-        record: &mut impl FnMut(f64),
+        notes: &mut impl Notes<E::Z>,
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
         let mut now = self.evaluate(start)?;
-        let mut size = relative(&now.update, &now.z, self.size);
-        record(size);
-        if is_small(&now, self.size, LAST_UPDATE) || E::LINEAR {
+        let mut size = now.update(&self.size).relative();
+        notes.update(size);
+        if now.update(&self.size).is_small(LAST_UPDATE) || E::LINEAR {
             return Ok(self.arrive(&now));
         }
         let mut next = self.full_step(&now);
         loop {
             let Ok(at) = &next else {
-                return self.iterate(now, size, next, max_iterations, record);
+                return self.iterate(now, size, next, max_iterations, notes);
             };
-            let next_size = relative(&at.update, &at.z, self.size);
-            if settles(&now, at, self.size) {
-                record(next_size);
+            let next_size = at.update(&self.size).relative();
+            if at.update(&self.size).settles(&now.update(&self.size)) {
+                notes.update(next_size);
                 let stop = Stop::Update;
                 return Ok(Root {
                     stop,
                     ..self.arrive(at)
                 });
             }
-            let converges = next_size < MUCH_SMALLER * size;
-            if !converges || self.evaluations >= max_iterations {
-                return self.iterate(now, size, next, max_iterations, record);
+            if !converges(size, next_size) || self.evaluations >= max_iterations {
+                // perhaps an unknown was taken for larger than rounding lets it be known
+                if self.natural.is_none() && self.learn(&at.z, notes) {
+                    size = now.update(&self.size).relative();
+                    continue;
+                }
+                return self.iterate(now, size, next, max_iterations, notes);
             }
-            record(next_size);
+            notes.update(next_size);
             (now, size) = (*at, next_size);
             next = self.full_step(&now);
         }
+    }
+
+    /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
+    #[cold]
+    fn learn(&mut self, z: &E::Z, notes: &mut impl Notes<E::Z>) -> bool {
+        let terms = self.equations.rounding(z);
+        let terms = terms.zip(&terms, |bound, _| bound / UNIT);
+        let Some(natural) = NaturalSizes::new(&self.equations.linearize(z).jacobian, &terms) else {
+            return false;
+        };
+        self.evaluations += 1;
+        self.size = natural.raise(&self.size);
+        self.natural = Some(natural.sizes);
+        notes.natural_sizes(&natural, z);
+        true
     }
 
     /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
@@ -518,35 +525,30 @@ impl<E: Equations> Newton<'_, E> {
         mut size: f64,
         next: Evaluated<E::Z>,
         max_iterations: u32,
-        record: &mut impl FnMut(f64),
+        notes: &mut impl Notes<E::Z>,
     ) -> Result<Root<E::Z>, Failed<E::Z>> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
-        let (mut smallest, mut stagnant) = (size, 0);
+        let mut progress = Progress::new(size);
         let mut evaluated = Some(next);
         for iteration in self.evaluations.saturating_sub(1)..max_iterations {
             let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
-            let (before, last_size) = (now, size);
+            let (before, last_size) = (now, progress.last());
             (now, part) = (next, taken);
-            size = relative(&now.update, &now.z, self.size);
-            record(size);
-
+            size = now.update(&self.size).relative();
+            notes.update(size);
             if size == 0.0 {
                 return Ok(self.arrive(&now));
             }
-            if size < 0.5 * smallest {
-                (smallest, stagnant) = (size, 0);
-            } else {
-                stagnant += 1;
-            }
+            progress.take(size);
             if part < 1.0 {
                 continue;
             }
-            if size <= LAST_UPDATE && remainder(last_size, size) <= REMAINDER {
+            if is_last(last_size, size) {
                 return Ok(self.arrive(&now));
             }
-            if size >= 0.5 * last_size && (size <= SUSPECT || iteration > 2) {
-                // a function of the user's may be noisier than the bound knows: give up on noise this small
-                let noise = stagnant >= 4 && size <= LAST_UPDATE;
+            let suspicion = progress.suspicion(last_size, iteration);
+            if suspicion != Suspicion::None {
+                let noise = suspicion == Suspicion::Noise;
                 let at_now = self.roundings(&now);
                 if at_now <= ROUNDINGS || noise {
                     let best = if self.roundings(&before) < at_now {
@@ -592,7 +594,7 @@ impl<E: Equations> Newton<'_, E> {
             };
             if let Ok(next) = trial {
                 if self.shrinks(from, &next)
-                    || is_small(&next, self.size, LAST_UPDATE)
+                    || next.update(&self.size).is_small(LAST_UPDATE)
                     || self.roundings(&next) <= ROUNDINGS
                 {
                     return Ok((next, part));
@@ -622,9 +624,11 @@ impl<E: Equations> Newton<'_, E> {
     /// Whether the update at `to` is smaller than the one at `from`, both relative to the same sizes.
     fn shrinks(&self, from: &Iterate<E::Z>, to: &Iterate<E::Z>) -> bool {
         let (mut before, mut after) = (0.0_f64, 0.0_f64);
+        // an unknown far below its natural size has no say in it
+        let size = self.natural.unwrap_or(self.size).zip(&self.size, f64::max);
         let expected = from
             .z
-            .zip(self.size, |z, size| z.abs().max(size))
+            .zip(&size, |z, size| z.abs().max(size))
             .zip(&from.update, |size, x| size.max(x.abs()));
         for (i, &size) in expected.as_ref().iter().enumerate() {
             // an unknown that has no size yet cannot have too large an update

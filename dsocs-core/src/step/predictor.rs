@@ -2,8 +2,10 @@
 
 use core::marker::PhantomData;
 
+use super::convergence::{NaturalSizes, Remembered};
+use super::newton::Notes;
+use super::unknown::Unknown;
 use crate::scalar::Scalar;
-use crate::step::unknown::Unknown;
 
 /// The highest degree of the polynomial.
 const ORDER: usize = 5;
@@ -23,6 +25,8 @@ pub(crate) struct Predictor<U, T = f64> {
     differences: [U; ORDER + 1],
     /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
     size: U,
+    /// Their natural sizes, where they were needed lately.
+    natural: Option<Remembered<U>>,
     /// The numbers that the unknowns are made of.
     scalar: PhantomData<T>,
 }
@@ -34,6 +38,7 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
         Self {
             differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); ORDER + 1],
             size: unknown,
+            natural: None,
             scalar: PhantomData,
         }
     }
@@ -104,12 +109,22 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
 impl<U: Unknown<f64>> Predictor<U> {
     /// Forgets all but the last solution and the sizes: the past is of no use when the motion turns round.
     pub fn turn(&mut self) {
-        let (size, last) = (self.size, self.last());
+        let (size, natural, last) = (self.size, self.natural, self.last());
         *self = Self::new();
         if let Some(last) = last {
             self.push(&last);
         }
-        self.size = size;
+        (self.size, self.natural) = (size, natural);
+    }
+
+    /// How large each unknown is expected to be: as lately, at least as `least` says, and not too small to be known.
+    #[inline]
+    pub fn expected(&self, least: &U) -> U {
+        let size = self.size.zip(least, f64::max);
+        match &self.natural {
+            None => size,
+            Some(natural) => natural.raise(&size, &self.size),
+        }
     }
 
     /// The last solution.
@@ -140,6 +155,12 @@ impl<U: Unknown<f64>> Predictor<U> {
     pub fn predict(&self) -> Option<U> {
         self.last()?;
         Some(self.extrapolate())
+    }
+}
+
+impl<U: Unknown<f64>> Notes<U> for Predictor<U> {
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<U>, z: &U) {
+        self.natural = sizes.last().then(|| Remembered::new(sizes, z));
     }
 }
 

@@ -64,7 +64,7 @@ pub(crate) fn follow<E: Equations>(
     };
     let end = path.walk(start, first.update()?);
     *evaluations += path.evaluations;
-    match solve(equations, end?, size, max_iterations, &mut |_| {}) {
+    match solve(equations, end?, size, max_iterations, &mut ()) {
         Ok(root) => {
             *evaluations += root.evaluations;
             Some(root)

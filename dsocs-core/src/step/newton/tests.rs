@@ -26,7 +26,7 @@ fn run(
     start: f64,
     size: f64,
 ) -> Result<Root<[f64; 1]>, StepFailure> {
-    solve(&Scalar(function), [start], &[size], 60, &mut |_| {}).map_err(|failed| failed.reason)
+    solve(&Scalar(function), [start], &[size], 60, &mut ()).map_err(|failed| failed.reason)
 }
 
 #[test]
