@@ -1,7 +1,7 @@
 //! Chains, declared with arrays and sums, are the chains of mechanics: their step is the one of an independent
 //! formulation, of order 2, and their energy does not drift.
 
-use dsocs_core::{Flow, Point, Real, Start, System, Unknown};
+use dsocs_core::{Flow, Point, Real, Start, Stepper, System, Unknown};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
 use dsocs_tests::check::{Kind, State, compare};
 use dsocs_tests::fit::{local_slopes, slope};

@@ -3,8 +3,8 @@
 #[allow(dead_code)] // shared with other tests
 mod systems;
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, SetupError, Start, System, Tangent};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, SetupError, Start, Stepper, System, Tangent};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
 use systems::orders::{
@@ -14,7 +14,7 @@ use systems::orders::{
 
 /// The continuous motion at a time.
 fn continuous<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> State<N> {
-    TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15))
+    TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
         .and_then(|mut flow| flow.until(t))
         .unwrap()
 }
@@ -177,8 +177,12 @@ fn multipliers_are_the_continuous_ones_to_second_order() {
     // of every kind at once: by the continuous forms and force at the exact point
     let start = ([0.6, -0.8, 0.0, 1.0], [0.8, 0.6, 0.3, 0.5]);
     let exact = {
-        let mut flow =
-            TaylorFlow::new(&Mixed, State::new(start.0, start.1), Tolerance::relative(1e-15)).unwrap();
+        let mut flow = TaylorFlow::new(
+            &Mixed,
+            Start::second_order(start.0, start.1),
+            Tolerance::relative(1e-15),
+        )
+        .unwrap();
         let State { q, v, .. } = flow.until(2.0).unwrap();
         let a = flow.acceleration();
         // x″ = 2 x λ, z″ = μ, u″ = −x μ + ν with the forms (2x, 2y, 0, 0), (0, 0, 1, −x), (0, 0, 0, 1)

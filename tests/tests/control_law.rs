@@ -1,8 +1,8 @@
 //! The constraint force of the pendulum is the torque of a motor: fed to a pendulum without constraint, written by hand and
 //! solved by an ODE solver, it makes the same motion.
 
-use dsocs_core::taylor::{State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Linearization, Point, Start, System};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Linearization, Point, Start, Stepper, System};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
 use ode_solvers::dop_shared::OutputType;
@@ -67,7 +67,7 @@ fn as_a_feedback_law() {
     };
     for end in [10.0, 40.0] {
         let found = driven(law, end);
-        let exact = TaylorFlow::new(&pendulum, State::new(Q0, V0), Tolerance::relative(1e-15))
+        let exact = TaylorFlow::new(&pendulum, Start::second_order(Q0, V0), Tolerance::relative(1e-15))
             .and_then(|mut flow| flow.until(end))
             .unwrap()
             .q;

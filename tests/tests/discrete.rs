@@ -1,7 +1,7 @@
 //! Discrete Lagrangians, discrete constraints and maps that are given directly or by name: what they give, with which order.
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Leg, Start, StepFailure, System, dsocs};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Leg, Start, StepFailure, Stepper, System, dsocs};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
 
@@ -33,7 +33,7 @@ varying!(OnLeg, phi_lagrangian = midpoint; discrete_lagrangian = leg((1 + theta.
 
 /// The error after a time, with a step.
 fn error<S: Jets<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N], t: f64) -> f64 {
-    let exact = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15))
+    let exact = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
         .and_then(|mut flow| flow.until(t))
         .unwrap()
         .q;

@@ -5,7 +5,7 @@
 //! Legs are carried with compensated sums, so these errors are all there is: with random signs they add up to
 //! `√steps · ε |e|/|d|`, and if they all had one sign to `steps · ε |e|/|d|`.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, Wavy};
 
 const STEPS: u32 = 5000;

@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Flow, Node, RunError, Start, Stop, System, Trajectory, until_break};
+use dsocs_core::{Flow, Node, RunError, Start, Stepper, Stop, System, Trajectory};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form::Polygon;
 use dsocs_tests::closed_form::pendulum::START;

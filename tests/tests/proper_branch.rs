@@ -4,7 +4,7 @@
 //! wanted makes the bracket zero, the spurious one makes `w` zero. So a step is on the proper branch if the bracket
 //! vanishes to within rounding, and its `w` is the proper root of the monotone scalar equation and not nearer to 0.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::closed_form::pendulum::{self, J, RHO, START};
 

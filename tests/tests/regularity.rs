@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Flow, Leg, Real, Regularity, Start, dsocs};
+use dsocs_core::{Flow, Leg, Real, Regularity, Start, Stepper, dsocs};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum};
 
 #[test]

@@ -1,6 +1,6 @@
 //! The step is symmetric in time: run back, the motion returns to its start.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 

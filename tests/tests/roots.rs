@@ -1,7 +1,7 @@
 //! A constraint with two solutions at every step: both are found on request, a run follows the one it is on or says that
 //! it cannot tell, and never goes over to the other in silence.
 
-use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, dsocs};
+use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, Stepper, dsocs};
 
 /// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
 ///

@@ -2,11 +2,11 @@
 
 #![allow(clippy::float_cmp)] // the flow stands exactly where the event was
 
-use dsocs_core::taylor::{Event, Events, Jet, State, TaylorError, TaylorFlow, Tolerance};
-use dsocs_core::{DualNum, Real, dsocs};
+use dsocs_core::taylor::{Jet, TaylorFlow, Tolerance};
+use dsocs_core::{DualNum, Event, Events, Real, RunError, Start, Stepper, dsocs};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 
-const START: State<2> = State::new([0.0, 0.0], [1.0, 1.0]);
+const START: State<2> = Start::second_order([0.0, 0.0], [1.0, 1.0]);
 
 fn particle() -> CurvedParticle<dsocs_systems::Constant> {
     CurvedParticle::default()
@@ -107,7 +107,7 @@ fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
 fn the_pendulums_switch_is_an_observable() {
     // as many as the signs of w a millisecond apart say
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new([0.5, 0.0], [0.0, 0.5]);
+    let start = Start::second_order([0.5, 0.0], [0.0, 0.5]);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
     let w = 2; // lyapunov, dissipation, w
     let mut events = Events::new(vec![Event::observable(w)]);
@@ -179,12 +179,22 @@ struct Spring {
 #[test]
 fn what_an_event_cannot_see_is_told() {
     let spring = Spring { stiffness: 1.0 };
-    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-10)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &spring,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-10),
+    )
+    .unwrap();
     let mut events = Events::new(vec![Event::observable(0)]);
     let error = flow.watch(1.0, &mut events, |_| {}).unwrap_err();
-    assert!(matches!(error, TaylorError::Event { event: 0, .. }), "{error}");
+    assert!(matches!(error, RunError::Event { event: 0, .. }), "{error}");
     // as a function of jets it is seen
-    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-14)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &spring,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-14),
+    )
+    .unwrap();
     let height = |x: Jet| well(x) - 0.1;
     let mut events = Events::new(vec![Event::function(|point| height(point.q[0])).terminal()]);
     let event = flow.watch(3.0, &mut events, |_| {}).unwrap().unwrap();

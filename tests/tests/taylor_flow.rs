@@ -6,7 +6,8 @@
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
 mod systems;
 
-use dsocs_core::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{RunError, Start, Stepper};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -20,7 +21,7 @@ use systems::{builtin, constrained, maps, mass, opaque};
 fn the_pendulum_meets_the_reference_over_its_whole_time() {
     let table = Table::read("pendulum_continuous.csv");
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-16)).unwrap();
     let states = flow.sample(&table.numbers("t")).unwrap();
     let rows = table.pairs(["theta", "psi"]).into_iter().zip(table.numbers("V"));
@@ -50,7 +51,7 @@ fn the_pendulum_meets_the_reference_over_its_whole_time() {
 fn the_force_is_the_references_multiplier() {
     let table = Table::read("pendulum_continuous.csv");
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
     for (t, multiplier) in table
         .numbers("t")
@@ -72,7 +73,7 @@ fn the_force_is_the_references_multiplier() {
 /// The particle over some hundred turns, and its largest distance from the circle.
 fn particle(tolerance: Tolerance) -> f64 {
     let particle = CurvedParticle::default();
-    let start = State::new([0.0, 0.0], [1.0, 1.0]);
+    let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);
     let times: Vec<f64> = (0..=5000).map(|k| f64::from(k) * 0.1).collect();
     let mut flow = TaylorFlow::new(&particle, start, tolerance).unwrap();
     let states = flow.sample(&times).unwrap();
@@ -149,7 +150,7 @@ fn another_solver_agrees() {
     );
     solver.integrate().unwrap();
     let theirs = *solver.y_out().last().unwrap();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-15)).unwrap();
     let ours = flow.until(end).unwrap();
     assert!((ours.q[0] - theirs[0]).abs() < 1e-10 && (ours.q[1] - theirs[1]).abs() < 2e-8);
@@ -158,7 +159,7 @@ fn another_solver_agrees() {
 /// Follows a system for a while and asks its own equations, within each step, for the acceleration: the largest correction
 /// relative to the largest acceleration there.
 fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
-    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-13)).unwrap();
+    let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-13)).unwrap();
     let mut worst = 0.0_f64;
     let mut steps = 0;
     while flow.state().t < until && steps < 200 {
@@ -290,7 +291,7 @@ fn back_in_time_leads_back() {
         ratio: 0.4,
         gravity: 9.0,
     };
-    let start = State::new([0.9, -0.5], [0.8, 0.1]);
+    let start = Start::second_order([0.9, -0.5], [0.8, 0.1]);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
     flow.until(3.0).unwrap();
     let back = flow.until(0.0).unwrap();
@@ -305,7 +306,7 @@ fn back_in_time_leads_back() {
 #[test]
 fn within_a_step_the_series_is_the_motion() {
     let particle = CurvedParticle::default();
-    let start = State::new([0.0, 0.0], [1.0, 1.0]);
+    let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);
     let mut flow = TaylorFlow::new(&particle, start, Tolerance::relative(1e-14)).unwrap();
     for _ in 0..20 {
         let polynomial = flow.step(100.0).unwrap();
@@ -329,7 +330,7 @@ fn within_a_step_the_series_is_the_motion() {
 fn an_edge_of_the_equations_is_passed() {
     // the force is -2 x below the edge and -2 edge beyond: the second derivative of the acceleration jumps
     let branches = builtin::Branches { edge: 0.5 };
-    let start = State::new([0.2, 0.5], [0.9, 0.1]);
+    let start = Start::second_order([0.2, 0.5], [0.9, 0.1]);
     let run = |tolerance| {
         let mut flow = TaylorFlow::new(&branches, start, Tolerance::relative(tolerance)).unwrap();
         (flow.until(1.0).unwrap(), flow.rejected())
@@ -345,38 +346,40 @@ fn an_edge_of_the_equations_is_passed() {
 #[test]
 fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     let particle = CurvedParticle::default();
-    let at = |q, v| TaylorFlow::new(&particle, State::new(q, v), Tolerance::relative(1e-10));
+    let at = |q, v| TaylorFlow::new(&particle, Start::second_order(q, v), Tolerance::relative(1e-10));
     // at rest the direction of the velocity is not defined
-    assert!(matches!(
-        at([0.0; 2], [0.0; 2]),
-        Err(TaylorError::NotFinite { .. })
-    ));
+    assert!(matches!(at([0.0; 2], [0.0; 2]), Err(RunError::NotFinite { .. })));
     let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().max_steps(5);
     let failure = flow.sample(&[0.1, 0.2, 1e6]).unwrap_err();
     assert_eq!(failure.states.len(), 2);
     assert!(
-        matches!(failure.error, TaylorError::TooManySteps { steps: 5, .. }),
+        matches!(failure.error, RunError::TooManySteps { steps: 5, .. }),
         "{failure}"
     );
     let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().smallest_step(10.0);
-    assert!(matches!(flow.until(100.0), Err(TaylorError::StepTooSmall { .. })));
-    assert!(matches!(flow.until(f64::NAN), Err(TaylorError::Until { .. })));
+    assert!(matches!(flow.until(100.0), Err(RunError::StepTooSmall { .. })));
+    assert!(matches!(flow.until(f64::NAN), Err(RunError::Until { .. })));
     assert!(
-        matches!(flow.sample(&[1.0, 0.5, 2.0]), Err(failure) if matches!(failure.error, TaylorError::Behind { .. }))
+        matches!(flow.sample(&[1.0, 0.5, 2.0]), Err(failure) if matches!(failure.error, RunError::Behind { .. }))
     );
     let tolerance = TaylorFlow::new(
         &particle,
-        State::new([0.0; 2], [1.0, 0.0]),
+        Start::second_order([0.0; 2], [1.0, 0.0]),
         Tolerance::relative(0.0),
     );
-    assert!(matches!(tolerance, Err(TaylorError::Tolerance { .. })));
+    assert!(matches!(tolerance, Err(RunError::Tolerance { .. })));
 }
 
 #[test]
 fn a_motion_into_a_singularity_ends_there() {
     // x'' = -1/x², from rest at 1: it falls into 0 at t = π/√8
     let fall = Fall { strength: 1.0 };
-    let mut flow = TaylorFlow::new(&fall, State::new([1.0], [0.0]), Tolerance::relative(1e-12)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &fall,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-12),
+    )
+    .unwrap();
     let error = flow.until(2.0).unwrap_err();
     let reached = flow.state().t;
     let exact = core::f64::consts::PI / 8.0_f64.sqrt();
@@ -384,9 +387,7 @@ fn a_motion_into_a_singularity_ends_there() {
     assert!(
         matches!(
             error,
-            TaylorError::StepTooSmall { .. }
-                | TaylorError::NotFinite { .. }
-                | TaylorError::TooManySteps { .. }
+            RunError::StepTooSmall { .. } | RunError::NotFinite { .. } | RunError::TooManySteps { .. }
         ),
         "{error}"
     );
@@ -404,7 +405,12 @@ struct Fall {
 #[test]
 fn a_polynomial_motion_takes_one_step() {
     let thrown = Thrown { gravity: 9.81 };
-    let mut flow = TaylorFlow::new(&thrown, State::new([1.0], [3.0]), Tolerance::relative(1e-10)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &thrown,
+        Start::second_order([1.0], [3.0]),
+        Tolerance::relative(1e-10),
+    )
+    .unwrap();
     let state = flow.until(1000.0).unwrap();
     assert_eq!(flow.steps(), 1);
     let exact = 1.0 + 3000.0 - 9.81 / 2.0 * 1e6;

@@ -1,6 +1,6 @@
 //! Wrong input is an error that says what is wrong, and a run that fails keeps what it had computed.
 
-use dsocs_core::{Flow, Real, RunError, SetupError, Start, StepFailure};
+use dsocs_core::{Flow, Real, RunError, SetupError, Start, StepFailure, Stepper};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum};
 
 const GOOD: Start<2> = Start::paper([0.0, 0.0], [1.0, 1.0]);

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::composition::{StageError, StageFailure};
-use crate::error::{FailedStep, SetupError, StepError};
+use crate::error::{FailedStep, SetupError, StepError, StepFailure};
 use crate::taylor::SeriesError;
 
 /// Why a run could not be set up, ended early, or did not begin: one error for every method.
@@ -101,6 +101,12 @@ impl RunError {
             },
             _ => None,
         }
+    }
+
+    /// Why these equations have no solution.
+    #[must_use]
+    pub fn step_failure(&self) -> Option<StepFailure> {
+        self.failed_step().map(|step| step.cause.reason)
     }
 
     /// The time where the run ended; `None` if it did not begin, or was asked for the impossible.

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dsocs_core::{Flow, Leg, Start, System};
+use dsocs_core::{Flow, Leg, Start, Stepper, System};
 
 use crate::handwritten::{chain, particle, pendulum};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};

@@ -1,6 +1,6 @@
 //! The pendulum whose Lyapunov function falls exactly by what it should in every step, as long as there is such a step.
 
-use dsocs_core::{Flow, Leg, Start, StepError};
+use dsocs_core::{Flow, Leg, Start, StepError, Stepper};
 use dsocs_systems::{ExactDecrease, InertiaWheelPendulum};
 
 use crate::{continuous, distance, order, start};

@@ -1,7 +1,7 @@
 //! The pendulum on the sphere against the one in angles, and its invariants.
 
 use dsocs_core::geometry::{DiscreteFlow, momentum_map};
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{Sphere, SphericalPendulum};
 
 use crate::{continuous, distance, is_second, order, start};
