@@ -120,7 +120,8 @@ fn orders_on_the_particle_in_a_field() {
     let tolerance = Tolerance::relative(1e-17).order(18);
     let particle = field();
     let mut flow = TaylorFlow::new(&particle, Start::second_order(start.0, start.1), tolerance).unwrap();
-    let ours: Vec<[f64; 2]> = flow.sample(&times).unwrap().iter().map(|state| state.q).collect();
+    let mut ours = Vec::with_capacity(SECONDS);
+    flow.sample(&times, &mut |_, point| ours.push(point.q)).unwrap();
     let others = independent(SECONDS);
     let apart = ours
         .iter()
@@ -154,7 +155,8 @@ fn orders_on_the_pendulum_whose_constraint_is_a_decrease() {
     let tolerance = Tolerance::relative(1e-16);
     let mut flow = TaylorFlow::new(&pendulum, Start::second_order(START.0, START.1), tolerance).unwrap();
     let times: Vec<f64> = (1..=10).map(f64::from).collect();
-    let truth: Vec<[f64; 2]> = flow.sample(&times).unwrap().iter().map(|state| state.q).collect();
+    let mut truth = Vec::new();
+    flow.sample(&times, &mut |_, point| truth.push(point.q)).unwrap();
     for method in METHODS {
         let parts = [10, 14, 20, 28, 40];
         let theta = |left: [f64; 2], right: [f64; 2]| (left[0] - right[0]).abs();
@@ -178,7 +180,7 @@ fn there_and_back<S: System<2>>(
     for _ in 0..steps {
         flow.advance().unwrap();
     }
-    flow.reverse();
+    flow.reverse().unwrap();
     assert_eq!(flow.h(), -h);
     for _ in 0..steps {
         flow.advance().unwrap();
@@ -458,10 +460,8 @@ fn a_run_is_used_like_any_other() {
     let particle = CurvedParticle::default();
     let method = Composition::SUZUKI_4;
     let flow = || {
-        ComposedFlow::new(&particle, 0.1, method, Start::second_order([0.0; 2], [1.0; 2]))
-            .unwrap()
-            .at(2.0)
-            .unwrap()
+        let start = Start::second_order([0.0; 2], [1.0; 2]).at(2.0);
+        ComposedFlow::new(&particle, 0.1, method, start).unwrap()
     };
     let mut run = flow();
     let first = run.until(3.0).unwrap();
@@ -484,7 +484,7 @@ fn a_run_is_used_like_any_other() {
         run.until(f64::INFINITY).unwrap_err().error,
         RunError::Until { .. }
     ));
-    run.reverse();
+    run.reverse().unwrap();
     let back = run.until(2.0).unwrap();
     assert_eq!(back.len(), 20);
     assert!(distance(back.last().unwrap().q, [0.0; 2]) < 1e-14);

@@ -4,7 +4,7 @@
 mod systems;
 
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, SetupError, Start, Stepper, System, Tangent};
+use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System, Tangent};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
 use systems::orders::{
@@ -13,9 +13,10 @@ use systems::orders::{
 };
 
 /// The continuous motion at a time.
-fn continuous<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> State<N> {
+fn continuous<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {
     TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
-        .and_then(|mut flow| flow.until(t))
+        .unwrap()
+        .to(t)
         .unwrap()
 }
 
@@ -169,7 +170,7 @@ fn multipliers_are_the_continuous_ones_to_second_order() {
         let mut flow = Flow::new(&ROD, h, Start::second_order([0.6, -0.8], [0.8, 0.6])).unwrap();
         let nodes = flow.until(2.0).unwrap().nodes;
         let last = nodes.last().unwrap();
-        let State { q, v, .. } = continuous(&ROD, [0.6, -0.8], [0.8, 0.6], 2.0);
+        let Node { q, v, .. } = continuous(&ROD, [0.6, -0.8], [0.8, 0.6], 2.0);
         let exact = -(v[0] * v[0] + v[1] * v[1] - 9.81 * q[1]) / 2.0;
         (flow.multipliers(last)[0] - exact).abs()
     });
@@ -183,8 +184,7 @@ fn multipliers_are_the_continuous_ones_to_second_order() {
             Tolerance::relative(1e-15),
         )
         .unwrap();
-        let State { q, v, .. } = flow.until(2.0).unwrap();
-        let a = flow.acceleration();
+        let Node { q, v, a, .. } = flow.to(2.0).unwrap();
         // x″ = 2 x λ, z″ = μ, u″ = −x μ + ν with the forms (2x, 2y, 0, 0), (0, 0, 1, −x), (0, 0, 0, 1)
         let _ = v;
         [a[0] / (2.0 * q[0]), a[2], a[3] + q[0] * a[2]]
@@ -292,7 +292,7 @@ fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
         let leg = flow.leg();
         flow.advance().unwrap();
         let e: [f64; N] = core::array::from_fn(|i| (flow.leg().d[i] - leg.d[i]) * 1.1);
-        let node = flow.node().unwrap();
+        let node = flow.node();
         let multipliers: Vec<f64> = flow.multipliers(&node).iter().map(|x| 1.1 * x).collect();
         let z = system.unknown(&e, &multipliers);
         let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
@@ -363,8 +363,9 @@ fn back_and_forth() {
     for _ in 0..1000 {
         flow.advance().unwrap();
     }
-    flow.reverse();
-    for _ in 0..1000 {
+    // the first step back
+    flow.reverse().unwrap();
+    for _ in 1..1000 {
         flow.advance().unwrap();
     }
     let q0: [f64; 4] = core::array::from_fn(|i| start.q[i] - start.d[i]);

@@ -68,7 +68,8 @@ fn as_a_feedback_law() {
     for end in [10.0, 40.0] {
         let found = driven(law, end);
         let exact = TaylorFlow::new(&pendulum, Start::second_order(Q0, V0), Tolerance::relative(1e-15))
-            .and_then(|mut flow| flow.until(end))
+            .unwrap()
+            .to(end)
             .unwrap()
             .q;
         let apart = [found[0] - exact[0], found[1] - exact[1]];

@@ -171,7 +171,7 @@ fn a_particle_at_rest_fails_by_itself() {
         .to(10.0);
     for (k, last) in (1..).zip(ended) {
         if k % 3 == 1 {
-            let Err(RunError::Run(RunError::Step(error))) = last else {
+            let Err(RunError::Step(error)) = last else {
                 panic!("{last:?}");
             };
             assert_eq!(error.details().index, 1);

@@ -93,8 +93,8 @@ fn a_composed_step() {
 
 #[test]
 fn the_taylor_flow() {
-    fn allocations<S: Jets<N>, const N: usize>(system: &S, state: State<N>) {
-        let mut flow = TaylorFlow::new(system, state, Tolerance::relative(1e-10)).unwrap();
+    fn allocations<S: Jets<N>, const N: usize>(system: &S, start: Start<N>) {
+        let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-10)).unwrap();
         flow.step(1e6).unwrap();
         let steps = allocation_counter::measure(|| {
             for _ in 0..300 {

@@ -16,7 +16,7 @@ fn check(h: f64, start: Start<2>, steps: usize) -> usize {
     for _ in 0..steps {
         let leg = flow.leg();
         flow.advance().unwrap();
-        let node = flow.node().unwrap();
+        let node = flow.node();
         let w = pendulum::w(node.v);
 
         let r2 = J * (node.a[0] + node.a[1]);

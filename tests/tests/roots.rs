@@ -68,7 +68,7 @@ fn a_run_follows_its_motion_or_says_that_it_cannot_tell() {
                     );
                 }
                 Err(error) => {
-                    let details = error.details();
+                    let details = error.failed_step().unwrap();
                     assert_eq!(details.cause.reason, StepFailure::AmbiguousRoot);
                     let pair = [details.q2[0], details.other[0]];
                     let near = |wanted: f64| pair.iter().any(|q| (q - wanted).abs() < 1e-8);

@@ -30,8 +30,10 @@ where
                 return false;
             };
             let times = grid(P::END);
-            flow.stream(&times, |state| out.extend_from_slice(&state.q[..P::MEASURED]))
-                .is_ok()
+            flow.sample(&times, &mut |_, point| {
+                out.extend_from_slice(&point.q[..P::MEASURED])
+            })
+            .is_ok()
         })
     })
 }

@@ -23,7 +23,7 @@ use std::time::Duration;
 
 use criterion::Criterion;
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
-use dsocs_core::{Start, Stepper, System};
+use dsocs_core::{RunError, Start, Stepper, System};
 
 use constrained::{Contact, Sphere};
 use measure::{Effort, Point, Reference, sweep};
@@ -180,9 +180,9 @@ where
         Start::second_order(q, v),
         Tolerance::relative(1e-16).order(18),
     );
-    let result = flow.and_then(|mut flow| {
-        flow.stream(&grid(P::END), |state| {
-            ours.extend_from_slice(&state.q[..P::MEASURED]);
+    let result = flow.map_err(RunError::from).and_then(|mut flow| {
+        flow.sample(&grid(P::END), &mut |_, point| {
+            ours.extend_from_slice(&point.q[..P::MEASURED]);
         })
     });
     if let Err(error) = result {

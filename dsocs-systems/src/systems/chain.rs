@@ -99,7 +99,7 @@ planar_chain! {
 
 #[cfg(test)]
 mod tests {
-    use dsocs_core::{Point, Stepper, System};
+    use dsocs_core::{Point, System};
 
     use super::*;
 

@@ -49,8 +49,8 @@ fn continuous<S: Jets<N>, const N: usize>(
     t: f64,
 ) -> ([f64; N], [f64; N]) {
     let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15)).unwrap();
-    let state = flow.until(t).unwrap();
-    (state.q, state.v)
+    let node = flow.to(t).unwrap();
+    (node.q, node.v)
 }
 
 /// The largest difference of components.

@@ -33,7 +33,7 @@ fn energy_and_angular_momentum_stay() {
         let mut worst = [0.0_f64; 3];
         while flow.time() < 200.0 {
             flow.advance().unwrap();
-            let node = flow.node().unwrap();
+            let node = flow.node();
             worst[0] = worst[0].max((momentum(&flow) / first - 1.0).abs());
             worst[1] = worst[1].max((node.energy - energy).abs());
             let [x, y, z] = node.q;
