@@ -181,10 +181,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The rows of the step at the unknowns `z`.
     pub fn rows<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
-        let at = At {
-            z,
-            ..At::leg(h, leg)
-        };
+        let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Residual, Part::Head, &at)
     }
 
@@ -211,20 +208,14 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The Jacobian `∂row/∂z` of the rows, row by row.
     pub fn jacobian<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
-        let at = At {
-            z,
-            ..At::leg(h, leg)
-        };
+        let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Residual, Part::Tail, &at)
     }
 
     /// What each row is, divided by the declared one: denominators that were multiplied out, and factors of the parameters and
     /// of `h` that were dropped.
     pub fn scales<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
-        let at = At {
-            z,
-            ..At::leg(h, leg)
-        };
+        let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Scales, Part::All, &at)
     }
 
@@ -241,19 +232,13 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The second difference that belongs to the unknowns.
     pub fn second_difference<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> [T; N] {
-        let at = At {
-            z,
-            ..At::leg(h, leg)
-        };
+        let at = At { z, ..At::leg(h, leg) };
         self.vector(Segment::SecondDifference, Part::All, &at)
     }
 
     /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
     pub fn point<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Point<T, N> {
-        let at = At {
-            e,
-            ..At::leg(h, leg)
-        };
+        let at = At { e, ..At::leg(h, leg) };
         let mut point = [[T::splat(f64::NAN); N]; 3];
         self.into(Segment::Node, Part::Head, &at, point.as_flattened_mut());
         let [q, v, a] = point;
@@ -262,19 +247,13 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
     pub fn force<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> [T; N] {
-        let at = At {
-            e,
-            ..At::leg(h, leg)
-        };
+        let at = At { e, ..At::leg(h, leg) };
         self.vector(Segment::Node, Part::Tail, &at)
     }
 
     /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`.
     pub fn forms<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<[T; N]> {
-        let at = At {
-            e,
-            ..At::leg(h, leg)
-        };
+        let at = At { e, ..At::leg(h, leg) };
         self.vectors(Segment::Forms, &at)
     }
 
@@ -310,11 +289,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(q)`, then `c(q, v)`, then
     /// `dg(q)·v`.
     pub fn phase<T: Number>(&self, q: &[T; N], v: &[T; N]) -> Vec<T> {
-        let at = At {
-            q,
-            v,
-            ..At::NOWHERE
-        };
+        let at = At { q, v, ..At::NOWHERE };
         self.all(Segment::Phase, Part::All, &at)
     }
 
@@ -325,11 +300,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The Lagrangian `L(q, v)`.
     pub fn lagrangian<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
-        let at = At {
-            q,
-            v,
-            ..At::NOWHERE
-        };
+        let at = At { q, v, ..At::NOWHERE };
         self.scalar(Segment::Lagrangian, &at)
     }
 
@@ -340,11 +311,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// The energy `⟨∂L/∂v, v⟩ - L`.
     pub fn energy<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
-        let at = At {
-            q,
-            v,
-            ..At::NOWHERE
-        };
+        let at = At { q, v, ..At::NOWHERE };
         self.scalar(Segment::Energy, &at)
     }
 

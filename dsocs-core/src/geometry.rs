@@ -50,7 +50,8 @@ pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
-    discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus, theta_minus, theta_plus,
+    discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,
+    theta_minus, theta_plus,
 };
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};

@@ -10,8 +10,8 @@ use crate::declaration::Declaration;
 use crate::multipliers::of_step;
 use crate::rounding;
 use crate::system::{Leg, System};
-use crate::tape::Number;
 use crate::tangent::Tangent;
+use crate::tape::Number;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
@@ -83,7 +83,8 @@ impl Regularity {
         let lengths = lengths(leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
         let [smallest, largest] = singular_values(declaration, h, leg, e, &lengths, &bounds, [0.0, 1.0]);
-        let [backward, largest_backward] = singular_values(declaration, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
+        let [backward, largest_backward] =
+            singular_values(declaration, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
         Self {
             forward: smallest,
             backward,
@@ -196,10 +197,16 @@ fn columns<const N: usize>(
                 q: along(&leg.q, by_q),
                 d: along(&leg.d, by_d),
             };
-            stacked(declaration, Tangent::new(h, 0.0), &leg, &along(e, by_e), &multipliers)
-                .into_iter()
-                .map(Tangent::derivative)
-                .collect()
+            stacked(
+                declaration,
+                Tangent::new(h, 0.0),
+                &leg,
+                &along(e, by_e),
+                &multipliers,
+            )
+            .into_iter()
+            .map(Tangent::derivative)
+            .collect()
         })
         .collect()
 }
@@ -229,10 +236,16 @@ fn multiplier_columns<const N: usize>(
                 .enumerate()
                 .map(|(i, &x)| Tangent::new(x, if i == j { unit } else { 0.0 }))
                 .collect();
-            stacked(declaration, Tangent::new(h, 0.0), &constant_leg, &fixed(e), &moving)
-                .into_iter()
-                .map(Tangent::derivative)
-                .collect()
+            stacked(
+                declaration,
+                Tangent::new(h, 0.0),
+                &constant_leg,
+                &fixed(e),
+                &moving,
+            )
+            .into_iter()
+            .map(Tangent::derivative)
+            .collect()
         })
         .collect()
 }

@@ -1,4 +1,4 @@
-//! The two nodes that a discrete motion begins with.
+//! What a run begins with.
 
 mod consistency;
 
@@ -9,15 +9,19 @@ use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
 use crate::rounding;
+use crate::run::{RunError, Stepper as _};
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
-use crate::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
+use crate::taylor::{Jets, TaylorFlow, Tolerance};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
 
-/// The start of a discrete motion: how its first two nodes `q0`, `q1` are found.
+/// The start of a run, by any method: a position and a velocity, or the first two nodes.
+///
+/// A [`crate::Flow`] begins with two nodes `q0`, `q1`, and the start says how the second is found. The other methods begin with the
+/// position and the velocity, whatever the rule; a start of two nodes gives them none.
 ///
 /// ```
 /// use dsocs_core::Start;
@@ -85,12 +89,16 @@ impl<const N: usize> Start<N> {
     ///
     /// # Errors
     ///
-    /// [`TaylorError`] if the motion does not get as far as `h`.
-    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, TaylorError> {
-        let mut flow = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(EXACT))?;
-        let a0 = flow.acceleration();
-        flow.until(h)?;
-        let d = flow.position().plus(&Compensated::exact(q0).negated());
+    /// [`RunError`] if the motion does not get as far as `h`.
+    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, RunError> {
+        let start = Self::second_order(q0, v0);
+        let mut flow = TaylorFlow::new(system, start, Tolerance::relative(EXACT))?;
+        let a0 = *flow.acceleration();
+        if h < 0.0 {
+            flow.reverse()?;
+        }
+        flow.to(h)?;
+        let d = flow.exact_position().plus(&Compensated::exact(q0).negated());
         Ok(Self {
             q0,
             rule: Rule::Exact { v0, a0, d, h },
@@ -136,7 +144,12 @@ impl<const N: usize> Start<N> {
                 check_vector::<S, N>("v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let d = Compensated::exact(v0.map(|v| h * v));
-                (q0, v0, None, consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    None,
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
             Rule::SecondOrder { v0 } => {
                 check_vector::<S, N>("v0", &v0)?;
@@ -144,7 +157,12 @@ impl<const N: usize> Start<N> {
                 let a0 = state_acceleration(system, &q0, &v0)?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
-                (q0, v0, Some(a0), consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    Some(a0),
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
             Rule::Nodes { q1 } => {
                 check_vector::<S, N>("q1", &q1)?;
@@ -163,12 +181,33 @@ impl<const N: usize> Start<N> {
                     return Err(SetupError::StartStep { start: own, h });
                 }
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                (q0, v0, Some(a0), consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    Some(a0),
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
         };
         let q = Compensated::exact(q0).plus(&d);
         check_vector::<S, N>("q1", &q.hi)?;
         Ok(Beginning { q0, v0, a0, t0, q, d })
+    }
+
+    /// The time, the position and the velocity, for methods that begin with these.
+    pub(crate) fn phase<S: System<N>>(&self, system: &S) -> Result<(f64, [f64; N], [f64; N]), SetupError> {
+        let Self { q0, rule, t0, .. } = *self;
+        if !t0.is_finite() {
+            return Err(SetupError::StartTime { t0 });
+        }
+        check_vector::<S, N>("q0", &q0)?;
+        let v0 = match rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
+            Rule::Nodes { .. } => return Err(SetupError::Velocity),
+        };
+        check_vector::<S, N>("v0", &v0)?;
+        let (q0, v0) = self.consistent(system, q0, v0)?;
+        Ok((t0, q0, v0))
     }
 
     /// A position and a velocity that obey the constraints of lower order.
@@ -201,6 +240,20 @@ pub(crate) struct Beginning<const N: usize> {
     pub q: Compensated<N>,
     /// The increment from the first to the second.
     pub d: Compensated<N>,
+}
+
+/// Checks that the parameters are finite.
+pub(crate) fn check_parameters<S: System<N>, const N: usize>(system: &S) -> Result<(), SetupError> {
+    let values = (0..).map_while(|index| system.parameter(index));
+    for (parameter, value) in S::PARAMETERS.iter().zip(values) {
+        if !value.is_finite() {
+            return Err(SetupError::Parameter {
+                name: parameter.name,
+                value,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a vector of the start is finite.

@@ -297,9 +297,7 @@ fn moving<S: System<N>, const N: usize>(
     Moving {
         rows: derivatives(tape.rows(h, &leg, &moving)),
         scales: derivatives(tape.scales(h, &leg, &moving)),
-        second_difference: tape
-            .second_difference(h, &leg, &moving)
-            .map(Tangent::derivative),
+        second_difference: tape.second_difference(h, &leg, &moving).map(Tangent::derivative),
     }
 }
 

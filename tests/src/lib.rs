@@ -5,6 +5,6 @@ pub mod closed_form;
 pub mod data;
 pub mod fit;
 pub mod independent;
-pub mod tape;
 #[cfg(doctest)]
 mod readme;
+pub mod tape;

@@ -49,11 +49,17 @@ fn same(name: &str, code: &[f64], tape: &[f64]) -> Result<(), String> {
     // which NaN it is depends on the order of operands, which is the compiler's choice
     let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
     if code.len() != tape.len() {
-        return Err(format!("{name}: {} of the code, {} of the tape", code.len(), tape.len()));
+        return Err(format!(
+            "{name}: {} of the code, {} of the tape",
+            code.len(),
+            tape.len()
+        ));
     }
     for (place, (&code, &tape)) in code.iter().zip(tape).enumerate() {
         if bits(code) != bits(tape) {
-            return Err(format!("{name} {place}: {code:?} by the code, {tape:?} by the tape"));
+            return Err(format!(
+                "{name} {place}: {code:?} by the code, {tape:?} by the tape"
+            ));
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 //! formulation, of order 2, and their energy does not drift.
 
 use dsocs_core::geometry::motion;
-use dsocs_core::{Flow, Real, Start, System};
+use dsocs_core::{Flow, Real, Start, Stepper, System};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
 use dsocs_tests::check::{Kind, State, compare};
 use dsocs_tests::fit::{local_slopes, slope};

@@ -6,7 +6,7 @@
 //! `√steps · ε |e|/|d|`, and if they all had one sign to `steps · ε |e|/|d|`.
 
 use dsocs_core::geometry::discrete_lagrangian;
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, Wavy};
 
 const STEPS: u32 = 5000;

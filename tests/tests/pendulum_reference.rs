@@ -1,7 +1,7 @@
 //! The pendulum's discrete motion is the reference's, row by row, within what double precision allows; so are single
 //! steps, also those where the wrong root is nearest.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -122,5 +122,8 @@ fn the_first_steps_one_by_one() {
 #[test]
 fn the_hard_steps_one_by_one() {
     // the tolerance of a solution with the factor divided out exactly; dividing the row numerically loses two digits more
-    single_steps("pendulum_hard_steps_h0.1.csv", [1e-13, 2e-11]);
+    single_steps(
+        "../../dsocs-systems/data/pendulum_hard_steps_h0.1.csv",
+        [1e-13, 2e-11],
+    );
 }

@@ -78,7 +78,7 @@ pub(super) fn continues<S: System<N>, const N: usize>(
 #[inline]
 pub(super) fn orientation<S: System<N>, const N: usize>(step: &Step<'_, S, N>, z: &S::Unknown<f64>) -> f64 {
     let rows = step.system.linearize(step.constants, &step.known, z);
-    let mut sign = S::Unknown::<f64>::orientation(&rows.jacobian);
+    let mut sign = S::Unknown::<f64>::determinant(&rows.jacobian).value.signum();
     if S::SCALED {
         let scales = step.system.scales(step.constants, &step.known, z);
         for scale in scales.as_ref() {
@@ -135,7 +135,7 @@ pub(super) fn passes_singularity<S: System<N>, const N: usize>(
         };
         *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
     }
-    <[f64; N]>::orientation(&slopes) < 0.0
+    <[f64; N]>::determinant(&slopes).value < 0.0
 }
 
 /// The leg of the length `h` that arrives at a node.

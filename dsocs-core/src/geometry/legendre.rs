@@ -2,8 +2,8 @@
 
 use super::form::{Displacement, TwoForm};
 use super::units;
-use crate::scalar::Scalar;
 use crate::declaration::Declaration;
+use crate::scalar::Scalar;
 use crate::system::{Leg, System};
 use crate::tangent::{Tangent, Tangent2};
 
@@ -23,7 +23,10 @@ fn derivative<S: System<N>, const N: usize>(
             q: along(&leg.q, by_q),
             d: along(&leg.d, by_d),
         };
-        declaration.discrete_lagrangian(Tangent::splat(h), &leg).derivative() / units[j]
+        declaration
+            .discrete_lagrangian(Tangent::splat(h), &leg)
+            .derivative()
+            / units[j]
     })
 }
 
@@ -98,7 +101,10 @@ pub(super) fn mixed<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<
                     Tangent2::second(leg.d[k], [part(k, i, -units[i]), part(k, j, units[j])])
                 }),
             };
-            declaration.discrete_lagrangian(Tangent2::splat(h), &moved).mixed() / (units[i] * units[j])
+            declaration
+                .discrete_lagrangian(Tangent2::splat(h), &moved)
+                .mixed()
+                / (units[i] * units[j])
         })
     })
 }

@@ -3,9 +3,9 @@
 use super::error::GeometryError;
 use super::form::Displacement;
 use super::units;
+use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::flow::{Flow, MAX_ITERATIONS};
-use crate::declaration::Declaration;
 use crate::regularity;
 use crate::scalar::Scalar as _;
 use crate::start;
@@ -138,7 +138,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         e: &[f64; N],
     ) -> Result<(S::Unknown<f64>, Step<'_, S, N>), GeometryError> {
         let step = Step::new(self.system, &self.constants, *leg, self.h);
-        match step.solve_near(step.unknowns(e), &Predictor::new(), MAX_ITERATIONS) {
+        match step.solve_near(step.unknowns(e), &mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok((z, step)),
             Err(cause) => Err(failed(leg, cause)),
         }

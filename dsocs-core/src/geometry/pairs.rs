@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use super::form::Displacement;
 use super::map::Triple;
 use super::units;
-use crate::scalar::Scalar as _;
 use crate::declaration::Declaration;
+use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
 
@@ -45,7 +45,11 @@ pub fn pair_displacements<S: System<N>, const N: usize>(
 /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`, at a triple: one for each
 /// constraint, or none where the declaration gives the virtual displacements by fields.
 #[must_use]
-pub fn constraint_forms<S: System<N>, const N: usize>(system: &S, h: f64, triple: &Triple<N>) -> Vec<[f64; N]> {
+pub fn constraint_forms<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    triple: &Triple<N>,
+) -> Vec<[f64; N]> {
     Declaration::of(system).forms(h, &triple.leg, &triple.e)
 }
 

@@ -3,10 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::rounding;
 use crate::scalar::Scalar as _;
-use crate::declaration::Declaration;
 use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 
@@ -50,14 +50,26 @@ pub(super) fn check_pair<const N: usize>(
     // the first node, of whose pair nothing else is known
     if declaration.holonomic() > 0 {
         let rows = holonomic_rows(declaration, q0);
-        obeyed(declaration, &rows, &rounding::phase_sizes(declaration, q0, &[0.0; N]))?;
+        obeyed(
+            declaration,
+            &rows,
+            &rounding::phase_sizes(declaration, q0, &[0.0; N]),
+        )?;
     }
     let leg = leg(q0, d);
-    obeyed(declaration, &declaration.pair(h, &leg), &rounding::pair_sizes(declaration, h, &leg))
+    obeyed(
+        declaration,
+        &declaration.pair(h, &leg),
+        &rounding::pair_sizes(declaration, h, &leg),
+    )
 }
 
 /// Refuses the first row that is not zero.
-fn obeyed<const N: usize>(declaration: &Declaration<'_, N>, rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
+fn obeyed<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    rows: &[f64],
+    sizes: &[f64],
+) -> Result<(), SetupError> {
     for (place, (&row, &size)) in rows.iter().zip(sizes).enumerate() {
         // false also where it is not a number
         let is_obeyed = row.abs() <= OBEYED * size;
@@ -82,7 +94,11 @@ fn obeyed<const N: usize>(declaration: &Declaration<'_, N>, rows: &[f64], sizes:
 }
 
 /// Whether a projection has ended on the constraints, and not where their derivatives vanish.
-fn reached<const N: usize>(declaration: &Declaration<'_, N>, rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
+fn reached<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    rows: &[f64],
+    sizes: &[f64],
+) -> Result<(), SetupError> {
     obeyed(declaration, rows, sizes).map_err(|_| SetupError::Projection {
         residual: rows.to_vec(),
     })
@@ -142,7 +158,11 @@ pub(super) fn onto_pair<const N: usize>(
     let mut d = d;
     d.add(&correction);
     let leg = leg(q0, &d);
-    reached(declaration, &declaration.pair(h, &leg), &rounding::pair_sizes(declaration, h, &leg))?;
+    reached(
+        declaration,
+        &declaration.pair(h, &leg),
+        &rounding::pair_sizes(declaration, h, &leg),
+    )?;
     Ok(d)
 }
 
@@ -162,7 +182,11 @@ fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N]
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-fn inverse_mass<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N], v: &[f64; N]) -> DMatrix<f64> {
+fn inverse_mass<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> DMatrix<f64> {
     let columns: Vec<[f64; N]> = (0..N)
         .map(|j| {
             let point = Point {

@@ -69,7 +69,16 @@ fn small() -> &'static Tape {
         &[5, 6],
         1,
     );
-    let energy = segment(&[&[1, 0, 0], &[38, 0], &[0, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f], &[8, 1, 2]], &[3, 3], 0);
+    let energy = segment(
+        &[
+            &[1, 0, 0],
+            &[38, 0],
+            &[0, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f],
+            &[8, 1, 2],
+        ],
+        &[3, 3],
+        0,
+    );
     tape(&[
         (Segment::Constants, constants),
         (Segment::Known, known),
@@ -125,7 +134,9 @@ fn the_same_tape_serves_other_numbers() {
     let moved = results(tape, Segment::Residual, Part::All, &slope);
     assert_eq!(moved[0].value(), leaf(Leaf::Z(0)) * 10.0 + 1.0);
     assert!((moved[0].derivative() - 10.0).abs() < 1e-12);
-    let lanes = results(tape, Segment::Residual, Part::All, &|place| Lanes::splat(leaf(place)));
+    let lanes = results(tape, Segment::Residual, Part::All, &|place| {
+        Lanes::splat(leaf(place))
+    });
     assert_eq!(lanes[1].lane(7), 10.0);
 }
 
@@ -173,8 +184,13 @@ fn a_function_may_evaluate_tapes_itself() {
     }
     let tape = small();
     let mut rows = Vec::new();
-    f64::walk(tape.program(Segment::Residual, Part::Head), &Nested, &leaf, &mut |_, row| {
-        rows.push(row);
-    });
+    f64::walk(
+        tape.program(Segment::Residual, Part::Head),
+        &Nested,
+        &leaf,
+        &mut |_, row| {
+            rows.push(row);
+        },
+    );
     assert_eq!(rows, [77.0 + (3.0 + 2.0 * f64::sin(0.25))]);
 }

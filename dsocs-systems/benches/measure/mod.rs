@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use dsocs_core::__private::Compiled as _;
-use dsocs_core::{Flow, Leg, Start, System};
+use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
 
 use crate::handwritten::{chain, particle, pendulum};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
@@ -31,12 +31,12 @@ pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
 pub const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
 
 /// Something that steps.
-pub trait Stepper: Clone {
+pub trait Steps: Clone {
     fn step(&mut self) -> u32;
     fn place(&self) -> &[f64];
 }
 
-impl<S: System<N>, const N: usize> Stepper for Flow<'_, S, N> {
+impl<S: System<N>, const N: usize> Steps for Flow<'_, S, N> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution").iterations
@@ -47,7 +47,7 @@ impl<S: System<N>, const N: usize> Stepper for Flow<'_, S, N> {
     }
 }
 
-impl<K: Fn(f64, f64) -> f64 + Copy> Stepper for particle::Particle<K> {
+impl<K: Fn(f64, f64) -> f64 + Copy> Steps for particle::Particle<K> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -58,7 +58,7 @@ impl<K: Fn(f64, f64) -> f64 + Copy> Stepper for particle::Particle<K> {
     }
 }
 
-impl Stepper for pendulum::Pendulum {
+impl Steps for pendulum::Pendulum {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -69,7 +69,7 @@ impl Stepper for pendulum::Pendulum {
     }
 }
 
-impl<const N: usize> Stepper for chain::Chain<N> {
+impl<const N: usize> Steps for chain::Chain<N> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -131,13 +131,7 @@ pub fn wavy() -> CurvedParticle<Wavy> {
 }
 
 /// Rivals must solve the same problem: the same nodes to rounding, in as many iterations.
-fn must_agree(
-    name: &str,
-    mut generated: impl Stepper,
-    mut rival: impl Stepper,
-    steps: u32,
-    tolerance: &[f64],
-) {
+fn must_agree(name: &str, mut generated: impl Steps, mut rival: impl Steps, steps: u32, tolerance: &[f64]) {
     let mut iterations = [0; 2];
     for k in 0..steps {
         iterations[0] += generated.step();
@@ -218,7 +212,7 @@ fn alternate(
 }
 
 /// Batches of steps, one after the other along a run, and the run again from its start.
-fn steps<S: Stepper>(start: S, run: u32) -> impl FnMut() -> u32 {
+fn steps<S: Steps>(start: S, run: u32) -> impl FnMut() -> u32 {
     let batch = run.min(1000);
     let (mut stepper, mut done) = (start.clone(), 0);
     move || {
@@ -264,10 +258,10 @@ fn all<const M: usize>(rows: [f64; M], jacobian: [[f64; M]; M]) -> f64 {
 /// The state in which residuals are measured: in the middle of a run, at its next second difference.
 fn in_the_middle<S: System<N>, const N: usize>(mut flow: Flow<'_, S, N>) -> (Leg<f64, N>, [f64; N]) {
     for _ in 0..300 {
-        flow.step();
+        flow.advance().expect("the step has a solution");
     }
     let leg = flow.leg();
-    flow.step();
+    flow.advance().expect("the step has a solution");
     let after = flow.leg();
     (leg, std::array::from_fn(|i| after.d[i] - leg.d[i]))
 }

@@ -4,6 +4,7 @@
 //! multiple of it, and the figures are relative to the terms that they are a difference of.
 
 mod continuous;
+mod extrapolation;
 mod flow;
 mod momentum;
 mod order;
@@ -13,7 +14,7 @@ use std::error::Error;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use crate::registry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;

@@ -2,7 +2,7 @@
 
 use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map};
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::{Measured, Report, Subject, larger, largest};
 use crate::registry::{Kind, Symmetry};

@@ -9,7 +9,6 @@ use thiserror::Error;
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
 use crate::registry::{CheckFailure, RunFailure, UnknownName};
-use dsocs_core::taylor::TaylorError;
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -139,13 +138,11 @@ impl CliError {
             | Self::Parameter { .. }
             | Self::TableFormat(_)
             | Self::Conflict { .. }
-            | Self::Figure(FigureError::Format(_))
+            | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
                 failure:
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
-                    | RunFailure::Velocity
-                    | RunFailure::Taylor(TaylorError::Tolerance { .. })
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
             Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use dsocs_core::geometry::discrete_lagrangian;
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::switch::residual;
 use super::{Bar, Measured, Report, distance, larger};
@@ -166,7 +166,7 @@ fn branch(until: f64, h: f64) -> Result<([f64; 2], f64), Box<dyn Error>> {
     let (mut spurious, mut worst, mut value) = (0, 0.0, f64::NAN);
     while flow.time() <= until {
         flow.advance()?;
-        let Some(node) = flow.node() else { continue };
+        let node = flow.node();
         let residual = residual(&pendulum, &node);
         let w = pendulum.factor(node.q, node.v);
         worst = larger(worst, residual);

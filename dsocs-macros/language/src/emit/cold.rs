@@ -115,10 +115,23 @@ fn segments(
     let (program, in_step) = (&stages.program, stages.in_step());
     let constants = constants(stages, calls);
     let known = program.segment(Segment::default(), &stages.known, 0, &stages.in_run(), calls);
-    let residual = program.segment(Segment::default(), &stages.residual(), stages.rows.len(), &in_step, calls);
+    let residual = program.segment(
+        Segment::default(),
+        &stages.residual(),
+        stages.rows.len(),
+        &in_step,
+        calls,
+    );
     let scales = program.segment(Segment::default(), &stages.scales, 0, &in_step, calls);
-    let second_difference = program.segment(Segment::default(), &stages.second_difference, 0, &in_step, calls);
-    let node = program.segment(Segment::default(), &stages.node(), stages.point.len(), &in_step, calls);
+    let second_difference =
+        program.segment(Segment::default(), &stages.second_difference, 0, &in_step, calls);
+    let node = program.segment(
+        Segment::default(),
+        &stages.node(),
+        stages.point.len(),
+        &in_step,
+        calls,
+    );
     let forms = program.segment(Segment::default(), &stages.forms, 0, &in_step, calls);
     let energy = &stages.energy;
     let energy = energy
@@ -173,7 +186,9 @@ fn segments(
 fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
     let nothing = HashMap::new();
     let none = Segment::default();
-    let of_step = stages.program.segment(none, &stages.constants, 0, &nothing, calls);
+    let of_step = stages
+        .program
+        .segment(none, &stages.constants, 0, &nothing, calls);
     let energy = &stages.energy;
     energy
         .program

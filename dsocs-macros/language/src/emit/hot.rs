@@ -92,13 +92,9 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
 fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     let read = model.parameters.iter().map(crate::model::ParameterField::read);
     let nothing = HashMap::new();
-    let (constants_code, constants) = stages
-        .program
-        .code(&stages.constants, &nothing, "n", &argument);
+    let (constants_code, constants) = stages.program.code(&stages.constants, &nothing, "n", &argument);
     let energy = &stages.energy;
-    let (energy_code, of_energy) = energy
-        .program
-        .code(&energy.constants, &nothing, "m", &argument);
+    let (energy_code, of_energy) = energy.program.code(&energy.constants, &nothing, "m", &argument);
     let (known_code, known) = stages
         .program
         .code(&stages.known, &stages.in_run(), "n", &argument);

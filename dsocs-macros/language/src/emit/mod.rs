@@ -37,12 +37,7 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
 fn system(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
-    let unknowns = passes::choose(
-        &mut graph,
-        &step.rows,
-        model.coordinates.len(),
-        step.multipliers,
-    );
+    let unknowns = passes::choose(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
     let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
     let expressions = Expressions::new(model);
     let energy = Energy::new(expressions.graph(), expressions.energy);

@@ -487,8 +487,7 @@ impl<'g> Program<'g> {
         // parts stand before what they are parts of
         let mut fixed: Vec<bool> = Vec::with_capacity(self.ops.len());
         for op in &self.ops {
-            let is_fixed =
-                !matches!(op, Op::Leaf(_)) && op.parts().iter().all(|part| fixed[part.0 as usize]);
+            let is_fixed = !matches!(op, Op::Leaf(_)) && op.parts().iter().all(|part| fixed[part.0 as usize]);
             fixed.push(is_fixed);
         }
         let mut frontier = BTreeSet::new();

@@ -116,10 +116,7 @@ fn pendulum_with_a_lyapunov_constraint() {
     );
     // the factor w divides the constraint exactly: nothing is divided by it any more
     let rows = method(&code, "linearize");
-    assert!(
-        !rows.contains("recip") && !rows.contains(" / "),
-        "{rows}"
-    );
+    assert!(!rows.contains("recip") && !rows.contains(" / "), "{rows}");
     insta::assert_snapshot!(code);
 }
 

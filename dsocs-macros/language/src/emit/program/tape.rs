@@ -19,7 +19,11 @@ pub(crate) struct Calls(Vec<Called>);
 
 #[derive(Clone, PartialEq, Eq)]
 enum Called {
-    Function { callee: usize, count: usize, wrt: Vec<usize> },
+    Function {
+        callee: usize,
+        count: usize,
+        wrt: Vec<usize>,
+    },
     Expression(usize),
 }
 
