@@ -376,7 +376,13 @@ fn times_that_cannot_be_reached_are_told() {
 
 /// The errors of the chain of sources, from the run's on.
 fn chain(failure: &Failure<1>) -> Vec<&(dyn Error + 'static)> {
-    core::iter::successors(failure.source(), |error| error.source()).collect()
+    let mut errors = Vec::new();
+    let mut next = failure.source();
+    while let Some(error) = next {
+        errors.push(error);
+        next = error.source();
+    }
+    errors
 }
 
 #[test]
