@@ -4,6 +4,8 @@ use core::fmt;
 use core::iter::FusedIterator;
 
 use crate::compensated::Compensated;
+use crate::compiled::Report;
+use crate::declaration::Declaration;
 use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
@@ -100,7 +102,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let beginning = start.begin(system, h)?;
         Ok(Self {
             system,
-            constants: system.constants(h),
+            constants: system.constants(&system.parameters(), h),
             h,
             clock: Clock::even(beginning.t0, h),
             q: beginning.q,
@@ -212,15 +214,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// The middle node of a step.
     fn node_of(&self, Solved { leg, e, report }: Solved<N>) -> Node<N> {
         let known = self.system.known(&self.constants, &leg);
-        let Point { q, v, a } = self.system.point(&self.constants, &known, &leg, &e);
+        let Report { point, force, energy } = self.system.report(&self.constants, &known, &leg, &e);
         Node {
             index: self.clock.index(),
             t: self.clock.time(),
             q: leg.q,
-            v,
-            a,
-            force: self.system.force(&self.constants, &known, &leg, &e),
-            energy: self.system.energy(&q, &v),
+            v: point.v,
+            a: point.a,
+            force,
+            energy,
             iterations: report.iterations,
             stop: report.stop,
         }
@@ -238,7 +240,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: self.system.continuous_force(&Point { q: q0, v: v0, a }),
+            force: Declaration::of(self.system).continuous_force(&Point { q: q0, v: v0, a }),
             energy: self.system.energy(&q0, &v0),
             iterations: 0,
             stop: Stop::Start,
@@ -311,7 +313,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
     fn reverse(&mut self) -> Result<(), RunError> {
         let mut turned = self.clone();
         turned.h = -self.h;
-        turned.constants = turned.system.constants(turned.h);
+        turned.constants = turned.system.constants(&turned.system.parameters(), turned.h);
         turned.d = self.d.negated();
         turned.q = self.q.plus(&turned.d);
         turned.predictor.turn();

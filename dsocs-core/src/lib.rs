@@ -62,8 +62,14 @@
 // tests ask for exact values where they are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
+// declared systems of the tests call this crate by its name
+#[cfg(test)]
+extern crate self as dsocs_core;
+
 mod compensated;
+mod compiled;
 mod composition;
+mod declaration;
 mod dual;
 mod ensemble;
 mod error;
@@ -80,6 +86,7 @@ mod start;
 mod step;
 mod system;
 mod tangent;
+mod tape;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
@@ -91,19 +98,15 @@ pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageF
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots, multipliers};
-pub use lanes::Lanes;
 pub use regularity::Regularity;
 pub use run::{
     Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, Node, Observer, Occurrence, OnEvent,
     OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor, on_event,
 };
-pub use scalar::Scalar;
 pub use start::Start;
 pub use step::newton::Stop;
-pub use step::unknown::{Linearization, Unknown};
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Parameter, Point, System};
-pub use tangent::{Tangent, Tangent2};
 pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
 /// The number type of functions and methods that a declaration calls: real numbers and dual numbers over them.
@@ -124,7 +127,14 @@ impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
+    pub use crate::compiled::{Compiled, Report};
+    pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
+    pub use crate::lanes::Lanes;
+    pub use crate::scalar::Scalar;
+    pub use crate::step::unknown::{Linearization, Unknown};
+    pub use crate::tangent::{Tangent, Tangent2};
+    pub use crate::tape::{Number, Source, Tape};
 
     /// Computes a part of a long method in a function of its own.
     #[inline(never)]

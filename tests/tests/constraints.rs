@@ -3,8 +3,9 @@
 #[allow(dead_code)] // shared with other tests
 mod systems;
 
+use dsocs_core::__private::{Declaration, Tangent};
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System, Tangent};
+use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
 use systems::orders::{
@@ -285,7 +286,6 @@ fn a_start_that_violates_a_constraint_is_refused_or_projected() {
 
 /// The generated Jacobian, which comes from simpler rows than the residual, is the derivative of the residual.
 fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
-    use dsocs_core::Unknown;
     let h = 0.05;
     let mut flow = Flow::new(system, h, start).unwrap();
     for _ in 0..5 {
@@ -294,27 +294,26 @@ fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
         let e: [f64; N] = core::array::from_fn(|i| (flow.leg().d[i] - leg.d[i]) * 1.1);
         let node = flow.node();
         let multipliers: Vec<f64> = flow.multipliers(&node).iter().map(|x| 1.1 * x).collect();
+        dsocs_tests::tape::same_bits(system, h, &leg, &e, &multipliers).unwrap();
         let z = system.unknown(&e, &multipliers);
         let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
         let moving_leg = dsocs_core::Leg {
             q: fixed(&leg.q),
             d: fixed(&leg.d),
         };
-        let constants = system.constants(h);
+        let constants = system.constants(&system.parameters(), h);
         let known = system.known(&constants, &leg);
-        let generated = system.residual(&constants, &known, &z);
-        let moving_constants = system.constants(Tangent::new(h, 0.0));
-        let moving_known = system.known(&moving_constants, &moving_leg);
+        let generated = system.linearize(&constants, &known, &z);
         let m = z.as_ref().len();
         for j in 0..m {
-            let mut moving = S::Unknown::<Tangent>::zero();
-            for (k, (to, from)) in moving.as_mut().iter_mut().zip(z.as_ref()).enumerate() {
-                *to = Tangent::new(*from, f64::from(u8::from(k == j)));
-            }
-            let rows = system.residual(&moving_constants, &moving_known, &moving).rows;
+            let moving = z.as_ref().iter().enumerate();
+            let moving: Vec<_> = moving
+                .map(|(k, &from)| Tangent::new(from, f64::from(u8::from(k == j))))
+                .collect();
+            let rows = Declaration::of(system).rows(Tangent::new(h, 0.0), &moving_leg, &moving);
             for i in 0..m {
                 let row: &[f64] = generated.jacobian.as_ref()[i].as_ref();
-                let (entry, exact) = (row[j], rows.as_ref()[i].derivative());
+                let (entry, exact) = (row[j], rows[i].derivative());
                 let size = row.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
                 assert!(
                     (entry - exact).abs() <= 1e-12 * size,

@@ -1,5 +1,7 @@
 //! Discrete Lagrangians, discrete constraints and maps that are given directly or by name: what they give, with which order.
 
+use dsocs_core::__private::Declaration;
+use dsocs_core::geometry::discrete_lagrangian;
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Leg, Start, StepFailure, Stepper, System, dsocs};
 use dsocs_systems::InertiaWheelPendulum;
@@ -131,7 +133,7 @@ fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
             d: [f64::cos(h) - 1.0],
         };
         let action = -(2.0 * h).sin() / (4.0 * h);
-        assert!((Oscillator.discrete_lagrangian(h, &leg) - action).abs() < 1e-12 / h);
+        assert!((discrete_lagrangian(&Oscillator, h, &leg) - action).abs() < 1e-12 / h);
     }
 }
 
@@ -254,14 +256,8 @@ fn where_the_motor_has_no_power_there_need_be_no_exact_decrease() {
         assert!((28.5..29.0).contains(&flow.time()), "{error}");
         assert_eq!(error.step_failure(), Some(StepFailure::NotConverged));
         let leg = flow.leg();
-        let constants = PENDULUM.constants(h);
-        let known = PENDULUM.known(&constants, &leg);
-        let row = |e: f64| {
-            PENDULUM
-                .residual(&constants, &known, &PENDULUM.unknown(&[e, e], &[]))
-                .rows
-                .as_ref()[0]
-        };
+        let declaration = Declaration::of(&PENDULUM);
+        let row = |e: f64| declaration.rows(h, &leg, &declaration.unknown(&[e, e], &[]))[0];
         let sign = row(0.0).signum();
         let last = leg.d[0].abs().max(leg.d[1].abs());
         for k in -20_000..=20_000 {

@@ -10,6 +10,7 @@ use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
 use super::symmetry::Symmetry;
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
 use crate::regularity::Regularity;
@@ -187,7 +188,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 backward: fraction < 0.0,
                 longest,
                 per_square: (h * h).recip(),
-                constants: self.system.constants(h),
+                constants: self.system.constants(&self.system.parameters(), h),
                 predictor: Predictor::new(),
                 past: [leg; PAST],
                 found: S::Unknown::zero(),
@@ -449,7 +450,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
             q,
             v,
             a,
-            force: self.system.continuous_force(&Point { q, v, a }),
+            force: Declaration::of(self.system).continuous_force(&Point { q, v, a }),
             energy: self.system.energy(&q, &v),
             iterations: self.report.iterations,
             stop: self.report.stop,

@@ -6,6 +6,7 @@ use core::num::NonZeroU64;
 use super::Observed;
 use super::newton::{self, Roots};
 use crate::compensated::Compensated;
+use crate::compiled::Report;
 use crate::flow::{Flow, State};
 use crate::lanes::{LANES, Lanes};
 use crate::run::{self, Node, Observer, RunError, Stepper as _};
@@ -49,7 +50,7 @@ impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
-        self.system.residual(self.constants, self.known, z)
+        self.system.linearize(self.constants, self.known, z)
     }
 
     #[inline]
@@ -215,7 +216,9 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             run,
             ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
-            constants: run.system.constants(Lanes::splat(run.h)),
+            constants: run
+                .system
+                .constants(&run.system.parameters(), Lanes::splat(run.h)),
             q: Compensated::exact(zero),
             d: Compensated::exact(zero),
             predictor: Predictor::new(),
@@ -364,9 +367,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             roots,
             alone,
         } = solved;
-        let point = system.point(constants, known, leg, e);
-        let force = system.force(constants, known, leg, e);
-        let energy = system.energy(&point.q, &point.v);
+        let Report { point, force, energy } = system.report(constants, known, leg, e);
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {

@@ -51,7 +51,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
         let start = step.unknowns(&e);
         let (z, report) = step
-            .solve_near(start, &self.predictor, self.max_iterations)
+            .solve_near(start, &mut self.predictor, self.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
         let mut d = self.d;

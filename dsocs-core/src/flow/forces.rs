@@ -1,5 +1,6 @@
 //! Constraint forces, constraint by constraint.
 
+use crate::declaration::Declaration;
 use crate::multipliers::multipliers as of_force;
 use crate::run::Node;
 use crate::system::{Point, System};
@@ -13,7 +14,6 @@ use crate::system::{Point, System};
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
     let Node { q, v, a, .. } = *node;
-    let mut forms = vec![[0.0; N]; S::FORMS];
-    system.continuous_forms(&Point { q, v, a }, &mut forms);
+    let forms = Declaration::of(system).continuous_forms(&Point { q, v, a });
     of_force(&node.force, &forms)
 }

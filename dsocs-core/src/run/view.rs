@@ -1,6 +1,7 @@
 //! A system as a run shows it.
 
 use super::Node;
+use crate::declaration::Declaration;
 use crate::flow::multipliers;
 use crate::system::{Point, System};
 use crate::taylor::Jet;
@@ -44,7 +45,7 @@ impl<S: System<N>, const N: usize> View<N> for S {
     }
 
     fn observed_series(&self, point: &Point<Jet, N>, out: &mut [Jet]) {
-        self.observe(point, out);
+        Declaration::of(self).observe(point, out);
     }
 
     fn multipliers_of(&self, node: &Node<N>) -> Vec<f64> {

@@ -9,6 +9,7 @@ use super::error::{FailedSeries, SeriesError, SeriesFailure};
 use super::order::Order;
 use super::series::Series;
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::run::{Clock, Node, Polynomial, RunError, Search};
 use crate::start::{self, Start};
@@ -105,7 +106,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         let order = tolerance.first_order();
         let mut flow = Self {
             system,
-            fixed: system.fixed(),
+            fixed: system.fixed(&system.parameters()),
             table: S::Table::default(),
             series: Box::new(Series::new(order)),
             next: Box::new(Series::new(order)),
@@ -265,7 +266,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             q,
             v,
             a,
-            force: self.system.continuous_force(&Point { q, v, a }),
+            force: Declaration::of(self.system).continuous_force(&Point { q, v, a }),
             energy: self.system.energy(&q, &v),
             iterations: self.expansions,
             stop: Stop::Start,

@@ -98,7 +98,7 @@ pub trait Jets<const N: usize>: System<N> {
     type Table: Default;
 
     /// What the parameters alone decide.
-    fn fixed(&self) -> Self::Fixed;
+    fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
 
     /// The Taylor coefficients of the motion from the point where the series begins.
     fn expand<const FUSED: bool>(

@@ -3,6 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use dsocs_core::__private::Compiled as _;
 use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
 
 use crate::handwritten::{chain, particle, pendulum};
@@ -282,7 +283,7 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
         steps(particle_by_hand(curvature), RUN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H);
+    let constants = system.constants(&system.parameters(), H);
     let known = system.known(&constants, &leg);
     let rival = particle::Known::new(leg.d, curvature(leg.q[0], leg.q[1]));
     let rows = alternate(
@@ -290,7 +291,7 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
         "eval",
         batches,
         evaluations(e, 10_000, |e| {
-            let at = system.residual(&constants, &known, &e);
+            let at = system.linearize(&constants, &known, &e);
             all(at.rows, at.jacobian)
         }),
         evaluations(e, 10_000, |e| {
@@ -314,7 +315,7 @@ fn pendulum_lines(batches: usize) -> [Line; 2] {
         steps(pendulum_by_hand(), RUN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H);
+    let constants = system.constants(&system.parameters(), H);
     let known = system.known(&constants, &leg);
     let rival_constants = pendulum::Constants::new(H);
     let rival = rival_constants.known(leg.q, leg.d);
@@ -323,7 +324,7 @@ fn pendulum_lines(batches: usize) -> [Line; 2] {
         "eval",
         batches,
         evaluations(system.unknown(&e, &[]), 10_000, |z| {
-            let at = system.residual(&constants, &known, &z);
+            let at = system.linearize(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),
         evaluations([e[0]], 10_000, |[z]| {
@@ -349,7 +350,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
         steps(chain_by_hand(), RUN_CHAIN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H_CHAIN);
+    let constants = system.constants(&system.parameters(), H_CHAIN);
     let known = system.known(&constants, &leg);
     let rival = rival_constants.known(leg.q, leg.d);
     let rows = alternate(
@@ -357,7 +358,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
         "eval",
         batches,
         evaluations(system.unknown(&e, &[]), 2000, |z| {
-            let at = system.residual(&constants, &known, &z);
+            let at = system.linearize(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),
         evaluations(e, 2000, |e| {
