@@ -284,23 +284,6 @@ pub(crate) fn bounds<S: System<N>, const N: usize>(
     bounds
 }
 
-/// The same for the rows of the continuous system.
-pub(crate) fn continuous_bounds<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    point: &Point<f64, N>,
-    multipliers: &[f64],
-) -> Vec<f64> {
-    let exact = |x: [f64; N]| x.map(Bounded::splat);
-    let point = Point {
-        q: exact(point.q),
-        v: exact(point.v),
-        a: exact(point.a),
-    };
-    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
-    let rows = declaration.continuous(&point, &multipliers);
-    rows.into_iter().map(Bounded::error).collect()
-}
-
 /// How large the terms of each row of [`Declaration::phase`] are.
 pub(crate) fn phase_sizes<const N: usize>(
     declaration: &Declaration<'_, N>,

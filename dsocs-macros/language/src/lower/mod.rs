@@ -144,6 +144,7 @@ pub(crate) fn model(
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
     Ok(Model {
+        core: declaration.core.given().cloned(),
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters,
