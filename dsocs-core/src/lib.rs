@@ -100,7 +100,7 @@ pub use regularity::Regularity;
 pub use scalar::Scalar;
 pub use start::Start;
 pub use step::{Guess, StepReport};
-pub use system::{Leg, Parameter, Point, System};
+pub use system::{Leg, Point, Quantity, System};
 pub use tangent::{Tangent, Tangent2};
 pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
 pub use unknown::{Linearization, Unknown};

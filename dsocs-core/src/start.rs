@@ -210,9 +210,9 @@ fn check_vector<S: System<N>, const N: usize>(
         .zip(components)
         .find(|(_, value)| !value.is_finite())
     {
-        Some((&coordinate, &value)) => Err(SetupError::Start {
+        Some((coordinate, &value)) => Err(SetupError::Start {
             vector,
-            coordinate,
+            coordinate: coordinate.name,
             value,
         }),
         None => Ok(()),

@@ -1,7 +1,7 @@
 //! Systems written by hand, for unit tests.
 
 use crate::scalar::Scalar;
-use crate::system::{Leg, Parameter, Point, System};
+use crate::system::{Leg, Point, Quantity, System};
 use crate::unknown::Linearization;
 
 /// The particle in the plane that turns with a constant curvature; its chords form a regular polygon's arc.
@@ -53,18 +53,31 @@ impl System<2> for Particle {
     type Known<T: Scalar> = [T; 2];
     type Motion<T: Scalar> = [T; 2];
 
-    const COORDINATES: [&'static str; 2] = ["x", "y"];
-    const PARAMETERS: &'static [Parameter] = &[
-        Parameter {
+    const NAME: &'static str = "Particle";
+    const COORDINATES: [Quantity; 2] = [
+        Quantity {
+            name: "x",
+            doc: "position along x [m]",
+        },
+        Quantity {
+            name: "y",
+            doc: "position along y [m]",
+        },
+    ];
+    const PARAMETERS: &'static [Quantity] = &[
+        Quantity {
             name: "mass",
             doc: "mass [kg]",
         },
-        Parameter {
+        Quantity {
             name: "curvature",
             doc: "curvature [1/m]",
         },
     ];
-    const OBSERVABLES: &'static [&'static str] = &["speed"];
+    const OBSERVABLES: &'static [Quantity] = &[Quantity {
+        name: "speed",
+        doc: "speed [m/s]",
+    }];
 
     fn parameter(&self, index: usize) -> Option<f64> {
         [self.mass, self.curvature].get(index).copied()
@@ -149,9 +162,10 @@ impl System<1> for Cliff {
     type Known<T: Scalar> = [T; 1];
     type Motion<T: Scalar> = [T; 1];
 
-    const COORDINATES: [&'static str; 1] = ["x"];
-    const PARAMETERS: &'static [Parameter] = &[];
-    const OBSERVABLES: &'static [&'static str] = &[];
+    const NAME: &'static str = "Cliff";
+    const COORDINATES: [Quantity; 1] = [Quantity { name: "x", doc: "" }];
+    const PARAMETERS: &'static [Quantity] = &[];
+    const OBSERVABLES: &'static [Quantity] = &[];
 
     fn parameter(&self, _: usize) -> Option<f64> {
         None

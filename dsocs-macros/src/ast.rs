@@ -87,6 +87,8 @@ pub(crate) struct Group {
     pub(crate) first: usize,
     /// How many coordinates it has, if it is an array.
     pub(crate) length: Option<usize>,
+    /// Its documentation in one line.
+    pub(crate) doc: String,
 }
 
 /// `let NAME = EXPR;`
@@ -96,6 +98,8 @@ pub(crate) struct Let {
     pub(crate) name: Ident,
     /// The expression.
     pub(crate) value: Result<Expr, Reported>,
+    /// Its documentation in one line.
+    pub(crate) doc: String,
 }
 
 /// `lagrangian = EXPR;`

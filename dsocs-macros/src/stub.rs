@@ -11,7 +11,6 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
-    let names = (0..n).map(|_| quote!(""));
     let known = quote!(constants: &Self::Constants<#scalar>, known: &Self::Known<#scalar>);
     quote! {
         #[automatically_derived]
@@ -22,9 +21,10 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             type Known<#scalar: ::dsocs_core::Scalar> = [#scalar; 0];
             type Motion<#scalar: ::dsocs_core::Scalar> = [#scalar; #n];
 
-            const COORDINATES: [&'static str; #n] = [#(#names),*];
-            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[];
-            const OBSERVABLES: &'static [&'static str] = &[];
+            const NAME: &'static str = "";
+            const COORDINATES: [::dsocs_core::Quantity; #n] = [::dsocs_core::Quantity { name: "", doc: "" }; #n];
+            const PARAMETERS: &'static [::dsocs_core::Quantity] = &[];
+            const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[];
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
                 ::core::unreachable!()

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use dsocs_systems::registry::SYSTEMS;
+use dsocs_systems::systems;
 use serde_json::Value;
 
 /// The command with these arguments, in an empty folder.
@@ -132,7 +132,7 @@ fn last_x(options: &[&str]) -> [f64; 2] {
 }
 
 #[test]
-fn order_and_tolerance_choose_the_rung() {
+fn order_and_tolerance_choose_the_method() {
     let error = |options: &[&str]| {
         let [x, exact] = last_x(options);
         (x - exact).abs()
@@ -172,7 +172,7 @@ fn order_and_tolerance_choose_the_rung() {
 }
 
 #[test]
-fn the_error_is_estimated_on_every_rung() {
+fn the_error_is_estimated_with_every_method() {
     for options in [
         &[][..],
         &["--start", "paper"],
@@ -447,7 +447,7 @@ fn list_names_systems_coordinates_and_parameters() {
         (Some("i"), Some(312.5), Some("kg m²"))
     );
     let text = stdout(&["list"]);
-    assert!(SYSTEMS.iter().all(|entry| text.contains(entry.name)));
+    assert!(systems::all().iter().all(|entry| text.contains(entry.name())));
     assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
@@ -455,15 +455,15 @@ fn list_names_systems_coordinates_and_parameters() {
 
 #[test]
 fn every_system_runs() {
-    for entry in SYSTEMS {
-        let until = (20.0 * entry.step).to_string();
-        let csv = stdout(&["run", entry.name, "--until", &until]);
-        assert_eq!(csv.lines().count(), 22, "{}", entry.name);
+    for entry in systems::all() {
+        let until = (20.0 * entry.default_step()).to_string();
+        let csv = stdout(&["run", entry.name(), "--until", &until]);
+        assert_eq!(csv.lines().count(), 22, "{}", entry.name());
         let rows = rows(&csv);
         assert!(
             rows.iter().flatten().all(|value| value.is_finite()),
             "{}: {csv}",
-            entry.name
+            entry.name()
         );
     }
 }
@@ -486,12 +486,12 @@ fn an_inconsistent_start_is_refused_or_projected() {
         message.contains("violates holonomic constraint 1 by -7.500e-2") && message.contains("--project"),
         "{message}"
     );
-    for rung in [&[][..], &["--tolerance", "1e-10"]] {
-        let csv = stdout(&[&start[..], &["--project"], rung].concat());
+    for method in [&[][..], &["--tolerance", "1e-10"]] {
+        let csv = stdout(&[&start[..], &["--project"], method].concat());
         assert!(csv.lines().next().unwrap().ends_with("angular_momentum,lambda_0"));
         for row in rows(&csv) {
             let [x, y, z] = [row[1], row[2], row[3]];
-            assert!((x.hypot(y).hypot(z) - 1.0).abs() < 1e-9, "{rung:?}: {row:?}");
+            assert!((x.hypot(y).hypot(z) - 1.0).abs() < 1e-9, "{method:?}: {row:?}");
         }
     }
     let projected = stdout(&[&start[..], &["--project"]].concat());

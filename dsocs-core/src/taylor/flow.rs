@@ -10,7 +10,6 @@ use super::order::Order;
 use super::polynomial::Polynomial;
 use super::series::Series;
 use crate::compensated::Compensated;
-use crate::system::System;
 
 /// How many steps a motion may take unless [`TaylorFlow::max_steps`] says otherwise.
 const MAX_STEPS: u64 = 10_000_000;
@@ -365,7 +364,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             t: self.t.hi[0],
             q: self.q.hi.to_vec(),
             v: self.v.hi.to_vec(),
-            coordinates: <S as System<N>>::COORDINATES.to_vec(),
+            coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
         }
     }
 }

@@ -20,7 +20,7 @@ mod unknowns;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
 
-use crate::model::Model;
+use crate::model::{Kind, Model};
 
 /// The struct as the user wrote it, and its `impl System`.
 pub(crate) fn expand(model: &Model) -> TokenStream {
@@ -59,12 +59,15 @@ fn system(model: &Model) -> TokenStream {
 /// Names, and access to the parameters by their place.
 fn metadata(model: &Model) -> TokenStream {
     let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let coordinates = model.coordinates.iter().map(plain);
-    let observables = model.observe.iter().map(|(name, _)| plain(name));
-    let parameters = model.parameters.iter().map(|field| {
-        let (name, doc) = (&field.name, &field.doc);
-        quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
-    });
+    let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity { name: #name, doc: #doc });
+    let coordinates = model.coordinates.iter().zip(&model.docs.coordinates);
+    let coordinates = coordinates.map(|(name, doc)| quantity(&plain(name), doc));
+    let observables = model.observe.iter().zip(&model.docs.observe);
+    let observables = observables.map(|((name, _), doc)| quantity(&plain(name), doc));
+    let parameters = model.parameters.iter();
+    let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
+    let (name, doc) = (plain(&model.item.ident), &model.docs.system);
+    let kinematic = Literal::usize_unsuffixed(model.count(Kind::Kinematic));
     let index = (0..model.parameters.len()).map(Literal::usize_unsuffixed);
     let fields: Vec<_> = model
         .parameters
@@ -80,9 +83,12 @@ fn metadata(model: &Model) -> TokenStream {
         .collect();
     let indices: Vec<_> = index.collect();
     quote! {
-        const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
-        const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
-        const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+        const KINEMATIC: usize = #kinematic;
+        const NAME: &'static str = #name;
+        const DOC: &'static str = #doc;
+        const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
+        const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
+        const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[#(#observables),*];
 
         fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
             match index {

@@ -15,7 +15,7 @@ use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::taylor::Jets;
 use dsocs_core::{Flow, Start};
 
-use crate::registry::{CheckFailure, Kind, Symmetry};
+use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
 
 /// So many steps are made unless an end is given.
@@ -124,7 +124,7 @@ struct Subject<'a, S: Jets<N>, const N: usize> {
     /// What is expected.
     expected: Expected,
     /// Symmetries of its Lagrangian.
-    symmetries: &'a [Symmetry<S, N>],
+    symmetries: &'a [Symmetry],
     /// The step.
     h: f64,
     /// The end.
@@ -149,7 +149,7 @@ type Check<S, const N: usize> = fn(&Subject<'_, S, N>, &mut Report);
 /// [`CheckFailure`] if the motion cannot be computed: there is nothing to check.
 pub fn check<S: Jets<N>, const N: usize>(
     system: &S,
-    symmetries: &[Symmetry<S, N>],
+    symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
     (q0, v0): ([f64; N], [f64; N]),

@@ -5,7 +5,7 @@ use dsocs_core::taylor::Jets;
 use dsocs_core::{Flow, Start};
 
 use super::{Measured, Report, Subject, larger, largest};
-use crate::registry::{Kind, Symmetry};
+use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
 
 /// The discrete Lagrangian may change by this much along a symmetry, and the momentum equation be missed by it, relative to
@@ -21,8 +21,8 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
         report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
     }
     for symmetry in subject.symmetries {
-        let generator = |q: &[f64; N]| (symmetry.generator)(subject.system, q);
-        let name = symmetry.name;
+        let generator = |q: &[f64; N]| symmetry.at(q);
+        let name = symmetry.name();
         let invariance = largest(&subject.triples, |triple| {
             Ok(asymmetry(&subject.flow, &triple.leg, generator))
         });
@@ -56,7 +56,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
 /// Whether a symmetry is a virtual displacement along the motion, on which no constraint force does work.
 ///
 /// Where the declaration gives the displacements by fields this is not known.
-fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> bool {
+fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry) -> bool {
     let constants = subject.system.constants(subject.h);
     let mut forms = vec![[0.0; N]; S::FORMS];
     S::FORMS > 0
@@ -65,7 +65,7 @@ fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry:
             subject
                 .system
                 .forms(&constants, &known, &triple.leg, &triple.e, &mut forms);
-            let generator = (symmetry.generator)(subject.system, &triple.leg.q);
+            let generator = symmetry.at(&triple.leg.q);
             forms.iter().all(|form| {
                 let terms = form.iter().zip(&generator).map(|(form, along)| form * along);
                 let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term| {
@@ -77,7 +77,7 @@ fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry:
 }
 
 /// How much the momentum varies along the motion, relative to its largest value.
-fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> Measured {
+fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry) -> Measured {
     let mut flow = Flow::new(
         subject.system,
         subject.h,
@@ -85,9 +85,7 @@ fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Sym
     )?;
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     loop {
-        let momentum = momentum_map(&subject.flow, &flow.leg(), |q| {
-            (symmetry.generator)(subject.system, q)
-        });
+        let momentum = momentum_map(&subject.flow, &flow.leg(), |q| symmetry.at(q));
         (least, most) = (least.min(momentum), larger(most, momentum));
         if (flow.time() - subject.until) * subject.h.signum() >= 0.0 {
             break;

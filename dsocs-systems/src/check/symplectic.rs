@@ -7,7 +7,7 @@ use dsocs_core::geometry::{
 use dsocs_core::taylor::Jets;
 
 use super::{Report, Subject, continuous, larger};
-use crate::registry::Kind;
+use crate::entry::Kind;
 use crate::stability::Bar;
 
 /// `F*Ω = Ω + dξ` may be missed by this much, relative to its terms.

@@ -1,17 +1,47 @@
-//! The ladder of accuracy: what a run is asked for, and the run.
+//! A run that the command line asks for: how it begins, how exact it is, and the run.
 
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, multipliers, until_break,
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, SetupError, Start, Stop, multipliers,
+    until_break,
 };
+use thiserror::Error;
 
-use crate::registry::{Row, RunFailure};
+use super::Row;
+
+/// How the first two nodes are found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Beginning {
+    /// From position and velocity, `q1 = q0 + h v0`.
+    Paper {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// From position and velocity, `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// Both nodes.
+    Nodes {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+    },
+    /// Another beginning, moved onto the constraints of positions and velocities.
+    Projected(Box<Self>),
+}
 
 /// How a motion is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Rung {
+pub enum Method {
     /// By the paper's step, of order 2.
     Step,
     /// By a composition of it.
@@ -28,11 +58,45 @@ pub struct Plan {
     /// The time of the end.
     pub until: f64,
     /// How it is computed.
-    pub rung: Rung,
+    pub method: Method,
     /// Whether the regularity at each node is recorded; of the paper's step alone.
     pub certify: bool,
     /// Whether the error at each node is estimated; see [`GlobalError`].
     pub estimate: bool,
+}
+
+/// A run did not reach its end.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunFailure {
+    /// It did not begin.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A vector has not as many components as the system has coordinates.
+    #[error(
+        "{vector} has {found} component{}, but there are {} coordinates: {}",
+        if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
+    )]
+    Length {
+        /// Which vector.
+        vector: &'static str,
+        /// How many components it has.
+        found: usize,
+        /// The coordinates.
+        coordinates: Vec<&'static str>,
+    },
+    /// It ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The continuous motion ended early.
+    #[error(transparent)]
+    Taylor(#[from] TaylorError),
+    /// There is no continuous motion to measure errors against.
+    #[error("the error cannot be estimated: {0}")]
+    Estimate(#[source] TaylorError),
+    /// It begins with two nodes where a velocity is needed.
+    #[error("a run of this kind begins with a position and a velocity, not with two nodes")]
+    Velocity,
 }
 
 /// What hands the nodes of a run on.
@@ -85,7 +149,7 @@ impl<S: Jets<N>, const N: usize> Nodes<'_, S, N> {
 /// Runs from the start up to the last node at or before the end and hands each node to `sink`, which may end the run. A
 /// certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
 ///
-/// `state` is position and velocity at the start, which every rung but the paper's step begins with, and errors are measured
+/// `state` is position and velocity at the start, which every method but the paper's step begins with, and errors are measured
 /// from.
 ///
 /// # Errors
@@ -98,8 +162,8 @@ pub fn run<S: Jets<N>, const N: usize>(
     state: Option<State<N>>,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let Plan { h, until, rung, .. } = *plan;
-    // whatever the rung: step, parameters and start are to be usable
+    let Plan { h, until, method, .. } = *plan;
+    // whatever the method: step, parameters and start are to be usable
     let mut flow = Flow::new(system, h, start)?;
     // what was given may have been projected
     let state = match (state, flow.clone().next()) {
@@ -121,16 +185,16 @@ pub fn run<S: Jets<N>, const N: usize>(
         error,
         failed: None,
     };
-    match (rung, state) {
-        (Rung::Step, _) if plan.certify => flow.watchful().certify(until, |node, regularity| {
+    match (method, state) {
+        (Method::Step, _) if plan.certify => flow.watchful().certify(until, |node, regularity| {
             nodes.node(node, regularity.or(Some(Regularity::UNKNOWN)))
         })?,
-        (Rung::Step, _) => flow.stream(until, &mut until_break(|node: &Node<N>| nodes.node(node, None)))?,
-        (Rung::Composed(method), Some(State { q, v, .. })) => {
-            let mut flow = ComposedFlow::new(system, h, method, q, v)?;
+        (Method::Step, _) => flow.stream(until, &mut until_break(|node: &Node<N>| nodes.node(node, None)))?,
+        (Method::Composed(composition), Some(State { q, v, .. })) => {
+            let mut flow = ComposedFlow::new(system, h, composition, q, v)?;
             flow.stream(until, &mut until_break(|node: &Node<N>| nodes.node(node, None)))?;
         }
-        (Rung::Tolerance(tolerance), Some(state)) => continuous(&mut nodes, tolerance, state, h, last)?,
+        (Method::Tolerance(tolerance), Some(state)) => continuous(&mut nodes, tolerance, state, h, last)?,
         (_, None) => return Err(RunFailure::Velocity),
     }
     match nodes.failed {
