@@ -6,10 +6,10 @@ use core::iter::FusedIterator;
 use crate::clock::Clock;
 use crate::compensated::Compensated;
 use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
-use crate::newton::Stop;
-use crate::predictor::Predictor;
 use crate::regularity::Regularity;
 use crate::start::{self, Beginning, Start};
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
 use crate::step::{Step, StepReport};
 use crate::system::{Leg, Point, System};
 use crate::trajectory::{Failure, Node, Observer, Trajectory};
@@ -276,7 +276,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let mut step = Step::new(self.system, &self.constants, leg, self.h);
         // without a past nothing else tells two roots apart
         step.watchful = self.watchful || self.middle <= SHORT_PAST;
-        let (z, report) = match step.solve(&self.predictor, self.max_iterations) {
+        let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),
         };

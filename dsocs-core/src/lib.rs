@@ -72,8 +72,6 @@ mod flow;
 pub mod geometry;
 mod lanes;
 mod multipliers;
-mod newton;
-mod predictor;
 mod regularity;
 mod rounding;
 mod scalar;
@@ -85,7 +83,6 @@ pub mod taylor;
 #[cfg(test)]
 mod testing;
 mod trajectory;
-mod unknown;
 
 pub use dsocs_macros::dsocs;
 pub use num_dual::DualNum;
@@ -95,15 +92,15 @@ pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots, multipliers};
 pub use lanes::Lanes;
-pub use newton::Stop;
 pub use regularity::Regularity;
 pub use scalar::Scalar;
 pub use start::Start;
+pub use step::newton::Stop;
+pub use step::unknown::{Linearization, Unknown};
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Point, Quantity, System};
 pub use tangent::{Tangent, Tangent2};
 pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
-pub use unknown::{Linearization, Unknown};
 
 /// The number type of functions and methods that a declaration calls: real numbers and dual numbers over them.
 ///

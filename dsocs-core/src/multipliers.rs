@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::step::unknown::Unknown as _;
 use crate::system::{Leg, Point, System};
-use crate::unknown::Unknown as _;
 
 /// Whether multipliers are among the unknowns of a system.
 pub(crate) fn has_multipliers<S: System<N> + ?Sized, const N: usize>() -> bool {

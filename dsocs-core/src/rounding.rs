@@ -10,8 +10,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::multipliers::of_step;
 use crate::regularity::stacked;
 use crate::scalar::Scalar;
+use crate::step::unknown::Unknown;
 use crate::system::{Leg, Point, System};
-use crate::unknown::Unknown;
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;

@@ -5,11 +5,11 @@ mod consistency;
 use crate::compensated::Compensated;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
-use crate::newton::{self, Equations};
 use crate::rounding;
+use crate::step::newton::{self, Equations};
+use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Point, System};
 use crate::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
-use crate::unknown::{Linearization, Unknown as _};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
@@ -243,7 +243,7 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
 ) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
     let equations = Continuous { system, q, v };
     let zero = S::Motion::<f64>::zero();
-    match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut |_| {}) {
+    match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
         Ok(root) => Ok((
             equations.point(&root.z).a,
             of_motion::<N>(root.z.as_ref()).to_vec(),

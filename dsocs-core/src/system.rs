@@ -2,7 +2,7 @@
 
 use crate::composition::Symmetry;
 use crate::scalar::Scalar;
-use crate::unknown::{Linearization, Unknown};
+use crate::step::unknown::{Linearization, Unknown};
 
 /// A leg of the discrete path: the step's first two nodes, as a node and the increment that led to it.
 ///

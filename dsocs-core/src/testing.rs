@@ -1,8 +1,8 @@
 //! Systems written by hand, for unit tests.
 
 use crate::scalar::Scalar;
+use crate::step::unknown::Linearization;
 use crate::system::{Leg, Point, Quantity, System};
-use crate::unknown::Linearization;
 
 /// The particle in the plane that turns with a constant curvature; its chords form a regular polygon's arc.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 use thiserror::Error;
 
 use crate::error::RunError;
-use crate::newton::Stop;
+use crate::step::newton::Stop;
 use crate::system::Point;
 
 /// A node of the discrete motion, with what is known there once the next node is solved for.

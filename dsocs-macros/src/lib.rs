@@ -1,25 +1,8 @@
 //! The attribute `#[dsocs]`: from the declaration of a discrete second order constrained Lagrangian system to its
 //! generated integrator.
 //!
-//! The data goes one way: tokens, parsed into what the user wrote (`ast`), checked and lowered into a `model` whose
-//! expressions share one `graph`, of which `emit` makes code. Every mistake on the way is collected in `errors` and
-//! told at the user's own tokens. Users depend on `dsocs-core`, which re-exports the attribute.
-
-mod annihilator;
-mod ast;
-mod check;
-mod emit;
-mod errors;
-mod expand;
-mod graph;
-mod input;
-mod lower;
-mod model;
-mod names;
-mod parse;
-mod stub;
-#[cfg(test)]
-mod tests;
+//! The whole of it is in the library `dsocs-language`, which can be used without a compiler; here it is called. Users
+//! depend on `dsocs-core`, which re-exports the attribute.
 
 use proc_macro::TokenStream;
 
@@ -183,5 +166,5 @@ use proc_macro::TokenStream;
 /// All mistakes are reported at once, each at the tokens that it is about, with what was expected there.
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
-    expand::expand(declaration.into(), &item.into()).into()
+    dsocs_language::expand(declaration.into(), &item.into()).into()
 }

@@ -1,29 +1,6 @@
 //! Arbitrary text as a declaration: the attribute answers with code or with errors, and both are Rust.
-//!
-//! A crate of procedural macros exports nothing else, so its modules are compiled into this one.
 
 #![no_main]
-#![allow(dead_code, private_interfaces, unused_imports)]
-
-#[path = "../../dsocs-macros/src"]
-mod macros {
-    pub mod annihilator;
-    pub mod ast;
-    pub mod check;
-    pub mod emit;
-    pub mod errors;
-    pub mod expand;
-    pub mod graph;
-    pub mod input;
-    pub mod lower;
-    pub mod model;
-    pub mod names;
-    pub mod parse;
-    pub mod stub;
-}
-
-// under the names that they have in their own crate
-use macros::{annihilator, ast, check, emit, errors, expand, graph, input, lower, model, names, parse, stub};
 
 use libfuzzer_sys::fuzz_target;
 use proc_macro2::TokenStream;
@@ -42,7 +19,7 @@ fuzz_target!(|text: &str| {
         return; // rustc's lexer refuses it before the attribute is asked
     };
     let readable = syn::parse2::<syn::Item>(item.clone()).is_ok();
-    let code = expand::expand(declaration, &item);
+    let code = dsocs_language::expand(declaration, &item);
     if readable && let Err(error) = syn::parse2::<syn::File>(code.clone()) {
         panic!("no Rust: {error}\n{code}");
     }

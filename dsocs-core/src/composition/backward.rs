@@ -11,9 +11,9 @@
 //! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
 
 use crate::flow::MAX_ITERATIONS;
+use crate::step::unknown::Unknown;
 use crate::step::{Guess, Step, StepReport};
 use crate::system::{Leg, Point, System};
-use crate::unknown::Unknown;
 
 /// A leg so many times as short as the one in question goes back to no singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;

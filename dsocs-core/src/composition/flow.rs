@@ -13,14 +13,14 @@ use crate::clock::Clock;
 use crate::compensated::Compensated;
 use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
-use crate::newton::Stop;
-use crate::predictor::Predictor;
 use crate::regularity::Regularity;
 use crate::start;
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
+use crate::step::unknown::Unknown;
 use crate::step::{Guess, PAST, Step, StepReport};
 use crate::system::{Leg, Point, System};
 use crate::trajectory::{Failure, Node, Observer, Trajectory};
-use crate::unknown::Unknown;
 
 /// A discrete motion in progress, of order 4, 6 or 8 (or 2).
 ///
@@ -345,7 +345,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let mut step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
             step.watchful = watchful;
             step.past = Some(&stage.past);
-            let (z, report) = match step.solve(&stage.predictor, self.max_iterations) {
+            let (z, report) = match step.solve(&mut stage.predictor, self.max_iterations) {
                 Ok(solution) => solution,
                 Err(cause) => return Err(self.failed(place, &state, cause)),
             };

@@ -9,14 +9,14 @@ use crate::compensated::Compensated;
 use crate::error::RunError;
 use crate::flow::{Flow, State};
 use crate::lanes::{LANES, Lanes};
-use crate::newton::Stop;
-use crate::predictor::Predictor;
 use crate::scalar::Scalar;
 use crate::start::Start;
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
+use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::{Leg, Point, System};
 use crate::trajectory::{Node, Observer};
-use crate::unknown::{Linearization, Unknown};
 
 /// What all blocks have in common.
 #[derive(Debug)]

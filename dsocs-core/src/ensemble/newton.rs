@@ -1,9 +1,9 @@
-//! Newton's iteration in lanes: the rules of [`crate::newton`] where they lead to a root by full updates alone.
+//! Newton's iteration in lanes: the rules of [`crate::step::newton`] where they lead to a root by full updates alone.
 
 use crate::lanes::{Lanes, Mask};
-use crate::newton::{LAST_UPDATE, MUCH_SMALLER, SETTLED};
 use crate::scalar::Scalar;
-use crate::unknown::{Linearization, Unknown};
+use crate::step::convergence::{LAST_UPDATE, Update, converges};
+use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
 const MAX_EVALUATIONS: u32 = 8;
@@ -27,42 +27,15 @@ struct Iterate<U> {
     expected: U,
 }
 
-impl<U: Unknown<Lanes>> Iterate<U> {
-    /// Where the update is at most `tolerance` relative to the unknowns.
+impl<U> Iterate<U> {
+    /// The update, to be judged.
     #[inline]
-    fn small(&self, tolerance: f64) -> u32 {
-        let pairs = self.update.as_ref().iter().zip(self.expected.as_ref());
-        pairs.fold(u32::MAX, |small, (update, &expected)| {
-            small & update.abs().at_most(Lanes::splat(tolerance) * expected).bits()
-        })
-    }
-
-    /// Where the update is the last, after the one `before`.
-    #[inline]
-    fn settles(&self, before: &Self) -> u32 {
-        SETTLED.into_iter().fold(0, |settled, (largest, smallest)| {
-            settled | self.small(largest) & !before.small(smallest)
-        })
-    }
-
-    /// The size of the update relative to the unknowns; NaN where the update is.
-    #[inline]
-    fn relative(&self) -> Lanes {
-        let zero = Lanes::splat(0.0);
-        let pairs = self.update.as_ref().iter().zip(self.expected.as_ref());
-        pairs.fold(zero, |largest, (update, &expected)| {
-            let size = update.abs();
-            let ratio = Lanes::select_le(size, zero, zero, size / expected);
-            Lanes::select_le(ratio, largest, largest, ratio)
-        })
-    }
-
-    /// Where the update is so much smaller than the one `before` that the iteration converges fast.
-    #[inline]
-    fn converges(&self, before: &Self) -> u32 {
-        self.relative()
-            .below(Lanes::splat(MUCH_SMALLER) * before.relative())
-            .bits()
+    fn update(&self) -> Update<'_, U> {
+        Update {
+            update: &self.update,
+            unknowns: &self.expected,
+            sizes: &self.expected,
+        }
     }
 }
 
@@ -77,13 +50,13 @@ pub(super) trait Equations {
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
 
-    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::newton::Equations`]).
+    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::step::newton::Equations`]).
     fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32;
 }
 
 /// Solves equations from `start`, in the lanes of `active`.
 ///
-/// A lane that gets a root gets, after as many evaluations, the root that [`crate::newton::solve`] finds. The lanes
+/// A lane that gets a root gets, after as many evaluations, the root that [`crate::step::newton::solve`] finds. The lanes
 /// that would take part of an update, or stagnate, are left.
 #[inline]
 pub(super) fn solve<E: Equations>(
@@ -101,7 +74,7 @@ pub(super) fn solve<E: Equations>(
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut z = start;
     let mut before: Option<Iterate<E::Z>> = None;
-    let mut before_that = None;
+    let mut before_that: Option<Iterate<E::Z>> = None;
     let mut converging = u32::MAX;
     // one loop, so that the generated rows stand in it once and are inlined
     for evaluation in 1..=limit {
@@ -121,8 +94,8 @@ pub(super) fn solve<E: Equations>(
         };
         let last = match &before {
             None if E::LINEAR => u32::MAX,
-            None => now.small(LAST_UPDATE),
-            Some(before) => now.settles(before),
+            None => now.update().is_small(LAST_UPDATE),
+            Some(before) => now.update().settles(&before.update()),
         };
         let mut arrived = found.left & last & converging;
         if arrived != 0 {
@@ -152,9 +125,9 @@ pub(super) fn solve<E: Equations>(
         }
         // three evaluations are made without a look at how they converge, a fourth is not
         if let (Some(second), 3..) = (&before, evaluation) {
-            converging &= now.converges(second);
+            converging &= converges(second.update().relative(), now.update().relative());
             if let (Some(first), 3) = (&before_that, evaluation) {
-                converging &= second.converges(first);
+                converging &= converges(first.update().relative(), second.update().relative());
             }
             if found.left & converging == 0 {
                 break;

@@ -3,7 +3,7 @@
 use crate::compensated::Compensated;
 use crate::error::{RunError, StepError};
 use crate::flow::Flow;
-use crate::predictor::Predictor;
+use crate::step::predictor::Predictor;
 use crate::system::System;
 use crate::trajectory::Node;
 

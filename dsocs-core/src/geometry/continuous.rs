@@ -4,9 +4,9 @@ use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use crate::multipliers;
 use crate::start;
+use crate::step::unknown::Unknown as _;
 use crate::system::{Point, System};
 use crate::tangent::{Tangent, Tangent2};
-use crate::unknown::Unknown as _;
 
 /// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
 #[must_use]

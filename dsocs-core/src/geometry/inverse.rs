@@ -6,9 +6,9 @@ use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::units;
 use crate::flow;
-use crate::predictor::Predictor;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
+use crate::step::predictor::Predictor;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
 
@@ -104,7 +104,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             d: last.d.map(|d| -d),
         };
         let step = Step::new(self.system, &constants, turned, h);
-        let (z, _) = step.solve(&Predictor::new(), flow::MAX_ITERATIONS).ok()?;
+        let (z, _) = step.solve(&mut Predictor::new(), flow::MAX_ITERATIONS).ok()?;
         Some(step.second_difference(&z))
     }
 

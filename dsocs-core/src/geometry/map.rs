@@ -5,13 +5,13 @@ use super::form::Displacement;
 use super::units;
 use crate::error::NewtonFailure;
 use crate::flow::{Flow, MAX_ITERATIONS};
-use crate::predictor::Predictor;
 use crate::regularity;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
+use crate::step::predictor::Predictor;
+use crate::step::unknown::Unknown;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
-use crate::unknown::Unknown;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
 const SAME: f64 = 1e-6;
@@ -106,7 +106,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     pub fn forward(&self, leg: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut step = Step::new(self.system, &self.constants, *leg, self.h);
         step.watchful = true;
-        match step.solve(&Predictor::new(), MAX_ITERATIONS) {
+        match step.solve(&mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok(Triple {
                 leg: *leg,
                 e: step.second_difference(&z),

@@ -1,9 +1,9 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
 use crate::multipliers::count_unknown;
-use crate::newton::Equations as _;
 use crate::regularity::{self, Regularity};
 use crate::step::Step;
+use crate::step::newton::Equations as _;
 use crate::system::{Leg, System};
 
 /// A singular value below this part of the largest is zero for all that can be told.

@@ -2,10 +2,10 @@
 
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
-use crate::newton::{self, BENT, Equations as _, Root, relative};
-use crate::predictor::Predictor;
+use crate::step::newton::{self, BENT, Equations as _, Root, relative};
+use crate::step::predictor::Predictor;
+use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Leg, System};
-use crate::unknown::{Linearization, Unknown as _};
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
@@ -189,7 +189,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
-        match newton::solve(self, start, &size, max_iterations, &mut |_| {}) {
+        match newton::solve(self, start, &size, max_iterations, &mut ()) {
             Ok(root) => Ok(report(root, Guess::Given)),
             Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
         }
@@ -212,7 +212,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         max_iterations: u32,
     ) -> Result<Pair<S::Unknown<f64>>, NewtonFailure> {
         let size = self.size(predictor);
-        let found = match self.solve(predictor, max_iterations) {
+        let found = match self.solve(&mut { *predictor }, max_iterations) {
             Ok(found) => found,
             Err(failure) if failure.reason == StepFailure::AmbiguousRoot => {
                 let vector = |values: &[f64]| {

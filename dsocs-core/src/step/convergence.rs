@@ -1,0 +1,407 @@
+//! When an iteration has converged.
+//!
+//! The rules stand here once, for every iteration of this crate: that of one trajectory ([`super::newton`]), that of
+//! several in lanes ([`crate::ensemble`]) and that for the accelerations of a Taylor series ([`crate::taylor`]).
+//!
+//! An update is small or large relative to the unknown, or, where the unknown is smaller, to the *size* that it is expected
+//! to have. There is no absolute tolerance. How small a size can be is decided by what rounding lets the rows tell: see
+//! [`NaturalSizes`].
+//!
+//! With quadratic convergence the updates obey `ρ' = C ρ²`, so that the error after an update is told by the update and the
+//! one before it, without an evaluation to confirm it.
+
+use core::ops::{BitAnd, BitOr, Not};
+
+use super::unknown::Unknown;
+use crate::lanes::Lanes;
+use crate::scalar::Scalar;
+
+/// An update this small relative to the unknowns is the last: the error after it is its square.
+pub(crate) const LAST_UPDATE: f64 = 1e-9;
+
+/// The error that may remain after the last update, relative to the unknowns.
+const REMAINDER: f64 = 1e-16;
+
+/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
+/// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
+const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
+
+/// An update that is this part of the one before shows that the iteration converges fast.
+const MUCH_SMALLER: f64 = 0.25;
+
+/// An update that is not this part of the one before does not shrink.
+const SHRINKS: f64 = 0.5;
+
+/// How small an update that does not shrink must be, in the first iterations, to be suspected of being rounding.
+const SUSPECT: f64 = 1e-2;
+
+/// From this iteration on every update that does not shrink is suspected.
+const LATE: u32 = 2;
+
+/// A function of the user's may be noisier than the bound of its rounding error knows: an update that has not shrunk for so
+/// many iterations is noise, if it is as small as a last one.
+const STAGNANT: u32 = 4;
+
+/// A row within so many bounds of its rounding error is zero for all that can be told.
+pub(crate) const ROUNDINGS: f64 = 4.0;
+
+/// An unknown smaller than this part of its natural size is treated as if it were as large. So the last update, which is
+/// [`LAST_UPDATE`] of that, is no smaller than a few roundings of the rows.
+const PART_OF_NATURAL: f64 = 1e-6;
+
+/// Natural sizes are remembered for the steps to come where the equations' condition is at most this: with
+/// [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
+const WELL_CONDITIONED: f64 = 1e6;
+
+/// Numbers that can be compared, lane by lane.
+pub(crate) trait Compare: Scalar {
+    /// The results of a comparison, one for each lane.
+    type Truth: Copy + BitAnd<Output = Self::Truth> + BitOr<Output = Self::Truth> + Not<Output = Self::Truth>;
+
+    /// True in every lane.
+    const ALWAYS: Self::Truth;
+
+    /// Whether a number is at most another one; not where either is NaN.
+    fn is_at_most(self, other: Self) -> Self::Truth;
+
+    /// Whether a number is smaller than another one; not where either is NaN.
+    fn is_below(self, other: Self) -> Self::Truth;
+}
+
+impl Compare for f64 {
+    type Truth = bool;
+
+    const ALWAYS: bool = true;
+
+    #[inline]
+    fn is_at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline]
+    fn is_below(self, other: Self) -> bool {
+        self < other
+    }
+}
+
+impl Compare for Lanes {
+    /// Lanes as bits.
+    type Truth = u32;
+
+    const ALWAYS: u32 = u32::MAX;
+
+    #[inline]
+    fn is_at_most(self, other: Self) -> u32 {
+        self.at_most(other).bits()
+    }
+
+    #[inline]
+    fn is_below(self, other: Self) -> u32 {
+        self.below(other).bits()
+    }
+}
+
+/// An update, the unknowns from which it leads away, and the sizes that these are expected to have at least.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Update<'a, U> {
+    /// The update.
+    pub update: &'a U,
+    /// The unknowns.
+    pub unknowns: &'a U,
+    /// Their expected sizes.
+    pub sizes: &'a U,
+}
+
+impl<U> Update<'_, U> {
+    /// Whether the update is at most `tolerance` relative to the unknowns; not where it is NaN. No division: this is part of
+    /// every step.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // also in code that is compiled for the machine's own instructions
+    pub fn is_small<T: Compare>(&self, tolerance: f64) -> T::Truth
+    where
+        U: Unknown<T>,
+    {
+        let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
+        let updates = self.update.as_ref().iter().zip(sizes);
+        updates.fold(T::ALWAYS, |small, (update, (unknown, &size))| {
+            let expected = unknown.abs().larger(size);
+            small & update.abs().is_at_most(T::splat(tolerance) * expected)
+        })
+    }
+
+    /// Whether the update is the last, after the full one `before`: whether at most [`REMAINDER`] is left after it.
+    #[inline]
+    pub fn settles<T: Compare>(&self, before: &Self) -> T::Truth
+    where
+        U: Unknown<T>,
+    {
+        SETTLED
+            .into_iter()
+            .fold(!T::ALWAYS, |settled, (largest, smallest)| {
+                settled | (self.is_small(largest) & !before.is_small(smallest))
+            })
+    }
+
+    /// The size of the update relative to the unknowns, of all components the largest; NaN where a component is.
+    #[inline]
+    pub fn relative<T: Compare>(&self) -> T
+    where
+        U: Unknown<T>,
+    {
+        let zero = T::splat(0.0);
+        let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
+        let updates = self.update.as_ref().iter().zip(sizes);
+        updates.fold(zero, |largest, (update, (unknown, &size))| {
+            let update = update.abs();
+            // no update is a small one, also of an unknown that is zero
+            let ratio = T::select_le(update, zero, zero, update / unknown.abs().larger(size));
+            T::select_le(ratio, largest, largest, ratio)
+        })
+    }
+}
+
+/// Whether an update of the relative size `now`, after one of the size `before`, shows that the iteration converges fast.
+#[inline]
+pub(crate) fn converges<T: Compare>(before: T, now: T) -> T::Truth {
+    now.is_below(T::splat(MUCH_SMALLER) * before)
+}
+
+/// Whether the later of two full updates, of the relative sizes `before` and `now`, is the last.
+pub(crate) fn is_last(before: f64, now: f64) -> bool {
+    let contraction = now / before;
+    now <= LAST_UPDATE && now * contraction * contraction <= REMAINDER
+}
+
+/// How the updates of an iteration shrink that does not converge fast.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Progress {
+    /// The smallest update so far, relative to the unknowns.
+    smallest: f64,
+    /// The last one.
+    last: f64,
+    /// How many updates have not been much smaller than the smallest one.
+    stagnant: u32,
+}
+
+/// What is to be thought of an update that does not shrink.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Suspicion {
+    /// Nothing: it shrinks, or there is still time.
+    None,
+    /// It may be rounding: it is if the rows are within [`ROUNDINGS`] bounds of theirs.
+    Rounding,
+    /// It is the noise of a function, whatever the rows' bounds say.
+    Noise,
+}
+
+impl Progress {
+    /// The progress after the first update, of the relative size `size`.
+    pub fn new(size: f64) -> Self {
+        Self {
+            smallest: size,
+            last: size,
+            stagnant: 0,
+        }
+    }
+
+    /// The size of the last update, relative to the unknowns.
+    pub fn last(&self) -> f64 {
+        self.last
+    }
+
+    /// Takes the size of the next update, relative to the unknowns.
+    pub fn take(&mut self, size: f64) {
+        if size < SHRINKS * self.smallest {
+            (self.smallest, self.stagnant) = (size, 0);
+        } else {
+            self.stagnant += 1;
+        }
+        self.last = size;
+    }
+
+    /// What is to be thought of the last update, a full one of iteration `iteration`, after one of the size `before`.
+    pub fn suspicion(&self, before: f64, iteration: u32) -> Suspicion {
+        let size = self.last;
+        if size < SHRINKS * before || (size > SUSPECT && iteration <= LATE) {
+            Suspicion::None
+        } else if self.stagnant >= STAGNANT && size <= LAST_UPDATE {
+            Suspicion::Noise
+        } else {
+            Suspicion::Rounding
+        }
+    }
+}
+
+/// The *natural size* of each unknown: what it would be if the terms of the rows did not cancel,
+/// `S = |J⁻¹| T` with the Jacobian `J` of the rows and the sizes `T` of their terms.
+///
+/// Rounding changes the rows by about `u T`, with the unit round-off `u`, and so the root by `u S`: no unknown is known to
+/// more, however small it is. Where unknowns span many decades (a pull at the inner end of a chain is felt at its outer end
+/// by `1e-15` of it) this, and not its own size, is what a small unknown has to be measured by. (N. J. Higham, *Accuracy and
+/// Stability of Numerical Algorithms*, 2nd ed., section 7.2: componentwise perturbations of linear equations.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NaturalSizes<U> {
+    /// The sizes.
+    pub sizes: U,
+    /// The largest diagonal entry of `|J⁻¹| |J|`, which no scaling of rows or unknowns changes; 1 where rows and unknowns
+    /// have nothing to do with each other, infinite where the Jacobian is singular.
+    pub condition: f64,
+}
+
+impl<U: Unknown<f64>> NaturalSizes<U> {
+    /// The natural sizes for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is singular or
+    /// something is not finite.
+    #[cold]
+    pub fn new(jacobian: &U::Square, terms: &U) -> Option<Self> {
+        let rows = jacobian.as_ref();
+        let (mut sizes, mut condition) = (U::zero(), U::zero());
+        for (place, row) in rows.iter().enumerate() {
+            let largest = row
+                .as_ref()
+                .iter()
+                .fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            let mut right = U::zero();
+            right.as_mut()[place] = largest;
+            // a column of the inverse, in units that neither overflow nor underflow
+            let column = U::solve(jacobian, &right)?;
+            let term = terms.as_ref()[place] / largest;
+            sizes = sizes.zip(&column, |size, x| size + x.abs() * term);
+            condition = condition.zip(
+                &column.zip(row, |x, entry| x.abs() * (entry.abs() / largest)),
+                |sum, part| sum + part,
+            );
+        }
+        let condition = condition
+            .as_ref()
+            .iter()
+            .fold(0.0_f64, |largest, x| largest.max(*x));
+        let finite = sizes.as_ref().iter().all(|size| size.is_finite());
+        finite.then_some(Self { sizes, condition })
+    }
+
+    /// Whether they may be used at later steps.
+    pub fn last(&self) -> bool {
+        self.condition <= WELL_CONDITIONED
+    }
+
+    /// Sizes that are not too small to be known.
+    pub fn raise(&self, sizes: &U) -> U {
+        sizes.zip(&self.sizes, |size, natural| size.max(PART_OF_NATURAL * natural))
+    }
+}
+
+/// Natural sizes that were needed at one step and serve at the next ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Remembered<U> {
+    /// [`PART_OF_NATURAL`] of the sizes.
+    part: U,
+    /// `1/S`.
+    inverse: U,
+    /// How large the unknowns were in units of their natural sizes, of all the largest.
+    level: f64,
+}
+
+impl<U: Unknown<f64>> Remembered<U> {
+    /// The natural sizes near the root `z`.
+    pub fn new(natural: &NaturalSizes<U>, z: &U) -> Self {
+        let part = natural.sizes.zip(z, |size, _| PART_OF_NATURAL * size);
+        let inverse = natural
+            .sizes
+            .zip(z, |size, _| if size > 0.0 { 1.0 / size } else { 0.0 });
+        let mut remembered = Self {
+            part,
+            inverse,
+            level: 0.0,
+        };
+        remembered.level = remembered.level(z);
+        remembered
+    }
+
+    /// How large unknowns are in units of the natural sizes, of all the largest.
+    fn level(&self, z: &U) -> f64 {
+        let ratios = z.as_ref().iter().zip(self.inverse.as_ref());
+        ratios.fold(0.0, |largest, (z, inverse)| f64::max(largest, z.abs() * inverse))
+    }
+
+    /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
+    ///
+    /// Natural sizes go with those of the unknowns: they shrink as these do, and grow once these have outgrown them.
+    pub fn raise(&self, sizes: &U, lately: &U) -> U {
+        let level = self.level(lately);
+        let factor = if level < self.level {
+            level / self.level
+        } else {
+            level.max(1.0)
+        };
+        sizes.zip(&self.part, |size, part| size.max(factor * part))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn natural_sizes_do_not_depend_on_units() {
+        let jacobian = [[2.0, 1.0], [1.0, 1e-3]];
+        let terms = [3.0, 1.0];
+        let here = NaturalSizes::<[f64; 2]>::new(&jacobian, &terms).unwrap();
+        // |J⁻¹| = [[1e-3, 1], [1, 2]] / 0.998
+        for (found, size) in here.sizes.iter().zip([1.003, 5.0]) {
+            assert!((found * 0.998 - size).abs() < 1e-14, "{found}");
+        }
+        for exponent in [-400, -40, 40, 400] {
+            let unit = 2.0_f64.powi(exponent);
+            // the second row and the first unknown in other units
+            let scaled = [[2.0 / unit, 1.0], [1.0, 1e-3 * unit]];
+            let there = NaturalSizes::<[f64; 2]>::new(&scaled, &[3.0, unit]).unwrap();
+            assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes);
+            assert_eq!(there.condition, here.condition);
+        }
+    }
+
+    #[test]
+    fn a_singular_jacobian_has_no_natural_sizes() {
+        assert_eq!(
+            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 1.0]),
+            None
+        );
+        let nearly = NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]], &[1.0, 1.0]).unwrap();
+        assert!(!nearly.last());
+    }
+
+    #[test]
+    fn an_update_is_judged_by_the_size_that_is_expected() {
+        let (update, unknowns) = ([1e-10, 1e-20], [1.0, 1e-15]);
+        let own = Update {
+            update: &update,
+            unknowns: &unknowns,
+            sizes: &[0.0, 0.0],
+        };
+        assert!(!own.is_small::<f64>(LAST_UPDATE));
+        let expected = Update {
+            sizes: &[0.0, 1e-10],
+            ..own
+        };
+        assert!(expected.is_small::<f64>(LAST_UPDATE));
+        let nothing = Update {
+            update: &[f64::NAN, 0.0],
+            ..own
+        };
+        assert!(!nothing.is_small::<f64>(1.0));
+    }
+
+    #[test]
+    fn what_is_remembered_goes_with_the_motion() {
+        let natural = NaturalSizes {
+            sizes: [1.0, 2.0],
+            condition: 3.0,
+        };
+        let remembered = Remembered::new(&natural, &[0.5, 1e-9]);
+        let raised = |lately: [f64; 2]| remembered.raise(&[0.0, 0.0], &lately);
+        assert_eq!(raised([0.5, 0.0]), [1e-6, 2e-6]);
+        assert_eq!(raised([0.25, 0.0]), [0.5e-6, 1e-6]);
+        assert_eq!(raised([4.0, 0.0]), [4e-6, 8e-6]);
+        assert_eq!(raised([0.0, 0.0]), [0.0, 0.0]);
+    }
+}

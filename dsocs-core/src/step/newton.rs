@@ -1,0 +1,668 @@
+//! Newton's iteration: when it has arrived, when it must be slowed down, and when it has failed.
+
+use core::cmp::Ordering;
+
+use super::convergence::{
+    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
+};
+use super::unknown::{Linearization, Unknown};
+use crate::error::{NewtonFailure, StepFailure};
+
+/// The unit round-off, `2⁻⁵³`.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// The smallest part of an update that is tried.
+const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
+
+/// Another root is close if it is nearer than the unknown is large, over this.
+const CLOSE: f64 = 0.5;
+
+/// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
+pub(crate) const BENT: f64 = 1e-4;
+
+/// How far an unknown is moved, relative to itself, to see whether the rows depend on it.
+const NEARBY: f64 = 1e-3;
+
+/// How often a full update may be taken although no part of it makes the next one smaller.
+const PATIENCE: u32 = 3;
+
+/// How Newton's iteration ended with a root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stop {
+    /// Nothing was solved: the node is the start.
+    Start,
+    /// The last update was so small that the error after it, of second order, is below rounding; or the rows are
+    /// affine, and one update is all there is to do.
+    Update,
+    /// The updates stopped shrinking, and the residual is within the bound of its own rounding error.
+    Rounding,
+    /// The residual is exactly zero where the updates did not become small as fast as they should.
+    Exact,
+}
+
+/// Equations with as many rows as unknowns.
+pub(crate) trait Equations {
+    /// The unknowns.
+    type Z: Unknown<f64>;
+
+    /// Whether the rows are affine in the unknowns.
+    const LINEAR: bool = false;
+
+    /// Whether roots are watched for others nearby.
+    const WATCHED: bool = false;
+
+    /// Whether they are watched also where the others would not be close.
+    fn watchful(&self) -> bool {
+        false
+    }
+
+    /// The rows and their Jacobian.
+    fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
+
+    /// Whether what the declared rows were multiplied by is anything but zero at `z`, by comparison with a point
+    /// `nearby`: a root where it is zero is none of the declared rows.
+    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
+        let _ = (z, nearby);
+        true
+    }
+
+    /// Bounds of the rounding errors in the rows.
+    fn rounding(&self, z: &Self::Z) -> Self::Z;
+}
+
+/// What is noted on the way to a root.
+pub(crate) trait Notes<Z> {
+    /// The size of an update, relative to the unknowns; not for iterations that end with one of the first three.
+    fn update(&mut self, size: f64) {
+        let _ = size;
+    }
+
+    /// The natural sizes of the unknowns near `z`, where they were needed.
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<Z>, z: &Z) {
+        let _ = (sizes, z);
+    }
+}
+
+/// Nothing is noted.
+impl<Z> Notes<Z> for () {}
+
+/// The sizes of the updates.
+impl<Z> Notes<Z> for Vec<f64> {
+    fn update(&mut self, size: f64) {
+        self.push(size);
+    }
+}
+
+/// A root.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Root<Z> {
+    /// The unknowns.
+    pub z: Z,
+    /// How often the rows and their Jacobian were evaluated.
+    pub evaluations: u32,
+    /// How the iteration ended.
+    pub stop: Stop,
+    /// The second update over the first, both relative to the unknowns: how much the rows bend on the way to the root, and
+    /// so about how far away the root is in units of the distance to another one. Zero where one or two evaluations were
+    /// enough.
+    pub bend: f64,
+    /// Whether another root would then be no farther away than a few times the size of the unknowns.
+    pub close: bool,
+}
+
+/// The iteration ended without a root here.
+pub(crate) struct Failed<Z> {
+    /// Why.
+    pub reason: StepFailure,
+    /// The unknowns.
+    pub z: Z,
+    /// The rows there.
+    pub rows: Z,
+    /// How often the rows and their Jacobian were evaluated.
+    pub evaluations: u32,
+}
+
+/// A point of the iteration.
+#[derive(Clone, Copy)]
+struct Iterate<Z> {
+    /// The unknowns.
+    z: Z,
+    /// The rows.
+    rows: Z,
+    /// Newton's update from here; zero where the rows are.
+    update: Z,
+}
+
+impl<Z> Iterate<Z> {
+    /// The update, to be judged by the sizes that the unknowns are expected to have.
+    #[inline]
+    fn update<'a>(&'a self, sizes: &'a Z) -> Update<'a, Z> {
+        Update {
+            update: &self.update,
+            unknowns: &self.z,
+            sizes,
+        }
+    }
+}
+
+/// A point of the iteration, or why there is none.
+type Evaluated<Z> = Result<Iterate<Z>, Failed<Z>>;
+
+/// The next point of the iteration, and the part of the update that led there.
+type Descent<Z> = (Iterate<Z>, f64);
+
+/// Newton's iteration for one set of equations.
+struct Newton<'a, E: Equations> {
+    /// The equations.
+    equations: &'a E,
+    /// How large each unknown is expected to be, at least.
+    size: E::Z,
+    /// The natural sizes, where they are known.
+    natural: Option<E::Z>,
+    /// How often the rows were evaluated.
+    evaluations: u32,
+    /// Evaluations that need not be made again.
+    made: &'a [Trial<E::Z>],
+}
+
+/// An evaluation of the rows whose update nobody has looked at yet.
+#[derive(Clone, Copy)]
+struct Trial<Z> {
+    /// The point, with its update where the iteration may use it.
+    at: Iterate<Z>,
+    /// Whether the update is what Newton's iteration asks for, if it is finite.
+    safe: bool,
+}
+
+impl<Z: Unknown<f64>> Trial<Z> {
+    #[inline]
+    fn new<E: Equations<Z = Z>>(equations: &E, z: Z) -> Self {
+        let linearization = equations.linearize(&z);
+        let rows = linearization.rows;
+        let (update, safe) = if E::LINEAR {
+            // the only update has to be a good one
+            let update = linearization.update();
+            (update.unwrap_or(rows), update.is_some())
+        } else {
+            linearization.quick_update()
+        };
+        Self {
+            at: Iterate { z, rows, update },
+            safe,
+        }
+    }
+
+    /// Whether the update is at most `tolerance` relative to the unknowns; an infinite or undefined one is not.
+    #[inline]
+    fn is_small(&self, size: &Z, tolerance: f64) -> bool {
+        self.safe && self.at.update(size).is_small(tolerance)
+    }
+
+    /// Whether the update is the last, after that of `before`.
+    #[inline]
+    fn settles(&self, before: &Self, size: &Z) -> bool {
+        before.safe && self.safe && self.at.update(size).settles(&before.at.update(size))
+    }
+
+    /// Whether affine rows are solved by the update.
+    #[inline]
+    fn is_solution(&self) -> bool {
+        self.safe && self.at.update.as_ref().iter().all(|update| update.is_finite())
+    }
+
+    /// Where the update leads.
+    #[inline]
+    fn next(&self) -> Z {
+        self.at.z.zip(&self.at.update, |z, update| z + update)
+    }
+}
+
+/// Solves the equations by Newton's iteration from `start`.
+///
+/// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
+/// or to `size` where the unknown is smaller. There is no absolute tolerance. `notes` are taken on the way.
+///
+/// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
+/// more is needed. Up to three evaluations are the usual case, and stand here by themselves: whatever is odd fails
+/// to be small, and is left to the iteration that looks at everything.
+#[inline]
+pub(crate) fn solve<E: Equations>(
+    equations: &E,
+    start: E::Z,
+    size: &E::Z,
+    max_iterations: u32,
+    notes: &mut impl Notes<E::Z>,
+) -> Result<Root<E::Z>, Failed<E::Z>> {
+    let first = Trial::new(equations, start);
+    if E::LINEAR {
+        if first.is_solution() && is_declared(equations, &first.next(), size) {
+            return Ok(arrived(&first, 1));
+        }
+    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &start, size) {
+        return Ok(arrived(&first, 1));
+    }
+    let second = Trial::new(equations, first.next());
+    // the first point is a point nearby for which there is nothing left to compute
+    let declared = |z, nearby| equations.is_declared(z, nearby) || is_declared(equations, z, size);
+    if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
+        return Ok(arrived(&second, 2));
+    }
+    let third = Trial::new(equations, second.next());
+    if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
+        return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
+    }
+    go_on(equations, &[first, second, third], size, max_iterations, notes)
+}
+
+/// The iteration after three evaluations that did not end it.
+#[inline(never)]
+fn go_on<E: Equations>(
+    equations: &E,
+    made: &[Trial<E::Z>],
+    size: &E::Z,
+    max_iterations: u32,
+    notes: &mut impl Notes<E::Z>,
+) -> Result<Root<E::Z>, Failed<E::Z>> {
+    let newton = Newton {
+        equations,
+        size: *size,
+        natural: None,
+        evaluations: 3,
+        made,
+    };
+    let root = newton.look(made[0].at.z, max_iterations, notes)?;
+    if is_declared(equations, &root.z, size) {
+        return Ok(bent([&made[0], &made[1]], size, root));
+    }
+    Err(Failed {
+        reason: StepFailure::Degenerate,
+        z: root.z,
+        rows: equations.linearize(&root.z).rows,
+        evaluations: root.evaluations,
+    })
+}
+
+/// Tells how the rows bend on the way to a root, if anybody wants to know, or another root may be close.
+#[inline]
+fn watched<E: Equations>(
+    equations: &E,
+    [first, second]: [&Trial<E::Z>; 2],
+    size: &E::Z,
+    root: Root<E::Z>,
+) -> Root<E::Z> {
+    // without divisions, and for the worst pair of components: this is a usual path
+    let (mut before, mut after, mut smallest, mut largest) = (0.0_f64, 0.0_f64, f64::INFINITY, 0.0_f64);
+    let updates = first.at.update.as_ref().iter().zip(second.at.update.as_ref());
+    let sizes = second.at.z.as_ref().iter().zip(size.as_ref());
+    for ((first, second), (z, size)) in updates.zip(sizes) {
+        let size = z.abs().max(*size);
+        (before, after) = (before.max(first.abs()), after.max(second.abs()));
+        (smallest, largest) = (smallest.min(size), largest.max(size));
+    }
+    let close = after * (largest * largest) >= CLOSE * (before * before) * smallest;
+    let straight = after * largest < BENT * before * smallest;
+    if E::WATCHED && !straight && (equations.watchful() || close) {
+        bent([first, second], size, root)
+    } else {
+        root
+    }
+}
+
+/// The root with what the first two updates tell of it.
+#[cold]
+fn bent<Z: Unknown<f64>>([first, second]: [&Trial<Z>; 2], size: &Z, root: Root<Z>) -> Root<Z> {
+    let [before, after] = [first, second].map(|trial| relative(&trial.at.update, &trial.at.z, size));
+    // close also where nothing is known
+    let far = matches!(
+        after.partial_cmp(&(CLOSE * before * before)),
+        Some(Ordering::Less)
+    );
+    Root {
+        bend: after / before,
+        close: !far,
+        ..root
+    }
+}
+
+/// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
+#[inline]
+fn is_declared<E: Equations>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
+    let nearby = z.zip(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
+    equations.is_declared(z, &nearby)
+}
+
+/// The root that an update leads to.
+#[inline]
+fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
+    Root {
+        z: last.next(),
+        evaluations,
+        stop: Stop::Update,
+        bend: 0.0,
+        close: false,
+    }
+}
+
+/// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
+#[inline]
+pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
+    Update {
+        update,
+        unknowns: z,
+        sizes: size,
+    }
+    .relative()
+}
+
+/// Solves equations that failed from `start` once more, to write down the history of the updates.
+#[cold]
+pub(crate) fn explain<E: Equations>(
+    equations: &E,
+    start: E::Z,
+    size: &E::Z,
+    max_iterations: u32,
+) -> NewtonFailure {
+    let mut updates = Vec::new();
+    let result = solve(equations, start, size, max_iterations, &mut updates);
+    let (reason, z, rows) = match result {
+        Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
+        // the same iteration ends the same way
+        Ok(root) => (
+            StepFailure::NotConverged,
+            root.z,
+            equations.linearize(&root.z).rows,
+        ),
+    };
+    NewtonFailure {
+        reason,
+        unknowns: z.as_ref().to_vec(),
+        residual: rows.as_ref().to_vec(),
+        updates,
+        other: Vec::new(),
+    }
+}
+
+impl<E: Equations> Newton<'_, E> {
+    /// The rows at `z` and the update from there.
+    fn evaluate(&mut self, z: E::Z) -> Evaluated<E::Z> {
+        let here = |trial: &&Trial<E::Z>| trial.at.z.as_ref() == z.as_ref() && trial.is_solution();
+        if let Some(trial) = self.made.iter().find(here) {
+            return Ok(trial.at);
+        }
+        self.evaluations += 1;
+        let linearization = self.equations.linearize(&z);
+        let rows = linearization.rows;
+        match linearization.update() {
+            Some(update) => Ok(Iterate { z, rows, update }),
+            None => self.without_update(z, &linearization),
+        }
+    }
+
+    /// What it means that there is no update: a root all the same, a singularity, or no values at all.
+    #[cold]
+    fn without_update(&self, z: E::Z, at: &Linearization<f64, E::Z>) -> Evaluated<E::Z> {
+        let rows = at.rows;
+        let finite = |values: &E::Z| values.as_ref().iter().all(|x| x.is_finite());
+        if !finite(&rows) || !at.jacobian.as_ref().iter().all(finite) {
+            return Err(Failed {
+                reason: StepFailure::NotFinite,
+                z,
+                rows,
+                evaluations: self.evaluations,
+            });
+        }
+        let is_zero = |rows: &E::Z| rows.as_ref().iter().all(|&row| row == 0.0);
+        // a double root is one; rows that stay zero when an unknown is moved say nothing of that unknown
+        let determined = |place: usize| {
+            let mut moved = z;
+            let (unknown, size) = (moved.as_mut(), self.size.as_ref());
+            let length = unknown[place].abs().max(size[place]);
+            unknown[place] += if length > 0.0 { NEARBY * length } else { NEARBY };
+            !is_zero(&self.equations.linearize(&moved).rows)
+        };
+        if is_zero(&rows) && (0..z.as_ref().len()).all(determined) {
+            return Ok(Iterate {
+                z,
+                rows,
+                update: E::Z::zero(),
+            });
+        }
+        Err(Failed {
+            reason: StepFailure::Singular,
+            z,
+            rows,
+            evaluations: self.evaluations,
+        })
+    }
+
+    /// The root after the last update.
+    #[inline]
+    fn arrive(&self, last: &Iterate<E::Z>) -> Root<E::Z> {
+        let stop = if last.rows.as_ref().iter().all(|&row| row == 0.0) {
+            Stop::Exact
+        } else {
+            Stop::Update
+        };
+        let z = last.z.zip(&last.update, |z, update| z + update);
+        Root {
+            z,
+            evaluations: self.evaluations,
+            stop,
+            bend: 0.0,
+            close: false,
+        }
+    }
+
+    /// The point that the full update leads to.
+    #[inline]
+    fn full_step(&mut self, from: &Iterate<E::Z>) -> Evaluated<E::Z> {
+        self.evaluate(from.z.zip(&from.update, |z, update| z + update))
+    }
+
+    /// Full updates from `start`, as long as each is much smaller than the one before: nothing else needs to be looked
+    /// at.
+    fn look(
+        mut self,
+        start: E::Z,
+        max_iterations: u32,
+        notes: &mut impl Notes<E::Z>,
+    ) -> Result<Root<E::Z>, Failed<E::Z>> {
+        let mut now = self.evaluate(start)?;
+        let mut size = now.update(&self.size).relative();
+        notes.update(size);
+        if now.update(&self.size).is_small(LAST_UPDATE) || E::LINEAR {
+            return Ok(self.arrive(&now));
+        }
+        let mut next = self.full_step(&now);
+        loop {
+            let Ok(at) = &next else {
+                return self.iterate(now, size, next, max_iterations, notes);
+            };
+            let next_size = at.update(&self.size).relative();
+            if at.update(&self.size).settles(&now.update(&self.size)) {
+                notes.update(next_size);
+                let stop = Stop::Update;
+                return Ok(Root {
+                    stop,
+                    ..self.arrive(at)
+                });
+            }
+            if !converges(size, next_size) || self.evaluations >= max_iterations {
+                // perhaps an unknown was taken for larger than rounding lets it be known
+                if self.natural.is_none() && self.learn(&at.z, notes) {
+                    size = now.update(&self.size).relative();
+                    continue;
+                }
+                return self.iterate(now, size, next, max_iterations, notes);
+            }
+            notes.update(next_size);
+            (now, size) = (*at, next_size);
+            next = self.full_step(&now);
+        }
+    }
+
+    /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
+    #[cold]
+    fn learn(&mut self, z: &E::Z, notes: &mut impl Notes<E::Z>) -> bool {
+        let terms = self.equations.rounding(z);
+        let terms = terms.zip(&terms, |bound, _| bound / UNIT);
+        let Some(natural) = NaturalSizes::new(&self.equations.linearize(z).jacobian, &terms) else {
+            return false;
+        };
+        self.evaluations += 1;
+        self.size = natural.raise(&self.size);
+        self.natural = Some(natural.sizes);
+        notes.natural_sizes(&natural, z);
+        true
+    }
+
+    /// The iteration from a point whose update is not small enough to be the last; the point that it leads to
+    /// has been evaluated.
+    #[inline(never)]
+    fn iterate(
+        mut self,
+        mut now: Iterate<E::Z>,
+        mut size: f64,
+        next: Evaluated<E::Z>,
+        max_iterations: u32,
+        notes: &mut impl Notes<E::Z>,
+    ) -> Result<Root<E::Z>, Failed<E::Z>> {
+        let (mut part, mut patience) = (1.0_f64, PATIENCE);
+        let mut progress = Progress::new(size);
+        let mut evaluated = Some(next);
+        for iteration in self.evaluations.saturating_sub(1)..max_iterations {
+            let (next, taken) = self.descend(&now, evaluated.take(), (8.0 * part).min(1.0), &mut patience)?;
+            let (before, last_size) = (now, progress.last());
+            (now, part) = (next, taken);
+            size = now.update(&self.size).relative();
+            notes.update(size);
+            if size == 0.0 {
+                return Ok(self.arrive(&now));
+            }
+            progress.take(size);
+            if part < 1.0 {
+                continue;
+            }
+            if is_last(last_size, size) {
+                return Ok(self.arrive(&now));
+            }
+            let suspicion = progress.suspicion(last_size, iteration);
+            if suspicion != Suspicion::None {
+                let noise = suspicion == Suspicion::Noise;
+                let at_now = self.roundings(&now);
+                if at_now <= ROUNDINGS || noise {
+                    let best = if self.roundings(&before) < at_now {
+                        before
+                    } else {
+                        now
+                    };
+                    return Ok(Root {
+                        z: best.z,
+                        evaluations: self.evaluations,
+                        stop: Stop::Rounding,
+                        bend: 0.0,
+                        close: false,
+                    });
+                }
+            }
+        }
+        Err(Failed {
+            reason: StepFailure::NotConverged,
+            z: now.z,
+            rows: now.rows,
+            evaluations: self.evaluations,
+        })
+    }
+
+    /// Takes the update, or as large a part of it (from `part` down) as makes the next update smaller. The
+    /// first part may have been evaluated already.
+    ///
+    /// This is Deuflhard's natural monotonicity test with the new Jacobian. It does not depend on how rows are
+    /// scaled, which a test of the residual would.
+    fn descend(
+        &mut self,
+        from: &Iterate<E::Z>,
+        mut evaluated: Option<Evaluated<E::Z>>,
+        mut part: f64,
+        patience: &mut u32,
+    ) -> Result<Descent<E::Z>, Failed<E::Z>> {
+        let mut full = None;
+        while part >= SMALLEST_PART {
+            let trial = match evaluated.take() {
+                Some(trial) => trial,
+                None => self.evaluate(from.z.zip(&from.update, |z, update| z + part * update)),
+            };
+            if let Ok(next) = trial {
+                if self.shrinks(from, &next)
+                    || next.update(&self.size).is_small(LAST_UPDATE)
+                    || self.roundings(&next) <= ROUNDINGS
+                {
+                    return Ok((next, part));
+                }
+                if full.is_none() {
+                    full = Some((next, part));
+                }
+            } else if part * 0.5 < SMALLEST_PART && full.is_none() {
+                return trial.map(|next| (next, part));
+            }
+            part *= 0.5;
+        }
+        match full {
+            Some(next) if *patience > 0 => {
+                *patience -= 1;
+                Ok(next)
+            }
+            _ => Err(Failed {
+                reason: StepFailure::NotConverged,
+                z: from.z,
+                rows: from.rows,
+                evaluations: self.evaluations,
+            }),
+        }
+    }
+
+    /// Whether the update at `to` is smaller than the one at `from`, both relative to the same sizes.
+    fn shrinks(&self, from: &Iterate<E::Z>, to: &Iterate<E::Z>) -> bool {
+        let (mut before, mut after) = (0.0_f64, 0.0_f64);
+        // an unknown far below its natural size has no say in it
+        let size = self.natural.unwrap_or(self.size).zip(&self.size, f64::max);
+        let expected = from
+            .z
+            .zip(&size, |z, size| z.abs().max(size))
+            .zip(&from.update, |size, x| size.max(x.abs()));
+        for (i, &size) in expected.as_ref().iter().enumerate() {
+            // an unknown that has no size yet cannot have too large an update
+            if size > 0.0 {
+                before = before.max(from.update.as_ref()[i].abs() / size);
+                after = after.max(to.update.as_ref()[i].abs() / size);
+            }
+        }
+        after < before || after == 0.0
+    }
+
+    /// The largest row relative to the bound of its rounding error.
+    #[cold]
+    fn roundings(&self, at: &Iterate<E::Z>) -> f64 {
+        let bounds = self.equations.rounding(&at.z);
+        at.rows
+            .as_ref()
+            .iter()
+            .zip(bounds.as_ref())
+            .fold(0.0, |largest, (row, bound)| {
+                let ratio = if *row == 0.0 { 0.0 } else { row.abs() / bound };
+                // a NaN must not pass for zero, nor be forgotten
+                if ratio > largest || ratio.is_nan() {
+                    ratio
+                } else {
+                    largest
+                }
+            })
+    }
+}
+
+mod homotopy;
+mod pair;
+pub(crate) use homotopy::follow;
+pub(crate) use pair::{nearby, orientation, other_root};
+#[cfg(test)]
+mod tests;

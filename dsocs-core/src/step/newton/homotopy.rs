@@ -1,0 +1,125 @@
+//! The way to a root from a guess that Newton's iteration runs away from.
+//!
+//! The rows at the guess are what is wrong with it, so they are taken away little by little: `F(z) = (1 − λ) F(guess)` has
+//! the guess for its root at `λ = 0` and the root that is looked for at `λ = 1` (Newton's homotopy; P. Deuflhard, *Newton
+//! Methods for Nonlinear Problems*, section 5.1). From a straight line a particle is led to its turn through all smaller
+//! turns. Scaling rows or unknowns changes nothing of the path.
+
+use super::{Equations, Root, relative, solve};
+use crate::step::unknown::{Linearization, Unknown};
+
+/// How often the rows may be evaluated on the way.
+const MAX_EVALUATIONS: u32 = 2000;
+
+/// How often a point of the path is corrected before the step that led there is taken for too long.
+const CORRECTIONS: u32 = 4;
+
+/// A correction must be this part of the one before.
+const CONTRACTION: f64 = 0.25;
+
+/// A correction this small relative to the unknowns is enough on the way.
+const CLOSE: f64 = 1e-4;
+
+/// The shortest step of `λ`.
+const SHORTEST: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// A point of the path.
+#[derive(Clone, Copy)]
+struct Waypoint<Z> {
+    /// The unknowns.
+    z: Z,
+    /// `dz/dλ`.
+    slope: Z,
+}
+
+/// The path from one guess.
+struct Path<'a, E: Equations> {
+    /// The equations.
+    equations: &'a E,
+    /// How large each unknown is expected to be, at least.
+    size: &'a E::Z,
+    /// The rows at the guess.
+    rows: E::Z,
+    /// How often the rows were evaluated.
+    evaluations: u32,
+}
+
+/// Follows the path from `start` to a root; `None` if it ends (in a fold, a singularity, at infinity) before.
+///
+/// Evaluations are added to `evaluations`, also those of a path that ends.
+#[cold]
+pub(crate) fn follow<E: Equations>(
+    equations: &E,
+    start: E::Z,
+    size: &E::Z,
+    max_iterations: u32,
+    evaluations: &mut u32,
+) -> Option<Root<E::Z>> {
+    let first = equations.linearize(&start);
+    let mut path = Path {
+        equations,
+        size,
+        rows: first.rows,
+        evaluations: 1,
+    };
+    let end = path.walk(start, first.update()?);
+    *evaluations += path.evaluations;
+    match solve(equations, end?, size, max_iterations, &mut ()) {
+        Ok(root) => {
+            *evaluations += root.evaluations;
+            Some(root)
+        }
+        Err(failed) => {
+            *evaluations += failed.evaluations;
+            None
+        }
+    }
+}
+
+impl<E: Equations> Path<'_, E> {
+    /// The end of the path.
+    fn walk(&mut self, start: E::Z, slope: E::Z) -> Option<E::Z> {
+        let mut at = Waypoint { z: start, slope };
+        let (mut lambda, mut step) = (0.0, 1.0_f64);
+        while lambda < 1.0 && self.evaluations < MAX_EVALUATIONS {
+            let next = f64::min(lambda + step, 1.0);
+            let guess = at.z.zip(&at.slope, |z, slope| z + (next - lambda) * slope);
+            if let Some(point) = self.correct(guess, 1.0 - next) {
+                (at, lambda) = (point, next);
+                step *= 2.0;
+            } else {
+                step = 0.5 * (next - lambda);
+                if step < SHORTEST * lambda.max(SHORTEST) {
+                    return None;
+                }
+            }
+        }
+        (lambda >= 1.0).then_some(at.z)
+    }
+
+    /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.
+    fn correct(&mut self, guess: E::Z, part: f64) -> Option<Waypoint<E::Z>> {
+        let (mut z, mut before) = (guess, f64::INFINITY);
+        for _ in 0..CORRECTIONS {
+            self.evaluations += 1;
+            let at = self.equations.linearize(&z);
+            let rows = at.rows.zip(&self.rows, |row, first| row - part * first);
+            let update = Linearization { rows, ..at }.update()?;
+            let slope = Linearization {
+                rows: self.rows,
+                ..at
+            }
+            .update()?;
+            let now = relative(&update, &z, self.size);
+            if now > CONTRACTION * before {
+                return None;
+            }
+            z = z.zip(&update, |z, update| z + update);
+            if now <= CLOSE {
+                return Some(Waypoint { z, slope });
+            }
+            before = now;
+        }
+        None
+    }
+}

@@ -1,0 +1,147 @@
+//! The iteration on scalar equations: easy, stiff, degenerate, impossible and noisy ones.
+
+use super::*;
+
+/// One equation for one unknown: value, slope and rounding bound.
+struct Scalar<F: Fn(f64) -> (f64, f64, f64)>(F);
+
+impl<F: Fn(f64) -> (f64, f64, f64)> Equations for Scalar<F> {
+    type Z = [f64; 1];
+
+    fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
+        let (row, slope, _) = (self.0)(z[0]);
+        Linearization {
+            rows: [row],
+            jacobian: [[slope]],
+        }
+    }
+
+    fn rounding(&self, z: &[f64; 1]) -> [f64; 1] {
+        [(self.0)(z[0]).2]
+    }
+}
+
+fn run(
+    function: impl Fn(f64) -> (f64, f64, f64),
+    start: f64,
+    size: f64,
+) -> Result<Root<[f64; 1]>, StepFailure> {
+    solve(&Scalar(function), [start], &[size], 60, &mut ()).map_err(|failed| failed.reason)
+}
+
+#[test]
+fn a_good_start_costs_one_evaluation() {
+    let root = run(
+        |x| (x * x - 2.0, 2.0 * x, 1e-15),
+        std::f64::consts::SQRT_2 + 1e-10,
+        0.0,
+    )
+    .unwrap();
+    assert_eq!((root.evaluations, root.stop), (1, Stop::Update));
+    assert!((root.z[0] - std::f64::consts::SQRT_2).abs() < 5e-16);
+}
+
+#[test]
+fn quadratic_convergence_ends_without_an_evaluation_to_confirm_it() {
+    let root = run(|x| (x * x - 2.0, 2.0 * x, 1e-15), 1.5, 0.0).unwrap();
+    assert!(root.evaluations <= 4, "{}", root.evaluations);
+    assert!((root.z[0] - std::f64::consts::SQRT_2).abs() < 5e-16);
+}
+
+#[test]
+fn a_wall_is_met_from_any_start() {
+    let mut most = 0;
+    for stiffness in [1.0, 10.0, 1e3, 1e6] {
+        for ratio in [-2.0, -0.999_999, -0.5, 0.0, 1e-9, 0.3, 0.99, 1.0, 1.5] {
+            let right = ratio * stiffness;
+            for start in [0.0, 1e-8, 0.3, -1.0, 5.0, -20.0, 325.0, -1e3, 1e5, -1e6] {
+                let function = |w: f64| {
+                    let tanh = w.tanh();
+                    let slope = 1.0 + stiffness * (1.0 - tanh) * (1.0 + tanh);
+                    let bound = f64::EPSILON * (w.abs() + stiffness * tanh.abs() + f64::abs(right));
+                    (w + stiffness * tanh - right, slope, bound)
+                };
+                let root = run(function, start, 0.0)
+                    .unwrap_or_else(|failure| panic!("{failure}: {stiffness} {ratio} {start}"));
+                let (row, slope, bound) = function(root.z[0]);
+                let error = (row / slope).abs();
+                assert!(
+                    row.abs() <= 4.0 * bound || error <= 1e-14 * root.z[0].abs(),
+                    "{stiffness} {ratio} {start}: {root:?} {row:e}"
+                );
+                most = most.max(root.evaluations);
+            }
+        }
+    }
+    println!("at most {most} evaluations");
+    assert!(most < 200, "{most}");
+}
+
+#[test]
+fn a_double_root_is_found_to_half_the_digits_and_said_to_be_rounding() {
+    // expanded, so that its rounding is that of terms of order 1
+    let root = run(
+        |x| (x * x - 2.0 * x + 1.0, 2.0 * x - 2.0, 4.0 * f64::EPSILON),
+        3.0,
+        0.0,
+    )
+    .unwrap();
+    assert!((root.z[0] - 1.0).abs() < 1e-7, "{root:?}");
+    // the rows are exact near the root: linear convergence must go on to the end
+    let root = run(
+        |x| {
+            (
+                (x - 1.0).powi(2),
+                2.0 * (x - 1.0),
+                f64::EPSILON * (x - 1.0).powi(2),
+            )
+        },
+        3.0,
+        0.0,
+    );
+    assert!((root.unwrap().z[0] - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn an_exact_root_is_a_root_although_the_jacobian_is_singular() {
+    let root = run(|x| (x * x, 2.0 * x, 0.0), 0.0, 0.0).unwrap();
+    assert_eq!((root.z, root.stop), ([0.0], Stop::Exact));
+}
+
+#[test]
+fn failures_say_why() {
+    assert_eq!(
+        run(|x| (x * x + 1.0, 2.0 * x, 1e-16), 0.5, 0.0).unwrap_err(),
+        StepFailure::NotConverged
+    );
+    assert_eq!(
+        run(|x| (x * x + 1.0, 2.0 * x, 1e-16), 0.0, 0.0).unwrap_err(),
+        StepFailure::Singular
+    );
+    assert_eq!(
+        run(|x| (x.sqrt(), 0.5 / x.sqrt(), 1e-16), -1.0, 0.0).unwrap_err(),
+        StepFailure::NotFinite
+    );
+    let failure = explain(&Scalar(|x: f64| (x.exp(), x.exp(), 0.0)), [1.0], &[0.0], 20);
+    assert_eq!(failure.reason, StepFailure::NotConverged);
+    assert!(failure.updates.len() > 3 && failure.residual[0] > 0.0 && failure.unknowns[0] < 0.0);
+}
+
+#[test]
+fn a_step_out_of_the_domain_is_shortened() {
+    // the full update from 3 goes to a negative number, whose logarithm does not exist
+    let root = run(|x| (x.ln(), 1.0 / x, 1e-16 * x.ln().abs()), 3.0, 0.0).unwrap();
+    assert!((root.z[0] - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn noise_is_told_from_failure() {
+    // the row's noise of 1e-10 is far above its unit round-off, and the bound knows of it
+    let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-10);
+    let root = run(noisy, 0.3, 0.0).unwrap();
+    assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
+    // the same where the bound does not know of it, as of a function of the user's
+    let noisy = |x: f64| (x - 1.0 + 1e-10 * (x * 1e13).sin(), 1.0, 1e-16);
+    let root = run(noisy, 0.3, 0.0).unwrap();
+    assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
+}

@@ -1,0 +1,222 @@
+//! Where Newton's iteration begins: a polynomial through the last solutions.
+
+use core::marker::PhantomData;
+
+use super::convergence::{NaturalSizes, Remembered};
+use super::newton::Notes;
+use super::unknown::Unknown;
+use crate::scalar::Scalar;
+
+/// The highest degree of the polynomial.
+const ORDER: usize = 5;
+
+/// How much of the size of past unknowns is remembered from one step to the next.
+const MEMORY: f64 = 0.75;
+
+/// The backward differences of the last solutions, and their size.
+///
+/// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
+/// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
+/// falls, down to the last solution itself.
+#[repr(align(16))] // as the sums, see [`crate::compensated`]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Predictor<U, T = f64> {
+    /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
+    differences: [U; ORDER + 1],
+    /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
+    size: U,
+    /// Their natural sizes, where they were needed lately.
+    natural: Option<Remembered<U>>,
+    /// The numbers that the unknowns are made of.
+    scalar: PhantomData<T>,
+}
+
+impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
+    /// A predictor without a past.
+    pub fn new() -> Self {
+        let unknown = U::zero();
+        Self {
+            differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); ORDER + 1],
+            size: unknown,
+            natural: None,
+            scalar: PhantomData,
+        }
+    }
+
+    /// Takes in the solution of a step.
+    #[inline]
+    pub fn push(&mut self, z: &U) {
+        let mut difference = *z;
+        for entry in &mut self.differences {
+            let last = core::mem::replace(entry, difference);
+            difference = difference.zip(&last, |new, old| new - old);
+        }
+        self.size = self
+            .size
+            .zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
+    }
+
+    /// The size that each unknown has had lately, at least 0.
+    #[inline]
+    pub fn size(&self) -> &U {
+        &self.size
+    }
+
+    /// The extrapolated solution of the next step; NaN without a past.
+    ///
+    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two
+    /// differences in a row, because one alone may be small by passing through zero.
+    #[inline]
+    pub fn extrapolate(&self) -> U {
+        let last = self.differences[0];
+        let sizes = last.zip(&last, |z, _| z.abs());
+        let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
+        // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+        for difference in &self.differences[1..] {
+            let unknowns = guess
+                .as_mut()
+                .iter_mut()
+                .zip(sum.as_mut())
+                .zip(smallest.as_mut())
+                .zip(before.as_mut());
+            for ((((guess, sum), smallest), before), &difference) in unknowns.zip(difference.as_ref()) {
+                *sum = *sum + difference;
+                let size = difference.abs();
+                // NaN where the history is too short, which is not smaller than anything
+                let larger = before.larger(size);
+                *guess = T::select_le(larger, *smallest, *sum, *guess);
+                *smallest = larger.smaller(*smallest);
+                *before = size;
+            }
+        }
+        guess
+    }
+
+    /// Changes the numbers that the unknowns are made of: `convert` fills the unknowns given first from those
+    /// given second.
+    pub fn convert<R: Scalar, V: Unknown<R>>(
+        &self,
+        into: &mut Predictor<V, R>,
+        mut convert: impl FnMut(&mut V, &U),
+    ) {
+        for (to, from) in into.differences.iter_mut().zip(&self.differences) {
+            convert(to, from);
+        }
+        convert(&mut into.size, &self.size);
+    }
+}
+
+impl<U: Unknown<f64>> Predictor<U> {
+    /// Forgets all but the last solution and the sizes: the past is of no use when the motion turns round.
+    pub fn turn(&mut self) {
+        let (size, natural, last) = (self.size, self.natural, self.last());
+        *self = Self::new();
+        if let Some(last) = last {
+            self.push(&last);
+        }
+        (self.size, self.natural) = (size, natural);
+    }
+
+    /// How large each unknown is expected to be: as lately, at least as `least` says, and not too small to be known.
+    #[inline]
+    pub fn expected(&self, least: &U) -> U {
+        let size = self.size.zip(least, f64::max);
+        match &self.natural {
+            None => size,
+            Some(natural) => natural.raise(&size, &self.size),
+        }
+    }
+
+    /// The last solution.
+    pub fn last(&self) -> Option<U> {
+        let last = self.differences[0];
+        last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
+    }
+
+    /// The last `K` solutions (six at most), the last first; `None` where there are not so many.
+    pub fn lately<const K: usize>(&self) -> Option<[U; K]> {
+        let mut differences = self.differences;
+        let solutions = core::array::from_fn(|k| {
+            // one step back: each difference loses the next one
+            let known = if k == 0 { 0 } else { (ORDER + 1).saturating_sub(k) };
+            for place in 0..known {
+                differences[place] =
+                    differences[place].zip(&differences[place + 1], |now, change| now - change);
+            }
+            differences[0]
+        });
+        let known = |z: &U| z.as_ref().iter().all(|z| !z.is_nan());
+        solutions.iter().all(known).then_some(solutions)
+    }
+
+    /// The extrapolated solution of the next step, or `None` without a past.
+    #[allow(clippy::inline_always)] // part of every step, and called where steps fail, too
+    #[inline(always)]
+    pub fn predict(&self) -> Option<U> {
+        self.last()?;
+        Some(self.extrapolate())
+    }
+}
+
+impl<U: Unknown<f64>> Notes<U> for Predictor<U> {
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<U>, z: &U) {
+        self.natural = sizes.last().then(|| Remembered::new(sizes, z));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_up_to_the_fifth_degree_are_exact() {
+        for degree in 0..=5 {
+            let value = |k: i32| [f64::from(k).powi(degree), 1.0];
+            let mut predictor = Predictor::new();
+            assert_eq!(predictor.predict(), None);
+            for k in 0..12 {
+                predictor.push(&value(k - 6));
+            }
+            assert_eq!(predictor.predict(), Some(value(6)), "degree {degree}");
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_predicted_at_every_phase() {
+        let mut predictor = Predictor::new();
+        let mut worst: f64 = 0.0;
+        for k in 0..2000 {
+            let phase = f64::from(k) * 0.01;
+            if k > 6 {
+                let guess: [f64; 1] = predictor.predict().unwrap();
+                worst = worst.max((guess[0] - phase.sin()).abs());
+            }
+            predictor.push(&[phase.sin()]);
+        }
+        assert!(worst < 1e-11, "{worst:e}");
+    }
+
+    #[test]
+    fn noise_is_not_blown_up() {
+        let mut predictor = Predictor::new();
+        let (mut seed, mut worst) = (1_u32, 0.0_f64);
+        for _ in 0..1000 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            predictor.push(&[f64::from(seed) / f64::from(u32::MAX) - 0.5]);
+            let guess: [f64; 1] = predictor.predict().unwrap();
+            worst = worst.max(guess[0].abs());
+        }
+        assert!(worst < 5.0, "{worst}");
+    }
+
+    #[test]
+    fn turning_keeps_the_last_solution_only() {
+        let mut predictor = Predictor::new();
+        for k in 0..9 {
+            predictor.push(&[f64::from(k), 1.0]);
+        }
+        predictor.turn();
+        assert_eq!(predictor.predict(), Some([8.0, 1.0]));
+        assert_eq!(predictor.size(), &[8.0, 1.0]);
+    }
+}

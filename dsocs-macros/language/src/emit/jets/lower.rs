@@ -1,0 +1,325 @@
+//! From the expression graph to sequences of Taylor coefficients.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::sequence::{Inverse, Op, Sequence, Sequences};
+use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::passes::share::{Factor, Product, Shared};
+
+/// Makes sequences of expressions, each expression once.
+pub(super) struct Lower<'g> {
+    pub(super) graph: &'g mut Graph,
+    pub(super) sequences: Sequences,
+    done: HashMap<NodeId, Sequence>,
+    pairs: HashMap<(Sequence, bool), [Sequence; 2]>,
+    tangents: HashMap<(Sequence, bool), Sequence>,
+    products: HashMap<Product, Sequence>,
+    shared: Shared,
+}
+
+impl<'g> Lower<'g> {
+    /// Expressions whose products will be shared.
+    pub(super) fn new(graph: &'g mut Graph, outputs: &[NodeId]) -> Self {
+        let products = products(graph, outputs);
+        Self {
+            graph,
+            sequences: Sequences::default(),
+            done: HashMap::new(),
+            pairs: HashMap::new(),
+            tangents: HashMap::new(),
+            products: HashMap::new(),
+            shared: Shared::find(products),
+        }
+    }
+
+    /// How many products of sequences some expressions take, functions aside.
+    pub(super) fn cost(graph: &mut Graph, outputs: &[NodeId]) -> usize {
+        let mut lower = Lower::new(graph, outputs);
+        for &output in outputs {
+            lower.lower(output);
+        }
+        let product = |op: &Op| {
+            matches!(
+                op,
+                Op::Product(..) | Op::Square(_) | Op::Quotient(..) | Op::Reciprocal(_)
+            )
+        };
+        lower.sequences.ops().filter(|(_, op)| product(op)).count()
+    }
+
+    /// The sequence of an expression.
+    pub(super) fn lower(&mut self, id: NodeId) -> Sequence {
+        if let Some(&done) = self.done.get(&id) {
+            return done;
+        }
+        let sequence = if self.graph.is_fixed(id) {
+            self.sequences.push(Op::Constant(id))
+        } else {
+            self.varying(id)
+        };
+        self.done.insert(id, sequence);
+        sequence
+    }
+
+    fn varying(&mut self, id: NodeId) -> Sequence {
+        match self.graph.node(id).clone() {
+            Node::Constant(_) | Node::Param(_) => self.sequences.push(Op::Constant(id)),
+            Node::Leaf(leaf) => self.sequences.push(Op::Leaf(leaf)),
+            Node::Sum(constant, terms) => {
+                let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get())).collect();
+                self.sum(constant.get(), &terms)
+            }
+            Node::Product(_) => self.sum(0.0, &[(id, 1.0)]),
+            Node::Unary(op, a) => {
+                let a = self.lower(a);
+                self.unary(op, a)
+            }
+            Node::Powf(base, exponent) => self.powf(base, exponent),
+            Node::Atan2(y, x) => {
+                let radius = [self.graph.powi(x, 2), self.graph.powi(y, 2)];
+                let radius = self.graph.sum(&radius);
+                let (y, x) = (self.lower(y), self.lower(x));
+                let radius = self.lower(radius);
+                self.sequences.push(Op::Atan2(y, x, radius))
+            }
+            Node::Select(op, parts) => {
+                let parts = parts.map(|part| self.lower(part));
+                self.sequences.push(Op::Select(op, parts))
+            }
+            Node::Call { callee, args, wrt } => {
+                let args = args.into_iter().map(|arg| self.lower(arg)).collect();
+                self.sequences.push(Op::Call { callee, args, wrt })
+            }
+        }
+    }
+
+    /// `constant + Σ coefficient · term`, where constant factors of terms join their coefficients.
+    fn sum(&mut self, constant: f64, terms: &[(NodeId, f64)]) -> Sequence {
+        let mut constants = vec![(self.graph.constant(constant), 1.0)];
+        let mut linear: Vec<(NodeId, Sequence)> = Vec::new();
+        for &(term, c) in terms {
+            if self.graph.is_fixed(term) {
+                constants.push((term, c));
+                continue;
+            }
+            let (fixed, moving) = split(self.graph, term);
+            let coefficient = self.graph.product(&fixed);
+            let coefficient = self.graph.scale(c, coefficient);
+            let sequence = self.product(&moving);
+            match linear.iter_mut().find(|(_, present)| *present == sequence) {
+                Some((present, _)) => *present = self.graph.add(*present, coefficient),
+                None => linear.push((coefficient, sequence)),
+            }
+        }
+        let constant = self.graph.linear(0.0, &constants);
+        let constant = (!self.graph.is_zero(constant)).then_some(constant);
+        match (constant, linear.as_slice()) {
+            (None, &[(coefficient, sequence)]) if self.graph.as_constant(coefficient) == Some(1.0) => {
+                sequence
+            }
+            _ => self.sequences.push(Op::Linear(constant, linear)),
+        }
+    }
+
+    /// A product of factors that move.
+    fn product(&mut self, factors: &[(NodeId, i32)]) -> Sequence {
+        if let &[(factor, 1)] = factors {
+            return self.lower(factor);
+        }
+        let product = self.shared.product(as_product(factors));
+        self.shared_product(&product)
+    }
+
+    fn shared_product(&mut self, product: &Product) -> Sequence {
+        if let Some(&done) = self.products.get(product) {
+            return done;
+        }
+        let (mut above, mut below) = (None, None);
+        for (factor, &count) in product {
+            let (sequence, inverse) = match factor {
+                Factor::Node { node, inverse } => (self.lower(*node), *inverse),
+                Factor::Part(place) => {
+                    let part = self.shared.part(*place);
+                    (self.shared_product(&part), false)
+                }
+                // constants have been taken out before
+                Factor::Early(..) => continue,
+            };
+            let power = self.power(sequence, count);
+            let side = if inverse { &mut below } else { &mut above };
+            *side = Some(match *side {
+                None => power,
+                Some(before) => self.times(before, power),
+            });
+        }
+        let sequence = match (above, below) {
+            (Some(above), Some(below)) => self.sequences.push(Op::Quotient(above, below)),
+            (None, Some(below)) => self.sequences.push(Op::Reciprocal(below)),
+            (Some(above), None) => above,
+            (None, None) => {
+                let one = self.graph.constant(1.0);
+                self.sequences.push(Op::Constant(one))
+            }
+        };
+        self.products.insert(product.clone(), sequence);
+        sequence
+    }
+
+    fn power(&mut self, base: Sequence, n: u32) -> Sequence {
+        match n {
+            0 | 1 => base,
+            _ => {
+                let half = self.power(base, n / 2);
+                let square = self.times(half, half);
+                if n.is_multiple_of(2) {
+                    square
+                } else {
+                    self.times(square, base)
+                }
+            }
+        }
+    }
+
+    fn times(&mut self, a: Sequence, b: Sequence) -> Sequence {
+        self.sequences.push(if a == b {
+            Op::Square(a)
+        } else {
+            Op::Product(a.min(b), a.max(b))
+        })
+    }
+
+    fn unary(&mut self, op: Unary, a: Sequence) -> Sequence {
+        let op = match op {
+            Unary::Sqrt => Op::Root(a),
+            Unary::Cbrt => Op::CubeRoot(a),
+            Unary::Exp => Op::Exp(a),
+            Unary::ExpM1 => Op::ExpM1(a),
+            Unary::Ln => Op::Ln(a),
+            Unary::Ln1p => Op::Ln1p(a),
+            Unary::Abs => Op::Abs(a),
+            Unary::Signum => Op::Signum(a),
+            Unary::Sin | Unary::Cos => {
+                let [sine, cosine] = self.pair(a, true);
+                return if op == Unary::Sin { sine } else { cosine };
+            }
+            Unary::Sinh | Unary::Cosh => {
+                let [sine, cosine] = self.pair(a, false);
+                return if op == Unary::Sinh { sine } else { cosine };
+            }
+            Unary::Tan | Unary::Tanh => {
+                let conjugate = op == Unary::Tanh;
+                if let Some(&known) = self.tangents.get(&(a, conjugate)) {
+                    return known;
+                }
+                let one = self.graph.constant(1.0);
+                let value = self.sequences.tangent(a, one, conjugate);
+                self.tangents.insert((a, conjugate), value);
+                return value;
+            }
+            Unary::Asin => Op::Inverse(Inverse::Asin, a, self.conjugate_root(a)),
+            Unary::Acos => {
+                let root = self.conjugate_root(a);
+                let minus_one = self.graph.constant(-1.0);
+                let negative = self.sequences.push(Op::Linear(None, vec![(minus_one, root)]));
+                Op::Inverse(Inverse::Acos, a, negative)
+            }
+            Unary::Atan => Op::Inverse(Inverse::Atan, a, self.one_and(a)),
+            Unary::Asinh => {
+                let sum = self.one_and(a);
+                Op::Inverse(Inverse::Asinh, a, self.sequences.push(Op::Root(sum)))
+            }
+            Unary::Acosh => {
+                let conjugate = self.conjugate(a);
+                let minus_one = self.graph.constant(-1.0);
+                let opposite = self
+                    .sequences
+                    .push(Op::Linear(None, vec![(minus_one, conjugate)]));
+                Op::Inverse(Inverse::Acosh, a, self.sequences.push(Op::Root(opposite)))
+            }
+            Unary::Atanh => Op::Inverse(Inverse::Atanh, a, self.conjugate(a)),
+        };
+        self.sequences.push(op)
+    }
+
+    fn pair(&mut self, a: Sequence, circular: bool) -> [Sequence; 2] {
+        if let Some(&known) = self.pairs.get(&(a, circular)) {
+            return known;
+        }
+        let pair = if circular {
+            self.sequences.pair(a, Op::Sin, Op::Cos)
+        } else {
+            self.sequences.pair(a, Op::Sinh, Op::Cosh)
+        };
+        self.pairs.insert((a, circular), pair);
+        pair
+    }
+
+    /// `1 - u²`.
+    fn conjugate(&mut self, u: Sequence) -> Sequence {
+        let square = self.sequences.push(Op::Square(u));
+        self.sequences.push(Op::Conjugate(u, square))
+    }
+
+    /// `√(1 - u²)`.
+    fn conjugate_root(&mut self, u: Sequence) -> Sequence {
+        let conjugate = self.conjugate(u);
+        self.sequences.push(Op::Root(conjugate))
+    }
+
+    /// `1 + u²`.
+    fn one_and(&mut self, u: Sequence) -> Sequence {
+        let one = self.graph.constant(1.0);
+        let square = self.sequences.push(Op::Square(u));
+        self.sequences.push(Op::Linear(Some(one), vec![(one, square)]))
+    }
+
+    fn powf(&mut self, base: NodeId, exponent: NodeId) -> Sequence {
+        if self.graph.is_fixed(exponent) {
+            let base = self.lower(base);
+            return self.sequences.push(Op::Power(base, exponent));
+        }
+        let log = self.graph.unary(Unary::Ln, base);
+        let product = self.graph.mul(log, exponent);
+        let product = self.lower(product);
+        self.sequences.push(Op::Exp(product))
+    }
+}
+
+/// Factors and their exponents.
+type Factors = Vec<(NodeId, i32)>;
+
+/// The factors of a term that do not move, and those that do.
+fn split(graph: &Graph, term: NodeId) -> (Factors, Factors) {
+    let factors = match graph.node(term) {
+        Node::Product(factors) => factors.clone(),
+        _ => vec![(term, 1)],
+    };
+    factors
+        .into_iter()
+        .partition(|&(factor, _)| graph.is_fixed(factor))
+}
+
+fn as_product(factors: &[(NodeId, i32)]) -> Product {
+    let mut product: Product = BTreeMap::new();
+    for &(node, n) in factors {
+        product.insert(Factor::Node { node, inverse: n < 0 }, n.unsigned_abs());
+    }
+    product
+}
+
+/// Every product of factors that move in some expressions.
+fn products(graph: &Graph, outputs: &[NodeId]) -> BTreeSet<Product> {
+    let mut products = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    let mut open = outputs.to_vec();
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) || graph.is_fixed(id) {
+            continue;
+        }
+        open.extend(graph.parts(id));
+        if let Node::Product(_) = graph.node(id) {
+            products.insert(as_product(&split(graph, id).1));
+        }
+    }
+    products
+}

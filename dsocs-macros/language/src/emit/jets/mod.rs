@@ -1,0 +1,267 @@
+//! Taylor series of the continuous motion: the recurrences of a declaration.
+//!
+//! The expression graph, walked a third time: after values and dual numbers, jets. [`crate::passes::motion`] solves the
+//! continuous system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
+//! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
+
+mod call;
+mod lower;
+mod sequence;
+mod write;
+
+use std::collections::{BTreeSet, HashMap};
+
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use self::lower::Lower;
+use self::sequence::{Op, Sequence, Sequences};
+use self::write::{Writer, kth, local, zeroth};
+use super::matrix;
+use super::program::{Program, Value};
+use crate::graph::{Graph, NodeId};
+use crate::model::Model;
+use crate::passes::motion::{Motion, motion};
+
+/// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
+/// all of them.
+const MOST_EAGER: usize = 16;
+
+/// The `impl Jets` of the declaration.
+pub(super) fn jets(model: &Model) -> TokenStream {
+    let mut graph = model.graph.clone();
+    let motion = motion(model, &mut graph, Lower::cost);
+    let (plan, sequences) = Plan::new(&mut graph, &motion);
+    let mut writer = Writer::new(&graph, sequences);
+    let body = plan.body(&mut writer, &motion);
+
+    let [products, squares] = writer.blocks().map(Literal::usize_unsuffixed);
+    let calls = Literal::usize_unsuffixed(writer.calls.len());
+    let (constants_code, constants) = constants(&graph, &writer.constants);
+    let count = Literal::usize_unsuffixed(constants.len());
+    let name = &model.item.ident;
+    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    let (c, series, table) = (local("c"), local("series"), local("table"));
+    quote! {
+        // straight-line code: the lints for people do not apply to it
+        #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::taylor::Jets<#n> for #name #type_generics #where_clause {
+            type Fixed = [f64; #count];
+            type Table = ::dsocs_core::taylor::Table<#products, #squares, #calls>;
+
+            #[inline]
+            fn fixed(&self) -> Self::Fixed {
+                use ::dsocs_core::Scalar as _;
+                type __T = f64;
+                #constants_code
+                [#(#constants),*]
+            }
+
+            #[inline(always)]
+            fn expand<const __FUSED: bool>(
+                &self,
+                #c: &Self::Fixed,
+                #series: &mut ::dsocs_core::taylor::Series<#n>,
+                #table: &mut Self::Table,
+            ) {
+                #body
+            }
+        }
+    }
+}
+
+/// What is computed, and in which order.
+struct Plan {
+    /// The operations.
+    ops: Vec<(Sequence, Op)>,
+    /// Those that orders beyond 0 need.
+    lasting: BTreeSet<Sequence>,
+    /// Those that depend on accelerations that are solved for in numbers.
+    accelerated: BTreeSet<Sequence>,
+    accelerations: Vec<Sequence>,
+    rows: Vec<Sequence>,
+    jacobian: Vec<Sequence>,
+}
+
+impl Plan {
+    /// The sequences of a motion.
+    fn new(graph: &mut Graph, motion: &Motion) -> (Self, Sequences) {
+        let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
+        let mut lower = Lower::new(graph, &lasting);
+        let mut all =
+            |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
+        let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
+        let jacobian = all(&motion.jacobian.concat());
+        let sequences = lower.sequences;
+        let plan = Self {
+            ops: sequences
+                .ops()
+                .map(|(sequence, op)| (sequence, op.clone()))
+                .collect(),
+            lasting: sequences.needed(&[accelerations.as_slice(), &rows].concat()),
+            accelerated: sequences.accelerated(),
+            accelerations,
+            rows,
+            jacobian,
+        };
+        (plan, sequences)
+    }
+
+    /// The statements of order 0, of sequences that depend on accelerations or of the others.
+    fn start(&self, writer: &mut Writer<'_>, accelerated: bool) -> TokenStream {
+        self.ops
+            .iter()
+            .filter(|(to, _)| self.accelerated.contains(to) == accelerated)
+            .map(|(to, op)| writer.start(*to, op))
+            .collect()
+    }
+
+    /// The statements of order `k`.
+    fn next(&self, writer: &mut Writer<'_>, accelerated: bool) -> TokenStream {
+        self.ops
+            .iter()
+            .filter(|(to, _)| self.lasting.contains(to) && self.accelerated.contains(to) == accelerated)
+            .map(|(to, op)| writer.next(*to, op))
+            .collect()
+    }
+
+    /// The statements of order `k` that the orders to come need once the accelerations are known.
+    fn again(&self, writer: &mut Writer<'_>) -> TokenStream {
+        let operands = writer.sequences.products.iter().flatten();
+        let mut outputs: Vec<Sequence> = operands
+            .chain(&writer.sequences.squares)
+            .map(|operand| operand.sequence())
+            .collect();
+        outputs.extend(&self.accelerations);
+        let needed = writer.sequences.needed(&outputs);
+        self.ops
+            .iter()
+            .filter(|(to, _)| self.accelerated.contains(to) && needed.contains(to))
+            .map(|(to, op)| writer.next(*to, op))
+            .collect()
+    }
+
+    /// The body of `expand`.
+    #[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
+    fn body(&self, writer: &mut Writer<'_>, motion: &Motion) -> TokenStream {
+        let [q, v, a, z, s, y] = ["q", "v", "a", "z", "s", "y"].map(local);
+        let [k, r, degree, series, table] = ["k", "r", "degree", "series", "table"].map(local);
+        let [products, squares, inverse] = ["products", "squares", "inverse"].map(local);
+        let [o, p, f, below] = ["o", "p", "f", "below"].map(local);
+        let length = Literal::usize_unsuffixed(self.ops.len());
+        let n = Literal::usize_unsuffixed(self.accelerations.len());
+        // how many inner sums there are is known once all recurrences are written
+        for accelerated in [false, true] {
+            self.next(writer, accelerated);
+        }
+        writer.eager = writer.sequences.products.len() <= MOST_EAGER;
+        let eager = writer.eager;
+        let (start, next) = (self.start(writer, false), self.next(writer, false));
+        let (remember, declare) = if eager {
+            (
+                quote! {
+                    if #k == 1 {
+                        #f = #s;
+                    }
+                    if #k == 2 {
+                        #o = #f;
+                    }
+                    #p = #s;
+                },
+                quote! {
+                    let (mut #o, mut #p, mut #f) =
+                        ([0.0_f64; #length], [0.0_f64; #length], [0.0_f64; #length]);
+                },
+            )
+        } else {
+            (TokenStream::new(), TokenStream::new())
+        };
+        let (first, later): (Vec<_>, Vec<_>) = self
+            .accelerations
+            .iter()
+            .map(|&output| (zeroth(output), kth(output)))
+            .unzip();
+        let (solve_start, solve_next) = if motion.unknown.is_empty() {
+            (TokenStream::new(), TokenStream::new())
+        } else {
+            let (start, next) = (self.start(writer, true), self.next(writer, true));
+            let again = self.again(writer);
+            let unknown: Vec<_> = motion.unknown.iter().map(|&leaf| write::leaf(leaf)).collect();
+            let multipliers = Literal::usize_unsuffixed(motion.multipliers);
+            let l = local("l");
+            let m = unknown.len();
+            let places: Vec<_> = (0..m).map(Literal::usize_unsuffixed).collect();
+            let jacobian: Vec<_> = self.jacobian.iter().map(|&entry| zeroth(entry)).collect();
+            let jacobian = matrix(&jacobian, m);
+            let (zeroth_rows, kth_rows) = (
+                self.rows.iter().map(|&row| zeroth(row)),
+                self.rows.iter().map(|&row| kth(row)),
+            );
+            let affine = motion.affine;
+            (
+                quote! {
+                    let mut #a = #series.guess();
+                    let mut #l = [0.0_f64; #multipliers];
+                    let mut #inverse = ::dsocs_core::taylor::Accelerations::new(#affine);
+                    loop {
+                        let update = #inverse.update();
+                        #(#unknown += update[#places];)*
+                        #start
+                        let more = #inverse.improve::<__FUSED>(
+                            &[#(#zeroth_rows),*],
+                            &#jacobian,
+                            &[#(#unknown),*],
+                        );
+                        if !more {
+                            break;
+                        }
+                    }
+                },
+                quote! {
+                    let mut #a = [0.0_f64; #n];
+                    let mut #l = [0.0_f64; #multipliers];
+                    #next
+                    let update = ::dsocs_core::taylor::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
+                    #(#unknown = update[#places];)*
+                    #again
+                },
+            )
+        };
+        let store = writer.store();
+        quote! {
+            let (mut #q, mut #v) = #series.start();
+            let mut #z = [0.0_f64; #length];
+            let mut #y = [0.0_f64; #length];
+            #start
+            #solve_start
+            #series.push(0, &mut #q, &mut #v, [#(#first),*]);
+            #declare
+            for #k in 1..#series.order() {
+                let #products = #table.product_sums::<__FUSED, #eager>(#k);
+                let #squares = #table.square_sums::<__FUSED, #eager>(#k);
+                let #r = ::dsocs_core::taylor::RECIPROCALS[#k];
+                let #degree = #k as f64;
+                let #below = #degree - 1.0;
+                let mut #s = [0.0_f64; #length];
+                #next
+                #solve_next
+                #store
+                #remember
+                #series.push(#k, &mut #q, &mut #v, [#(#later),*]);
+            }
+        }
+    }
+}
+
+/// Code for expressions of the parameters.
+fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>) {
+    let mut program = Program::new(graph, |_| 0);
+    program.plan(nodes);
+    let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
+    program.code(&values, &HashMap::new(), &|_| quote!(::core::unreachable!()))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,158 @@
+//! What the recurrences are made of: how many products, and what must not be there.
+
+#![allow(clippy::needless_pass_by_value)] // tokens are written in place
+
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::*;
+use crate::expand::analyze;
+
+/// The numbers of products and squares of sequences in the recurrences of a declaration, and of rows left to numbers.
+fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
+    let model = match analyze(declaration, &item) {
+        Ok(model) => model,
+        Err(mistakes) => panic!("{mistakes:?}"),
+    };
+    let mut graph = model.graph.clone();
+    let motion = motion(&model, &mut graph, Lower::cost);
+    let (plan, sequences) = Plan::new(&mut graph, &motion);
+    let mut writer = Writer::new(&graph, sequences);
+    plan.body(&mut writer, &motion);
+    [
+        writer.sequences.products.len(),
+        writer.sequences.squares.len(),
+        motion.rows.len(),
+    ]
+}
+
+fn particle() -> (TokenStream, TokenStream) {
+    let declaration = quote! {
+        coordinates(x, y);
+        lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+        let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+        kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+        variational = [(dot(x), dot(y))];
+    };
+    (
+        declaration,
+        quote!(
+            struct Particle {
+                mass: f64,
+                curvature: f64,
+            }
+        ),
+    )
+}
+
+fn pendulum() -> (TokenStream, TokenStream) {
+    let declaration = quote! {
+        coordinates(theta, psi);
+        lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+        let a = 1 / i;
+        let b = -1 / i;
+        let c = 1 / i + 1 / j;
+        let g_c = d * (n * a - b) * (i * j);
+        let h_c = d * (n * b - c) * (i * j);
+        let f = (g_c.powi(2) + e) / h_c;
+        let p1 = (i + j) * dot(theta) + j * dot(psi);
+        let p2 = j * (dot(theta) + dot(psi));
+        let w = g_c * p1 + h_c * p2;
+        let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+            + chi * (1 - (psi - n * theta).cos()) + m * e / d * (1 - theta.cos());
+        kinematic = dot(lyapunov) + rho * w * w.tanh();
+        forces = [(0, 1)];
+        branch = divide(w);
+    };
+    let item = quote! {
+        struct Pendulum { i: f64, j: f64, m: f64, d: f64, e: f64, chi: f64, n: f64, rho: f64 }
+    };
+    (declaration, item)
+}
+
+fn chain(n: usize) -> (TokenStream, TokenStream) {
+    let n = Literal::usize_unsuffixed(n);
+    let declaration = quote! {
+        coordinates(theta: [#n]);
+        let beyond = |i| sum(i..#n, |k| masses[k]);
+        let cosine = |i, j| theta[i].cos() * theta[j].cos() + theta[i].sin() * theta[j].sin();
+        let speed = |i| lengths[i] * dot(theta[i]);
+        let kinetic = sum(0..#n, |i| {
+            beyond(i) * (speed(i).powi(2) / 2 + sum(0..i, |j| cosine(i, j) * speed(i) * speed(j)))
+        });
+        let potential = -gravity * sum(0..#n, |i| beyond(i) * lengths[i] * theta[i].cos());
+        lagrangian = kinetic - potential;
+    };
+    let item = quote!(struct Chain { masses: [f64; #n], lengths: [f64; #n], gravity: f64 });
+    (declaration, item)
+}
+
+#[test]
+fn the_particle_takes_two_products_and_three_squares() {
+    // |v|³/|v|² is |v|: two squares of velocities, one for the root, and the curvature's rate times each velocity
+    let (declaration, item) = particle();
+    assert_eq!(counts(declaration, item), [2, 3, 0]);
+}
+
+#[test]
+fn the_pendulum_takes_five_products_and_a_square() {
+    // sine and cosine of two angles, and the hyperbolic tangent
+    let (declaration, item) = pendulum();
+    assert_eq!(counts(declaration, item), [5, 1, 0]);
+}
+
+#[test]
+fn the_factor_of_the_pendulum_is_divided_out_exactly() {
+    let (declaration, item) = pendulum();
+    let model = analyze(declaration, &item).unwrap();
+    let mut graph = model.graph.clone();
+    let motion = motion(&model, &mut graph, Lower::cost);
+    let (plan, _) = Plan::new(&mut graph, &motion);
+    let quotient = |op: &Op| matches!(op, Op::Quotient(..) | Op::Reciprocal(_));
+    assert!(!plan.ops.iter().any(|(_, op)| quotient(op)), "{:?}", plan.ops);
+    // what is left of the dissipation is the hyperbolic tangent of the factor
+    assert!(plan.ops.iter().any(|(_, op)| matches!(op, Op::Tanh(..))));
+}
+
+#[test]
+fn a_chain_takes_nine_products_a_link() {
+    for n in [3, 8, 20] {
+        let (declaration, item) = chain(n);
+        assert_eq!(counts(declaration, item), [8 * n, n, n]);
+    }
+}
+
+#[test]
+fn a_free_particle_takes_none() {
+    let count = counts(
+        quote! {
+            coordinates(x);
+            lagrangian = mass / 2 * dot(x).powi(2) - gravity * mass * x;
+        },
+        quote!(
+            struct Free {
+                mass: f64,
+                gravity: f64,
+            }
+        ),
+    );
+    assert_eq!(count, [0, 0, 0]);
+}
+
+#[test]
+fn products_with_the_parameters_are_none_of_sequences() {
+    let count = counts(
+        quote! {
+            coordinates(x);
+            lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * (x - length).powi(2);
+        },
+        quote!(
+            struct Spring {
+                mass: f64,
+                stiffness: f64,
+                length: f64,
+            }
+        ),
+    );
+    assert_eq!(count, [0, 0, 0]);
+}

@@ -1,0 +1,491 @@
+//! From the expression graph to straight-line code.
+//!
+//! A [`Program`] holds the operations of several functions, each operation once, with the *stage* at which it can be
+//! computed: what a sum or product knows early is gathered into a partial result of its own, so that the later stages
+//! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
+
+mod write;
+
+use std::collections::{BTreeSet, HashMap};
+
+use crate::graph::{Bits, Comparison, Graph, Leaf, Node, NodeId, Unary};
+use crate::passes::share::{Factor, Product, Shared};
+
+/// An operation of a [`Program`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) struct Value(u32);
+
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+enum Op {
+    Constant(Bits),
+    Leaf(Leaf),
+    Param(usize),
+    Neg(Value),
+    Add(Value, Value),
+    Sub(Value, Value),
+    Mul(Value, Value),
+    Recip(Value),
+    Powi(Value, i32),
+    Unary(Unary, Value),
+    Powf(Value, Value),
+    Atan2(Value, Value),
+    Select(Comparison, [Value; 4]),
+    Call {
+        callee: usize,
+        args: Vec<Value>,
+        wrt: Vec<usize>,
+    },
+}
+
+impl Op {
+    fn parts(&self) -> Vec<Value> {
+        match self {
+            Self::Constant(_) | Self::Leaf(_) | Self::Param(_) => Vec::new(),
+            Self::Neg(a) | Self::Recip(a) | Self::Powi(a, _) | Self::Unary(_, a) => vec![*a],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Powf(a, b) | Self::Atan2(a, b) => {
+                vec![*a, *b]
+            }
+            Self::Select(_, parts) => parts.to_vec(),
+            Self::Call { args, .. } => args.clone(),
+        }
+    }
+}
+
+/// Powers up to this one are products; beyond, a call of `powi`.
+const LONGEST_PRODUCT: i32 = 64;
+
+/// Operations, each with the stage at which it can be computed.
+pub(crate) struct Program<'g> {
+    graph: &'g Graph,
+    stage_of: fn(Leaf) -> usize,
+    ops: Vec<Op>,
+    stages: Vec<usize>,
+    known: HashMap<Op, Value>,
+    lowered: HashMap<NodeId, Value>,
+    node_stages: HashMap<NodeId, usize>,
+    shared: Shared,
+}
+
+/// A number times factors that are known before the rest of a term.
+type Early = (Bits, Vec<(NodeId, i32)>);
+
+/// A term of a sum: `± early · late`.
+#[derive(Clone)]
+struct Term {
+    stage: usize,
+    negative: bool,
+    early: Early,
+    late: Vec<(NodeId, i32)>,
+}
+
+impl Term {
+    /// The factors, with or without the early part.
+    fn product(&self, with_early: bool) -> Product {
+        let mut product: Product = self
+            .late
+            .iter()
+            .map(|&(node, n)| (Factor::Node { node, inverse: n < 0 }, n.unsigned_abs()))
+            .collect();
+        if with_early && !is_one(&self.early) {
+            product.insert(Factor::Early(self.early.0, self.early.1.clone()), 1);
+        }
+        product
+    }
+}
+
+/// What is known late and is a factor of every term.
+fn common_factors(group: &[Term]) -> Product {
+    let mut products = group.iter().map(|term| term.product(false));
+    let mut common = products.next().unwrap_or_default();
+    for product in products {
+        common.retain(|factor, count| {
+            *count = product.get(factor).map_or(0, |&present| present.min(*count));
+            *count > 0
+        });
+    }
+    common
+}
+
+/// A product without some of its factors.
+fn without(mut product: Product, factors: &Product) -> Product {
+    for (factor, count) in factors {
+        if let Some(present) = product.get_mut(factor) {
+            *present -= count;
+        }
+    }
+    product.retain(|_, count| *count > 0);
+    product
+}
+
+fn is_one((coefficient, factors): &Early) -> bool {
+    factors.is_empty() && *coefficient == Bits::new(1.0)
+}
+
+impl<'g> Program<'g> {
+    /// An empty program; `stage_of` tells when a leaf is known. Numbers and parameters are known at stage 0.
+    pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
+        Self {
+            graph,
+            stage_of,
+            ops: Vec::new(),
+            stages: Vec::new(),
+            known: HashMap::new(),
+            lowered: HashMap::new(),
+            node_stages: HashMap::new(),
+            shared: Shared::default(),
+        }
+    }
+
+    /// The operation that computes a node.
+    pub(crate) fn lower(&mut self, id: NodeId) -> Value {
+        if let Some(&value) = self.lowered.get(&id) {
+            return value;
+        }
+        let value = match self.graph.node(id).clone() {
+            Node::Constant(bits) => self.push(Op::Constant(bits)),
+            Node::Leaf(leaf) => self.push(Op::Leaf(leaf)),
+            Node::Param(param) => self.push(Op::Param(param)),
+            Node::Sum(constant, terms) => self.lower_sum(constant, &terms),
+            Node::Product(_) => self.lower_product(id),
+            Node::Unary(op, a) => {
+                let a = self.lower(a);
+                self.push(Op::Unary(op, a))
+            }
+            Node::Powf(a, b) => {
+                let (a, b) = (self.lower(a), self.lower(b));
+                self.push(Op::Powf(a, b))
+            }
+            Node::Atan2(y, x) => {
+                let (y, x) = (self.lower(y), self.lower(x));
+                self.push(Op::Atan2(y, x))
+            }
+            Node::Select(op, parts) => {
+                let parts = parts.map(|part| self.lower(part));
+                self.push(Op::Select(op, parts))
+            }
+            Node::Call { callee, args, wrt } => {
+                let args = args.into_iter().map(|arg| self.lower(arg)).collect();
+                self.push(Op::Call { callee, args, wrt })
+            }
+        };
+        self.lowered.insert(id, value);
+        value
+    }
+
+    /// When a value is known.
+    pub(crate) fn stage(&self, value: Value) -> usize {
+        self.stages[value.0 as usize]
+    }
+
+    /// Whether a value is the number 1.
+    pub(crate) fn is_one(&self, value: Value) -> bool {
+        matches!(self.op(value), Op::Constant(bits) if *bits == Bits::new(1.0))
+    }
+
+    fn op(&self, value: Value) -> &Op {
+        &self.ops[value.0 as usize]
+    }
+
+    fn push(&mut self, op: Op) -> Value {
+        if let Some(&value) = self.known.get(&op) {
+            return value;
+        }
+        let own = match &op {
+            Op::Leaf(leaf) => (self.stage_of)(*leaf),
+            _ => 0,
+        };
+        let stage = op
+            .parts()
+            .into_iter()
+            .map(|part| self.stage(part))
+            .fold(own, usize::max);
+        let value = Value(u32::try_from(self.ops.len()).unwrap_or(u32::MAX));
+        self.ops.push(op.clone());
+        self.stages.push(stage);
+        self.known.insert(op, value);
+        value
+    }
+
+    fn node_stage(&mut self, id: NodeId) -> usize {
+        if let Some(&stage) = self.node_stages.get(&id) {
+            return stage;
+        }
+        let stage = self.graph.leaves(id).map(self.stage_of).max().unwrap_or(0);
+        self.node_stages.insert(id, stage);
+        stage
+    }
+
+    /// A sum's terms, or a product as the only term, split into what is known early and the rest.
+    fn terms(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Term> {
+        terms
+            .iter()
+            .map(|&(node, c)| {
+                let factors = match self.graph.node(node) {
+                    Node::Product(factors) => factors.clone(),
+                    _ => vec![(node, 1)],
+                };
+                let stage = self.node_stage(node);
+                let (late, early): (Vec<_>, Vec<_>) = factors
+                    .into_iter()
+                    .partition(|&(factor, _)| self.node_stage(factor) == stage);
+                Term {
+                    stage,
+                    negative: c.get() < 0.0,
+                    early: (Bits::new(c.get().abs()), early),
+                    late,
+                }
+            })
+            .collect()
+    }
+
+    /// Terms with the same early part, which is then multiplied once; in the order in which they become known, so that
+    /// each stage adds to the sum of the one before, and positive ones first, so that the sum needs no negation.
+    fn groups(&mut self, terms: &[(NodeId, Bits)]) -> Vec<Vec<Term>> {
+        let mut groups: Vec<Vec<Term>> = Vec::new();
+        for term in self.terms(terms) {
+            match groups
+                .iter_mut()
+                .find(|group| group[0].stage == term.stage && group[0].early == term.early)
+            {
+                Some(group) if !is_one(&term.early) => group.push(term),
+                _ => groups.push(vec![term]),
+            }
+        }
+        for group in &mut groups {
+            group.sort_by_key(|term| term.negative);
+        }
+        groups.sort_by_key(|group| (group[0].stage, group[0].negative));
+        groups
+    }
+
+    /// Finds the partial products that the expressions share; to be called once, before anything is lowered.
+    pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
+        let mut products = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open = outputs.to_vec();
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            let parts = self.graph.parts(id);
+            let terms = match self.graph.node(id).clone() {
+                Node::Sum(_, terms) => terms,
+                Node::Product(_) => vec![(id, Bits::new(1.0))],
+                _ => Vec::new(),
+            };
+            // a product as a term of a sum is multiplied there, with its coefficient
+            let is_term = |part: &NodeId| matches!(self.graph.node(*part), Node::Product(_));
+            let sum = matches!(self.graph.node(id), Node::Sum(..));
+            let (inner, plain): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| sum && is_term(part));
+            open.extend(plain);
+            open.extend(inner.iter().flat_map(|&product| self.graph.parts(product)));
+            for group in self.groups(&terms) {
+                let mut early = group[0].early.clone();
+                let common = if group.len() > 1 {
+                    common_factors(&group)
+                } else {
+                    Product::new()
+                };
+                for term in &group {
+                    products.insert(without(term.product(group.len() == 1), &common));
+                }
+                products.insert(common);
+                while !early.1.is_empty() {
+                    let term = self.early_term(&early);
+                    products.insert(term.product(true));
+                    early = term.early;
+                }
+            }
+        }
+        self.shared = Shared::find(products);
+    }
+
+    fn lower_sum(&mut self, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
+        let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
+        for group in self.groups(terms) {
+            let negative = group[0].negative;
+            let magnitude = if let [term] = group.as_slice() {
+                self.lower_term(term)
+            } else {
+                let common = common_factors(&group);
+                let mut inner: Option<Value> = None;
+                for term in &group {
+                    let product = self.lower_shared(without(term.product(false), &common));
+                    inner = Some(match inner {
+                        None => product,
+                        Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),
+                        Some(inner) => self.push(Op::Sub(inner, product)),
+                    });
+                }
+                if let (Some(sum), false) = (inner, common.is_empty()) {
+                    let common = self.lower_shared(common);
+                    inner = Some(self.push(Op::Mul(common, sum)));
+                }
+                let early = self.lower_early(&group[0].early);
+                match inner {
+                    Some(inner) => self.push(Op::Mul(early, inner)),
+                    None => early,
+                }
+            };
+            sum = Some(match (sum, negative) {
+                (None, false) => magnitude,
+                (None, true) => self.push(Op::Neg(magnitude)),
+                (Some(sum), false) => self.push(Op::Add(sum, magnitude)),
+                (Some(sum), true) => self.push(Op::Sub(sum, magnitude)),
+            });
+        }
+        match sum {
+            Some(sum) => sum,
+            None => self.push(Op::Constant(constant)),
+        }
+    }
+
+    /// A term without its sign.
+    fn lower_term(&mut self, term: &Term) -> Value {
+        self.lower_shared(term.product(true))
+    }
+
+    fn lower_product(&mut self, id: NodeId) -> Value {
+        match self.terms(&[(id, Bits::new(1.0))]).pop() {
+            Some(term) => self.lower_term(&term),
+            None => self.push(Op::Constant(Bits::new(1.0))),
+        }
+    }
+
+    /// What a term knows early, as a term.
+    fn early_term(&mut self, (coefficient, factors): &Early) -> Term {
+        let stage = factors
+            .iter()
+            .map(|&(factor, _)| self.node_stage(factor))
+            .max()
+            .unwrap_or(0);
+        let (late, early): (Vec<_>, Vec<_>) = factors
+            .iter()
+            .partition(|&&(factor, _)| self.node_stage(factor) == stage);
+        Term {
+            stage,
+            negative: false,
+            early: (*coefficient, early),
+            late,
+        }
+    }
+
+    fn lower_early(&mut self, early: &Early) -> Value {
+        if early.1.is_empty() {
+            return self.push(Op::Constant(early.0));
+        }
+        let term = self.early_term(early);
+        self.lower_term(&term)
+    }
+
+    /// A product of factors and shared parts, what is known first first.
+    fn lower_shared(&mut self, product: Product) -> Value {
+        let product = self.shared.product(product);
+        self.lower_factors(&product)
+    }
+
+    fn lower_factors(&mut self, product: &Product) -> Value {
+        let mut powers: Vec<(usize, bool, Value)> = Vec::new();
+        for (factor, &count) in product {
+            let count = i32::try_from(count).unwrap_or(i32::MAX);
+            let (inverse, power) = match factor {
+                Factor::Node { node, inverse } => {
+                    let base = self.lower(*node);
+                    (*inverse, self.power(base, if *inverse { -count } else { count }))
+                }
+                Factor::Early(coefficient, factors) => {
+                    let base = self.lower_early(&(*coefficient, factors.clone()));
+                    (false, self.power(base, count))
+                }
+                Factor::Part(place) => {
+                    let part = self.shared.part(*place);
+                    let base = self.lower_factors(&part);
+                    (false, self.power(base, count))
+                }
+            };
+            powers.push((self.stage(power), inverse, power));
+        }
+        // reciprocals last: a single one becomes a division
+        powers.sort_unstable();
+        let mut result: Option<Value> = None;
+        for (_, _, power) in powers {
+            result = Some(match result {
+                None => power,
+                Some(result) => self.push(Op::Mul(result, power)),
+            });
+        }
+        match result {
+            Some(result) => result,
+            None => self.push(Op::Constant(Bits::new(1.0))),
+        }
+    }
+
+    fn power(&mut self, base: Value, n: i32) -> Value {
+        if let (true, &Op::Unary(Unary::Sqrt, square)) = (n < 0, self.op(base)) {
+            // with r = sqrt(s), 1/r = r (1/s): the reciprocal need not wait for the root
+            let inverse = self.push(Op::Recip(square));
+            let mut power = if n % 2 == 0 {
+                inverse
+            } else {
+                self.push(Op::Mul(base, inverse))
+            };
+            for _ in 0..(-n - 1) / 2 {
+                power = self.push(Op::Mul(power, inverse));
+            }
+            return power;
+        }
+        if n < 0 {
+            let inverse = self.push(Op::Recip(base));
+            return self.power(inverse, -n);
+        }
+        if let (2.., &Op::Unary(Unary::Sqrt, square)) = (n, self.op(base)) {
+            // r² is known before r
+            let even = self.power(square, n / 2);
+            return if n % 2 == 0 {
+                even
+            } else {
+                self.push(Op::Mul(base, even))
+            };
+        }
+        if n > LONGEST_PRODUCT {
+            return self.push(Op::Powi(base, n));
+        }
+        match n {
+            0 => self.push(Op::Constant(Bits::new(1.0))),
+            1 => base,
+            _ => {
+                let half = self.power(base, n / 2);
+                let square = self.push(Op::Mul(half, half));
+                if n % 2 == 0 {
+                    square
+                } else {
+                    self.push(Op::Mul(square, base))
+                }
+            }
+        }
+    }
+
+    /// The values of stage `stage` or earlier that the computation of `outputs` needs as they are: they are outputs
+    /// themselves or parts of something later. Numbers are not among them. Values in `given` need not be computed.
+    pub(crate) fn frontier(
+        &self,
+        outputs: &[Value],
+        stage: usize,
+        given: &BTreeSet<Value>,
+    ) -> BTreeSet<Value> {
+        let mut frontier = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<Value> = outputs.to_vec();
+        while let Some(value) = open.pop() {
+            if !seen.insert(value) || matches!(self.op(value), Op::Constant(_)) {
+                continue;
+            }
+            if self.stage(value) <= stage {
+                frontier.insert(value);
+            } else if !given.contains(&value) {
+                open.extend(self.op(value).parts());
+            }
+        }
+        frontier
+    }
+}

@@ -1,0 +1,80 @@
+//! The whole way: the tokens of the attribute and of the item → the item and its implementation, or the errors.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::{Generics, Ident, Item};
+
+use crate::check::check;
+use crate::errors::{Errors, compile_errors};
+use crate::input::{Fields, not_a_struct};
+use crate::model::Model;
+use crate::{emit, lower, parse, stub};
+
+/// What `#[dsocs { declaration }] item` becomes.
+#[must_use]
+pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
+    match analyze(declaration, item) {
+        Ok(model) => emit::expand(&model),
+        Err(Mistakes { errors, stub }) => {
+            let errors = compile_errors(&errors);
+            quote!(#item #errors #stub)
+        }
+    }
+}
+
+/// What a wrong declaration leaves.
+#[derive(Debug)]
+pub(crate) struct Mistakes {
+    /// The mistakes, at least one.
+    pub(crate) errors: Vec<syn::Error>,
+    /// The implementation without content, if the size of the system is known.
+    pub(crate) stub: TokenStream,
+}
+
+/// The model of a declaration, or its mistakes.
+pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Model, Mistakes> {
+    let item = match syn::parse2::<Item>(item.clone()) {
+        Ok(item) => item,
+        Err(error) => {
+            return Err(Mistakes {
+                errors: vec![error],
+                stub: TokenStream::new(),
+            });
+        }
+    };
+    let errors = Errors::new();
+    let declaration = parse::declaration(declaration, &errors);
+    let coordinates = declaration.coordinates.given();
+    let model = match &item {
+        Item::Struct(item) => Fields::read(item, &errors).and_then(|fields| {
+            let checked = check(&declaration, &fields, &errors);
+            lower::model(&declaration, item, &fields, checked, &errors)
+        }),
+        other => Err(not_a_struct(other, &errors)),
+    };
+    match (errors.finish(), model) {
+        (Ok(()), Ok(model)) => Ok(model),
+        (result, _) => {
+            let stub = match (head(&item), coordinates) {
+                (Some((ident, generics)), Some(coordinates)) => {
+                    stub::stub(ident, generics, coordinates.names.len())
+                }
+                _ => TokenStream::new(),
+            };
+            Err(Mistakes {
+                errors: result.err().unwrap_or_default(),
+                stub,
+            })
+        }
+    }
+}
+
+/// The name and the generics of a type.
+fn head(item: &Item) -> Option<(&Ident, &Generics)> {
+    match item {
+        Item::Struct(item) => Some((&item.ident, &item.generics)),
+        Item::Enum(item) => Some((&item.ident, &item.generics)),
+        Item::Union(item) => Some((&item.ident, &item.generics)),
+        _ => None,
+    }
+}

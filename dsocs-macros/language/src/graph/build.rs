@@ -1,0 +1,418 @@
+//! Builders: every node in normal form, constants folded.
+
+#![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
+
+use std::collections::{BTreeMap, HashMap};
+
+use proc_macro2::TokenStream;
+
+use super::{Bits, Callee, Comparison, Graph, Leaf, Node, NodeId, Unary};
+
+impl Graph {
+    pub(crate) fn constant(&mut self, value: f64) -> NodeId {
+        self.intern(Node::Constant(Bits::new(value)))
+    }
+
+    pub(crate) fn leaf(&mut self, leaf: Leaf) -> NodeId {
+        self.intern(Node::Leaf(leaf))
+    }
+
+    /// An `f64` expression in terms of `self` that depends on no coordinate.
+    pub(crate) fn param(&mut self, tokens: TokenStream) -> NodeId {
+        let params = &mut self.params;
+        let param = *self.param_texts.entry(tokens.to_string()).or_insert_with(|| {
+            params.push(tokens);
+            params.len() - 1
+        });
+        self.intern(Node::Param(param))
+    }
+
+    pub(crate) fn add(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.linear(0.0, &[(a, 1.0), (b, 1.0)])
+    }
+
+    pub(crate) fn sub(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.linear(0.0, &[(a, 1.0), (b, -1.0)])
+    }
+
+    pub(crate) fn neg(&mut self, a: NodeId) -> NodeId {
+        self.scale(-1.0, a)
+    }
+
+    pub(crate) fn scale(&mut self, coefficient: f64, a: NodeId) -> NodeId {
+        self.linear(0.0, &[(a, coefficient)])
+    }
+
+    pub(crate) fn mul(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.product(&[(a, 1), (b, 1)])
+    }
+
+    pub(crate) fn div(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        self.product(&[(a, 1), (b, -1)])
+    }
+
+    pub(crate) fn recip(&mut self, a: NodeId) -> NodeId {
+        self.product(&[(a, -1)])
+    }
+
+    pub(crate) fn powi(&mut self, a: NodeId, n: i32) -> NodeId {
+        self.product(&[(a, n)])
+    }
+
+    pub(crate) fn sum(&mut self, terms: &[NodeId]) -> NodeId {
+        let terms: Vec<_> = terms.iter().map(|&term| (term, 1.0)).collect();
+        self.linear(0.0, &terms)
+    }
+
+    /// `constant + Σ coefficient · node`.
+    pub(crate) fn linear(&mut self, constant: f64, terms: &[(NodeId, f64)]) -> NodeId {
+        let mut constant = constant;
+        let mut collected: BTreeMap<NodeId, f64> = BTreeMap::new();
+        for &(node, coefficient) in terms {
+            match self.node(node) {
+                Node::Constant(value) => constant += coefficient * value.get(),
+                Node::Sum(inner, inner_terms) => {
+                    constant += coefficient * inner.get();
+                    for &(term, factor) in inner_terms {
+                        *collected.entry(term).or_insert(0.0) += coefficient * factor.get();
+                    }
+                }
+                _ => *collected.entry(node).or_insert(0.0) += coefficient,
+            }
+        }
+        collected.retain(|_, coefficient| *coefficient != 0.0);
+        if collected.is_empty() {
+            return self.constant(constant);
+        }
+        if constant == 0.0
+            && collected.len() == 1
+            && let Some((&node, &1.0)) = collected.first_key_value()
+        {
+            return node;
+        }
+        let terms = collected
+            .into_iter()
+            .map(|(node, coefficient)| (node, Bits::new(coefficient)))
+            .collect();
+        self.intern(Node::Sum(Bits::new(constant), terms))
+    }
+
+    /// The number that scales a node, and the node without it: `3 x y` is `(3, x y)`. A sum with several terms gives
+    /// its smallest coefficient if all are multiples of it, with the sign of its first term.
+    pub(crate) fn split(&mut self, node: NodeId) -> (f64, NodeId) {
+        match self.node(node) {
+            Node::Constant(value) => {
+                let value = value.get();
+                (value, self.constant(1.0))
+            }
+            Node::Sum(constant, terms) => {
+                let smallest = terms
+                    .iter()
+                    .map(|(_, c)| c.get().abs())
+                    .fold(f64::INFINITY, f64::min);
+                let multiple = |c: &Bits| c.get() % smallest == 0.0;
+                let multiples = multiple(constant) && terms.iter().all(|(_, c)| multiple(c));
+                let common = if multiples { smallest } else { 1.0 };
+                let common = common.copysign(terms[0].1.get());
+                if common == 1.0 {
+                    return (1.0, node);
+                }
+                let constant = constant.get() / common;
+                let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get() / common)).collect();
+                (common, self.linear(constant, &terms))
+            }
+            _ => (1.0, node),
+        }
+    }
+
+    /// `Π node^exponent`.
+    pub(crate) fn product(&mut self, factors: &[(NodeId, i32)]) -> NodeId {
+        let mut coefficient = 1.0_f64;
+        let mut collected: BTreeMap<NodeId, i32> = BTreeMap::new();
+        for &(node, exponent) in factors {
+            if exponent == 0 {
+                continue;
+            }
+            let (scale, base) = self.split(node);
+            coefficient *= scale.powi(exponent);
+            match self.node(base) {
+                Node::Constant(_) => {}
+                Node::Product(inner) => {
+                    for &(factor, power) in inner {
+                        raise(
+                            collected.entry(factor).or_insert(0),
+                            power.saturating_mul(exponent),
+                        );
+                    }
+                }
+                _ => raise(collected.entry(base).or_insert(0), exponent),
+            }
+        }
+        collected.retain(|_, exponent| *exponent != 0);
+        let base = match collected.first_key_value() {
+            None => return self.constant(coefficient),
+            Some((&node, &1)) if collected.len() == 1 => node,
+            Some(_) => self.intern(Node::Product(collected.into_iter().collect())),
+        };
+        self.scale(coefficient, base)
+    }
+
+    pub(crate) fn unary(&mut self, op: Unary, a: NodeId) -> NodeId {
+        match self.as_constant(a) {
+            Some(value) => self.constant(op.apply(value)),
+            None if op == Unary::Sqrt => self.sqrt(a),
+            None => self.intern(Node::Unary(op, a)),
+        }
+    }
+
+    /// A square root without the squares of parameters and of the step that all terms of its argument share:
+    /// `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`.
+    fn sqrt(&mut self, a: NodeId) -> NodeId {
+        let (terms, constant) = self.terms(a);
+        let common = if constant == 0.0 {
+            self.common_factors(&terms)
+        } else {
+            Vec::new()
+        };
+        let size = terms[0].1.abs();
+        let root = size.sqrt();
+        let exact = constant == 0.0 && root * root == size && terms.iter().all(|&(_, c)| c.abs() == size);
+        let root = if exact { root } else { 1.0 };
+        let squares: Vec<_> = common
+            .into_iter()
+            .map(|(base, n)| (base, n / 2))
+            .filter(|&(_, n)| n != 0)
+            .collect();
+        if root == 1.0 && squares.is_empty() {
+            return self.intern(Node::Unary(Unary::Sqrt, a));
+        }
+        let inverse: Vec<_> = squares.iter().map(|&(base, n)| (base, -2 * n)).collect();
+        let inverse = self.product(&inverse);
+        let rest: Vec<_> = terms
+            .iter()
+            .map(|&(term, c)| (self.mul(term, inverse), c / (root * root)))
+            .collect();
+        let rest = self.linear(constant, &rest);
+        let mut factors = vec![(self.unary(Unary::Sqrt, rest), 1)];
+        for (base, n) in squares {
+            factors.push((self.unary(Unary::Abs, base), n));
+        }
+        let product = self.product(&factors);
+        self.scale(root, product)
+    }
+
+    /// An expression as the terms of a sum with their coefficients, and the sum's constant.
+    pub(crate) fn terms(&self, a: NodeId) -> (Vec<(NodeId, f64)>, f64) {
+        match self.node(a) {
+            Node::Sum(constant, terms) => (
+                terms.iter().map(|&(term, c)| (term, c.get())).collect(),
+                constant.get(),
+            ),
+            _ => (vec![(a, 1.0)], 0.0),
+        }
+    }
+
+    /// An expression as the factors of a product with their exponents.
+    pub(crate) fn factors(&self, a: NodeId) -> Vec<(NodeId, i32)> {
+        match self.node(a) {
+            Node::Product(factors) => factors.clone(),
+            _ => vec![(a, 1)],
+        }
+    }
+
+    /// The factors of parameters and of the step that all terms share, with the smallest of their exponents.
+    pub(crate) fn common_factors(&self, terms: &[(NodeId, f64)]) -> Vec<(NodeId, i32)> {
+        let early = |&(base, _): &(NodeId, i32)| self.leaves(base).all(|leaf| leaf == Leaf::H);
+        let mut common: Option<Vec<(NodeId, i32)>> = None;
+        for &(term, _) in terms {
+            let factors: Vec<_> = self.factors(term).into_iter().filter(early).collect();
+            common = Some(match common {
+                None => factors,
+                Some(common) => common
+                    .into_iter()
+                    .filter_map(|(base, n)| {
+                        let &(_, m) = factors.iter().find(|&&(other, _)| other == base)?;
+                        let least = if n.abs() < m.abs() { n } else { m };
+                        (n.signum() == m.signum()).then_some((base, least))
+                    })
+                    .collect(),
+            });
+        }
+        common.unwrap_or_default()
+    }
+
+    pub(crate) fn powf(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        match (self.as_constant(a), self.as_constant(b)) {
+            (Some(base), Some(exponent)) => self.constant(base.powf(exponent)),
+            (None, Some(exponent)) if exponent.fract() == 0.0 && exponent.abs() <= f64::from(i16::MAX) => {
+                #[allow(clippy::cast_possible_truncation)] // an integer of at most 16 bits
+                self.powi(a, exponent as i32)
+            }
+            (None, Some(0.5)) => self.unary(Unary::Sqrt, a),
+            _ => self.intern(Node::Powf(a, b)),
+        }
+    }
+
+    pub(crate) fn atan2(&mut self, y: NodeId, x: NodeId) -> NodeId {
+        match (self.as_constant(y), self.as_constant(x)) {
+            (Some(y), Some(x)) => self.constant(y.atan2(x)),
+            _ => self.intern(Node::Atan2(y, x)),
+        }
+    }
+
+    pub(crate) fn select(
+        &mut self,
+        op: Comparison,
+        left: NodeId,
+        right: NodeId,
+        then: NodeId,
+        otherwise: NodeId,
+    ) -> NodeId {
+        if then == otherwise {
+            return then;
+        }
+        if let (Some(l), Some(r)) = (self.as_constant(left), self.as_constant(right)) {
+            let holds = match op {
+                Comparison::Lt => l < r,
+                Comparison::Le => l <= r,
+            };
+            return if holds { then } else { otherwise };
+        }
+        self.intern(Node::Select(op, [left, right, then, otherwise]))
+    }
+
+    /// A function of the user's; its derivatives are taken with `num-dual` when the code runs.
+    pub(crate) fn call(&mut self, callee: Callee, args: &[NodeId]) -> NodeId {
+        let text = match &callee {
+            Callee::Function(tokens) => tokens.to_string(),
+            Callee::Method(name) => format!(". {name}"),
+        };
+        let callees = &mut self.callees;
+        let callee = *self.callee_texts.entry(text).or_insert_with(|| {
+            callees.push(callee);
+            callees.len() - 1
+        });
+        self.intern(Node::Call {
+            callee,
+            args: args.to_vec(),
+            wrt: Vec::new(),
+        })
+    }
+
+    pub(crate) fn call_partial(&mut self, callee: usize, args: Vec<NodeId>, wrt: Vec<usize>) -> NodeId {
+        self.intern(Node::Call { callee, args, wrt })
+    }
+
+    /// The same operation on other parts (in the order of [`Graph::parts`]).
+    pub(crate) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
+        match self.node(id).clone() {
+            Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
+            Node::Sum(constant, terms) => {
+                let terms: Vec<_> = parts
+                    .iter()
+                    .zip(&terms)
+                    .map(|(&part, term)| (part, term.1.get()))
+                    .collect();
+                self.linear(constant.get(), &terms)
+            }
+            Node::Product(factors) => {
+                let factors: Vec<_> = parts.iter().zip(&factors).map(|(&part, f)| (part, f.1)).collect();
+                self.product(&factors)
+            }
+            Node::Unary(op, _) => self.unary(op, parts[0]),
+            Node::Powf(..) => self.powf(parts[0], parts[1]),
+            Node::Atan2(..) => self.atan2(parts[0], parts[1]),
+            Node::Select(op, _) => self.select(op, parts[0], parts[1], parts[2], parts[3]),
+            Node::Call { callee, wrt, .. } => self.call_partial(callee, parts.to_vec(), wrt),
+        }
+    }
+
+    /// Puts expressions in the place of leaves.
+    pub(crate) fn substitute(&mut self, id: NodeId, map: &HashMap<Leaf, NodeId>) -> NodeId {
+        self.substitute_in(id, map, &mut HashMap::new())
+    }
+
+    /// As [`Graph::substitute`], with the memory of former calls for the same map.
+    pub(crate) fn substitute_in(
+        &mut self,
+        id: NodeId,
+        map: &HashMap<Leaf, NodeId>,
+        done: &mut HashMap<NodeId, NodeId>,
+    ) -> NodeId {
+        if let Some(&result) = done.get(&id) {
+            return result;
+        }
+        let result = if let Node::Leaf(leaf) = self.node(id) {
+            map.get(leaf).copied().unwrap_or(id)
+        } else {
+            let parts: Vec<_> = self
+                .parts(id)
+                .into_iter()
+                .map(|part| self.substitute_in(part, map, done))
+                .collect();
+            self.rebuild(id, &parts)
+        };
+        done.insert(id, result);
+        result
+    }
+}
+
+impl Unary {
+    /// The function's value.
+    pub(crate) fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Sqrt => x.sqrt(),
+            Self::Cbrt => x.cbrt(),
+            Self::Exp => x.exp(),
+            Self::ExpM1 => x.exp_m1(),
+            Self::Ln => x.ln(),
+            Self::Ln1p => x.ln_1p(),
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
+            Self::Tanh => x.tanh(),
+            Self::Asinh => x.asinh(),
+            Self::Acosh => x.acosh(),
+            Self::Atanh => x.atanh(),
+            Self::Abs => x.abs(),
+            Self::Signum => x.signum(),
+        }
+    }
+
+    /// The name of the method of `f64` and of the core's `Scalar`.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Sqrt => "sqrt",
+            Self::Cbrt => "cbrt",
+            Self::Exp => "exp",
+            Self::ExpM1 => "exp_m1",
+            Self::Ln => "ln",
+            Self::Ln1p => "ln_1p",
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+            Self::Tan => "tan",
+            Self::Asin => "asin",
+            Self::Acos => "acos",
+            Self::Atan => "atan",
+            Self::Sinh => "sinh",
+            Self::Cosh => "cosh",
+            Self::Tanh => "tanh",
+            Self::Asinh => "asinh",
+            Self::Acosh => "acosh",
+            Self::Atanh => "atanh",
+            Self::Abs => "abs",
+            Self::Signum => "signum",
+        }
+    }
+}
+
+/// Adds to an exponent. A power of 2³⁰ and more is 0, 1 or infinite in double precision, so it stays within that.
+fn raise(exponent: &mut i32, by: i32) {
+    const LARGEST: i32 = 1 << 30;
+    *exponent = exponent.saturating_add(by).clamp(-LARGEST, LARGEST);
+}

@@ -1,0 +1,187 @@
+//! Whether an expression is zero whatever its leaves and parameters are.
+//!
+//! The normal form keeps products of sums as they are, because multiplied out they would cost more and round worse; so
+//! it does not see that `(I + J)/h - I/h - J/h` is zero, let alone that a declared factor divides a constraint. Here an
+//! expression is evaluated as a rational function in arithmetic modulo a prime, at random values for its leaves,
+//! parameters and functions of one or more arguments. A function that is not identically zero is zero at a random
+//! point with a probability of about its degree divided by 2⁶¹ (Schwartz and Zippel). Numbers count as what they are in
+//! binary; functions count as unrelated unknowns, so `sin² + cos² - 1` is not recognised, and nothing that differs from
+//! zero is taken for it.
+
+use std::collections::HashMap;
+
+use super::{Graph, Node, NodeId};
+
+/// A Mersenne prime.
+const PRIME: u64 = (1 << 61) - 1;
+/// The exponent of [`PRIME`]: `2^61 = 1` modulo the prime.
+const EXPONENT: i32 = 61;
+/// Random points: two, so that one unlucky value decides nothing.
+const SEEDS: [u64; 2] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
+
+/// Values that were computed before, by seed.
+pub(super) type Residues = [HashMap<NodeId, Option<u64>>; 2];
+
+impl Graph {
+    /// Whether the expression is zero as a rational function of its leaves, parameters and function values.
+    pub(crate) fn vanishes(&mut self, id: NodeId) -> bool {
+        if let Some(value) = self.as_constant(id) {
+            return value == 0.0;
+        }
+        (0..SEEDS.len()).all(|point| self.residue(id, point) == Some(0))
+    }
+
+    /// What tells an expression from others that are not equal to it as rational functions, and the same for its
+    /// opposite; `None` where it cannot be evaluated.
+    pub(crate) fn fingerprint(&mut self, id: NodeId) -> Option<([u64; 2], [u64; 2])> {
+        let key = [self.residue(id, 0)?, self.residue(id, 1)?];
+        Some((key, key.map(|residue| (PRIME - residue) % PRIME)))
+    }
+
+    /// The expression's value modulo the prime; `None` where a denominator is zero or a number is not finite.
+    fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
+        if let Some(&known) = self.residues[point].get(&id) {
+            return known;
+        }
+        let result = match self.node(id).clone() {
+            Node::Constant(value) => number(value.get()),
+            Node::Sum(constant, terms) => {
+                let mut sum = number(constant.get());
+                for (term, c) in terms {
+                    let term = self.residue(term, point);
+                    sum = match (sum, number(c.get()), term) {
+                        (Some(sum), Some(c), Some(term)) => Some(add(sum, multiply(c, term))),
+                        _ => None,
+                    };
+                }
+                sum
+            }
+            Node::Product(factors) => {
+                let mut product = Some(1);
+                for (factor, exponent) in factors {
+                    let factor = self.residue(factor, point);
+                    product = match (product, factor) {
+                        (_, Some(0)) if exponent < 0 => None,
+                        (Some(product), Some(factor)) => {
+                            let base = if exponent < 0 {
+                                power(factor, PRIME - 2)
+                            } else {
+                                factor
+                            };
+                            Some(multiply(product, power(base, u64::from(exponent.unsigned_abs()))))
+                        }
+                        _ => None,
+                    };
+                }
+                product
+            }
+            _ => Some(random(
+                SEEDS[point] ^ u64::from(id.0).wrapping_mul(0x2545_f491_4f6c_dd1d),
+            )),
+        };
+        self.residues[point].insert(id, result);
+        result
+    }
+}
+
+fn add(a: u64, b: u64) -> u64 {
+    (a + b) % PRIME
+}
+
+fn multiply(a: u64, b: u64) -> u64 {
+    let product = u128::from(a) * u128::from(b) % u128::from(PRIME);
+    u64::try_from(product).unwrap_or_default()
+}
+
+fn power(base: u64, exponent: u64) -> u64 {
+    let (mut result, mut square, mut exponent) = (1, base, exponent);
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result = multiply(result, square);
+        }
+        square = multiply(square, square);
+        exponent >>= 1;
+    }
+    result
+}
+
+/// A double as the dyadic rational that it is.
+fn number(value: f64) -> Option<u64> {
+    if !value.is_finite() {
+        return None;
+    }
+    let bits = value.to_bits();
+    let biased = i32::try_from(bits >> 52 & 0x7ff).unwrap_or_default();
+    let fraction = bits & ((1 << 52) - 1);
+    let (mantissa, exponent) = if biased == 0 {
+        (fraction, -1074)
+    } else {
+        (fraction | 1 << 52, biased - 1075)
+    };
+    // 2^61 = 1, so that the exponent counts modulo 61 only
+    let shift = u64::try_from(exponent.rem_euclid(EXPONENT)).unwrap_or_default();
+    let magnitude = multiply(mantissa % PRIME, power(2, shift));
+    Some(if value < 0.0 {
+        (PRIME - magnitude) % PRIME
+    } else {
+        magnitude
+    })
+}
+
+/// A well mixed number below the prime (splitmix64).
+fn random(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z ^ (z >> 31)) % PRIME
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{Leaf, Unary};
+
+    #[test]
+    fn rational_identities_are_recognised() {
+        let mut graph = Graph::new();
+        let (x, y, z) = (
+            graph.leaf(Leaf::Q(0)),
+            graph.leaf(Leaf::Q(1)),
+            graph.leaf(Leaf::V(0)),
+        );
+        // (x + y)/z - x/z - y/z
+        let sum = graph.add(x, y);
+        let (whole, first, second) = (graph.div(sum, z), graph.div(x, z), graph.div(y, z));
+        let zero = graph.linear(0.0, &[(whole, 1.0), (first, -1.0), (second, -1.0)]);
+        assert!(!graph.is_zero(zero) && graph.vanishes(zero));
+        // (x² - y²)/(x - y) - (x + y)
+        let (squares, difference) = ([graph.powi(x, 2), graph.powi(y, 2)], graph.sub(x, y));
+        let squares = graph.sub(squares[0], squares[1]);
+        let quotient = graph.div(squares, difference);
+        let zero = graph.sub(quotient, sum);
+        assert!(graph.vanishes(zero));
+        let other = graph.linear(1e-300, &[(zero, 1.0)]);
+        assert!(!graph.vanishes(other));
+    }
+
+    #[test]
+    fn functions_are_unknowns() {
+        let mut graph = Graph::new();
+        let x = graph.leaf(Leaf::Q(0));
+        let sine = graph.unary(Unary::Sin, x);
+        let (twice, sum) = (graph.scale(2.0, sine), graph.add(sine, x));
+        let zero = graph.linear(0.0, &[(twice, 0.5), (sum, -1.0), (x, 1.0)]);
+        assert!(graph.vanishes(zero));
+        assert!(!graph.vanishes(sine));
+    }
+
+    #[test]
+    fn numbers_are_exact() {
+        for value in [1.0, -3.0, 0.1, 1e-300, 5e-324, 1e300, -0.75] {
+            let (a, b) = (number(value).unwrap(), number(-value).unwrap());
+            assert_eq!(add(a, b), 0, "{value}");
+        }
+        assert_eq!(multiply(number(0.25).unwrap(), 4), 1);
+        assert_ne!(number(0.1 + 0.2), number(0.3), "as in doubles");
+    }
+}

@@ -1,0 +1,304 @@
+//! The expression graph: everything that a declaration says, each expression once.
+//!
+//! A node is made by the builder methods of [`Graph`], which keep it in a normal form (sums with collected
+//! coefficients, products with collected exponents, constants folded) and share equal nodes. The set of nodes is
+//! small on purpose, because every way to walk the graph has to know each of them:
+//!
+//! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
+//! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
+//!   ([`mod@difference`]);
+//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`]);
+//! - code, through [`crate::emit::program`].
+
+mod build;
+mod derivative;
+mod difference;
+mod identity;
+
+use std::collections::HashMap;
+
+use proc_macro2::{Ident, Span, TokenStream};
+
+pub(crate) use difference::Change;
+
+/// A node of a [`Graph`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) struct NodeId(u32);
+
+impl NodeId {
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What an expression is made of in the end.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) enum Leaf {
+    /// A coordinate, continuous.
+    Q(usize),
+    /// A velocity.
+    V(usize),
+    /// An acceleration.
+    A(usize),
+    /// A coordinate of a map's first node.
+    X0(usize),
+    /// A coordinate of a map's second node.
+    X1(usize),
+    /// A coordinate of a map's third node.
+    X2(usize),
+    /// The step.
+    H,
+    /// A coordinate of the step's middle node `q1`.
+    N(usize),
+    /// A component of the increment `q1 - q0`.
+    D(usize),
+    /// A component of the second difference `q2 - 2 q1 + q0`.
+    E(usize),
+    /// A multiplier.
+    Lambda(usize),
+    /// An unknown of the step.
+    Z(usize),
+}
+
+/// Functions of one argument.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) enum Unary {
+    Sqrt,
+    Cbrt,
+    Exp,
+    ExpM1,
+    Ln,
+    Ln1p,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Asinh,
+    Acosh,
+    Atanh,
+    Abs,
+    Signum,
+}
+
+/// The condition of a [`Node::Select`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) enum Comparison {
+    Lt,
+    Le,
+}
+
+/// A function of the user's, which the graph cannot see into.
+#[derive(Clone, Debug)]
+pub(crate) enum Callee {
+    /// Everything before the parenthesis: `my_function`, `self.curvature.at`.
+    Function(TokenStream),
+    /// A method of the first argument.
+    Method(Ident),
+}
+
+impl Callee {
+    /// The place of the function's name in the user's source.
+    pub(crate) fn span(&self) -> Span {
+        match self {
+            // the last token is the name, as in `self.curvature.at`
+            Self::Function(tokens) => tokens
+                .clone()
+                .into_iter()
+                .last()
+                .map_or_else(Span::call_site, |token| token.span()),
+            Self::Method(name) => name.span(),
+        }
+    }
+}
+
+/// A constant, compared by its bits.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
+pub(crate) struct Bits(u64);
+
+impl Bits {
+    pub(crate) fn new(value: f64) -> Self {
+        // one zero: the sign of a folded constant zero carries no meaning
+        Self(if value == 0.0 { 0 } else { value.to_bits() })
+    }
+
+    pub(crate) fn get(self) -> f64 {
+        f64::from_bits(self.0)
+    }
+}
+
+/// An expression whose parts are nodes.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(crate) enum Node {
+    Constant(Bits),
+    Leaf(Leaf),
+    /// An expression of the parameters alone, by its place in [`Graph::params`].
+    Param(usize),
+    /// `constant + Σ coefficient · node`, sorted by node, no coefficient zero, no term itself a sum.
+    Sum(Bits, Vec<(NodeId, Bits)>),
+    /// `Π node^exponent`, sorted by node, no exponent zero, no factor itself a product or a constant.
+    Product(Vec<(NodeId, i32)>),
+    Unary(Unary, NodeId),
+    Powf(NodeId, NodeId),
+    Atan2(NodeId, NodeId),
+    /// `if left < right { then } else { otherwise }`, with both branches computed.
+    Select(Comparison, [NodeId; 4]),
+    /// A partial derivative of a user's function, by its place in [`Graph::callees`]; `wrt` lists the arguments
+    /// with respect to which it is differentiated, in ascending order (empty: the function's value).
+    Call {
+        callee: usize,
+        args: Vec<NodeId>,
+        wrt: Vec<usize>,
+    },
+}
+
+/// The set of leaves that a node depends on, as bits.
+#[derive(Clone, Default, PartialEq, Eq, Debug)]
+struct Dependence(Vec<u64>);
+
+impl Dependence {
+    fn insert(&mut self, bit: usize) {
+        let word = bit / 64;
+        if self.0.len() <= word {
+            self.0.resize(word + 1, 0);
+        }
+        self.0[word] |= 1 << (bit % 64);
+    }
+
+    fn contains(&self, bit: usize) -> bool {
+        self.0
+            .get(bit / 64)
+            .is_some_and(|word| word >> (bit % 64) & 1 == 1)
+    }
+
+    fn extend(&mut self, other: &Self) {
+        if self.0.len() < other.0.len() {
+            self.0.resize(other.0.len(), 0);
+        }
+        for (word, more) in self.0.iter_mut().zip(&other.0) {
+            *word |= more;
+        }
+    }
+}
+
+/// All expressions of one declaration.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Graph {
+    nodes: Vec<Node>,
+    dependence: Vec<Dependence>,
+    known: HashMap<Node, NodeId>,
+    leaves: Vec<Leaf>,
+    leaf_bits: HashMap<Leaf, usize>,
+    params: Vec<TokenStream>,
+    param_texts: HashMap<String, usize>,
+    callees: Vec<Callee>,
+    callee_texts: HashMap<String, usize>,
+    derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
+    residues: identity::Residues,
+}
+
+impl Graph {
+    pub(crate) fn new() -> Self {
+        Self::default()
+    }
+
+    pub(crate) fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.index()]
+    }
+
+    /// The tokens of a [`Node::Param`].
+    pub(crate) fn param_tokens(&self, param: usize) -> &TokenStream {
+        &self.params[param]
+    }
+
+    /// The callee of a [`Node::Call`].
+    pub(crate) fn callee(&self, callee: usize) -> &Callee {
+        &self.callees[callee]
+    }
+
+    /// The value of a node that is a number.
+    pub(crate) fn as_constant(&self, id: NodeId) -> Option<f64> {
+        match self.node(id) {
+            Node::Constant(value) => Some(value.get()),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_zero(&self, id: NodeId) -> bool {
+        self.as_constant(id) == Some(0.0)
+    }
+
+    /// Whether an expression depends on the parameters alone.
+    pub(crate) fn is_fixed(&self, id: NodeId) -> bool {
+        self.leaves(id).next().is_none()
+    }
+
+    pub(crate) fn depends_on(&self, id: NodeId, leaf: Leaf) -> bool {
+        self.leaf_bits
+            .get(&leaf)
+            .is_some_and(|&bit| self.dependence[id.index()].contains(bit))
+    }
+
+    /// Every leaf that a node depends on.
+    pub(crate) fn leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
+        let dependence = &self.dependence[id.index()];
+        self.leaves
+            .iter()
+            .enumerate()
+            .filter(|&(bit, _)| dependence.contains(bit))
+            .map(|(_, &leaf)| leaf)
+    }
+
+    /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.
+    pub(crate) fn order(&self, id: NodeId) -> Option<usize> {
+        self.leaves(id)
+            .filter_map(|leaf| match leaf {
+                Leaf::Q(_) => Some(0),
+                Leaf::V(_) => Some(1),
+                Leaf::A(_) => Some(2),
+                _ => None,
+            })
+            .max()
+    }
+
+    /// The nodes that a node is made of.
+    pub(crate) fn parts(&self, id: NodeId) -> Vec<NodeId> {
+        match self.node(id) {
+            Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => Vec::new(),
+            Node::Sum(_, terms) => terms.iter().map(|&(term, _)| term).collect(),
+            Node::Product(factors) => factors.iter().map(|&(factor, _)| factor).collect(),
+            Node::Unary(_, a) => vec![*a],
+            Node::Powf(a, b) | Node::Atan2(a, b) => vec![*a, *b],
+            Node::Select(_, parts) => parts.to_vec(),
+            Node::Call { args, .. } => args.clone(),
+        }
+    }
+
+    fn intern(&mut self, node: Node) -> NodeId {
+        if let Some(&id) = self.known.get(&node) {
+            return id;
+        }
+        let id = NodeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
+        self.nodes.push(node.clone());
+        let mut dependence = Dependence::default();
+        if let Node::Leaf(leaf) = node {
+            let bit = self.leaves.len();
+            self.leaves.push(leaf);
+            self.leaf_bits.insert(leaf, bit);
+            dependence.insert(bit);
+        }
+        for part in self.parts(id) {
+            dependence.extend(&self.dependence[part.index()]);
+        }
+        self.dependence.push(dependence);
+        self.known.insert(node, id);
+        id
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,31 @@
+//! The front end of `#[dsocs]`: from the declaration of a system to its model, and to the code of its integrator.
+//!
+//! The data goes one way, from room to room:
+//!
+//! - `parse`: tokens → what the user wrote (`ast`), `check`ed for what can be seen there;
+//! - `lower`: that → a `model` whose expressions share one `graph`;
+//! - `mechanics`: the model → what has to vanish, the paper's equations;
+//! - `passes`: the equations made fast, one rewriting of the graph after another;
+//! - `emit`: the graph → Rust.
+//!
+//! Every mistake on the way is collected in `errors` and told at the user's own tokens. The attribute itself is in
+//! `dsocs-macros` and does no more than to call [`expand`]; users depend on `dsocs-core`, which re-exports it.
+
+mod ast;
+mod check;
+mod emit;
+mod errors;
+mod expand;
+mod graph;
+mod input;
+mod lower;
+mod mechanics;
+mod model;
+mod names;
+mod parse;
+mod passes;
+mod stub;
+#[cfg(test)]
+mod tests;
+
+pub use expand::expand;

@@ -1,0 +1,196 @@
+//! Constraints of every order, and the virtual displacements that belong to them.
+
+use syn::Expr;
+
+use super::{Lowered, Lowering};
+use crate::ast::{Constraints, Declaration, Directions, Side};
+use crate::errors::Reported;
+use crate::graph::{Leaf, NodeId};
+use crate::mechanics::{Defect, annihilator};
+use crate::model::{Displacements, Form, Kind, Row};
+
+/// Vectors of `n` components each.
+type Vectors = Vec<Vec<NodeId>>;
+
+impl Lowering<'_> {
+    /// The rows of a statement.
+    pub(super) fn constraints(
+        &mut self,
+        constraints: &Constraints,
+        kind: Kind,
+    ) -> Result<Vec<Row>, Reported> {
+        let rows: Vec<_> = constraints
+            .rows
+            .iter()
+            .map(|row| self.constraint(row, kind))
+            .collect();
+        rows.into_iter().collect()
+    }
+
+    fn constraint(&mut self, row: &Expr, kind: Kind) -> Result<Row, Reported> {
+        let value = self.of_order(row, kind)?;
+        let order = self.graph.order(value);
+        let message = match (kind, order) {
+            (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(1..)) => {
+                return Ok(Row {
+                    kind,
+                    value,
+                    order: order.unwrap_or(0),
+                    divide: None,
+                    discrete: None,
+                });
+            }
+            (Kind::Holonomic, _) => {
+                "expected a position in a holonomic constraint; this does not depend on the motion"
+            }
+            (Kind::Nonholonomic, Some(_)) => {
+                "expected a velocity in a nonholonomic constraint; one of positions alone is written `holonomic = …;`"
+            }
+            (Kind::Nonholonomic, None) => {
+                "expected a velocity in a nonholonomic constraint; this does not depend on the motion"
+            }
+            (Kind::Kinematic, Some(_)) => {
+                "expected a velocity or an acceleration in a kinematic constraint; \
+                 one of positions alone is written `holonomic = …;`"
+            }
+            (Kind::Kinematic, None) => {
+                "expected a velocity or an acceleration in a kinematic constraint; this does not depend on the motion"
+            }
+        };
+        Err(self.errors.at(row, message))
+    }
+
+    /// An expression without derivatives that its kind of constraint may not have.
+    fn of_order(&mut self, row: &Expr, kind: Kind) -> Lowered {
+        match kind {
+            Kind::Holonomic => self.below(
+                1,
+                row,
+                "a velocity or an acceleration comes in here; expected a constraint of positions, g(q) = 0: \
+                 with velocities it is written `nonholonomic = …;`, with accelerations `kinematic = …;`",
+            ),
+            Kind::Nonholonomic => self.below(
+                2,
+                row,
+                "an acceleration comes in here; expected a constraint of positions and velocities, c(q, v) = 0: \
+                 with accelerations it is written `kinematic = …;`",
+            ),
+            Kind::Kinematic => self.expr(row),
+        }
+    }
+
+    /// The fields or forces of a statement.
+    pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
+        let fields: Vec<_> = directions
+            .fields
+            .iter()
+            .map(|field| self.entries(field))
+            .collect();
+        fields.into_iter().collect()
+    }
+
+    /// The forms that span `F_V`, as far as they are told, and the fields that span `C_V`, as far as they are found.
+    ///
+    /// `elsewhere`: the displacements are not taken at the middle node.
+    pub(super) fn displacements(
+        &mut self,
+        declaration: &Declaration,
+        constraints: &[Row],
+        fields: Option<Vectors>,
+        elsewhere: bool,
+    ) -> Result<(Vec<Form>, Displacements), Reported> {
+        let n = self.coordinates.len();
+        let directions = declaration.directions.given();
+        let side = directions.map(|directions| directions.side);
+        let given = fields.unwrap_or_default();
+        if let (Some(Side::Variational), Some(directions)) = (side, directions) {
+            // the annihilator also finds out whether they are independent
+            if let Err(Defect::Dependent(row)) = annihilator(&mut self.graph, &given, n) {
+                return Err(self.dependent(directions, row));
+            }
+            return Ok((Vec::new(), Displacements::Fields(given)));
+        }
+        let all = side == Some(Side::Forces) && given.len() == constraints.len();
+        let mut given = given.into_iter();
+        let mut own = Vec::new();
+        let forms: Vec<Form> = constraints
+            .iter()
+            .map(|row| {
+                let ruled = side == Some(Side::Forces) && (all || row.kind == Kind::Kinematic);
+                let written = if ruled { given.next() } else { None };
+                own.push(written.is_none());
+                Form {
+                    at_node: row.kind == Kind::Holonomic && written.is_none(),
+                    components: written.unwrap_or_else(|| self.ruled(row)),
+                }
+            })
+            .collect();
+        let vectors: Vec<_> = forms.iter().map(|form| form.components.clone()).collect();
+        let displacements = match annihilator(&mut self.graph, &vectors, n) {
+            Err(Defect::Dependent(row)) => {
+                // which of the forces that are written, or which constraint
+                let written = own[..row].iter().filter(|&&own| !own).count();
+                return Err(match directions {
+                    Some(directions) if !own[row] => self.dependent(directions, written),
+                    _ => self.without_force(declaration, constraints, row),
+                });
+            }
+            Ok(fields) if !(elsewhere && forms.iter().any(|form| form.at_node)) => {
+                Displacements::Fields(fields)
+            }
+            Ok(_) | Err(Defect::NoPivot(_)) => Displacements::Annihilated,
+        };
+        Ok((forms, displacements))
+    }
+
+    /// The form of d'Alembert's and Chetaev's rules: the derivative of a constraint by what is highest in it.
+    fn ruled(&mut self, row: &Row) -> Vec<NodeId> {
+        (0..self.coordinates.len())
+            .map(|i| {
+                let leaf = match row.order {
+                    0 => Leaf::Q(i),
+                    1 => Leaf::V(i),
+                    _ => Leaf::A(i),
+                };
+                self.graph.derivative(row.value, leaf)
+            })
+            .collect()
+    }
+
+    fn dependent(&self, directions: &Directions, row: usize) -> Reported {
+        let noun = if directions.side == Side::Forces {
+            "forces"
+        } else {
+            "fields"
+        };
+        let message = format!("expected independent {noun}; this one is zero or a combination of the others");
+        match directions.fields.get(row) {
+            Some(field) => self.errors.at(field, message),
+            None => self.errors.at(&directions.keyword, message),
+        }
+    }
+
+    /// Reports a constraint whose force is a combination of the others'.
+    fn without_force(&self, declaration: &Declaration, constraints: &[Row], row: usize) -> Reported {
+        let message = "expected independent constraints; the force that belongs to this one is zero or a \
+                       combination of the others'";
+        let parts = [
+            (Kind::Holonomic, &declaration.holonomic),
+            (Kind::Nonholonomic, &declaration.nonholonomic),
+            (Kind::Kinematic, &declaration.kinematic),
+        ];
+        let kind = constraints[row].kind;
+        let place = constraints[..row]
+            .iter()
+            .filter(|other| other.kind == kind)
+            .count();
+        let found = parts
+            .iter()
+            .find(|(own, _)| *own == kind)
+            .and_then(|(_, part)| part.given());
+        match found.and_then(|constraints| constraints.rows.get(place)) {
+            Some(expr) => self.errors.at(expr, message),
+            None => self.errors.missing("independent constraints"),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The continuous system (paper, section 2): its rows, its force and its energy.
+
+use super::Equation;
+use super::works::{Force, works};
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::model::{Displacements, Model};
+
+/// The continuous system in terms of `Q`, `V` and `A`.
+pub(crate) struct ContinuousEquations {
+    /// The constraints, differentiated until accelerations come in, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
+    pub(crate) rows: Vec<Equation>,
+    /// The constraint force `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`.
+    pub(crate) force: Vec<NodeId>,
+}
+
+/// The continuous system that the declaration describes.
+pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquations {
+    let n = model.coordinates.len();
+    let mut force = Vec::new();
+    for i in 0..n {
+        let momentum = graph.derivative(model.lagrangian, Leaf::V(i));
+        let rate = graph.total_derivative(momentum);
+        let slope = graph.derivative(model.lagrangian, Leaf::Q(i));
+        force.push(graph.sub(rate, slope));
+    }
+    let mut rows = Vec::new();
+    for row in &model.constraints {
+        // differentiated until accelerations come in
+        let mut value = row.value;
+        for _ in row.order..2 {
+            value = graph.total_derivative(value);
+        }
+        rows.push(Equation {
+            value,
+            plain: value,
+            divide: row.divide,
+        });
+    }
+    let forms: Vec<_> = model.forms.iter().map(|form| form.components.clone()).collect();
+    let force = Force {
+        plain: force.clone(),
+        value: force,
+    };
+    let fields = match &model.displacements {
+        Displacements::Fields(fields) => Some(fields.as_slice()),
+        Displacements::Annihilated => None,
+    };
+    rows.extend(works(graph, fields, &forms, &force));
+    let force = force.value;
+    ContinuousEquations { rows, force }
+}
+
+/// `⟨∂L/∂v, v⟩ - L`.
+pub(crate) fn energy(model: &Model, graph: &mut Graph) -> NodeId {
+    let mut terms = Vec::new();
+    for i in 0..model.coordinates.len() {
+        let (momentum, v) = (
+            graph.derivative(model.lagrangian, Leaf::V(i)),
+            graph.leaf(Leaf::V(i)),
+        );
+        terms.push((graph.mul(momentum, v), 1.0));
+    }
+    terms.push((model.lagrangian, -1.0));
+    graph.linear(0.0, &terms)
+}

@@ -1,0 +1,37 @@
+//! What constraints of lower order ask of a pair of nodes, and of a position and a velocity.
+
+use super::nodes::{LeafOf, Nodes, on_pair, places};
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::model::{Kind, Model, Row};
+
+/// The constraints of lower order on the leg from `N - D` to `N`: `g(q1)`, `c(φ⁻¹(q0, q1))`.
+pub(crate) fn pair(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+    let nodes = Nodes::new(graph, model.coordinates.len());
+    let (node, leg) = (
+        places([(Leaf::Q as LeafOf, &nodes.q1)]),
+        places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]),
+    );
+    let lower = |row: &&Row| row.kind != Kind::Kinematic;
+    let rows = model.constraints.iter().filter(lower);
+    rows.map(|row| {
+        if row.kind == Kind::Holonomic {
+            return graph.substitute(row.value, &node);
+        }
+        let value = on_pair(model, graph, row.value);
+        graph.substitute(value, &leg)
+    })
+    .collect()
+}
+
+/// What the constraints of lower order ask of a position and a velocity: `g(q)` and `c(q, v)`, then `dg/dt`.
+pub(crate) fn phase(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+    let of = |kind| {
+        let rows = model.constraints.iter().filter(move |row| row.kind == kind);
+        rows.map(|row| row.value)
+    };
+    let mut rows: Vec<_> = of(Kind::Holonomic).chain(of(Kind::Nonholonomic)).collect();
+    for holonomic in of(Kind::Holonomic) {
+        rows.push(graph.total_derivative(holonomic));
+    }
+    rows
+}

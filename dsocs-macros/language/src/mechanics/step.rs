@@ -1,0 +1,124 @@
+//! The rows of a step: the constraints at its nodes, and the works of the discrete force (paper, section 3).
+
+use std::collections::HashMap;
+
+use super::Equation;
+use super::force::discrete_force;
+use super::nodes::{LeafOf, Nodes, PointNodes, map_point, on_pair, places};
+use super::works::works;
+use crate::graph::{Change, Graph, Leaf, NodeId};
+use crate::model::{Displacements, Kind, Model};
+
+/// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`.
+pub(crate) struct StepEquations {
+    /// The constraints, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
+    pub(crate) rows: Vec<Equation>,
+    /// How many multipliers are among the unknowns.
+    pub(crate) multipliers: usize,
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`.
+    pub(crate) point: PointNodes,
+    /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
+    pub(crate) force: Vec<NodeId>,
+    /// The forms in whose directions it acts, as far as they are known.
+    pub(crate) forms: Vec<Vec<NodeId>>,
+}
+
+/// The discrete step that the declaration asks for.
+pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
+    let n = model.coordinates.len();
+    let nodes = Nodes::new(graph, n);
+    let point = map_point(graph, &nodes, model.phi_kinematic.as_ref());
+    let displacements = map_point(graph, &nodes, model.phi_variational.as_ref()).substitution();
+    let force = discrete_force(model, graph, &nodes);
+    let forms = discrete_forms(model, graph, &displacements);
+    let kinematic = point.substitution();
+    let mut rows = Vec::new();
+    for row in &model.constraints {
+        let value = match (row.discrete, row.kind) {
+            (Some(discrete), _) => graph.substitute(discrete, &nodes.places()),
+            (None, Kind::Holonomic) => {
+                rows.push(holonomic(graph, &nodes, row.value));
+                continue;
+            }
+            (None, Kind::Nonholonomic) => {
+                let value = on_pair(model, graph, row.value);
+                let leg = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
+                graph.substitute(value, &leg)
+            }
+            (None, Kind::Kinematic) => graph.substitute(row.value, &kinematic),
+        };
+        let divide = row.divide.map(|factor| graph.substitute(factor, &kinematic));
+        rows.push(Equation {
+            value,
+            plain: value,
+            divide,
+        });
+    }
+    let fields = match &model.displacements {
+        Displacements::Fields(fields) => Some(fields.iter().map(|field| {
+            let mut done = HashMap::new();
+            let components = field.iter();
+            components
+                .map(|&u| graph.substitute_in(u, &displacements, &mut done))
+                .collect()
+        })),
+        Displacements::Annihilated => None,
+    };
+    let fields: Option<Vec<Vec<NodeId>>> = fields.map(Iterator::collect);
+    rows.extend(works(graph, fields.as_deref(), &forms, &force));
+    StepEquations {
+        rows,
+        multipliers: model.multipliers(),
+        point,
+        force: force.value,
+        forms,
+    }
+}
+
+/// How much of a holonomic constraint's value at the middle node, which is nothing but rounding, the next one takes away.
+const CORRECTED: f64 = 1.0 / 1024.0;
+
+/// `g(q2)`, for a middle node with `g(q1) = 0`: the change from there, formed without cancellation, and a small part of what
+/// rounding has left there, so that it does not add up. All of it would be seen in the second difference, whose own size is
+/// `h²`.
+fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
+    let change = (0..nodes.q1.len())
+        .map(|i| {
+            let change = Change {
+                before: nodes.q1[i],
+                after: nodes.q2[i],
+                delta: nodes.d1[i],
+            };
+            (Leaf::Q(i), change)
+        })
+        .collect();
+    let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
+    let Change { before, after, delta } = graph.difference(g, &change, &late, &mut HashMap::new());
+    Equation {
+        value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
+        plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),
+        divide: None,
+    }
+}
+
+/// The forms of the constraint forces: those of holonomic constraints at the middle node, the others at `φ_{D_V}⁻¹`.
+fn discrete_forms(
+    model: &Model,
+    graph: &mut Graph,
+    displacements: &HashMap<Leaf, NodeId>,
+) -> Vec<Vec<NodeId>> {
+    let node = (0..model.coordinates.len())
+        .map(|i| (Leaf::Q(i), graph.leaf(Leaf::N(i))))
+        .collect();
+    model
+        .forms
+        .iter()
+        .map(|form| {
+            let place = if form.at_node { &node } else { displacements };
+            let components = form.components.iter();
+            components
+                .map(|&component| graph.substitute(component, place))
+                .collect()
+        })
+        .collect()
+}

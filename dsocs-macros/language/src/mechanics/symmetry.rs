@@ -1,0 +1,108 @@
+//! Whether the step can be composed with others of different lengths.
+//!
+//! Value, slope and curvature at `q1` of the parabola through three nodes exist for legs of any lengths. Where the equations of a
+//! step depend on its nodes through this point alone, and are there those of the continuous system, the map from
+//! node to node is symmetric in time for every leg, and compositions of it have higher orders. That is decided here, with
+//! the point written in place of the nodes: `q1 = q`, `q1 - q0 = h v - h² a/2`, `q2 - 2 q1 + q0 = h² a`.
+
+use std::collections::HashMap;
+
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::model::Model;
+use crate::passes::Merge;
+
+/// The answer: a variant of `dsocs_core::Symmetry`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Symmetry {
+    AnyLegs,
+    LowerOrder,
+    Momentum,
+    LagrangianMap,
+    KinematicMap,
+    VariationalMap,
+}
+
+impl Symmetry {
+    /// Whether the step is symmetric with any legs, or the first reason why not.
+    pub(crate) fn decide(model: &Model) -> Self {
+        let mut graph = model.graph.clone();
+        if model.constraints.iter().any(|row| row.order < 2) {
+            return Self::LowerOrder;
+        }
+        // before the equations are formed, which costs time where the mass matrix is full
+        if is_paper(model, &mut graph) && !momentum_is_linear(model, &mut graph) {
+            return Self::Momentum;
+        }
+        let step = super::step(model, &mut graph);
+        let continuous = super::continuous(model, &mut graph);
+        let point = parabola(&mut graph, model.coordinates.len());
+        let mut merge = Merge::default();
+        let mut same = |step: NodeId, continuous: NodeId| {
+            let step = graph.substitute(step, &point);
+            // functions of equal arguments become one function
+            let continuous = merge.rewrite(&mut graph, continuous);
+            let step = merge.rewrite(&mut graph, step);
+            let difference = graph.sub(step, continuous);
+            graph.vanishes(difference)
+        };
+        let force = step.force.iter().zip(&continuous.force);
+        if !force
+            .into_iter()
+            .all(|(&step, &continuous)| same(step, continuous))
+        {
+            return Self::LagrangianMap;
+        }
+        let count = model.constraints.len();
+        for (place, (step, continuous)) in step.rows.iter().zip(&continuous.rows).enumerate() {
+            let factors = match (step.divide, continuous.divide) {
+                (Some(step), Some(continuous)) => same(step, continuous),
+                (step, continuous) => step.is_none() && continuous.is_none(),
+            };
+            if !factors || !same(step.value, continuous.value) {
+                return if place < count {
+                    Self::KinematicMap
+                } else {
+                    Self::VariationalMap
+                };
+            }
+        }
+        Self::AnyLegs
+    }
+}
+
+/// Whether the first order map is the paper's.
+fn is_paper(model: &Model, graph: &mut Graph) -> bool {
+    let first =
+        |graph: &mut Graph, q: &[NodeId]| q.iter().enumerate().all(|(i, &q)| q == graph.leaf(Leaf::X0(i)));
+    model.discrete_lagrangian.is_none()
+        && matches!(model.phi_lagrangian.as_slice(), [[q, _]] if first(graph, q))
+}
+
+/// Whether `∂L/∂v` is a constant matrix times `v`, and a constant: with the paper's map its difference over a step is then
+/// the matrix times the curvature.
+fn momentum_is_linear(model: &Model, graph: &mut Graph) -> bool {
+    let n = model.coordinates.len();
+    (0..n).all(|i| {
+        let momentum = graph.derivative(model.lagrangian, Leaf::V(i));
+        (0..n).all(|j| {
+            let by_position = graph.derivative(momentum, Leaf::Q(j));
+            let mass = graph.derivative(momentum, Leaf::V(j));
+            graph.vanishes(by_position) && graph.is_fixed(mass)
+        })
+    })
+}
+
+/// The nodes of a step in terms of its parabola's point.
+fn parabola(graph: &mut Graph, n: usize) -> HashMap<Leaf, NodeId> {
+    let h = graph.leaf(Leaf::H);
+    let mut nodes = HashMap::new();
+    for i in 0..n {
+        let [q, v, a] = [Leaf::Q(i), Leaf::V(i), Leaf::A(i)].map(|leaf| graph.leaf(leaf));
+        let second = graph.product(&[(h, 2), (a, 1)]);
+        let first = graph.mul(h, v);
+        nodes.insert(Leaf::N(i), q);
+        nodes.insert(Leaf::D(i), graph.linear(0.0, &[(first, 1.0), (second, -0.5)]));
+        nodes.insert(Leaf::E(i), second);
+    }
+    nodes
+}

@@ -1,0 +1,54 @@
+//! What the constraint force may do: no work along the virtual displacements.
+
+use crate::graph::{Graph, Leaf, NodeId};
+
+use super::Equation;
+
+/// A force, component by component.
+pub(super) struct Force {
+    pub(super) value: Vec<NodeId>,
+    /// With the difference of the momenta as it is.
+    pub(super) plain: Vec<NodeId>,
+}
+
+/// The works `⟨u, Q⟩` of the constraint force along the fields, or, where there are none, what the forces of the
+/// constraints leave of it: `Q - Σ λ_j α_j`.
+pub(super) fn works(
+    graph: &mut Graph,
+    fields: Option<&[Vec<NodeId>]>,
+    forms: &[Vec<NodeId>],
+    force: &Force,
+) -> Vec<Equation> {
+    let mut equation = |part: &dyn Fn(&mut Graph, &[NodeId]) -> NodeId| Equation {
+        value: part(graph, &force.value),
+        plain: part(graph, &force.plain),
+        divide: None,
+    };
+    match fields {
+        Some(fields) => fields
+            .iter()
+            .map(|field| {
+                equation(&|graph, force| {
+                    let terms: Vec<_> = field
+                        .iter()
+                        .zip(force)
+                        .map(|(&u, &force)| graph.mul(u, force))
+                        .collect();
+                    graph.sum(&terms)
+                })
+            })
+            .collect(),
+        None => (0..force.value.len())
+            .map(|i| {
+                equation(&|graph, force| {
+                    let mut terms = vec![(force[i], 1.0)];
+                    for (j, form) in forms.iter().enumerate() {
+                        let multiplier = graph.leaf(Leaf::Lambda(j));
+                        terms.push((graph.mul(multiplier, form[i]), -1.0));
+                    }
+                    graph.linear(0.0, &terms)
+                })
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,152 @@
+//! Rows multiplied out.
+//!
+//! A row vanishes where its product with something else does. So a denominator that is a square root or a sum of squares
+//! is multiplied out where this spares the iteration a division: of a curvature `v×a/|v|³ - κ` becomes `v×a - κ|v|³`, which
+//! is also the better function for Newton's iteration, since it does not flatten out far from its root. Factors of the
+//! parameters and of `h` that all terms share are dropped. What a row was multiplied by is kept ([`Cleared::scale`]):
+//! where that vanishes a root is none of the declared row.
+
+use std::collections::BTreeMap;
+
+use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
+
+/// Rows with more terms keep their denominators: each would be multiplied.
+const MOST_TERMS: usize = 6;
+
+/// A row times what it was multiplied by.
+#[derive(Clone, Copy)]
+pub(crate) struct Cleared {
+    /// The product.
+    pub(crate) row: NodeId,
+    /// The product with the row as it is differentiated (see [`crate::mechanics::Equation`]).
+    pub(crate) plain: NodeId,
+    /// The factor.
+    pub(crate) scale: NodeId,
+}
+
+impl Cleared {
+    /// A row as it was declared.
+    pub(crate) fn untouched(graph: &mut Graph, row: NodeId, plain: NodeId) -> Self {
+        let scale = graph.constant(1.0);
+        Self { row, plain, scale }
+    }
+
+    /// Its expressions, to be rewritten.
+    pub(crate) fn parts(&mut self) -> impl Iterator<Item = &mut NodeId> {
+        [&mut self.row, &mut self.plain, &mut self.scale].into_iter()
+    }
+
+    /// Multiplies the denominator out that the unknowns occur in, if there is one and it is not negative.
+    pub(crate) fn without_denominator(self, graph: &mut Graph) -> Self {
+        let (terms, _) = graph.terms(self.row);
+        let Some((base, halves)) = denominator(graph, &terms) else {
+            return self;
+        };
+        let (root, n) = root_power(graph, base, halves);
+        let factor = graph.powi(root, n);
+        Self {
+            row: times_power(graph, self.row, base, halves),
+            plain: times_power(graph, self.plain, base, halves),
+            scale: graph.mul(self.scale, factor),
+        }
+    }
+
+    /// Drops what depends on the parameters and the step alone and is a factor of all terms.
+    pub(crate) fn without_common_factor(self, graph: &mut Graph) -> Self {
+        let (terms, constant) = graph.terms(self.row);
+        if constant != 0.0 || graph.as_constant(self.row).is_some() {
+            return self;
+        }
+        let inverse: Vec<_> = graph
+            .common_factors(&terms)
+            .into_iter()
+            .map(|(base, n)| (base, -n))
+            .collect();
+        let size = terms[0].1.abs();
+        #[allow(clippy::float_cmp)] // coefficients that are the same number
+        let same = terms.iter().all(|&(_, c)| c.abs() == size);
+        let inverse = graph.product(&inverse);
+        let inverse = graph.scale(if same { size.recip() } else { 1.0 }, inverse);
+        Self {
+            row: times(graph, self.row, inverse),
+            plain: times(graph, self.plain, inverse),
+            scale: graph.mul(self.scale, inverse),
+        }
+    }
+}
+
+/// A sum times a factor, term by term.
+fn times(graph: &mut Graph, sum: NodeId, factor: NodeId) -> NodeId {
+    let (terms, constant) = graph.terms(sum);
+    let mut products: Vec<_> = terms
+        .iter()
+        .map(|&(term, c)| (graph.mul(term, factor), c))
+        .collect();
+    products.push((factor, constant));
+    graph.linear(0.0, &products)
+}
+
+/// A sum times so many halves of a power of `base`, term by term.
+fn times_power(graph: &mut Graph, sum: NodeId, base: NodeId, halves: i32) -> NodeId {
+    let (mut terms, constant) = graph.terms(sum);
+    if constant != 0.0 {
+        terms.push((graph.constant(1.0), constant));
+    }
+    let mut products = Vec::new();
+    for (term, c) in terms {
+        let (mut factors, mut power) = (Vec::new(), halves);
+        for (factor, n) in graph.factors(term) {
+            match half_power(graph, factor, n) {
+                (inner, present) if inner == base => power += present,
+                _ => factors.push((factor, n)),
+            }
+        }
+        factors.push(root_power(graph, base, power));
+        products.push((graph.product(&factors), c));
+    }
+    graph.linear(0.0, &products)
+}
+
+/// A factor's base and exponent in terms of square roots: `√x` to the power `n` is `n` halves of `x`.
+fn half_power(graph: &Graph, factor: NodeId, n: i32) -> (NodeId, i32) {
+    match graph.node(factor) {
+        Node::Unary(Unary::Sqrt, inner) => (*inner, n),
+        _ => (factor, 2 * n),
+    }
+}
+
+/// So many halves of a power, as a power of the base or, with one derivative less to sum up, of its root.
+fn root_power(graph: &mut Graph, base: NodeId, halves: i32) -> (NodeId, i32) {
+    if halves % 2 == 0 {
+        (base, halves / 2)
+    } else {
+        (graph.unary(Unary::Sqrt, base), halves)
+    }
+}
+
+/// The only denominator with unknowns in it, and its largest power in halves, if it may be multiplied out.
+fn denominator(graph: &Graph, terms: &[(NodeId, f64)]) -> Option<(NodeId, i32)> {
+    let mut least: BTreeMap<NodeId, (i32, bool)> = BTreeMap::new();
+    for &(term, _) in terms {
+        for (factor, n) in graph.factors(term) {
+            let unknown = graph
+                .leaves(factor)
+                .any(|leaf| matches!(leaf, Leaf::E(_) | Leaf::Z(_)));
+            let (base, halves) = half_power(graph, factor, n);
+            if unknown && n < 0 {
+                let entry = least.entry(base).or_insert((0, is_never_negative(graph, base)));
+                entry.0 = entry.0.min(halves);
+                entry.1 |= base != factor;
+            }
+        }
+    }
+    let (base, (halves, positive)) = least.pop_first()?;
+    (least.is_empty() && positive && terms.len() <= MOST_TERMS).then_some((base, -halves))
+}
+
+/// Whether an expression is visibly a sum of squares.
+fn is_never_negative(graph: &Graph, id: NodeId) -> bool {
+    let (terms, constant) = graph.terms(id);
+    let square = |term: NodeId| graph.factors(term).iter().all(|&(_, n)| n % 2 == 0);
+    constant >= 0.0 && terms.iter().all(|&(term, c)| c > 0.0 && square(term))
+}

@@ -1,0 +1,196 @@
+//! Rows of many products, multiplied out and gathered again.
+//!
+//! The equations of a chain of `n` links have of the order of `n²` products of two functions of different links, most of
+//! which cancel or share a factor: `Σ_j m_ij (cᵢ cⱼ aⱼ + sᵢ sⱼ aⱼ)` is `cᵢ Σ_j m_ij cⱼ aⱼ + sᵢ Σ_j m_ij sⱼ aⱼ`, in which
+//! the products `cⱼ aⱼ` serve every row. What costs is a product of two sequences; a sum with constant coefficients does
+//! not. So rows are multiplied out, what cancels goes, and what many terms share is taken out, as in Horner's scheme.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::graph::{Graph, Node, NodeId};
+
+/// Rows with more terms are left alone.
+const MOST_TERMS: usize = 20_000;
+/// Higher powers of sums are left alone.
+const HIGHEST_POWER: i32 = 4;
+
+/// Factors that move, and their exponents.
+type Monomial = Vec<(NodeId, i32)>;
+/// Monomials and their constant coefficients.
+type Polynomial = BTreeMap<Monomial, NodeId>;
+
+/// Multiplies rows out and gathers them.
+#[derive(Default)]
+pub(super) struct Horner {
+    known: HashMap<NodeId, Option<Polynomial>>,
+}
+
+impl Horner {
+    /// The row with few products; `None` if it has too many terms.
+    pub(super) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
+        let polynomial = self.polynomial(graph, row)?;
+        let terms = polynomial.into_iter().collect();
+        Some(gather(graph, terms))
+    }
+
+    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+        if let Some(known) = self.known.get(&id) {
+            return known.clone();
+        }
+        let result = self
+            .expand(graph, id)
+            .filter(|polynomial| polynomial.len() <= MOST_TERMS);
+        self.known.insert(id, result.clone());
+        result
+    }
+
+    fn expand(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+        if graph.is_fixed(id) {
+            return Some(BTreeMap::from([(Vec::new(), id)]));
+        }
+        let one = graph.constant(1.0);
+        match graph.node(id).clone() {
+            Node::Sum(constant, terms) => {
+                let mut sum = BTreeMap::new();
+                if constant.get() != 0.0 {
+                    sum.insert(Vec::new(), graph.constant(constant.get()));
+                }
+                for (term, c) in terms {
+                    for (monomial, coefficient) in self.polynomial(graph, term)? {
+                        let coefficient = graph.scale(c.get(), coefficient);
+                        add(graph, &mut sum, monomial, coefficient);
+                    }
+                }
+                Some(sum)
+            }
+            Node::Product(factors) => {
+                let mut product: Polynomial = BTreeMap::from([(Vec::new(), one)]);
+                for (factor, exponent) in factors {
+                    let sum = matches!(graph.node(factor), Node::Sum(..)) && !graph.is_fixed(factor);
+                    let (factor, times) = if sum && (0..=HIGHEST_POWER).contains(&exponent) {
+                        (self.polynomial(graph, factor)?, exponent)
+                    } else if graph.is_fixed(factor) {
+                        (BTreeMap::from([(Vec::new(), graph.powi(factor, exponent))]), 1)
+                    } else {
+                        (BTreeMap::from([(vec![(factor, exponent)], one)]), 1)
+                    };
+                    for _ in 0..times {
+                        product = multiply(graph, &product, &factor)?;
+                    }
+                }
+                Some(product)
+            }
+            _ => Some(BTreeMap::from([(vec![(id, 1)], one)])),
+        }
+    }
+}
+
+fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
+    let sum = match polynomial.get(&monomial) {
+        Some(&present) => graph.add(present, coefficient),
+        None => coefficient,
+    };
+    if graph.vanishes(sum) {
+        polynomial.remove(&monomial);
+    } else {
+        polynomial.insert(monomial, sum);
+    }
+}
+
+fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+    if a.len() * b.len() > MOST_TERMS {
+        return None;
+    }
+    let mut product = BTreeMap::new();
+    for (first, &c) in a {
+        for (second, &d) in b {
+            let mut exponents: BTreeMap<NodeId, i32> = first.iter().copied().collect();
+            for &(factor, exponent) in second {
+                *exponents.entry(factor).or_insert(0) += exponent;
+            }
+            exponents.retain(|_, exponent| *exponent != 0);
+            let coefficient = graph.mul(c, d);
+            add(graph, &mut product, exponents.into_iter().collect(), coefficient);
+        }
+    }
+    Some(product)
+}
+
+/// The sum of some terms, with what most of them share taken out, and so on in what is left.
+fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>) -> NodeId {
+    let mut counts: BTreeMap<(NodeId, bool), usize> = BTreeMap::new();
+    for (monomial, _) in &terms {
+        // a product of two takes nothing from being taken apart unless others share a factor
+        for &(factor, exponent) in monomial {
+            *counts.entry((factor, exponent > 0)).or_insert(0) += 1;
+        }
+    }
+    let most = counts
+        .into_iter()
+        .max_by_key(|&(_, count)| count)
+        .filter(|&(_, count)| count > 1);
+    let Some(((shared, positive), _)) = most else {
+        let terms: Vec<_> = terms
+            .into_iter()
+            .map(|(monomial, coefficient)| {
+                let product = graph.product(&monomial);
+                (graph.mul(coefficient, product), 1.0)
+            })
+            .collect();
+        return graph.linear(0.0, &terms);
+    };
+    let (mut inner, mut rest) = (Vec::new(), Vec::new());
+    for (mut monomial, coefficient) in terms {
+        let place = monomial
+            .iter()
+            .position(|&(factor, exponent)| factor == shared && (exponent > 0) == positive);
+        match place {
+            Some(place) => {
+                monomial[place].1 -= if positive { 1 } else { -1 };
+                monomial.retain(|&(_, exponent)| exponent != 0);
+                inner.push((monomial, coefficient));
+            }
+            None => rest.push((monomial, coefficient)),
+        }
+    }
+    let inner = gather(graph, inner);
+    let product = graph.product(&[(shared, if positive { 1 } else { -1 }), (inner, 1)]);
+    if rest.is_empty() {
+        return product;
+    }
+    let rest = gather(graph, rest);
+    graph.add(product, rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Leaf;
+
+    #[test]
+    fn what_cancels_goes_and_what_is_shared_is_taken_out() {
+        let mut graph = Graph::new();
+        let [x, y, z] = [Leaf::Q(0), Leaf::Q(1), Leaf::Q(2)].map(|leaf| graph.leaf(leaf));
+        // (x + y)(x + z) - x² is x (y + z) + y z
+        let (first, second) = (graph.add(x, y), graph.add(x, z));
+        let (product, square) = (graph.mul(first, second), graph.powi(x, 2));
+        let row = graph.sub(product, square);
+        let rewritten = Horner::default().rewrite(&mut graph, row);
+        let inner = graph.add(y, z);
+        let (left, right) = (graph.mul(x, inner), graph.mul(y, z));
+        let (left_sum, other) = (graph.add(left, right), graph.add(x, z));
+        // or y (x + z) + x z, or z (x + y) + x y: each factor is in two of the three terms
+        let alternatives = [
+            left_sum,
+            {
+                let (a, b) = (graph.mul(y, other), graph.mul(x, z));
+                graph.add(a, b)
+            },
+            {
+                let (a, b) = (graph.mul(z, first), graph.mul(x, y));
+                graph.add(a, b)
+            },
+        ];
+        assert!(rewritten.is_some_and(|row| alternatives.contains(&row)));
+    }
+}
