@@ -51,6 +51,23 @@ use proc_macro::TokenStream;
 /// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
 ///
+/// # Names and units for people
+///
+/// Documentation of the struct, of its fields, of coordinates and of observed `let`s is kept: it is what a command line lists. By
+/// convention a unit stands in brackets at its end.
+///
+/// ```ignore
+/// coordinates(
+///     /// The angle of the rod from the vertical [rad].
+///     theta,
+///     /// The elongation of each spring [m].
+///     x: [3],
+/// );
+/// /// The torque of the motor [N m].
+/// let torque = gain * dot(theta);
+/// observe = [torque];
+/// ```
+///
 /// # Virtual displacements
 ///
 /// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and

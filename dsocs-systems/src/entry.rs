@@ -31,7 +31,7 @@
 //! ```
 
 mod columns;
-mod declaration;
+mod description;
 mod erased;
 mod name;
 mod run;
@@ -48,7 +48,7 @@ use thiserror::Error;
 use crate::check::{Expected, Finding, Settings};
 
 pub use columns::{Column, Row, columns};
-pub use declaration::{Declaration, Kind};
+pub use description::{Description, Kind};
 pub use erased::{AnySystem, Extra};
 pub use name::UnknownName;
 pub use run::{Beginning, Method, Plan, RunFailure};
@@ -67,7 +67,7 @@ pub struct Entry {
     /// The system.
     system: Box<dyn AnySystem>,
     /// What its declaration says.
-    declaration: Declaration,
+    description: Description,
     /// The name on the command line.
     name: String,
     /// What it is, in a line.
@@ -92,7 +92,7 @@ impl fmt::Debug for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Entry")
             .field("name", &self.name)
-            .field("declaration", &self.declaration)
+            .field("description", &self.description)
             .finish_non_exhaustive()
     }
 }
@@ -116,12 +116,12 @@ impl Entry {
 
     /// The entry of a system whose type is erased.
     fn of(system: Box<dyn AnySystem>) -> Self {
-        let declaration = system.declaration();
+        let description = system.description();
         Self {
-            name: name::kebab(declaration.itself.name),
-            summary: declaration::sentence(declaration.itself.doc).to_owned(),
+            name: name::kebab(description.itself.name),
+            summary: description::sentence(description.itself.doc).to_owned(),
             system,
-            declaration,
+            description,
             source: None,
             start: None,
             step: STEP,
@@ -224,14 +224,14 @@ impl Entry {
 
     /// What the declaration says.
     #[must_use]
-    pub fn declaration(&self) -> &Declaration {
-        &self.declaration
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// The kind of its constraints.
     #[must_use]
     pub fn kind(&self) -> Kind {
-        self.declaration.kind()
+        self.description.kind()
     }
 
     /// Position and velocity that a run begins with unless it is told others, if there are any.
@@ -264,7 +264,7 @@ impl Entry {
 
     /// The parameters, those of the declaration first, with their values.
     pub fn parameters(&mut self) -> Vec<(Quantity, f64)> {
-        let parameters = self.declaration.parameters.clone().into_iter().enumerate();
+        let parameters = self.description.parameters.clone().into_iter().enumerate();
         parameters
             .filter_map(|(index, parameter)| Some((parameter, *self.system.parameter(index)?)))
             .collect()
@@ -276,7 +276,7 @@ impl Entry {
     ///
     /// [`UnknownName`] with the nearest name.
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
-        let parameters = &self.declaration.parameters;
+        let parameters = &self.description.parameters;
         let place = parameters.iter().position(|parameter| parameter.name == name);
         match place.and_then(|place| self.system.parameter(place)) {
             Some(place) => {
@@ -319,7 +319,7 @@ impl Entry {
     ///
     /// [`EntryError`] for the first one.
     pub fn verify(&self) -> Result<(), EntryError> {
-        let coordinates = self.declaration.coordinates.len();
+        let coordinates = self.description.coordinates.len();
         let fail = |cause| {
             Err(EntryError {
                 name: self.name.clone(),
@@ -340,7 +340,7 @@ impl Entry {
                 return fail(Mistake::Length {
                     what,
                     found,
-                    coordinates: self.declaration.names().map(str::to_owned).collect(),
+                    coordinates: self.description.names().map(str::to_owned).collect(),
                 });
             }
         }
@@ -404,4 +404,62 @@ pub enum CheckFailure {
     /// A step of it has no solution by itself.
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PlanarPendulum, RodAndWheel};
+
+    #[test]
+    fn an_entry_says_what_its_declaration_says() {
+        let mut entry = Entry::new(PlanarPendulum::default());
+        assert_eq!(entry.name(), "planar-pendulum");
+        assert_eq!(
+            entry.summary(),
+            "A point mass on a massless rod, in a vertical plane"
+        );
+        assert_eq!(entry.kind(), Kind::Holonomic);
+        assert_eq!(Entry::new(RodAndWheel::default()).kind(), Kind::Mixed);
+        let units: Vec<_> = entry
+            .description()
+            .coordinates
+            .iter()
+            .map(Quantity::unit)
+            .collect();
+        assert_eq!(units, [Some("m"), Some("m")]);
+        entry.set("length", 2.0).unwrap();
+        let lengths = entry
+            .parameters()
+            .into_iter()
+            .filter(|(of, _)| of.name == "length");
+        assert_eq!(lengths.map(|(_, value)| value).collect::<Vec<_>>(), [2.0]);
+        let error = entry.set("lenght", 2.0).unwrap_err();
+        assert_eq!(error.nearest.as_deref(), Some("length"));
+        assert!(
+            error.to_string().contains("known: mass, length, gravity"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_contradicts_the_declaration_is_told() {
+        let entry = || Entry::new(PlanarPendulum::default());
+        assert_eq!(entry().verify(), Ok(()));
+        for (entry, expected) in [
+            (
+                entry().start([0.0], [0.0]),
+                "q0 of its start has 1 component, but there are 2 coordinates: x, y",
+            ),
+            (
+                entry().symmetry("rotation", |[x, y, _]| [-y, *x, 0.0]),
+                "its symmetry `rotation` has 3 components, but",
+            ),
+            (entry().named("a pendulum"), "has no blanks"),
+            (entry().named(""), "is not empty"),
+        ] {
+            let error = entry.verify().unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
 }

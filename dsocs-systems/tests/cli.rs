@@ -619,3 +619,82 @@ fn check_prints_the_theorems_and_fails_with_them() {
     let (status, message) = refused(&["check", "magnetic", "--out", "checks.txt"]);
     assert!(status == 2 && message.contains("checks.txt"), "{message}");
 }
+
+#[test]
+fn stability_is_measured_on_any_system() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["magnetic", "planar-pendulum", "sleigh", "particle"];
+    let arguments = [&["stability", "--quick"], &names[..]].concat();
+    let done = dsocs(folder.path(), &arguments).output().unwrap();
+    let text = String::from_utf8(done.stdout).unwrap();
+    assert!(
+        done.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("results/stability.json")).unwrap())
+            .unwrap();
+    for (system, name) in json["systems"].as_array().unwrap().iter().zip(names) {
+        assert_eq!(system["system"], name);
+        let cases = system["cases"].as_array().unwrap();
+        assert!(
+            cases.len() >= 12 && cases.iter().all(|case| case["ok"] == true),
+            "{name}: {system}"
+        );
+    }
+    // forty steps of an orbit that turns far at each of them do not lead back
+    let (options, message) = (["--cases", "5", "--step", "7"], "missed its bar");
+    let failed = output(&[&["stability", "magnetic"], &options[..]].concat());
+    assert_eq!(
+        failed.status.code(),
+        Some(1),
+        "{}",
+        String::from_utf8_lossy(&failed.stdout)
+    );
+    assert!(String::from_utf8_lossy(&failed.stderr).contains(message));
+
+    for (arguments, expected) in [
+        (
+            &["stability", "--cases", "12"][..],
+            "no case 12; the cases are 1, 2",
+        ),
+        (
+            &["stability", "particle", "--cases", "7"],
+            "no case 7; the cases are 1, 2, 3, 4, 5, 6",
+        ),
+        (&["stability", "partical"], "`particle`"),
+        (&["stability", "--q0", "1,2"], "`--q0` is for one system"),
+        (
+            &["check", "particle", "magnetic", "--set", "mass=2"],
+            "`--set` is for one system",
+        ),
+        (&["run"], "which system? known: chain, double-pendulum"),
+    ] {
+        let (status, message) = refused(arguments);
+        assert!(
+            status == 2 && message.contains(expected),
+            "{arguments:?}: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_check_takes_another_start_and_other_parameters() {
+    let text = stdout(&[
+        "check",
+        "magnetic",
+        "--q0",
+        "2,0",
+        "--v0",
+        "0,1",
+        "--set",
+        "field=0.5",
+    ]);
+    assert!(!text.contains("FAILED"), "{text}");
+    let (status, message) = refused(&["check", "magnetic", "--q0", "2,0,0"]);
+    assert!(
+        status == 2 && message.contains("q0 has 3 components"),
+        "{message}"
+    );
+}

@@ -111,20 +111,20 @@ impl<'a> Listed<'a> {
             description: parameter.meaning(),
         });
         let parameters = parameters.collect();
-        let declaration = entry.declaration();
+        let description = entry.description();
         let start = entry.default_start();
         Self {
             name: entry.name(),
             kind: entry.kind(),
             summary: entry.summary(),
             source: entry.origin(),
-            coordinates: names(&declaration.coordinates),
-            units: units(&declaration.coordinates),
-            meanings: meanings(&declaration.coordinates),
+            coordinates: names(&description.coordinates),
+            units: units(&description.coordinates),
+            meanings: meanings(&description.coordinates),
             parameters,
-            observables: names(&declaration.observables),
-            observable_units: units(&declaration.observables),
-            observable_meanings: meanings(&declaration.observables),
+            observables: names(&description.observables),
+            observable_units: units(&description.observables),
+            observable_meanings: meanings(&description.observables),
             defaults: Defaults {
                 step: entry.default_step(),
                 until: entry.default_until(),
@@ -187,11 +187,11 @@ fn text(entry: &mut Entry) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let parameters = entry.parameters();
-    let declaration = entry.declaration();
+    let description = entry.description();
     let parts = [
-        ("coordinate", "", plain(&declaration.coordinates)),
+        ("coordinate", "", plain(&description.coordinates)),
         ("parameter", "default", parameters_with_values(&parameters)),
-        ("observed", "", plain(&declaration.observables)),
+        ("observed", "", plain(&description.observables)),
     ];
     for (what, value, rows) in parts {
         if !rows.is_empty() {

@@ -88,12 +88,12 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     arguments.from.set(entry)?;
     let plan = plan(arguments, entry)?;
     let beginning = beginning(arguments, entry)?;
-    let all = columns(entry.declaration(), &plan);
+    let all = columns(entry.description(), &plan);
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
     let mut plot = match &arguments.plot {
         Some(path) => {
-            let coordinates = 1..=entry.declaration().coordinates.len();
+            let coordinates = 1..=entry.description().coordinates.len();
             let shown = if arguments.columns.is_some() {
                 chosen.clone()
             } else {
@@ -143,7 +143,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
     });
     bar.finish_and_clear();
-    let notes = [lost.note(), errors.note(entry.declaration().names())];
+    let notes = [lost.note(), errors.note(entry.description().names())];
     for note in notes.into_iter().flatten() {
         eprintln!("{note}");
     }

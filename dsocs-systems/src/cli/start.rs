@@ -92,7 +92,7 @@ impl StartArguments {
         CliError::NoStart {
             system: entry.name().to_owned(),
             options: options.map(|(option, _)| option).collect(),
-            coordinates: entry.declaration().names().collect(),
+            coordinates: entry.description().names().collect(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use dsocs_core::Regularity;
 
-use super::{Declaration, Plan};
+use super::{Description, Plan};
 
 /// One node of a run.
 #[derive(Clone, Copy, Debug)]
@@ -72,20 +72,20 @@ impl Column {
 /// The columns of a run: time, position, velocity, force, energy, observed expressions, multipliers; in a certified run the
 /// smallest singular values of `D₃` and `D₁`; where errors are estimated, one for each coordinate.
 #[must_use]
-pub fn columns(declaration: &Declaration, plan: &Plan) -> Vec<Column> {
-    let coordinates = || declaration.coordinates.iter();
+pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
+    let coordinates = || description.coordinates.iter();
     let mut columns = vec![Column::new("t", Some("s"))];
     columns.extend(coordinates().map(|q| Column::new(q.name, q.unit())));
     columns.extend(coordinates().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
     columns.extend(coordinates().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
     columns.push(Column::new("energy", Some("J")));
     columns.extend(
-        declaration
+        description
             .observables
             .iter()
             .map(|x| Column::new(x.name, x.unit())),
     );
-    columns.extend((0..declaration.forms).map(|form| Column::new(format!("lambda_{form}"), None::<&str>)));
+    columns.extend((0..description.forms).map(|form| Column::new(format!("lambda_{form}"), None::<&str>)));
     if plan.certify {
         let names = ["regularity_forward", "regularity_backward"];
         columns.extend(names.map(|name| Column::new(name, None::<&str>)));

@@ -5,15 +5,15 @@ use std::ops::ControlFlow;
 use dsocs_core::taylor::{Jets, State};
 use dsocs_core::{Quantity, Start};
 
-use super::{Beginning, CheckFailure, Declaration, Plan, Row, RunFailure, Symmetry, run};
+use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
 use crate::check::{self, Expected, Finding, Settings};
 
 /// A system of any type and dimension.
 pub trait AnySystem: Send {
     /// What its declaration says.
-    fn declaration(&self) -> Declaration;
+    fn description(&self) -> Description;
 
-    /// The place of a parameter, by its number in [`Declaration::parameters`].
+    /// The place of a parameter, by its number in [`Description::parameters`].
     fn parameter(&mut self, index: usize) -> Option<&mut f64>;
 
     /// Runs as planned and hands each node to `sink`, which may end the run; see [`run::run`].
@@ -106,12 +106,12 @@ fn state<const N: usize>(
 }
 
 impl<S: Jets<N> + Send, const N: usize> AnySystem for Erased<S, N> {
-    fn declaration(&self) -> Declaration {
+    fn description(&self) -> Description {
         let extra = self
             .extra
             .iter()
             .map(|&Extra { name, doc, .. }| Quantity { name, doc });
-        Declaration {
+        Description {
             itself: Quantity {
                 name: S::NAME,
                 doc: S::DOC,

@@ -74,11 +74,11 @@ mod tests {
         for mut entry in all() {
             entry.verify().unwrap();
             assert!(entry.default_start().is_some() && entry.origin().is_some());
-            let declaration = entry.declaration().clone();
+            let description = entry.description().clone();
             let said = [
-                &declaration.coordinates,
-                &declaration.parameters,
-                &declaration.observables,
+                &description.coordinates,
+                &description.parameters,
+                &description.observables,
             ];
             for quantity in said.into_iter().flatten() {
                 assert!(

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// What a declaration says of its system, for people.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Declaration {
+pub struct Description {
     /// The name and the documentation of the type.
     pub itself: Quantity,
     /// The coordinates.
@@ -22,7 +22,7 @@ pub struct Declaration {
     pub constraints: [usize; 3],
 }
 
-impl Declaration {
+impl Description {
     /// The names of the coordinates.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.coordinates.iter().map(|coordinate| coordinate.name)
