@@ -4,15 +4,23 @@
 //! errors, [`check`] holds systems against the paper's theorems, [`figure`] draws and knows nothing of mechanics, [`cli`] is what the command does.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "cli")]
 pub mod check;
+#[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "cli")]
 pub mod entry;
+#[cfg(feature = "dsocs")]
 pub mod experiment;
+#[cfg(feature = "cli")]
 pub mod figure;
+#[cfg(feature = "dsocs")]
 pub mod reference;
+#[cfg(feature = "cli")]
 pub mod stability;
 pub mod systems;
 
+#[cfg(feature = "cli")]
 pub use entry::Entry;
 pub use systems::{
     CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, GravityTurn,

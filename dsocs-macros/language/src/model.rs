@@ -6,7 +6,7 @@ use syn::ItemStruct;
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Model {
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,

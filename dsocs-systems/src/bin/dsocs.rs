@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    dsocs_systems::cli::main_with_paper(dsocs_systems::systems::all())
+    dsocs_systems::cli::dsocs::main(dsocs_systems::systems::all())
 }

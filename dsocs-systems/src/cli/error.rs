@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
+#[cfg(feature = "dsocs")]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
 use dsocs_core::taylor::TaylorError;
@@ -160,6 +161,7 @@ pub enum CliError {
         missed: usize,
     },
     /// An experiment of the paper failed.
+    #[cfg(feature = "dsocs")]
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     /// A figure could not be drawn.
@@ -192,7 +194,7 @@ impl CliError {
             | Self::NoStart { .. }
             | Self::OneSystem { .. }
             | Self::NoCase { .. }
-            | Self::Figure(FigureError::Format(_))
+            | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
                 failure:
                     RunFailure::Setup(_)

@@ -34,10 +34,13 @@
 mod accuracy;
 mod check;
 mod destination;
+#[cfg(feature = "dsocs")]
+pub mod dsocs;
 mod error;
 mod interrupt;
 mod list;
 mod output;
+#[cfg(feature = "dsocs")]
 mod paper;
 mod plot;
 mod progress;
@@ -49,7 +52,7 @@ mod table;
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Parser, Subcommand};
 
 use crate::entry::{Entry, EntryError, Mistake, UnknownName};
 
@@ -89,71 +92,27 @@ impl Command {
     }
 }
 
-/// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
-///
-/// Without a command, `dsocs` reproduces the paper's figures (`dsocs paper`).
-#[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
-struct PaperAndArguments {
-    /// What to do.
-    #[command(subcommand)]
-    command: Option<PaperAndCommand>,
-    /// What `dsocs paper` takes.
-    #[command(flatten)]
-    paper: paper::PaperArguments,
-}
-
-/// What `dsocs` does.
-#[derive(Debug, Subcommand)]
-enum PaperAndCommand {
-    /// Reproduce the paper's figures and tables (the default)
-    Paper(paper::PaperArguments),
-    /// What every program does.
-    #[command(flatten)]
-    Common(Command),
-}
-
 /// The systems that the command line was given, and how it was called.
 struct Program {
     /// The program's name.
     name: String,
     /// The systems, at least one.
     entries: Vec<Entry>,
-    /// Whether the systems are those of the paper and the library, for which there are hard cases of their own.
-    paper: bool,
+    /// Whether it is `dsocs`, whose systems have hard cases with known answers.
+    #[cfg(feature = "dsocs")]
+    is_dsocs: bool,
 }
 
 /// The command line over some systems: reads the arguments, does what they say and reports what went wrong on standard error.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
-    let program = Program::new(entries, false);
-    let command = Arguments::command(); // called by the name that it was called by
-    let mut matches = command.get_matches();
-    finish(match Arguments::from_arg_matches_mut(&mut matches) {
-        Ok(Arguments { command }) => program
+    let program = Program::new(entries);
+    let Arguments { command } = Arguments::parse();
+    finish(
+        program
             .verified()
             .and_then(|mut program| command.execute(&mut program)),
-        Err(error) => error.exit(),
-    })
-}
-
-/// The command line of `dsocs`: as [`main`], with the paper's figures as the command that is meant where none is given, and the
-/// hard cases of `stability`.
-#[must_use]
-pub fn main_with_paper(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
-    let program = Program::new(entries, true);
-    let command = PaperAndArguments::command().name("dsocs");
-    let mut matches = command.get_matches();
-    finish(match PaperAndArguments::from_arg_matches_mut(&mut matches) {
-        Ok(arguments) => program
-            .verified()
-            .and_then(|mut program| match arguments.command {
-                None => paper::paper(&arguments.paper),
-                Some(PaperAndCommand::Paper(arguments)) => paper::paper(&arguments),
-                Some(PaperAndCommand::Common(command)) => command.execute(&mut program),
-            }),
-        Err(error) => error.exit(),
-    })
+    )
 }
 
 /// Reports what went wrong.
@@ -170,13 +129,14 @@ fn finish(result: Result<(), CliError>) -> ExitCode {
 
 impl Program {
     /// The program as it was called.
-    fn new(entries: impl IntoIterator<Item = Entry>, paper: bool) -> Self {
+    fn new(entries: impl IntoIterator<Item = Entry>) -> Self {
         let called = std::env::args_os().next();
         let stem = called.as_deref().and_then(|path| Path::new(path).file_stem());
         Self {
+            #[cfg(feature = "dsocs")]
+            is_dsocs: false,
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),
-            paper,
         }
     }
 
@@ -240,11 +200,10 @@ impl Program {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use clap::CommandFactory;
 
     #[test]
-    fn the_command_lines_are_consistent() {
-        Arguments::command().debug_assert();
-        PaperAndArguments::command().debug_assert();
+    fn the_command_line_is_consistent() {
+        super::Arguments::command().debug_assert();
     }
 }

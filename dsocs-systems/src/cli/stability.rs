@@ -10,7 +10,13 @@ use serde_json::{Value, json};
 use super::start::StartArguments;
 use super::{CliError, Program, output, progress};
 use crate::check::Settings;
-use crate::stability::{Bar, CASES, Row, any};
+#[cfg(feature = "dsocs")]
+use crate::stability::CASES;
+use crate::stability::{Bar, Row, any};
+
+/// The case whose rival is not built unless the feature `peers` is on.
+#[cfg(feature = "dsocs")]
+const BESIDE: u8 = 11;
 
 /// What `stability` takes.
 #[derive(Args, Debug)]
@@ -46,19 +52,9 @@ pub struct StabilityArguments {
 /// [`CliError`] if a system or a case does not exist, the folder cannot be written (which is tried before anything is computed),
 /// or if a bar is missed.
 pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Result<(), CliError> {
-    if program.paper && arguments.systems.is_empty() {
-        arguments.for_systems_alone()?;
-        let chosen = arguments.chosen(CASES, |case| case.number)?;
-        output::check_folder(&arguments.out)?;
-        let bar = progress::bar(chosen.len() as u64, "hard cases");
-        let mut rows = Vec::new();
-        for case in chosen {
-            rows.extend(case.run(arguments.quick, &mut |_| bar.tick()));
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        let text = format!("{}\n", table(&rows));
-        return arguments.finish(&text, &json!({ "cases": encoded(&rows) }), &rows);
+    #[cfg(feature = "dsocs")]
+    if program.is_dsocs && arguments.systems.is_empty() {
+        return library(arguments);
     }
     let entries = program.some(&arguments.systems)?;
     arguments.from.for_systems(entries.len())?;
@@ -93,6 +89,28 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     arguments.finish(&text, &json!({ "systems": systems }), &all)
 }
 
+/// Measures the hard cases of the library's systems.
+#[cfg(feature = "dsocs")]
+fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
+    arguments.for_systems_alone()?;
+    let chosen = arguments.chosen(CASES, |case| case.number)?;
+    output::check_folder(&arguments.out)?;
+    let bar = progress::bar(chosen.len() as u64, "hard cases");
+    let mut rows = Vec::new();
+    for case in chosen {
+        rows.extend(case.run(arguments.quick, &mut |_| bar.tick()));
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    if cfg!(not(feature = "peers")) && rows.iter().any(|row| row.number == BESIDE) {
+        eprintln!(
+            "note: case {BESIDE} is without the general method's own figures: they need `--features peers`"
+        );
+    }
+    let text = format!("{}\n", table(&rows));
+    arguments.finish(&text, &json!({ "cases": encoded(&rows) }), &rows)
+}
+
 impl StabilityArguments {
     /// The cases that are asked for.
     fn chosen<'a, C>(&self, cases: &'a [C], number: fn(&C) -> u8) -> Result<Vec<&'a C>, CliError> {
@@ -114,6 +132,7 @@ impl StabilityArguments {
     }
 
     /// Refuses options that are meant for the motion of a system where none is named.
+    #[cfg(feature = "dsocs")]
     fn for_systems_alone(&self) -> Result<(), CliError> {
         self.from.for_systems(usize::MAX)?;
         for (option, given) in [("--step", self.step), ("--until", self.until)] {

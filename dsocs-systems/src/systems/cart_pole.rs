@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A pole that swings up from near the bottom.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(CartPole::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(CartPole::default())
         .named("cart-pole")
         .described("a cart-pole that a Lyapunov constraint on the pole's energy swings up")
         .source("the law: Åström and Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000)")

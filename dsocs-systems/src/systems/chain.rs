@@ -1,11 +1,10 @@
 //! Planar chains of point masses on massless rods, of any number of links.
 
-use crate::entry::Entry;
-
 /// A chain of eight links.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(PlanarChain8::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(PlanarChain8::default())
         .named("chain")
         .described("a planar chain of eight links, hanging from a pivot")
         .source("textbooks, with two links as the double pendulum")

@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A motion whose energy drifts in a long run.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(ContactOscillator::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(ContactOscillator::default())
         .named("contact-oscillator")
         .described("an oscillator with the constraint z' = y x', made irreversible by a magnetic field")
         .source(

@@ -2,13 +2,11 @@
 //!
 //! Its motion is chaotic at large angles; the energy is its only invariant.
 
-use crate::chain::PlanarChain2;
-use crate::entry::Entry;
-
 /// Both links at an angle where the motion is far from linear.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(PlanarChain2::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(crate::PlanarChain2::default())
         .named("double-pendulum")
         .described("the planar double pendulum, two point masses on massless rods")
         .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 5, problem 1")

@@ -3,12 +3,11 @@
 use dsocs_core::dsocs;
 
 use super::InertiaWheelPendulum;
-use crate::entry::Entry;
-
 /// The paper's example.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(ExactDecrease::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(ExactDecrease::default())
         .named("exact-decrease")
         .described(
             "the inertia wheel pendulum, with a discrete constraint by which V falls exactly in every step",

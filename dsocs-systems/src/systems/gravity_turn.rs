@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A climb that bends over while the speed grows.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(GravityTurn::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(GravityTurn::default())
         .named("gravity-turn")
         .described("a particle with prescribed tangential acceleration under gravity, by Chetaev's rule")
         .source("constraints of this kind: Swaczyna (cited in the paper, section 2); the exact solution is elementary")

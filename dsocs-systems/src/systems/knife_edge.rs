@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// The classical start: at rest, but for its turning. It does not slide down.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(KnifeEdge::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(KnifeEdge::default())
         .named("knife-edge")
         .described("a knife edge on an inclined plane")
         .source("Bloch, Nonholonomic Mechanics and Control, section 1.6")

@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A particle that drifts about the centre of a field that grows outwards.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(MagneticParticle::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(MagneticParticle::default())
         .named("magnetic")
         .described("a charged particle in a magnetic field, the unconstrained twin of `particle`")
         .source("textbooks, e.g. Landau and Lifshitz, The Classical Theory of Fields, section 21")

@@ -1,7 +1,5 @@
 //! The systems: a page each, with the declaration, its source, exact solutions or invariants, and the default run.
 
-use crate::entry::Entry;
-
 pub mod cart_pole;
 pub mod chain;
 pub mod contact_oscillator;
@@ -40,8 +38,9 @@ pub use sphere::Sphere;
 pub use spherical_pendulum::SphericalPendulum;
 
 /// The entries of all systems, kind by kind.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn all() -> Vec<Entry> {
+pub fn all() -> Vec<crate::Entry> {
     vec![
         chain::entry(),
         double_pendulum::entry(),
@@ -64,7 +63,7 @@ pub fn all() -> Vec<Entry> {
     ]
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "dsocs"))]
 mod tests {
     use super::*;
     use crate::entry::Kind;

@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A particle that crosses the plane `y = 0`.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(NonholonomicParticle::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(NonholonomicParticle::default())
         .named("nonholonomic-particle")
         .described("a free particle with the constraint z' = s y x'")
         .source("Rosenberg, Analytical Dynamics of Discrete Systems (1977); Bates and Śniatycki, Nonholonomic reduction (1993)")

@@ -2,17 +2,16 @@
 
 use dsocs_core::{Real, dsocs};
 
-use crate::entry::{Entry, Extra};
-
 /// The paper's example.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    let curvature = Extra {
+pub fn entry() -> crate::Entry {
+    let curvature = crate::entry::Extra {
         name: "curvature",
         doc: "The prescribed curvature, positive to the left [1/m].",
         place: |particle: &mut CurvedParticle<Constant>| &mut particle.curvature.0,
     };
-    Entry::with_parameters(CurvedParticle::default(), [curvature])
+    crate::Entry::with_parameters(CurvedParticle::default(), [curvature])
         .named("particle")
         .described("a particle in the plane with prescribed signed curvature")
         .source("Borda, Fernández and Grillo, section 5.1")

@@ -2,12 +2,11 @@
 
 use dsocs_core::{Point, System, dsocs};
 
-use crate::entry::Entry;
-
 /// The paper's example.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(InertiaWheelPendulum::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(InertiaWheelPendulum::default())
         .named("pendulum")
         .described("the inertia wheel pendulum with a Lyapunov constraint")
         .source("Borda, Fernández and Grillo, section 5.2")

@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A swing to beyond the level of the pivot.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(PlanarPendulum::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(PlanarPendulum::default())
         .named("planar-pendulum")
         .described("the planar pendulum in Cartesian coordinates, its rod a constraint")
         .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 11, problem 1")

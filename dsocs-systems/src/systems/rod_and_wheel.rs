@@ -3,12 +3,11 @@
 use dsocs_core::dsocs;
 
 use super::InertiaWheelPendulum;
-use crate::entry::Entry;
-
 /// The paper's start, in Cartesian coordinates.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(RodAndWheel::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(RodAndWheel::default())
         .named("rod-and-wheel")
         .described("the inertia wheel pendulum with a Lyapunov constraint, its rod a constraint too")
         .source("Borda, Fernández and Grillo, section 5.2, in Cartesian coordinates")

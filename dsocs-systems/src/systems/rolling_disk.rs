@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A disk that rolls on a circle.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(RollingDisk::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(RollingDisk::default())
         .named("rolling-disk")
         .described("a vertical disk that rolls on a plane without slipping")
         .source("Bloch, Nonholonomic Mechanics and Control, section 1.4")

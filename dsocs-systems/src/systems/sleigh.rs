@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A sleigh that is pushed backwards and turns round.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(Sleigh::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Sleigh::default())
         .named("sleigh")
         .described("the Chaplygin sleigh: a body on a plane, with a blade behind its centre of mass")
         .source("Bloch, Nonholonomic Mechanics and Control, section 1.7; Neimark and Fufaev, Dynamics of Nonholonomic Systems")

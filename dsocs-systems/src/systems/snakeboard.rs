@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A board at rest whose springs are wound up, both at the same frequency: it drives off.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(Snakeboard::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Snakeboard::default())
         .named("snakeboard")
         .described("the snakeboard, with springs on its rotor and its axles")
         .source(

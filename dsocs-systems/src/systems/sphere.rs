@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A bob that swings out of the plane, through the level of the pivot.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(Sphere::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Sphere::default())
         .named("sphere")
         .described("the spherical pendulum in Cartesian coordinates, its rod a constraint")
         .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1")

@@ -2,12 +2,11 @@
 
 use dsocs_core::dsocs;
 
-use crate::entry::Entry;
-
 /// A bob that swings out of the plane.
+#[cfg(feature = "dsocs")]
 #[must_use]
-pub fn entry() -> Entry {
-    Entry::new(SphericalPendulum::default())
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(SphericalPendulum::default())
         .named("spherical-pendulum")
         .described("the spherical pendulum, by its angles from and about the vertical")
         .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1")

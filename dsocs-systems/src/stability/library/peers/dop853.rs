@@ -1,5 +1,4 @@
-//! The same motions with a published Runge–Kutta method of order 8(5,3) (`ode_solvers`, `Dop853`) on the continuous
-//! equations: what is gained, and what is not.
+//! The Runge–Kutta method: its figures, and those of the discrete flow beside it.
 
 use std::error::Error;
 use std::time::Instant;
@@ -8,10 +7,10 @@ use dsocs_core::{Flow, Start};
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
 
-use super::{Bar, Report, larger};
+use super::{Bar, Report};
 use crate::experiment::pendulum::{Q0, V0};
-use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
+use crate::stability::larger;
 
 /// A state of two positions and two velocities or momenta.
 type State = SVector<f64, 4>;
@@ -69,9 +68,8 @@ fn integrate<F: System<f64, State>>(
     Ok(((*end).into(), stats.num_eval))
 }
 
-/// The figures.
-pub fn run(report: &mut Report<'_>) {
-    let until = if report.quick { 1e4 } else { 1e6 };
+/// The particle to the time `until`: the drift of its energy.
+pub(super) fn particle(report: &mut Report<'_>, until: f64) {
     for tolerance in [1e-6, 1e-9, 1e-12] {
         report.measure_all(
             [
@@ -93,30 +91,10 @@ pub fn run(report: &mut Report<'_>) {
             },
         );
     }
-    report.measure_all(
-        [
-            (
-                format!("particle to t = {until:e}, h = 0.1: relative drift of the energy"),
-                Bar::AtMost(1e-13),
-            ),
-            ("the same: time [s]".to_owned(), Bar::Reported),
-        ],
-        || {
-            let begun = Instant::now();
-            let particle = CurvedParticle::default();
-            let mut flow = Flow::new(&particle, 0.1, Start::second_order([0.0; 2], [1.0; 2]))?;
-            let first = flow.leg().d;
-            while flow.time() < until {
-                flow.advance()?;
-            }
-            let last = flow.leg().d;
-            let square = |d: [f64; 2]| d[0] * d[0] + d[1] * d[1];
-            Ok([
-                (square(last) / square(first) - 1.0).abs(),
-                begun.elapsed().as_secs_f64(),
-            ])
-        },
-    );
+}
+
+/// The pendulum with a switch that is the sharper the larger `ρ`: evaluations of both, and how far apart they end.
+pub(super) fn pendulum(report: &mut Report<'_>) {
     let seconds = if report.quick { 20.0 } else { 500.0 };
     for rho in [2.0, 20.0, 200.0, 2000.0] {
         let pendulum = InertiaWheelPendulum {
