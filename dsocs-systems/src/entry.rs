@@ -42,7 +42,7 @@ use std::ops::ControlFlow;
 
 use dsocs_core::geometry::GeometryError;
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Quantity, SetupError, StepError};
+use dsocs_core::{Quantity, RunError, SetupError};
 use thiserror::Error;
 
 use crate::check::{Expected, Finding, Settings};
@@ -400,7 +400,7 @@ pub enum CheckFailure {
     Setup(#[from] SetupError),
     /// It ends early.
     #[error("the motion to check ends early: {0}")]
-    Step(#[from] StepError),
+    Run(#[from] RunError),
     /// A step of it has no solution by itself.
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),

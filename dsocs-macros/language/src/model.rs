@@ -1,6 +1,7 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
-use proc_macro2::Ident;
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
 use syn::ItemStruct;
 
 use crate::graph::{Graph, NodeId};
@@ -75,6 +76,24 @@ pub(crate) struct ParameterField {
     pub(crate) element: Option<usize>,
     /// Its documentation in one line.
     pub(crate) doc: String,
+}
+
+impl ParameterField {
+    /// Its place in the struct: `mass`, `masses[2]`.
+    pub(crate) fn place(&self) -> TokenStream {
+        let ident = &self.ident;
+        let element = self.element.map(|place| {
+            let place = Literal::usize_unsuffixed(place);
+            quote!([#place])
+        });
+        quote!(#ident #element)
+    }
+
+    /// How it is read: `self.mass`, `self.masses[2]`.
+    pub(crate) fn read(&self) -> TokenStream {
+        let place = self.place();
+        quote!(self.#place)
+    }
 }
 
 /// On how many nodes a constraint is imposed.

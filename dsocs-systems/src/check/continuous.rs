@@ -68,11 +68,7 @@ impl<const N: usize> Equations<'_, N> {
 
 /// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
 /// displacements that constraints of lower order allow.
-pub fn law<const N: usize>(
-    probe: &dyn Probe<N>,
-    [q0, v0]: &[[f64; N]; 2],
-    until: f64,
-) -> Measured<[f64; 2]> {
+pub fn law<const N: usize>(probe: &dyn Probe<N>, [q0, v0]: &[[f64; N]; 2], until: f64) -> Measured<[f64; 2]> {
     let allowed = probe.state_displacements(q0, v0);
     let count = allowed.len();
     let mut start = vec![0.0; 2 * N * (1 + count) + count * count.saturating_sub(1) / 2];

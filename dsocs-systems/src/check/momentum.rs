@@ -1,6 +1,5 @@
 //! Noether's theorem, and the momentum equation.
 
-
 use super::{Report, Subject, larger, largest};
 use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
@@ -55,16 +54,17 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 /// Where the declaration gives the displacements by fields this is not known.
 fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> bool {
     subject.triples.iter().all(|triple| {
-            let forms = subject.probe.forms(triple);
-            let generator = symmetry.at(&triple.leg.q);
-            !forms.is_empty() && forms.iter().all(|form| {
+        let forms = subject.probe.forms(triple);
+        let generator = symmetry.at(&triple.leg.q);
+        !forms.is_empty()
+            && forms.iter().all(|form| {
                 let terms = form.iter().zip(&generator).map(|(form, along)| form * along);
                 let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term| {
                     (sum + term, size + f64::abs(term))
                 });
                 sum.abs() <= ROUNDING * size
             })
-        })
+    })
 }
 
 /// How much the momentum varies along the motion, relative to its largest value.

@@ -3,8 +3,8 @@
 use dsocs_core::geometry::{
     self, DiscreteFlow, Displacement, Evolution, FlowTheorem, GeometryError, Triple, TwoForm, Variation,
 };
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Leg, Point, SetupError, Start};
+use dsocs_core::taylor::Jets;
+use dsocs_core::{Flow, Leg, Point, SetupError, Start, Stepper, TaylorFlow, Tolerance};
 
 use super::Measured;
 use crate::entry::CheckFailure;
@@ -67,7 +67,7 @@ pub trait Probe<const N: usize> {
     /// See [`geometry::momentum_equation`].
     fn momentum_equation(&self, triple: &Triple<N>, generator: Generator<'_, N>) -> [f64; 2];
 
-    /// The forms of the constraint forces at a triple.
+    /// See [`geometry::constraint_forms`].
     fn forms(&self, triple: &Triple<N>) -> Vec<[f64; N]>;
 }
 
@@ -122,8 +122,13 @@ impl<S: Jets<N>, const N: usize> Probe<N> for Typed<'_, S, N> {
 
     fn exact(&self, [q0, v0]: &[[f64; N]; 2], times: &[f64], tolerance: f64) -> Measured<Vec<[f64; N]>> {
         let tolerance = Tolerance::relative(tolerance);
-        let mut flow = TaylorFlow::new(self.system, State::new(*q0, *v0), tolerance)?;
-        Ok(flow.sample(times)?.into_iter().map(|state| state.q).collect())
+        let mut flow = TaylorFlow::new(self.system, Start::second_order(*q0, *v0), tolerance)?;
+        if self.h() < 0.0 {
+            flow.reverse()?;
+        }
+        let mut motion = Vec::with_capacity(times.len());
+        flow.sample(times, &mut |_, point| motion.push(point.q))?;
+        Ok(motion)
     }
 
     fn forward_near(&self, leg: &Leg<f64, N>, e: &[f64; N]) -> Result<Triple<N>, GeometryError> {
@@ -179,10 +184,6 @@ impl<S: Jets<N>, const N: usize> Probe<N> for Typed<'_, S, N> {
     }
 
     fn forms(&self, triple: &Triple<N>) -> Vec<[f64; N]> {
-        let constants = self.system.constants(self.h());
-        let known = self.system.known(&constants, &triple.leg);
-        let mut forms = vec![[0.0; N]; S::FORMS];
-        self.system.forms(&constants, &known, &triple.leg, &triple.e, &mut forms);
-        forms
+        geometry::constraint_forms(self.system, self.h(), triple)
     }
 }

@@ -65,11 +65,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.
-fn quotient<const N: usize>(
-    probe: &dyn Probe<N>,
-    triple: &Triple<N>,
-    law: &Evolution<N>,
-) -> f64 {
+fn quotient<const N: usize>(probe: &dyn Probe<N>, triple: &Triple<N>, law: &Evolution<N>) -> f64 {
     let size = triple.leg.d.iter().fold(0.0_f64, |size, d| size.hypot(*d));
     let mut apart = 0.0;
     for k in 0..2 * N {

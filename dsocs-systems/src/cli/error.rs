@@ -10,7 +10,6 @@ use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
 #[cfg(feature = "dsocs")]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use dsocs_core::taylor::TaylorError;
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -199,8 +198,6 @@ impl CliError {
                 failure:
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
-                    | RunFailure::Velocity
-                    | RunFailure::Taylor(TaylorError::Tolerance { .. })
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
             Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::{Jets, State};
+use dsocs_core::taylor::Jets;
 use dsocs_core::{Quantity, Start};
 
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
@@ -91,20 +91,6 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
     })
 }
 
-/// Position and velocity of the start, if they are given.
-fn state<const N: usize>(
-    beginning: &Beginning,
-    names: &[Quantity; N],
-) -> Result<Option<State<N>>, RunFailure> {
-    Ok(match beginning {
-        Beginning::Paper { q0, v0 } | Beginning::SecondOrder { q0, v0 } => {
-            Some(State::new(array("q0", q0, names)?, array("v0", v0, names)?))
-        }
-        Beginning::Nodes { .. } => None,
-        Beginning::Projected(beginning) => state(beginning, names)?,
-    })
-}
-
 impl<S: Jets<N> + Send, const N: usize> AnySystem for Erased<S, N> {
     fn description(&self) -> Description {
         let extra = self
@@ -137,11 +123,8 @@ impl<S: Jets<N> + Send, const N: usize> AnySystem for Erased<S, N> {
         beginning: &Beginning,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
-        let (start, state) = (
-            start(beginning, &S::COORDINATES)?,
-            state(beginning, &S::COORDINATES)?,
-        );
-        run::run(&self.system, plan, start, state, sink)
+        let start = start(beginning, &S::COORDINATES)?;
+        run::run(&self.system, plan, start, sink)
     }
 
     fn check(

@@ -173,7 +173,7 @@ fn runs(beads: &Crate) {
         "{head}"
     );
     for options in [["--order", "2"], ["--tolerance", "1e-9"]] {
-        let run = [&["run", "--until", "1"], &options, &START[..]].concat();
+        let run = [&["run", "--until", "1"][..], &options, &START[..]].concat();
         assert_eq!(beads.stdout(&run).lines().count(), 102);
     }
 }

@@ -20,7 +20,7 @@ use crate::ast::{
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::{Fields, first_paragraph};
-use crate::model::{Docs, Kind, Model};
+use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
 
@@ -140,12 +140,15 @@ pub(crate) fn model(
     };
     let elsewhere = phi_variational.is_some();
     let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
+    let parameters = fields.parameters();
+    let mut graph = lowering.graph;
+    graph.set_numbers(parameters.iter().map(ParameterField::read));
     let observe = observe?.unwrap_or_default();
     Ok(Model {
         docs: docs(declaration, item, &observe),
         item: item.clone(),
         coordinates: coordinates.clone(),
-        parameters: fields.parameters(),
+        parameters,
         lagrangian,
         constraints,
         forms,
@@ -155,7 +158,7 @@ pub(crate) fn model(
         phi_variational,
         phi_kinematic,
         observe,
-        graph: lowering.graph,
+        graph,
     })
 }
 

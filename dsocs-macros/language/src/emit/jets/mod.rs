@@ -52,8 +52,11 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             type Table = ::dsocs_core::taylor::Table<#products, #squares, #calls>;
 
             #[inline]
-            fn fixed(&self) -> Self::Fixed {
-                use ::dsocs_core::Scalar as _;
+            fn fixed(
+                &self,
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
+            ) -> Self::Fixed {
+                use ::dsocs_core::__private::Scalar as _;
                 type __T = f64;
                 #constants_code
                 [#(#constants),*]
@@ -260,7 +263,7 @@ fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>)
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
-    program.code(&values, &HashMap::new(), &|_| quote!(::core::unreachable!()))
+    program.code(&values, &HashMap::new(), "n", &|_| quote!(::core::unreachable!()))
 }
 
 #[cfg(test)]

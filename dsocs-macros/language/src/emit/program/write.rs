@@ -5,8 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
-use super::{Op, Program, Value};
-use crate::graph::{Callee, Comparison, Leaf};
+use super::schedule::{Product, Schedule};
+use super::{Given, Op, Program, Stored, Value};
+use crate::graph::{Callee, Comparison, Leaf, Param};
 
 /// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
 /// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
@@ -18,56 +19,22 @@ const LONGEST_FUNCTION: usize = 2000;
 impl Program<'_> {
     /// Straight-line code for `outputs`: the statements, then an expression for each output.
     ///
-    /// `given` values come from the expressions there; leaves come from `leaf`.
+    /// `given` values come from the arrays `constants` and `known`, leaves from `leaf`. Names begin with `prefix`.
     pub(crate) fn code(
         &self,
         outputs: &[Value],
-        given: &HashMap<Value, TokenStream>,
+        given: &Given,
+        prefix: &str,
         leaf: &dyn Fn(Leaf) -> TokenStream,
     ) -> (TokenStream, Vec<TokenStream>) {
-        let mut needed = BTreeSet::new();
-        let mut uses: HashMap<Value, usize> = HashMap::new();
-        let mut open: Vec<Value> = outputs.to_vec();
-        for &output in outputs {
-            *uses.entry(output).or_default() += 2; // an output is never folded into another operation
-        }
-        while let Some(value) = open.pop() {
-            if !needed.insert(value) || given.contains_key(&value) {
-                continue;
-            }
-            for part in self.op(value).parts() {
-                *uses.entry(part).or_default() += 1;
-                open.push(part);
-            }
-        }
-        let quotient = |value: Value| match self.op(value) {
-            Op::Recip(a) if uses.get(&value) == Some(&1) && !given.contains_key(&value) => Some(*a),
-            _ => None,
-        };
-        let mut folded = BTreeSet::new();
-        for &value in &needed {
-            if given.contains_key(&value) {
-                continue;
-            }
-            if let Op::Mul(a, b) = self.op(value) {
-                if quotient(*b).is_some() {
-                    folded.insert(*b);
-                } else if quotient(*a).is_some() {
-                    folded.insert(*a);
-                }
-            }
-        }
+        let schedule = self.schedule(outputs, given);
         // numbered in the order in which they are computed, so that the code shows nothing of how it came about
-        let bound: Vec<Value> = needed
-            .iter()
-            .copied()
-            .filter(|value| !matches!(self.op(*value), Op::Constant(_)) && !folded.contains(value))
-            .collect();
-        let names: HashMap<Value, Ident> = bound
+        let names: HashMap<Value, Ident> = schedule
+            .values
             .iter()
             .enumerate()
             // mixed-site hygiene: no name of ours can capture one of the user's
-            .map(|(place, &value)| (value, Ident::new(&format!("n{place}"), Span::mixed_site())))
+            .map(|(place, &value)| (value, Ident::new(&format!("{prefix}{place}"), Span::mixed_site())))
             .collect();
         let operand = |value: Value| match (names.get(&value), self.op(value)) {
             (Some(name), _) => quote!(#name),
@@ -77,8 +44,8 @@ impl Program<'_> {
         let statement = |value: Value| {
             let name = &names[&value];
             let right = match given.get(&value) {
-                Some(tokens) => tokens.clone(),
-                None => self.operation(value, &folded, &operand, leaf),
+                Some(&place) => stored(place),
+                None => self.operation(value, &schedule, &operand, leaf),
             };
             quote!(let #name = #right;)
         };
@@ -89,16 +56,17 @@ impl Program<'_> {
             }
             let mut reads = self.op(value).parts();
             for place in 0..reads.len() {
-                if folded.contains(&reads[place]) {
+                if schedule.folded.contains(&reads[place]) {
                     reads.extend(self.op(reads[place]).parts());
                 }
             }
             reads
         };
         // what stands in the arguments may be read in every function by itself
-        let (loads, computed): (Vec<Value>, Vec<Value>) = bound
-            .into_iter()
-            .partition(|value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
+        let (loads, computed): (Vec<Value>, Vec<Value>) = schedule
+            .values
+            .iter()
+            .partition(|&value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
         let mut last_use: HashMap<Value, usize> =
             outputs.iter().map(|&output| (output, usize::MAX)).collect();
         for (place, &value) in computed.iter().enumerate().rev() {
@@ -119,7 +87,7 @@ impl Program<'_> {
     fn operation(
         &self,
         value: Value,
-        folded: &BTreeSet<Value>,
+        schedule: &Schedule,
         operand: &dyn Fn(Value) -> TokenStream,
         leaf: &dyn Fn(Leaf) -> TokenStream,
     ) -> TokenStream {
@@ -127,10 +95,13 @@ impl Program<'_> {
         match self.op(value) {
             Op::Constant(bits) => number(bits.get()),
             Op::Leaf(which) => leaf(*which),
-            Op::Param(param) => {
-                let tokens = self.graph.param_tokens(*param);
-                quote!(__T::splat(#tokens))
-            }
+            Op::Param(param) => match self.graph.read_param(*param) {
+                Param::Number(place) => {
+                    let place = Literal::usize_unsuffixed(place);
+                    quote!(parameters[#place])
+                }
+                Param::Expression(tokens) => quote!(__T::splat(#tokens)),
+            },
             Op::Neg(a) => {
                 let a = operand(a);
                 quote!(-#a)
@@ -143,19 +114,16 @@ impl Program<'_> {
                 let (a, b) = (operand(a), operand(b));
                 quote!(#a - #b)
             }
-            Op::Mul(a, b) => {
-                let (top, bottom) = if folded.contains(b) {
-                    (a, self.op(*b))
-                } else if folded.contains(a) {
-                    (b, self.op(*a))
-                } else {
-                    let (a, b) = (operand(a), operand(b));
-                    return quote!(#a * #b);
-                };
-                let top = operand(top);
-                let bottom = bottom.parts().iter().map(operand).next();
-                quote!(#top / #bottom)
-            }
+            Op::Mul(a, b) => match schedule.product(self, *a, *b) {
+                Product::Of(a, b) => {
+                    let (a, b) = (operand(&a), operand(&b));
+                    quote!(#a * #b)
+                }
+                Product::Quotient(top, bottom) => {
+                    let (top, bottom) = (operand(&top), operand(&bottom));
+                    quote!(#top / #bottom)
+                }
+            },
             Op::Recip(a) => {
                 let a = operand(a);
                 quote!(__T::recip(#a))
@@ -188,6 +156,20 @@ impl Program<'_> {
                 let args: Vec<_> = args.iter().map(operand).collect();
                 call(self.graph.callee(*callee), &args, wrt)
             }
+        }
+    }
+}
+
+/// Where a value stands that another method has computed.
+fn stored(place: Stored) -> TokenStream {
+    match place {
+        Stored::Constants(place) => {
+            let place = Literal::usize_unsuffixed(place);
+            quote!(constants[#place])
+        }
+        Stored::Known(place) => {
+            let place = Literal::usize_unsuffixed(place);
+            quote!(known[#place])
         }
     }
 }
@@ -285,13 +267,24 @@ fn number(value: f64) -> TokenStream {
 /// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
 /// the partial derivative asks, seeded one argument a level.
 fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
-    // everything at the user's name, so that rustc's word on a wrong function points there
     let span = callee.span();
     let lane = Ident::new("lane", Span::mixed_site());
     let args: Vec<_> = args
         .iter()
+        .map(|arg| quote_spanned!(span=> __T::lane(#arg, #lane)))
+        .collect();
+    let result = plain_call(callee, &args, wrt);
+    quote_spanned!(span=> __T::from_lanes(|#lane| [#result])[0])
+}
+
+/// A call of the user's function with plain numbers: its value, or the derivative by some arguments.
+pub(super) fn plain_call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    // everything at the user's name, so that rustc's word on a wrong function points there
+    let span = callee.span();
+    let args: Vec<_> = args
+        .iter()
         .enumerate()
-        .map(|(place, arg)| seed(span, &quote_spanned!(span=> __T::lane(#arg, #lane)), place, wrt))
+        .map(|(place, arg)| seed(span, arg, place, wrt))
         .collect();
     let result = match callee {
         Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
@@ -301,7 +294,7 @@ fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
         }
     };
     let parts = wrt.iter().map(|_| Ident::new("eps", span));
-    quote_spanned!(span=> __T::from_lanes(|#lane| [#result #(.#parts)*])[0])
+    quote_spanned!(span=> #result #(.#parts)*)
 }
 
 fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
