@@ -2,6 +2,7 @@
 
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
+use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Leg, Point, System};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 
@@ -94,6 +95,21 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// The declaration of a system.
     pub fn of<S: System<N>>(system: &'s S) -> Self {
         Self { source: system }
+    }
+
+    /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
+    pub(crate) fn prepare(&self) {
+        let tape = self.source.tape();
+        Bounded::prepare(tape.program(Segment::Residual, Part::Head));
+        Bounded::prepare(tape.program(Segment::Continuous, Part::Head));
+        for segment in [
+            Segment::Continuous,
+            Segment::ContinuousForce,
+            Segment::Energy,
+            Segment::Observe,
+        ] {
+            f64::prepare(tape.program(segment, Part::All));
+        }
     }
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
@@ -206,6 +222,27 @@ impl<'s, const N: usize> Declaration<'s, N> {
         });
     }
 
+    /// A bound of the rounding error in each row of the continuous system, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn continuous_bounds(&self, point: &Point<f64, N>, multipliers: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::Q(i) => point.q.get(i),
+                Leaf::V(i) => point.v.get(i),
+                Leaf::A(i) => point.a.get(i),
+                Leaf::Lambda(i) => multipliers.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Continuous, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
     /// The Jacobian `∂row/∂z` of the rows, row by row.
     pub fn jacobian<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
@@ -274,6 +311,38 @@ impl<'s, const N: usize> Declaration<'s, N> {
             ..At::point(point)
         };
         self.all(Segment::Continuous, Part::All, &at)
+    }
+
+    /// The same as equations for the unknowns `U`.
+    pub(crate) fn linearize_continuous<U: Unknown<f64>>(
+        &self,
+        point: &Point<f64, N>,
+        multipliers: &[f64],
+    ) -> Linearization<f64, U> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
+        let count = rows.as_ref().len();
+        evaluate(
+            self.source,
+            Segment::Continuous,
+            Part::All,
+            &at,
+            &mut |place, value| {
+                let entry = if place < count {
+                    rows.as_mut().get_mut(place)
+                } else {
+                    let row = jacobian.as_mut().get_mut(place / count - 1);
+                    row.and_then(|row| row.as_mut().get_mut(place % count))
+                };
+                if let Some(entry) = entry {
+                    *entry = value;
+                }
+            },
+        );
+        Linearization { rows, jacobian }
     }
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.

@@ -99,6 +99,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// acceleration and the continuous system has none.
     pub fn new(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
         Self::check(system, h)?;
+        Declaration::of(system).prepare();
         let beginning = start.begin(system, h)?;
         Ok(Self {
             system,

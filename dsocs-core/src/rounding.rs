@@ -12,7 +12,7 @@ use crate::multipliers::of_step;
 use crate::regularity::stacked;
 use crate::scalar::Scalar;
 use crate::step::unknown::Unknown;
-use crate::system::{Leg, Point, System};
+use crate::system::{Leg, System};
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -282,23 +282,6 @@ pub(crate) fn bounds<S: System<N>, const N: usize>(
     let mut bounds = S::Unknown::<f64>::zero();
     Declaration::<N>::of(system).bounds(h, leg, z.as_ref(), bounds.as_mut());
     bounds
-}
-
-/// The same for the rows of the continuous system.
-pub(crate) fn continuous_bounds<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    point: &Point<f64, N>,
-    multipliers: &[f64],
-) -> Vec<f64> {
-    let exact = |x: [f64; N]| x.map(Bounded::splat);
-    let point = Point {
-        q: exact(point.q),
-        v: exact(point.v),
-        a: exact(point.a),
-    };
-    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
-    let rows = declaration.continuous(&point, &multipliers);
-    rows.into_iter().map(Bounded::error).collect()
 }
 
 /// How large the terms of each row of [`Declaration::phase`] are.

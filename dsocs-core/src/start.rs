@@ -8,7 +8,6 @@ use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
-use crate::rounding;
 use crate::run::{RunError, Stepper as _};
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
@@ -350,16 +349,16 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
     type Z = U;
 
     fn linearize(&self, z: &U) -> Linearization<f64, U> {
-        let values = self
-            .declaration
-            .continuous_with_jacobian(&self.point(z), of_motion::<N>(z.as_ref()));
-        linearization(&values)
+        let multipliers = of_motion::<N>(z.as_ref());
+        self.declaration.linearize_continuous(&self.point(z), multipliers)
     }
 
     fn rounding(&self, z: &U) -> U {
-        let bounds =
-            rounding::continuous_bounds(&self.declaration, &self.point(z), of_motion::<N>(z.as_ref()));
-        vector(&bounds)
+        let mut bounds = U::zero();
+        let multipliers = of_motion::<N>(z.as_ref());
+        self.declaration
+            .continuous_bounds(&self.point(z), multipliers, bounds.as_mut());
+        bounds
     }
 }
 
@@ -370,15 +369,4 @@ pub(crate) fn vector<U: Unknown<f64>>(values: &[f64]) -> U {
         *place = values.get(i).copied().unwrap_or(f64::NAN);
     }
     vector
-}
-
-/// Rows, and after them their Jacobian, row by row.
-pub(crate) fn linearization<U: Unknown<f64>>(values: &[f64]) -> Linearization<f64, U> {
-    let rows: U = vector(values);
-    let count = rows.as_ref().len();
-    let mut jacobian = U::zeros();
-    for (i, row) in jacobian.as_mut().iter_mut().enumerate() {
-        *row = vector(values.get((i + 1) * count..).unwrap_or_default());
-    }
-    Linearization { rows, jacobian }
 }

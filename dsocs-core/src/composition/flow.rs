@@ -148,6 +148,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         for fraction in method.fractions() {
             Flow::check(system, fraction * h)?;
         }
+        Declaration::of(system).prepare();
         let (t0, q0, v0) = start.phase(system)?;
         let a0 = start::state_acceleration(system, &q0, &v0)?;
         let mut flow = Self {

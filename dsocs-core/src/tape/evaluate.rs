@@ -22,6 +22,9 @@ pub trait Number: Scalar {
         leaf: &dyn Fn(Leaf) -> Self,
         result: &mut dyn FnMut(usize, Self),
     );
+
+    /// Makes room for a program on this thread: its evaluations there allocate nothing then.
+    fn prepare(program: &Program);
 }
 
 /// What a thread's evaluations of one type of number compute in; kept, so that an evaluation allocates nothing.
@@ -39,9 +42,23 @@ impl<T> Default for Room<T> {
     }
 }
 
+impl<T: Scalar> Room<T> {
+    /// Makes room for a program.
+    fn fit(&mut self, program: &Program) {
+        if self.registers.len() < program.registers {
+            self.registers.resize(program.registers, T::splat(0.0));
+        }
+        self.arguments.reserve(program.arguments.len());
+    }
+}
+
 macro_rules! numbers {
     ($($number:ty),* $(,)?) => {
-        $(
+        $(const _: () = {
+            thread_local! {
+                static ROOM: Cell<Room<$number>> = Cell::default();
+            }
+
             impl Number for $number {
                 fn walk(
                     program: &Program,
@@ -49,16 +66,19 @@ macro_rules! numbers {
                     leaf: &dyn Fn(Leaf) -> Self,
                     result: &mut dyn FnMut(usize, Self),
                 ) {
-                    thread_local! {
-                        static ROOM: Cell<Room<$number>> = Cell::default();
-                    }
                     // a function of the user's that evaluates tapes itself finds another, empty room
                     let mut room = ROOM.take();
                     walk(program, source, leaf, result, &mut room);
                     ROOM.set(room);
                 }
+
+                fn prepare(program: &Program) {
+                    let mut room = ROOM.take();
+                    room.fit(program);
+                    ROOM.set(room);
+                }
             }
-        )*
+        };)*
     };
 }
 
@@ -72,9 +92,7 @@ fn walk<T: Scalar>(
     result: &mut dyn FnMut(usize, T),
     room: &mut Room<T>,
 ) {
-    if room.registers.len() < program.registers {
-        room.registers.resize(program.registers, T::splat(0.0));
-    }
+    room.fit(program);
     let registers = &mut room.registers[..program.registers];
     for instruction in &program.instructions {
         let at = |register: Register| registers[register as usize];

@@ -103,6 +103,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         }
         start::check_parameters(system)?;
         let (t0, q0, v0) = start.phase(system)?;
+        Declaration::of(system).prepare();
         let order = tolerance.first_order();
         let mut flow = Self {
             system,

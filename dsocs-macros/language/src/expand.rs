@@ -2,19 +2,22 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{Generics, Ident, Item};
+use syn::{Generics, Ident, Item, Path};
 
 use crate::check::check;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{emit, lower, parse, stub};
+use crate::{core_path, emit, lower, parse, stub};
 
 /// What `#[dsocs { declaration }] item` becomes.
 #[must_use]
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     match analyze(declaration, item) {
-        Ok(model) => emit::expand(&model),
+        Ok(model) => {
+            let code = emit::expand(&model);
+            in_core(code, model.core.as_ref())
+        }
         Err(Mistakes { errors, stub }) => {
             let errors = compile_errors(&errors);
             quote!(#item #errors #stub)
@@ -57,7 +60,8 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
         (result, _) => {
             let stub = match (head(&item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {
-                    stub::stub(ident, generics, coordinates.names.len())
+                    let stub = stub::stub(ident, generics, coordinates.names.len());
+                    in_core(stub, declaration.core.given())
                 }
                 _ => TokenStream::new(),
             };
@@ -66,6 +70,14 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
                 stub,
             })
         }
+    }
+}
+
+/// Generated code that finds `dsocs-core` where the declaration says.
+fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
+    match path {
+        Some(path) => core_path::replaced(code, path),
+        None => code,
     }
 }
 

@@ -2,13 +2,15 @@
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
-use syn::ItemStruct;
+use syn::{ItemStruct, Path};
 
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
 #[derive(Clone)]
 pub(crate) struct Model {
+    /// Where `dsocs-core` is found, if not under its own name.
+    pub(crate) core: Option<Path>,
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,
     /// The coordinates' names.

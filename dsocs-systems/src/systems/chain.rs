@@ -99,8 +99,8 @@ planar_chain! {
 
 #[cfg(test)]
 mod tests {
-    use dsocs_core::Point;
     use dsocs_core::geometry::constraint_force;
+    use dsocs_core::{Point, System};
 
     use super::*;
 

@@ -6,47 +6,26 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::matrix;
-use super::program::Value;
+use super::program::{Place, Value};
 use super::stages::Stages;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 use crate::passes::Unknowns;
 
 /// Where a leaf stands in the arguments of the generated methods.
-fn argument(leaf: Leaf) -> TokenStream {
-    let at = Literal::usize_unsuffixed;
+fn argument(leaf: Leaf) -> Place {
     match leaf {
-        Leaf::H => quote!(h),
-        Leaf::N(i) => {
-            let i = at(i);
-            quote!(leg.q[#i])
-        }
-        Leaf::D(i) => {
-            let i = at(i);
-            quote!(leg.d[#i])
-        }
-        Leaf::E(i) => {
-            let i = at(i);
-            quote!(e[#i])
-        }
-        Leaf::Z(j) => {
-            let j = at(j);
-            quote!(z[#j])
-        }
-        Leaf::Q(i) => {
-            let i = at(i);
-            quote!(q[#i])
-        }
-        Leaf::V(i) => {
-            let i = at(i);
-            quote!(v[#i])
-        }
-        Leaf::Lambda(j) => {
-            let j = at(j);
-            quote!(multipliers.get(#j).copied().unwrap_or(__T::splat(0.0)))
-        }
-        // neither rows of a step nor an energy have accelerations, and the nodes of a map are replaced before code is written
-        Leaf::A(_) | Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) => quote!(::core::unreachable!()),
+        Leaf::H => Place::number("h"),
+        Leaf::N(i) => Place::own(quote!(leg.q), i),
+        Leaf::D(i) => Place::own(quote!(leg.d), i),
+        Leaf::E(i) => Place::element("e", i),
+        Leaf::Z(j) => Place::element("z", j),
+        Leaf::Q(i) => Place::own(quote!(q), i),
+        Leaf::V(i) => Place::own(quote!(v), i),
+        Leaf::A(i) => Place::own(quote!(a), i),
+        Leaf::Lambda(j) => Place::element("multipliers", j),
+        // the nodes of a map are replaced before code is written
+        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) => Place::nowhere(),
     }
 }
 
@@ -156,7 +135,13 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
     let jacobian = matrix(jacobian, rows.len());
     let scales = scales_method(stages);
     let (difference_code, difference) = later(stages, &stages.second_difference);
-    let kept = stages.kept.iter().map(|&leaf| argument(leaf));
+    let kept = stages.kept.iter().map(|&leaf| match leaf {
+        Leaf::Lambda(j) => {
+            let j = Literal::usize_unsuffixed(j);
+            quote!(multipliers.get(#j).copied().unwrap_or(__T::splat(0.0)))
+        }
+        other => argument(other).read(),
+    });
     let n = Literal::usize_unsuffixed(n);
     quote! {
         #[inline]

@@ -9,6 +9,7 @@ mod tape;
 mod write;
 
 pub(crate) use tape::{Calls, Segment, number};
+pub(crate) use write::Place;
 
 use std::collections::{BTreeSet, HashMap};
 

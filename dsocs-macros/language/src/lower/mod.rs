@@ -146,6 +146,7 @@ pub(crate) fn model(
     let observe = observe?.unwrap_or_default();
     Ok(Model {
         docs: docs(declaration, item, &observe),
+        core: declaration.core.given().cloned(),
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters,

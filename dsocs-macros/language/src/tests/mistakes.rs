@@ -126,18 +126,18 @@ fn doc_comments_are_welcome() {
 fn other_attributes_are_refused() {
     one(
         "coordinates(#[serde(skip)] x); lagrangian = dot(x);",
-        "#",
+        "#[serde(skip)]",
         "no meaning in a declaration",
     );
     one(
         "coordinates(x); #[inline] let a = x; lagrangian = a * dot(x);",
-        "#",
+        "#[inline]",
         "no meaning in a declaration",
     );
     one(
         "coordinates(x, /// nothing\n); lagrangian = dot(x);",
-        "",
-        "expected",
+        ")",
+        "expected an expression",
     );
 }
 
@@ -458,4 +458,19 @@ fn items() {
     one_on(right, "fn f() {}", "fn", "expected a struct");
     one_on(right, "pub struct A(f64);", "A", "named fields");
     assert_eq!(mistakes_on(right, "struct A;"), []);
+}
+
+#[test]
+fn the_path_of_the_core() {
+    let declaration = "coordinates(x); lagrangian = dot(x) * dot(x);";
+    one(
+        &format!("crate = 5; {declaration}"),
+        "5",
+        "expected the path of dsocs-core",
+    );
+    one(
+        &format!("crate = a; crate = b; {declaration}"),
+        "crate",
+        "stands twice",
+    );
 }

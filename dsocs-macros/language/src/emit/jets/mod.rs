@@ -18,7 +18,7 @@ use self::lower::Lower;
 use self::sequence::{Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
-use super::program::{Program, Value};
+use super::program::{Place, Program, Value};
 use crate::graph::{Graph, NodeId};
 use crate::model::Model;
 use crate::passes::motion::{Motion, motion};
@@ -263,7 +263,7 @@ fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>)
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
-    program.code(&values, &HashMap::new(), "n", &|_| quote!(::core::unreachable!()))
+    program.code(&values, &HashMap::new(), "n", &|_| Place::nowhere())
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ impl Program<'_> {
         outputs: &[Value],
         given: &Given,
         prefix: &str,
-        leaf: &dyn Fn(Leaf) -> TokenStream,
+        leaf: &dyn Fn(Leaf) -> Place,
     ) -> (TokenStream, Vec<TokenStream>) {
         let schedule = self.schedule(outputs, given);
         // numbered in the order in which they are computed, so that the code shows nothing of how it came about
@@ -41,19 +41,22 @@ impl Program<'_> {
             (None, Op::Constant(bits)) => number(bits.get()),
             (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
         };
+        let place = |value: Value| match (given.get(&value), self.op(value)) {
+            (Some(&stored), _) => Some(Place::stored(stored)),
+            (None, Op::Leaf(which)) => Some(leaf(*which)),
+            (None, Op::Param(param)) => match self.graph.read_param(*param) {
+                Param::Number(index) => Some(Place::element("parameters", index)),
+                Param::Expression(_) => None,
+            },
+            _ => None,
+        };
         let statement = |value: Value| {
             let name = &names[&value];
-            let right = match given.get(&value) {
-                Some(&place) => stored(place),
-                None => self.operation(value, &schedule, &operand, leaf),
-            };
+            let right = self.operation(value, &schedule, &operand);
             quote!(let #name = #right;)
         };
         // what an operation reads, with what the reciprocals read that were folded into it
         let reads = |value: Value| -> Vec<Value> {
-            if given.contains_key(&value) {
-                return Vec::new();
-            }
             let mut reads = self.op(value).parts();
             for place in 0..reads.len() {
                 if schedule.folded.contains(&reads[place]) {
@@ -63,10 +66,14 @@ impl Program<'_> {
             reads
         };
         // what stands in the arguments may be read in every function by itself
-        let (loads, computed): (Vec<Value>, Vec<Value>) = schedule
-            .values
-            .iter()
-            .partition(|&value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
+        let mut loads: Vec<(Value, Place)> = Vec::new();
+        let mut computed: Vec<Value> = Vec::new();
+        for &value in &schedule.values {
+            match place(value) {
+                Some(place) => loads.push((value, place)),
+                None => computed.push(value),
+            }
+        }
         let mut last_use: HashMap<Value, usize> =
             outputs.iter().map(|&output| (output, usize::MAX)).collect();
         for (place, &value) in computed.iter().enumerate().rev() {
@@ -89,19 +96,15 @@ impl Program<'_> {
         value: Value,
         schedule: &Schedule,
         operand: &dyn Fn(Value) -> TokenStream,
-        leaf: &dyn Fn(Leaf) -> TokenStream,
     ) -> TokenStream {
         let operand = |value: &Value| operand(*value);
         match self.op(value) {
             Op::Constant(bits) => number(bits.get()),
-            Op::Leaf(which) => leaf(*which),
-            Op::Param(param) => match self.graph.read_param(*param) {
-                Param::Number(place) => {
-                    let place = Literal::usize_unsuffixed(place);
-                    quote!(parameters[#place])
-                }
-                Param::Expression(tokens) => quote!(__T::splat(#tokens)),
-            },
+            Op::Param(param) => {
+                let tokens = self.graph.param_tokens(*param);
+                quote!(__T::splat(#tokens))
+            }
+            Op::Leaf(_) => quote!(::core::unreachable!()), // stands in an argument
             Op::Neg(a) => {
                 let a = operand(a);
                 quote!(-#a)
@@ -160,18 +163,100 @@ impl Program<'_> {
     }
 }
 
-/// Where a value stands that another method has computed.
-fn stored(place: Stored) -> TokenStream {
-    match place {
-        Stored::Constants(place) => {
-            let place = Literal::usize_unsuffixed(place);
-            quote!(constants[#place])
-        }
-        Stored::Known(place) => {
-            let place = Literal::usize_unsuffixed(place);
-            quote!(known[#place])
+/// Where a value stands in the arguments.
+pub(crate) struct Place {
+    /// The argument.
+    array: TokenStream,
+    /// Its element, if it is an array, and whether it is a reference to one.
+    element: Option<(usize, bool)>,
+}
+
+impl Place {
+    /// A number.
+    pub(crate) fn number(name: &str) -> Self {
+        let name = Ident::new(name, Span::call_site());
+        Self {
+            array: quote!(#name),
+            element: None,
         }
     }
+
+    /// The place of what does not occur.
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            array: quote!(::core::unreachable!()),
+            element: None,
+        }
+    }
+
+    /// An element of an array that is referred to.
+    pub(crate) fn element(name: &str, index: usize) -> Self {
+        let name = Ident::new(name, Span::call_site());
+        Self {
+            array: quote!(#name),
+            element: Some((index, true)),
+        }
+    }
+
+    /// An element of an array.
+    pub(crate) fn own(array: TokenStream, index: usize) -> Self {
+        Self {
+            array,
+            element: Some((index, false)),
+        }
+    }
+
+    /// Where another method has put it.
+    fn stored(place: Stored) -> Self {
+        match place {
+            Stored::Constants(index) => Self::element("constants", index),
+            Stored::Known(index) => Self::element("known", index),
+        }
+    }
+
+    /// An expression for it.
+    pub(crate) fn read(&self) -> TokenStream {
+        let array = &self.array;
+        match self.element {
+            None => quote!(#array),
+            Some((index, _)) => {
+                let index = Literal::usize_unsuffixed(index);
+                quote!(#array[#index])
+            }
+        }
+    }
+}
+
+/// The statements that give names to what stands in the arguments, one for each argument: a pattern takes no checks of
+/// indices, of which the compiler would have to see that they hold.
+fn loads(values: &[(&Ident, &Place)]) -> TokenStream {
+    let mut groups: Vec<(String, Vec<(&Ident, &Place)>)> = Vec::new();
+    for &(name, place) in values {
+        let text = place.array.to_string();
+        match groups.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, group)) => group.push((name, place)),
+            None => groups.push((text, vec![(name, place)])),
+        }
+    }
+    let statements = groups.iter().map(|(_, group)| {
+        let (first, place) = group[0];
+        let Some((_, is_reference)) = place.element.filter(|_| group.len() > 1) else {
+            let read = place.read();
+            return quote!(let #first = #read;);
+        };
+        let mut elements: Vec<TokenStream> = Vec::new();
+        for (name, place) in group {
+            let index = place.element.map_or(0, |(index, _)| index);
+            if elements.len() <= index {
+                elements.resize_with(index + 1, || quote!(_));
+            }
+            elements[index] = quote!(#name);
+        }
+        let array = &place.array;
+        let star = is_reference.then(|| quote!(*));
+        quote!(let [#(#elements,)* ..] = #star #array;)
+    });
+    statements.collect()
 }
 
 /// How statements are cut into blocks and functions.
@@ -186,21 +271,22 @@ struct Layout<'a> {
 
 impl Layout<'_> {
     /// The statements; if they are too many for one function, in several, each of which reads the arguments by itself.
-    fn functions(&self, loads: &[Value], computed: &[Value], outputs: &[Value]) -> TokenStream {
-        let statements = |values: &[Value]| -> TokenStream {
-            values.iter().map(|&value| (self.statement)(value)).collect()
+    fn functions(&self, all: &[(Value, Place)], computed: &[Value], outputs: &[Value]) -> TokenStream {
+        let loads_of = |is_read: &dyn Fn(&Value) -> bool| {
+            let read = all.iter().filter(|(value, _)| is_read(value));
+            let named: Vec<_> = read.map(|(value, place)| (&self.names[value], place)).collect();
+            loads(&named)
         };
         if computed.len() <= LONGEST_FUNCTION {
-            let (loads, code) = (statements(loads), self.blocks(computed, 0));
+            let (loads, code) = (loads_of(&|_| true), self.blocks(computed, 0));
             return quote!(#loads #code);
         }
         let mut functions = TokenStream::new();
         for (part, values) in computed.chunks(LONGEST_FUNCTION).enumerate() {
             let start = part * LONGEST_FUNCTION;
             let read: BTreeSet<Value> = values.iter().flat_map(|&value| (self.reads)(value)).collect();
-            let own: Vec<Value> = loads.iter().copied().filter(|load| read.contains(load)).collect();
             let (own, code, lasting) = (
-                statements(&own),
+                loads_of(&|value| read.contains(value)),
                 self.blocks(values, start),
                 self.lasting(values, start),
             );
@@ -208,12 +294,7 @@ impl Layout<'_> {
                 let [#(#lasting),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#lasting),*] });
             });
         }
-        let last: Vec<Value> = loads
-            .iter()
-            .copied()
-            .filter(|load| outputs.contains(load))
-            .collect();
-        let last = statements(&last);
+        let last = loads_of(&|value| outputs.contains(value));
         quote!(#functions #last)
     }
 
