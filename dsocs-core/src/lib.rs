@@ -106,7 +106,7 @@ pub use run::{
 pub use start::Start;
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
-pub use system::{Leg, Parameter, Point, System};
+pub use system::{Leg, Point, Quantity, System};
 pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
 /// The number type of functions and methods that a declaration calls: real numbers and dual numbers over them.

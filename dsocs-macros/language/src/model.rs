@@ -37,6 +37,8 @@ pub(crate) struct Model {
     pub(crate) phi_variational: Option<[Vec<NodeId>; 3]>,
     /// The observed expressions and their names, in `Q`, `V` and `A`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
+    /// What is said of all this for people; the parameters carry theirs themselves.
+    pub(crate) docs: Docs,
 }
 
 impl Model {
@@ -52,6 +54,17 @@ impl Model {
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+/// Documentation, each in one line.
+#[derive(Clone, Debug)]
+pub(crate) struct Docs {
+    /// The first paragraph of the struct's.
+    pub(crate) system: String,
+    /// That of each coordinate.
+    pub(crate) coordinates: Vec<String>,
+    /// That of each observed expression.
+    pub(crate) observe: Vec<String>,
 }
 
 /// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
