@@ -183,7 +183,7 @@ pub(super) fn methods(model: &Model) -> TokenStream {
     let n = model.coordinates.len();
     let mut graph: Graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
-    let unknowns = passes::choose(&mut graph, &step.rows, n, step.multipliers);
+    let unknowns = passes::step(&mut graph, &step.rows, n, step.multipliers);
     let stages = Stages::new(&graph, &step, &unknowns);
     let divided = model.constraints.iter().any(|row| row.divide.is_some());
     let types = types(&graph, &stages, &unknowns, divided);

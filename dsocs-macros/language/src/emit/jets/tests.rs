@@ -15,7 +15,7 @@ fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
         Err(mistakes) => panic!("{mistakes:?}"),
     };
     let mut graph = model.graph.clone();
-    let motion = motion(&model, &mut graph, Lower::cost);
+    let motion = motion(&model, &mut graph);
     let (plan, sequences) = Plan::new(&mut graph, &motion);
     let mut writer = Writer::new(&graph, sequences);
     plan.body(&mut writer, &motion);
@@ -106,7 +106,7 @@ fn the_factor_of_the_pendulum_is_divided_out_exactly() {
     let (declaration, item) = pendulum();
     let model = analyze(declaration, &item).unwrap();
     let mut graph = model.graph.clone();
-    let motion = motion(&model, &mut graph, Lower::cost);
+    let motion = motion(&model, &mut graph);
     let (plan, _) = Plan::new(&mut graph, &motion);
     let quotient = |op: &Op| matches!(op, Op::Quotient(..) | Op::Reciprocal(_));
     assert!(!plan.ops.iter().any(|(_, op)| quotient(op)), "{:?}", plan.ops);
