@@ -1,6 +1,6 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
-use proc_macro2::Ident;
+use proc_macro2::{Ident, TokenStream};
 use syn::ItemStruct;
 
 use crate::graph::{Graph, NodeId};
@@ -76,8 +76,10 @@ pub(crate) enum Kind {
 }
 
 /// A constraint `c = 0`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Row {
+    /// What the user wrote, for what is to be said about the row.
+    pub(crate) tokens: TokenStream,
     /// Its kind.
     pub(crate) kind: Kind,
     /// `c`, in `Q`, `V` and `A`.
