@@ -10,21 +10,27 @@ use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
 use crate::{emit, lower, parse, stub};
 
-/// What `#[dsocs { declaration }] item` becomes.
+/// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
+/// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
 #[must_use]
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
-    match analyze(declaration, item) {
-        Ok(model) => emit::expand(&model),
-        Err(Mistakes { errors, stub }) => {
-            let errors = compile_errors(&errors);
-            quote!(#item #errors #stub)
-        }
-    }
+    let refused = match syn::parse2::<Item>(item.clone()) {
+        Ok(item) => match model(declaration, &item) {
+            Ok(model) => return emit::expand(&model),
+            Err(refused) => refused,
+        },
+        Err(error) => Refused {
+            errors: vec![error],
+            stub: TokenStream::new(),
+        },
+    };
+    let (errors, stub) = (compile_errors(&refused.errors), refused.stub);
+    quote!(#item #errors #stub)
 }
 
 /// What a wrong declaration leaves.
 #[derive(Debug)]
-pub(crate) struct Mistakes {
+pub(crate) struct Refused {
     /// The mistakes, at least one.
     pub(crate) errors: Vec<syn::Error>,
     /// The implementation without content, if the size of the system is known.
@@ -32,20 +38,11 @@ pub(crate) struct Mistakes {
 }
 
 /// The model of a declaration, or its mistakes.
-pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Model, Mistakes> {
-    let item = match syn::parse2::<Item>(item.clone()) {
-        Ok(item) => item,
-        Err(error) => {
-            return Err(Mistakes {
-                errors: vec![error],
-                stub: TokenStream::new(),
-            });
-        }
-    };
+pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refused> {
     let errors = Errors::new();
     let declaration = parse::declaration(declaration, &errors);
     let coordinates = declaration.coordinates.given();
-    let model = match &item {
+    let model = match item {
         Item::Struct(item) => Fields::read(item, &errors).and_then(|fields| {
             let checked = check(&declaration, &fields, &errors);
             lower::model(&declaration, item, &fields, checked, &errors)
@@ -55,13 +52,13 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
     match (errors.finish(), model) {
         (Ok(()), Ok(model)) => Ok(model),
         (result, _) => {
-            let stub = match (head(&item), coordinates) {
+            let stub = match (head(item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {
                     stub::stub(ident, generics, coordinates.names.len())
                 }
                 _ => TokenStream::new(),
             };
-            Err(Mistakes {
+            Err(Refused {
                 errors: result.err().unwrap_or_default(),
                 stub,
             })

@@ -1,13 +1,17 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
+use std::fmt;
+
 use proc_macro2::{Ident, TokenStream};
 use syn::ItemStruct;
 
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
-#[derive(Clone, Debug)]
-pub(crate) struct Model {
+///
+/// From [`analyze`](crate::analyze).
+#[derive(Clone)]
+pub struct Model {
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,
     /// The coordinates' names.
@@ -37,6 +41,36 @@ pub(crate) struct Model {
 }
 
 impl Model {
+    /// The name of the struct.
+    #[must_use]
+    pub fn name(&self) -> String {
+        plain(&self.item.ident)
+    }
+
+    /// The names of the coordinates, in order: `x`, `theta_0`, `theta_1`.
+    #[must_use]
+    pub fn coordinates(&self) -> Vec<String> {
+        self.coordinates.iter().map(plain).collect()
+    }
+
+    /// The names of the parameters that are numbers, in order: `mass`, `masses_0`, `masses_1`.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<&str> {
+        self.parameters.iter().map(|field| field.name.as_str()).collect()
+    }
+
+    /// The names of what is observed, in order.
+    #[must_use]
+    pub fn observables(&self) -> Vec<String> {
+        self.observe.iter().map(|(name, _)| plain(name)).collect()
+    }
+
+    /// The struct and the implementation of its traits, as the attribute writes them.
+    #[must_use]
+    pub fn code(&self) -> TokenStream {
+        crate::emit::expand(self)
+    }
+
     /// How many multipliers are unknown, in a step and in the continuous system.
     pub(crate) fn multipliers(&self) -> usize {
         match self.displacements {
@@ -49,6 +83,24 @@ impl Model {
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+impl fmt::Debug for Model {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Model")
+            .field("name", &self.name())
+            .field("coordinates", &self.coordinates())
+            .field("parameters", &self.parameters())
+            .field("observables", &self.observables())
+            .finish_non_exhaustive()
+    }
+}
+
+/// A name without the mark of a raw identifier.
+pub(crate) fn plain(name: &Ident) -> String {
+    let name = name.to_string();
+    name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
 /// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.

@@ -9,11 +9,11 @@ mod point;
 mod program;
 mod step;
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use crate::mechanics::Symmetry;
-use crate::model::Model;
+use crate::model::{Model, plain};
 
 /// The struct as the user wrote it, and its `impl System`.
 pub(crate) fn expand(model: &Model) -> TokenStream {
@@ -106,12 +106,6 @@ fn metadata(model: &Model) -> TokenStream {
             }
         }
     }
-}
-
-/// A name without the mark of a raw identifier.
-fn plain(name: &Ident) -> String {
-    let name = name.to_string();
-    name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
 /// `[[a, b], [c, d]]` of rows.
