@@ -72,6 +72,7 @@ mod flow;
 pub mod geometry;
 mod lanes;
 mod multipliers;
+mod real;
 mod regularity;
 mod rounding;
 mod scalar;
@@ -85,13 +86,13 @@ mod testing;
 mod trajectory;
 
 pub use dsocs_macros::dsocs;
-pub use num_dual::DualNum;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, MemberError, Observed};
 pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots, multipliers};
 pub use lanes::Lanes;
+pub use real::Real;
 pub use regularity::Regularity;
 pub use scalar::Scalar;
 pub use start::Start;
@@ -101,21 +102,6 @@ pub use step::{Guess, StepReport};
 pub use system::{Leg, Parameter, Point, System};
 pub use tangent::{Tangent, Tangent2};
 pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
-
-/// The number type of functions and methods that a declaration calls: real numbers and dual numbers over them.
-///
-/// ```
-/// use dsocs_core::Real;
-///
-/// fn curvature<R: Real>(x: R, y: R) -> R {
-///     x.sin() * y.cos() * 0.5 + 1.0
-/// }
-///
-/// assert_eq!(curvature(0.0, 0.0), 1.0);
-/// ```
-pub trait Real: DualNum<Primitive = f64> + Copy {}
-
-impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]

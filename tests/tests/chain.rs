@@ -5,7 +5,7 @@ use dsocs_core::{Flow, Point, Real, Start, System, Unknown};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
 use dsocs_tests::check::{Kind, State, compare};
 use dsocs_tests::fit::{local_slopes, slope};
-use dsocs_tests::independent::{Declaration, map2};
+use dsocs_tests::independent::{Declaration, Number, map2};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
@@ -23,7 +23,7 @@ struct Cartesian<const N: usize> {
 }
 
 impl<const N: usize> Declaration<N> for Cartesian<N> {
-    fn lagrangian<R: Real>(&self, q: [R; N], v: [R; N]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; N], v: [R; N]) -> R {
         let zero = R::from(0.0);
         let (mut height, mut across, mut up, mut sum) = (zero, zero, zero, zero);
         for i in 0..N {
@@ -35,16 +35,16 @@ impl<const N: usize> Declaration<N> for Cartesian<N> {
         sum
     }
 
-    fn kinematic<R: Real>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<R> {
         Vec::new()
     }
 
-    fn variational<R: Real>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<[R; N]> {
+    fn variational<R: Number>(&self, _: [R; N], _: [R; N], _: [R; N]) -> Vec<[R; N]> {
         let unit = |i| core::array::from_fn(|j| R::from(f64::from(u8::from(i == j))));
         (0..N).map(unit).collect()
     }
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; N], q1: [R; N]) -> ([R; N], [R; N]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; N], q1: [R; N]) -> ([R; N], [R; N]) {
         (
             map2(q0, q1, |x0, x1| (x0 + x1) * 0.5),
             map2(q0, q1, |x0, x1| (x1 - x0) / h),
