@@ -67,10 +67,12 @@ pub trait Real:
     fn re(self) -> f64;
 
     /// The number 0.
+    #[must_use]
     fn zero() -> Self {
         Self::from(0.0)
     }
     /// The number 1.
+    #[must_use]
     fn one() -> Self {
         Self::from(1.0)
     }

@@ -243,7 +243,7 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
 ) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
     let equations = Continuous { system, q, v };
     let zero = S::Motion::<f64>::zero();
-    match newton::solve(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
+    match newton::solve_apart(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
         Ok(root) => Ok((
             equations.point(&root.z).a,
             of_motion::<N>(root.z.as_ref()).to_vec(),

@@ -4,13 +4,21 @@
 //! errors, [`check`] holds systems against the paper's theorems, [`figure`] draws and knows nothing of mechanics, [`cli`] is what the command does.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "cli")]
 pub mod check;
+#[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "cli")]
 pub mod experiment;
+#[cfg(feature = "cli")]
 pub mod figure;
+#[cfg(feature = "cli")]
 pub mod reference;
+#[cfg(feature = "cli")]
 pub mod registry;
+#[cfg(feature = "cli")]
 pub mod rung;
+#[cfg(feature = "cli")]
 pub mod stability;
 pub mod systems;
 

@@ -1,4 +1,4 @@
-//! The reference data: copies of small CSV files, in `tests/data`.
+//! The reference data: copies of small CSV files, in `tests/data` (what the command line needs too, in `dsocs-systems/data`).
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a file of `tests/data`.
+    /// Reads a file; its path is relative to `tests/data`.
     ///
     /// # Panics
     ///

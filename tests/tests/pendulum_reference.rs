@@ -122,5 +122,8 @@ fn the_first_steps_one_by_one() {
 #[test]
 fn the_hard_steps_one_by_one() {
     // the tolerance of a solution with the factor divided out exactly; dividing the row numerically loses two digits more
-    single_steps("pendulum_hard_steps_h0.1.csv", [1e-13, 2e-11]);
+    single_steps(
+        "../../dsocs-systems/data/pendulum_hard_steps_h0.1.csv",
+        [1e-13, 2e-11],
+    );
 }

@@ -78,7 +78,7 @@ pub(super) fn continues<S: System<N>, const N: usize>(
 #[inline]
 pub(super) fn orientation<S: System<N>, const N: usize>(step: &Step<'_, S, N>, z: &S::Unknown<f64>) -> f64 {
     let rows = step.system.residual(step.constants, &step.known, z);
-    let mut sign = determinant::<S::Unknown<f64>>(rows.jacobian).signum();
+    let mut sign = S::Unknown::<f64>::orientation(&rows.jacobian);
     if S::SCALED {
         let scales = step.system.scales(step.constants, &step.known, z);
         for scale in scales.as_ref() {
@@ -135,7 +135,7 @@ pub(super) fn passes_singularity<S: System<N>, const N: usize>(
         };
         *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
     }
-    determinant::<[f64; N]>(slopes) < 0.0
+    <[f64; N]>::orientation(&slopes) < 0.0
 }
 
 /// The leg of the length `h` that arrives at a node.
@@ -143,52 +143,5 @@ fn arriving<const N: usize>(h: f64, q: &[f64; N], v: &[f64; N], a: &[f64; N]) ->
     Leg {
         q: *q,
         d: core::array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
-    }
-}
-
-/// The determinant, by elimination with partial pivoting; of use for its sign.
-#[inline]
-fn determinant<U: Unknown<f64>>(mut matrix: U::Square) -> f64 {
-    let rows = matrix.as_mut();
-    let count = rows.len();
-    let mut product = 1.0;
-    for k in 0..count {
-        let size = |row: &U| row.as_ref()[k].abs();
-        let pivot = (k + 1..count).fold(k, |best, i| {
-            if size(&rows[i]) > size(&rows[best]) {
-                i
-            } else {
-                best
-            }
-        });
-        if pivot != k {
-            rows.swap(pivot, k);
-            product = -product;
-        }
-        let upper = rows[k];
-        let inverse = upper.as_ref()[k].recip();
-        // rows may differ in size by hundreds of orders of magnitude: of the pivots the signs alone are multiplied
-        product *= upper.as_ref()[k].signum();
-        for row in &mut rows[k + 1..] {
-            let factor = row.as_ref()[k] * inverse;
-            *row = row.zip(&upper, |lower, upper| lower - factor * upper);
-        }
-    }
-    product
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn determinants_have_their_signs() {
-        assert_eq!(determinant::<[f64; 0]>([]), 1.0);
-        assert_eq!(determinant::<[f64; 1]>([[-3.0]]), -1.0);
-        assert_eq!(determinant::<[f64; 2]>([[0.0, 1e-200], [1e200, 5.0]]), -1.0);
-        let odd = [[0.0, 0.0, 2.0], [0.0, 3.0, 1.0], [4.0, 1.0, 1.0]];
-        assert_eq!(determinant::<[f64; 3]>(odd), -1.0);
-        let even = [[0.0, 2.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 0.0]];
-        assert_eq!(determinant::<[f64; 3]>(even), 1.0);
     }
 }

@@ -32,7 +32,7 @@ impl<U> Iterate<U> {
     #[inline]
     fn update(&self) -> Update<'_, U> {
         Update {
-            update: &self.update,
+            components: &self.update,
             unknowns: &self.expected,
             sizes: &self.expected,
         }

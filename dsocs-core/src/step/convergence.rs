@@ -61,6 +61,12 @@ pub(crate) trait Compare: Scalar {
     /// True in every lane.
     const ALWAYS: Self::Truth;
 
+    /// Whether a truth value is false in the only lane. Several lanes are not asked, for they take no branches.
+    fn is_never(truth: Self::Truth) -> bool {
+        let _ = truth;
+        false
+    }
+
     /// Whether a number is at most another one; not where either is NaN.
     fn is_at_most(self, other: Self) -> Self::Truth;
 
@@ -72,6 +78,11 @@ impl Compare for f64 {
     type Truth = bool;
 
     const ALWAYS: bool = true;
+
+    #[inline]
+    fn is_never(truth: bool) -> bool {
+        !truth
+    }
 
     #[inline]
     fn is_at_most(self, other: Self) -> bool {
@@ -105,7 +116,7 @@ impl Compare for Lanes {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Update<'a, U> {
     /// The update.
-    pub update: &'a U,
+    pub components: &'a U,
     /// The unknowns.
     pub unknowns: &'a U,
     /// Their expected sizes.
@@ -121,25 +132,37 @@ impl<U> Update<'_, U> {
     where
         U: Unknown<T>,
     {
+        let mut small = T::ALWAYS;
         let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
-        let updates = self.update.as_ref().iter().zip(sizes);
-        updates.fold(T::ALWAYS, |small, (update, (unknown, &size))| {
+        for (update, (unknown, &size)) in self.components.as_ref().iter().zip(sizes) {
             let expected = unknown.abs().larger(size);
-            small & update.abs().is_at_most(T::splat(tolerance) * expected)
-        })
+            small = small & update.abs().is_at_most(T::splat(tolerance) * expected);
+            if T::is_never(small) {
+                break;
+            }
+        }
+        small
     }
 
     /// Whether the update is the last, after the full one `before`: whether at most [`REMAINDER`] is left after it.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
     pub fn settles<T: Compare>(&self, before: &Self) -> T::Truth
     where
         U: Unknown<T>,
     {
-        SETTLED
-            .into_iter()
-            .fold(!T::ALWAYS, |settled, (largest, smallest)| {
-                settled | (self.is_small(largest) & !before.is_small(smallest))
-            })
+        let mut settled = !T::ALWAYS;
+        for (largest, smallest) in SETTLED {
+            let small = self.is_small(largest);
+            if T::is_never(small) {
+                continue;
+            }
+            settled = settled | (small & !before.is_small(smallest));
+            if T::is_never(!settled) {
+                break;
+            }
+        }
+        settled
     }
 
     /// The size of the update relative to the unknowns, of all components the largest; NaN where a component is.
@@ -150,7 +173,7 @@ impl<U> Update<'_, U> {
     {
         let zero = T::splat(0.0);
         let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
-        let updates = self.update.as_ref().iter().zip(sizes);
+        let updates = self.components.as_ref().iter().zip(sizes);
         updates.fold(zero, |largest, (update, (unknown, &size))| {
             let update = update.abs();
             // no update is a small one, also of an unknown that is zero
@@ -326,6 +349,7 @@ impl<U: Unknown<f64>> Remembered<U> {
     /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
     ///
     /// Natural sizes go with those of the unknowns: they shrink as these do, and grow once these have outgrown them.
+    #[inline(never)] // seldom needed, and then by systems that have many unknowns
     pub fn raise(&self, sizes: &U, lately: &U) -> U {
         let level = self.level(lately);
         let factor = if level < self.level {
@@ -374,7 +398,7 @@ mod tests {
     fn an_update_is_judged_by_the_size_that_is_expected() {
         let (update, unknowns) = ([1e-10, 1e-20], [1.0, 1e-15]);
         let own = Update {
-            update: &update,
+            components: &update,
             unknowns: &unknowns,
             sizes: &[0.0, 0.0],
         };
@@ -385,7 +409,7 @@ mod tests {
         };
         assert!(expected.is_small::<f64>(LAST_UPDATE));
         let nothing = Update {
-            update: &[f64::NAN, 0.0],
+            components: &[f64::NAN, 0.0],
             ..own
         };
         assert!(!nothing.is_small::<f64>(1.0));

@@ -1,9 +1,10 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`unknown`] says what is looked for and solves linear rows, [`newton`] iterates from the guess of [`predictor`] until
+//! [`unknown`] says what is looked for and [`elimination`] solves linear rows, [`newton`] iterates from the guess of [`predictor`] until
 //! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart.
 
 pub(crate) mod convergence;
+pub(crate) mod elimination;
 pub(crate) mod newton;
 mod pair;
 pub(crate) mod predictor;
@@ -195,7 +196,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             ]
         };
         for (start, guess) in guesses.into_iter().flatten() {
-            match newton::solve(self, start, size, max_iterations, predictor) {
+            match newton::solve_apart(self, start, size, max_iterations, predictor) {
                 Ok(root) => {
                     evaluations += root.evaluations;
                     return self.checked(Root { evaluations, ..root }, &start, guess, predictor, size);

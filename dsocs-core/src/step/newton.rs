@@ -138,7 +138,7 @@ impl<Z> Iterate<Z> {
     #[inline]
     fn update<'a>(&'a self, sizes: &'a Z) -> Update<'a, Z> {
         Update {
-            update: &self.update,
+            components: &self.update,
             unknowns: &self.z,
             sizes,
         }
@@ -225,7 +225,8 @@ impl<Z: Unknown<f64>> Trial<Z> {
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
 /// more is needed. Up to three evaluations are the usual case, and stand here by themselves: whatever is odd fails
 /// to be small, and is left to the iteration that looks at everything.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // part of every step; where it is called beside, [`solve_apart`] is
 pub(crate) fn solve<E: Equations>(
     equations: &E,
     start: E::Z,
@@ -252,6 +253,18 @@ pub(crate) fn solve<E: Equations>(
         return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
     }
     go_on(equations, &[first, second, third], size, max_iterations, notes)
+}
+
+/// The same, where it is not part of every step.
+#[inline(never)]
+pub(crate) fn solve_apart<E: Equations>(
+    equations: &E,
+    start: E::Z,
+    size: &E::Z,
+    max_iterations: u32,
+    notes: &mut impl Notes<E::Z>,
+) -> Result<Root<E::Z>, Failed<E::Z>> {
+    solve(equations, start, size, max_iterations, notes)
 }
 
 /// The iteration after three evaluations that did not end it.
@@ -347,7 +360,7 @@ fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
 #[inline]
 pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
     Update {
-        update,
+        components: update,
         unknowns: z,
         sizes: size,
     }
@@ -363,7 +376,7 @@ pub(crate) fn explain<E: Equations>(
     max_iterations: u32,
 ) -> NewtonFailure {
     let mut updates = Vec::new();
-    let result = solve(equations, start, size, max_iterations, &mut updates);
+    let result = solve_apart(equations, start, size, max_iterations, &mut updates);
     let (reason, z, rows) = match result {
         Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
         // the same iteration ends the same way

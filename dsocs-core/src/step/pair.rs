@@ -189,7 +189,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
-        match newton::solve(self, start, &size, max_iterations, &mut ()) {
+        match newton::solve_apart(self, start, &size, max_iterations, &mut ()) {
             Ok(root) => Ok(report(root, Guess::Given)),
             Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
         }

@@ -2,6 +2,10 @@
 
 use core::fmt::Debug;
 
+use super::elimination::{
+    LARGEST_DETERMINANT, SMALLEST_DETERMINANT, cramer, determinant, eliminate, eliminate_scaled, every_lane,
+    is_safe, quotients, sign_of_determinant,
+};
 use crate::scalar::Scalar;
 
 /// Rows of equations and their Jacobian.
@@ -64,6 +68,10 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn solve_quick(matrix: &mut Self::Square, right: &mut Self) -> bool;
 
+    /// The sign of the matrix's determinant, ±1, or NaN.
+    #[must_use]
+    fn orientation(matrix: &Self::Square) -> f64;
+
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
     /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN.
@@ -122,6 +130,10 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
         }
     }
 
+    fn orientation(matrix: &[[T; M]; M]) -> f64 {
+        sign_of_determinant(&matrix.map(|row| row.map(|entry| entry.lane(0))))
+    }
+
     #[inline]
     fn solve_lanes(matrix: &[[T; M]; M], right: &Self) -> Self {
         match M {
@@ -148,169 +160,6 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
             }
         }
     }
-}
-
-/// Determinants must be larger than this for Cramer's rule, and pivots of rows as they are.
-const SMALLEST_DETERMINANT: f64 = 1e-100;
-
-/// Determinants must be smaller than this for Cramer's rule, and pivots of rows as they are.
-const LARGEST_DETERMINANT: f64 = 1e100;
-
-/// Whether a number is as wanted in every lane.
-#[inline]
-fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
-    (0..T::LANES).all(|lane| wanted(x.lane(lane)))
-}
-
-/// Cramer's rule for two equations, where neither overflow nor underflow can harm it.
-#[inline]
-fn cramer<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> Option<[T; M]> {
-    let determinant = determinant(matrix);
-    is_safe(determinant).then(|| quotients(matrix, right, determinant))
-}
-
-/// Whether neither overflow nor underflow has harmed Cramer's rule with this determinant.
-#[inline]
-fn is_safe<T: Scalar>(determinant: T) -> bool {
-    every_lane(determinant, |x| {
-        x.abs() > SMALLEST_DETERMINANT && x.abs() < LARGEST_DETERMINANT
-    })
-}
-
-/// The determinant of two rows.
-#[inline]
-fn determinant<T: Scalar, const M: usize>(matrix: &[[T; M]; M]) -> T {
-    matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0]
-}
-
-/// The quotients of Cramer's rule.
-#[inline]
-fn quotients<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M], determinant: T) -> [T; M] {
-    let ([a, b], [c, d]) = ([matrix[0][0], matrix[0][1]], [matrix[1][0], matrix[1][1]]);
-    let scale = determinant.recip();
-    let mut solution = *right;
-    solution[0] = (right[0] * d - b * right[1]) * scale;
-    solution[1] = (a * right[1] - c * right[0]) * scale;
-    solution
-}
-
-/// Gauss elimination of rows that are first brought to a common size.
-fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
-    let mut a = *matrix;
-    let mut x = *right;
-    for (row, x) in a.iter_mut().zip(&mut x) {
-        let size = row.iter().fold(T::splat(0.0), |size, entry| {
-            T::select_lt(size, entry.abs(), entry.abs(), size)
-        });
-        let [scale] = T::from_lanes(|lane| [inverse_power_of_two(size.lane(lane))]);
-        *row = row.map(|entry| entry * scale);
-        *x = *x * scale;
-    }
-    eliminate(&mut a, &mut x);
-    x
-}
-
-/// Brings the row with the largest entry in column `k`, from row `k` down, to the place `k`, in each lane by itself.
-fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize) {
-    let place = |i: usize| T::splat(i as f64);
-    let (mut pivot, mut largest) = (place(k), a[k][k].abs());
-    for (i, row) in a.iter().enumerate().skip(k + 1) {
-        let size = row[k].abs();
-        pivot = T::select_lt(largest, size, place(i), pivot);
-        largest = T::select_lt(largest, size, size, largest);
-    }
-    for i in k + 1..M {
-        let change = |upper: &mut T, lower: &mut T| {
-            let (u, l) = (*upper, *lower);
-            let here = |then: T, otherwise: T| {
-                let not_before = T::select_le(place(i), pivot, then, otherwise);
-                T::select_le(pivot, place(i), not_before, otherwise)
-            };
-            (*upper, *lower) = (here(l, u), here(u, l));
-        };
-        let (head, tail) = a.split_at_mut(i);
-        for j in k..M {
-            change(&mut head[k][j], &mut tail[0][j]);
-        }
-        let (head, tail) = x.split_at_mut(i);
-        change(&mut head[k], &mut tail[0]);
-    }
-}
-
-/// Takes column `k` out of the rows below `k`, the one with its largest entry first.
-#[inline(always)]
-#[allow(clippy::inline_always, clippy::needless_range_loop)] // with a literal `k` no loop and no index is left of it
-fn take_out<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], inverse: &mut [T; M], k: usize) {
-    if T::LANES == 1 {
-        let (mut pivot, mut largest) = (k, a[k][k].abs().lane(0));
-        for i in k + 1..M {
-            let size = a[i][k].abs().lane(0);
-            if largest < size {
-                (pivot, largest) = (i, size);
-            }
-        }
-        if pivot != k {
-            a.swap(k, pivot);
-            x.swap(k, pivot);
-        }
-    } else {
-        exchange(a, x, k);
-    }
-    inverse[k] = a[k][k].recip();
-    for i in k + 1..M {
-        let factor = a[i][k] * inverse[k];
-        for j in k + 1..M {
-            a[i][j] = a[i][j] - factor * a[k][j];
-        }
-        x[i] = x[i] - factor * x[k];
-    }
-}
-
-/// Gauss elimination with partial pivoting, in place. The result is the absolute value of the smallest and that of the
-/// largest pivot.
-///
-/// Several lanes exchange rows by selection instead of branches, because they may differ in their pivots.
-fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> [T; 2] {
-    /// Up to so many columns stand one after the other, each with loops of lengths that are known.
-    const UNROLLED: usize = 8;
-    let mut inverse = *x; // of the pivots
-    if M <= UNROLLED {
-        macro_rules! columns {
-            ($($k:literal)*) => {
-                $(if $k < M { take_out(a, x, &mut inverse, $k); })*
-            };
-        }
-        columns!(0 1 2 3 4 5 6 7);
-    } else {
-        for k in 0..M {
-            take_out(a, x, &mut inverse, k);
-        }
-    }
-    let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
-    for k in (0..M).rev() {
-        let value = x[k] * inverse[k];
-        x[k] = value;
-        for i in 0..k {
-            x[i] = x[i] - a[i][k] * value;
-        }
-        let size = a[k][k].abs();
-        smallest = T::select_lt(size, smallest, size, smallest);
-        largest = T::select_lt(largest, size, size, largest);
-    }
-    [smallest, largest]
-}
-
-/// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for
-/// infinity.
-fn inverse_power_of_two(size: f64) -> f64 {
-    if size == 0.0 {
-        return 1.0;
-    }
-    if size == f64::INFINITY {
-        return f64::NAN;
-    }
-    let exponent = (size.to_bits() >> 52) & 0x7ff;
-    f64::from_bits(2046_u64.saturating_sub(exponent).clamp(1, 2045) << 52)
 }
 
 #[cfg(test)]

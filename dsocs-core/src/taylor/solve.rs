@@ -4,15 +4,14 @@
 //! and `r_k` knows lower orders only. So the matrix is inverted once an expansion, and every order is one product with it.
 
 use super::kernel::add_product;
+use crate::step::convergence::{LAST_UPDATE, Update};
+use crate::step::elimination::inverse;
 
 /// How often the accelerations of order 0 are improved where the rows are not affine in them.
 const MAX_ITERATIONS: u32 = 50;
 
 /// How often they are improved where the rows are affine: once to solve, once for rounding.
 const AFFINE_ITERATIONS: u32 = 2;
-
-/// An update of this size, relative to the accelerations, is the last that matters.
-const SMALL: f64 = 1e-9;
 
 /// Newton's iteration for the accelerations of order 0.
 ///
@@ -69,11 +68,16 @@ impl<const M: usize> Accelerations<M> {
         }
         // the Jacobian of affine rows is that of the first iteration
         if self.iteration == 0 || !self.affine {
-            self.inverse = invert::<FUSED, M>(jacobian);
+            self.inverse = inverse::<FUSED, M>(jacobian);
         }
-        let size = |x: &[f64; M]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        let largest = a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let last = Update {
+            components: &self.update,
+            unknowns: a,
+            sizes: &[largest; M],
+        };
         // after an update that is small one more has been made good by quadratic convergence
-        let small = self.iteration > 0 && size(&self.update) <= SMALL * size(a);
+        let small = self.iteration > 0 && last.is_small(LAST_UPDATE);
         let limit = if self.affine {
             AFFINE_ITERATIONS
         } else {
@@ -104,53 +108,6 @@ pub fn back<const FUSED: bool, const M: usize>(inverse: &[[f64; M]; M], rows: &[
         }
     }
     solution
-}
-
-/// The inverse, by columns; rows may differ in size by hundreds of orders of magnitude. NaN if it is singular.
-///
-/// Gauss and Jordan's elimination with scaled rows and partial pivoting, on rows in registers: of eight rows it takes a
-/// tenth of the time of a factorisation with as many back substitutions.
-#[inline(always)]
-fn invert<const FUSED: bool, const M: usize>(matrix: &[[f64; M]; M]) -> [[f64; M]; M] {
-    let mut left = *matrix;
-    let mut right = [[0.0; M]; M];
-    for i in 0..M {
-        let size = left[i].iter().fold(0.0_f64, |size, entry| size.max(entry.abs()));
-        let scale = if size > 0.0 && size.is_finite() {
-            1.0 / size
-        } else {
-            f64::NAN
-        };
-        left[i] = left[i].map(|entry| entry * scale);
-        right[i][i] = scale;
-    }
-    for k in 0..M {
-        let mut pivot = k;
-        for i in k + 1..M {
-            if left[i][k].abs() > left[pivot][k].abs() {
-                pivot = i;
-            }
-        }
-        left.swap(k, pivot);
-        right.swap(k, pivot);
-        let inverse = 1.0 / left[k][k];
-        if !inverse.is_finite() {
-            return [[f64::NAN; M]; M];
-        }
-        let (upper, lower) = (left[k].map(|x| x * inverse), right[k].map(|x| x * inverse));
-        (left[k], right[k]) = (upper, lower);
-        for i in 0..M {
-            if i == k {
-                continue;
-            }
-            let factor = -left[i][k];
-            for j in 0..M {
-                left[i][j] = add_product::<FUSED>(left[i][j], factor, upper[j]);
-                right[i][j] = add_product::<FUSED>(right[i][j], factor, lower[j]);
-            }
-        }
-    }
-    core::array::from_fn(|j| core::array::from_fn(|i| right[i][j]))
 }
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ impl<T> Part<T> {
 }
 
 /// The body of the attribute.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Declaration {
     /// `coordinates(x, y);`
     pub(crate) coordinates: Part<Coordinates>,
@@ -90,7 +90,7 @@ pub(crate) struct Group {
 }
 
 /// `let NAME = EXPR;`
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Let {
     /// The name.
     pub(crate) name: Ident,
@@ -99,7 +99,7 @@ pub(crate) struct Let {
 }
 
 /// `lagrangian = EXPR;`
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Scalar {
     /// The expression.
     pub(crate) value: Expr,
@@ -108,7 +108,7 @@ pub(crate) struct Scalar {
 }
 
 /// `kinematic = EXPR;` or `kinematic = [EXPR, …];`, and so for the other kinds of constraints.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Constraints {
     /// The word `holonomic`, `nonholonomic`, `kinematic` or `discrete_kinematic`.
     pub(crate) keyword: Ident,
@@ -119,7 +119,7 @@ pub(crate) struct Constraints {
 }
 
 /// `variational = […];`, `variational = chetaev;` or `forces = […];`
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Directions {
     /// The word `variational` or `forces`.
     pub(crate) keyword: Ident,
@@ -143,7 +143,7 @@ pub(crate) enum Side {
 }
 
 /// `phi_… = |q0, q1| …;`
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Map {
     /// The name of the map.
     pub(crate) keyword: Ident,
@@ -152,7 +152,7 @@ pub(crate) struct Map {
 }
 
 /// What a map is.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) enum MapRule {
     /// A formula.
     Closure(Box<ExprClosure>),
@@ -165,7 +165,7 @@ pub(crate) enum MapRule {
 }
 
 /// `branch = divide(w);` or `branch = [divide(w), _];`
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Branch {
     /// The word `branch`.
     pub(crate) keyword: Ident,

@@ -22,7 +22,7 @@ pub(crate) const RESERVED: [(&str, &str); 5] = [
 ];
 
 /// What a name stands for.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) enum Binding {
     /// A coordinate, by its place.
     Coordinate(usize),
@@ -43,7 +43,7 @@ pub(crate) enum Binding {
 }
 
 /// `|i, j| …`, with parameters that have been checked.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Function {
     /// The closure.
     pub(crate) closure: Rc<ExprClosure>,
@@ -67,13 +67,12 @@ impl Binding {
 }
 
 /// The names that can be used at some place.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Scope {
     names: Vec<(String, Binding)>,
 }
 
 /// The names that [`Scope::split_off`] took away.
-#[derive(Debug)]
 pub(crate) struct Inner(Vec<(String, Binding)>);
 
 impl Scope {

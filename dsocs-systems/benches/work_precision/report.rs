@@ -112,11 +112,8 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
             .filter(|point| point.problem == problem)
             .cloned()
             .collect();
-        let svg = picture(problem, &points).draw()?;
-        fs::write(
-            directory.join(format!("work_precision_{problem}.svg")),
-            svg.encode(dsocs_systems::figure::Format::Svg)?,
-        )?;
+        let svg = picture(problem, &points).svg();
+        fs::write(directory.join(format!("work_precision_{problem}.svg")), svg)?;
     }
     Ok(())
 }

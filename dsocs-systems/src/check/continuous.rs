@@ -1,20 +1,16 @@
 //! The continuous law `(Fᵗ)*Ω_L = Ω_L + dν` (paper, section 2), by quadrature along the flow.
 //!
-//! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by a published
-//! Runge–Kutta method of order 8(5,3) (`ode_solvers`, `Dop853`), which does not conserve the law by itself.
+//! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by
+//! [extrapolation](super::extrapolation), which does not conserve the law by itself.
 
 use dsocs_core::System;
 use dsocs_core::geometry::{self, Displacement, TwoForm, Variation};
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{DVector, Dop853};
 
+use super::extrapolation::integrate;
 use super::{Measured, larger};
 
 /// The tolerance of the integration, relative and absolute.
 const TOLERANCE: f64 = 1e-13;
-
-/// How many steps it may take.
-const MAX_STEPS: u32 = 1_000_000;
 
 /// The motion with its variations and `dν` for every pair of them.
 struct Equations<'a, S, const N: usize> {
@@ -25,12 +21,12 @@ struct Equations<'a, S, const N: usize> {
 }
 
 /// The parts of a state: `(q, v)`, the displacements, and `dν` for every pair.
-fn part<const N: usize>(state: &DVector<f64>, from: usize) -> [f64; N] {
+fn part<const N: usize>(state: &[f64], from: usize) -> [f64; N] {
     core::array::from_fn(|i| state[from + i])
 }
 
 /// The displacement number `k` of a state.
-fn displacement<const N: usize>(state: &DVector<f64>, k: usize) -> Displacement<N> {
+fn displacement<const N: usize>(state: &[f64], k: usize) -> Displacement<N> {
     let from = 2 * N * (1 + k);
     Displacement {
         first: part(state, from),
@@ -38,8 +34,9 @@ fn displacement<const N: usize>(state: &DVector<f64>, k: usize) -> Displacement<
     }
 }
 
-impl<S: System<N>, const N: usize> ode_solvers::System<f64, DVector<f64>> for Equations<'_, S, N> {
-    fn system(&self, _: f64, state: &DVector<f64>, rate: &mut DVector<f64>) {
+impl<S: System<N>, const N: usize> Equations<'_, S, N> {
+    /// The rate of change of a state.
+    fn rate(&self, state: &[f64], rate: &mut [f64]) {
         let Ok(point) = geometry::motion(self.system, part::<N>(state, 0), part(state, N)) else {
             rate.fill(f64::NAN);
             return;
@@ -80,7 +77,7 @@ pub fn law<S: System<N>, const N: usize>(
 ) -> Measured<[f64; 2]> {
     let allowed = geometry::state_displacements(system, &q0, &v0);
     let count = allowed.len();
-    let mut start = DVector::zeros(2 * N * (1 + count) + count * count.saturating_sub(1) / 2);
+    let mut start = vec![0.0; 2 * N * (1 + count) + count * count.saturating_sub(1) / 2];
     for i in 0..N {
         (start[i], start[N + i]) = (q0[i], v0[i]);
         for (k, displacement) in allowed.iter().enumerate() {
@@ -88,33 +85,20 @@ pub fn law<S: System<N>, const N: usize>(
             (start[from + i], start[from + N + i]) = (displacement.first[i], displacement.second[i]);
         }
     }
-    let mut solver = Dop853::from_param(
-        Equations { system, count },
-        0.0,
-        until,
-        until,
+    let equations = Equations::<S, N> { system, count };
+    let end = integrate(
+        &mut |state, rate| equations.rate(state, rate),
         start,
+        until,
         TOLERANCE,
-        TOLERANCE,
-        0.9,
-        0.0,
-        0.333,
-        6.0,
-        until.abs(),
-        0.0,
-        MAX_STEPS,
-        MAX_STEPS,
-        OutputType::Sparse,
-    );
-    solver.integrate()?;
-    let end = solver.y_out().last().ok_or("no steps")?;
+    )?;
     let before = geometry::canonical_form(system, &q0, &v0);
-    let after = geometry::canonical_form(system, &part(end, 0), &part(end, N));
+    let after = geometry::canonical_form(system, &part(&end, 0), &part(&end, N));
     let (mut missed, mut change) = (0.0, 0.0);
     let mut place = 2 * N * (1 + count);
     for (k, first) in allowed.iter().enumerate() {
         for (l, second) in allowed[..k].iter().enumerate() {
-            let (u, w) = (displacement::<N>(end, k), displacement(end, l));
+            let (u, w) = (displacement::<N>(&end, k), displacement(&end, l));
             let first = before.of(first, second);
             let d_nu = end[place];
             let terms = size(&after, &u, &w) + first.abs() + d_nu.abs();

@@ -4,6 +4,7 @@
 //! multiple of it, and the figures are relative to the terms that they are a difference of.
 
 mod continuous;
+mod extrapolation;
 mod flow;
 mod momentum;
 mod order;

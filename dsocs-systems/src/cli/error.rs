@@ -139,7 +139,7 @@ impl CliError {
             | Self::Parameter { .. }
             | Self::TableFormat(_)
             | Self::Conflict { .. }
-            | Self::Figure(FigureError::Format(_))
+            | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
                 failure:
                     RunFailure::Setup(_)

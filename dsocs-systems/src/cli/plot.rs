@@ -114,7 +114,6 @@ impl Plot {
             columns: 1,
             panels,
         }
-        .draw()?
         .encode(format)?;
         if let Err(cause) = file.write_all(&picture) {
             return Err(file.failed(cause));

@@ -69,7 +69,7 @@ pub struct RunArguments {
     /// How exact it is to be
     #[command(flatten)]
     accuracy: AccuracyArguments,
-    /// A figure of the coordinates (or of --columns) against time: an .svg or .png file
+    /// A figure of the coordinates (or of --columns) against time: an .svg file, or with the feature `png` a .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
 }

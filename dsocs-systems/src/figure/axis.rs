@@ -85,8 +85,78 @@ impl Axis {
     }
 }
 
+/// About so many ticks a linear axis has.
+const TICKS: f64 = 5.0;
+
+/// No axis has more ticks than this.
+const MOST_TICKS: usize = 24;
+
+impl Scale {
+    /// Where a value stands in a range: 0 at its beginning, 1 at its end.
+    pub(super) fn place(self, value: f64, (from, to): (f64, f64)) -> f64 {
+        match self {
+            Self::Linear => (value - from) / (to - from),
+            Self::Logarithmic => (value / from).log10() / (to / from).log10(),
+        }
+    }
+
+    /// The ticks of a range, with their labels.
+    pub(super) fn ticks(self, range: (f64, f64)) -> Vec<(f64, String)> {
+        match self {
+            Self::Linear => {
+                let ticks = linear_ticks(range).into_iter();
+                ticks.map(|tick| (tick, linear_label(tick, range))).collect()
+            }
+            Self::Logarithmic => {
+                let decades = (range.1 / range.0).log10();
+                let ticks = logarithmic_ticks(range).into_iter();
+                ticks
+                    .map(|tick| (tick, logarithmic_label(tick, decades)))
+                    .collect()
+            }
+        }
+    }
+}
+
+/// The multiples of 1, 2, 2.5 or 5 times a power of ten in a range, about [`TICKS`] of them. None in a range whose ends
+/// rounding does not let one tell apart.
+fn linear_ticks((from, to): (f64, f64)) -> Vec<f64> {
+    let rough = (to - from) / TICKS;
+    let power = 10f64.powf(rough.log10().floor());
+    let step = power
+        * match rough / power {
+            part if part < 1.5 => 1.0,
+            part if part < 2.25 => 2.0,
+            part if part < 3.5 => 2.5,
+            part if part < 7.5 => 5.0,
+            _ => 10.0,
+        };
+    // a multiple that rounding puts just outside stands at the end
+    let first = (from / step - 1e-9).ceil();
+    (0..MOST_TICKS as u32)
+        .map(|k| (first + f64::from(k)) * step)
+        .take_while(|&tick| tick <= to + 1e-9 * step)
+        .collect()
+}
+
+/// The powers of ten in a range, and where it touches no more than three decades twice and five times of them too. Over many
+/// decades some are left out.
+fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
+    let (first, last) = (from.log10().floor(), to.log10().ceil());
+    let decades = last - first;
+    let digits: &[f64] = if decades <= 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let every = (decades / 12.0).ceil().max(1.0);
+    let first = (first / every).ceil() * every;
+    (0..MOST_TICKS as u32)
+        .map(|k| first + every * f64::from(k))
+        .take_while(|&exponent| exponent <= last)
+        .flat_map(|exponent| digits.iter().map(move |digit| digit * 10f64.powf(exponent)))
+        .filter(|tick| (from * (1.0 - 1e-8)..=to * (1.0 + 1e-8)).contains(tick))
+        .collect()
+}
+
 /// The label of a tick on a logarithmic axis: on one that shows several decades, powers of ten alone are labelled.
-pub(super) fn logarithmic_label(value: f64, decades: f64) -> String {
+fn logarithmic_label(value: f64, decades: f64) -> String {
     // a tick is one digit times a power of ten, but for rounding
     let exponent = (value.log10() + 1e-6).floor();
     let digit = (value / 10f64.powf(exponent)).round();
@@ -119,7 +189,7 @@ fn superscript(number: f64) -> String {
 }
 
 /// The label of a tick on a linear axis with this range: no more digits than tell its ticks apart, a true minus sign.
-pub(super) fn linear_label(value: f64, (from, to): (f64, f64)) -> String {
+fn linear_label(value: f64, (from, to): (f64, f64)) -> String {
     let span = to - from;
     let value = if value.abs() < 1e-9 * span { 0.0 } else { value };
     let size = from.abs().max(to.abs());
@@ -162,6 +232,28 @@ mod tests {
         assert_eq!(linear_label(15_000.0, (0.0, 16_000.0)), "15000");
         assert_eq!(linear_label(2.5e7, (0.0, 3e7)), "2.5·10⁷");
         assert_eq!(linear_label(100.0, (99.9, 100.1)), "100");
+    }
+
+    #[test]
+    fn ticks() {
+        let close = |found: Vec<f64>, wanted: &[f64]| {
+            let apart = found
+                .iter()
+                .zip(wanted)
+                .any(|(x, y)| (x - y).abs() > 1e-12 * y.abs());
+            assert!(found.len() == wanted.len() && !apart, "{found:?} {wanted:?}");
+        };
+        close(linear_ticks((0.0, 2000.0)), &[0.0, 500.0, 1000.0, 1500.0, 2000.0]);
+        close(linear_ticks((-0.56, 0.56)), &[-0.5, -0.25, 0.0, 0.25, 0.5]);
+        close(linear_ticks((-1.9, 1.4)), &[-1.5, -1.0, -0.5, 0.0, 0.5, 1.0]);
+        close(linear_ticks((480.0, 500.0)), &[480.0, 485.0, 490.0, 495.0, 500.0]);
+        close(logarithmic_ticks((8e-4, 0.13)), &[1e-3, 1e-2, 1e-1]);
+        close(
+            logarithmic_ticks((150.0, 2500.0)),
+            &[200.0, 500.0, 1000.0, 2000.0],
+        );
+        assert!(logarithmic_ticks((1e-300, 1e300)).len() < MOST_TICKS);
+        assert!(linear_ticks((1.0, 1.0 + f64::EPSILON)).len() <= MOST_TICKS);
     }
 
     #[test]

@@ -1,26 +1,16 @@
-//! The one place that knows the plotting crate.
+//! From panels to a picture: what stands where.
 
-use std::sync::Arc;
-
-use kuva::backend::svg::SvgBackend;
-use kuva::plot::legend::LegendPosition;
-use kuva::plot::scatter::MarkerShape;
-use kuva::plot::{LinePlot, ScatterPlot};
-use kuva::render::figure::Figure as Grid;
-use kuva::render::layout::{Layout, TickFormat};
-use kuva::render::plots::Plot;
-use kuva::render::theme::Theme;
-
-use super::axis::{linear_label, logarithmic_label};
-use super::render::FONT;
-use super::{Axis, Curve, Figure, Legend, Panel, Scale, Style};
+use super::svg::{Anchor, Area, Lettering, Svg, width};
+use super::{Curve, Figure, Legend, Panel, Scale, Style};
 
 /// Space around a figure, in pixels.
 const PADDING: f64 = 4.0;
 /// Space between panels, in pixels.
 const SPACING: f64 = 6.0;
-/// Width of the margin left of the axes, in pixels, the same in every panel so that their axes align.
+/// Least width of the margin left of the axes, in pixels. It is the same in every panel so that their axes align.
 const LEFT: f64 = 88.0;
+/// Width that the label of the vertical axis takes of that margin, with space on both sides, in pixels.
+const UPRIGHT: f64 = 32.0;
 /// Width of the margin right of the axes, in pixels.
 const RIGHT: f64 = 22.0;
 /// Width of a legend that stands beside the axes, in pixels.
@@ -32,167 +22,320 @@ const BOTTOM: f64 = 32.0;
 /// Height that the label of the horizontal axis takes, in pixels.
 const LABEL: f64 = 26.0;
 
-/// The figure as the plotting crate writes it, with its text as text.
+/// Length of a tick, and the space from the axis to its label, in pixels.
+const TICK: [f64; 2] = [5.0, 9.0];
+/// Size of the axes' labels, and of all other text, in pixels.
+const SIZES: [f64; 2] = [15.0, 13.0];
+/// Height of a line of the legend, width of its sign, and space around both, in pixels.
+const ENTRY: [f64; 3] = [19.0, 22.0, 10.0];
+/// Space from the axes to a legend in the corner, in pixels.
+const CORNER: f64 = 14.0;
+
+/// The colour of axes and their ticks.
+const AXES: &str = "#000000";
+/// The colour of the grid.
+const GRID: &str = "#e4e4e4";
+/// The colour of the frame of a legend.
+const FRAME: &str = "#cccccc";
+
+/// The figure as SVG.
 pub(super) fn svg(figure: &Figure) -> String {
     let columns = figure.columns.max(1);
     let rows = figure.panels.len().div_ceil(columns).max(1);
-    let (plots, layouts): (Vec<_>, Vec<_>) = figure
-        .panels
-        .iter()
-        .map(|panel| {
-            let plots = curves(panel);
-            let layout = layout(panel, &plots);
-            (plots, layout)
-        })
-        .unzip();
     // the last row has the label of the axis, and the same height without
-    let labelled = figure
-        .panels
-        .last()
-        .is_some_and(|panel| !panel.x.label.is_empty());
-    let label = if labelled && rows > 1 { LABEL } else { 0.0 };
-    let gaps = 2.0 * PADDING + SPACING * (rows - 1) as f64;
-    let height = (figure.size[1] - gaps - label) / rows as f64;
+    let last = figure.panels.last();
+    let label = match last {
+        Some(panel) if rows > 1 && !panel.x.label.is_empty() => LABEL,
+        _ => 0.0,
+    };
+    let height = (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - label) / rows as f64;
     let width = (figure.size[0] - 2.0 * PADDING - SPACING * (columns - 1) as f64) / columns as f64;
-    let grid = Grid::new(rows, columns)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_padding(PADDING)
-        .with_spacing(SPACING)
-        .with_cell_size(width, height)
-        .with_row_height(rows - 1, height + label);
-    SvgBackend.render_scene(&grid.render())
+    let left = figure.panels.iter().map(left_margin).fold(LEFT, f64::max);
+    let mut svg = Svg::new(figure.size);
+    for (place, panel) in figure.panels.iter().enumerate() {
+        let (row, column) = (place / columns, place % columns);
+        let cell = Area {
+            left: PADDING + (width + SPACING) * column as f64,
+            top: PADDING + (height + SPACING) * row as f64,
+            width,
+            height: if row + 1 == rows { height + label } else { height },
+        };
+        Axes::new(panel, &cell, left).draw(&mut svg);
+    }
+    svg.finish()
 }
 
-/// The curves of a panel.
-fn curves(panel: &Panel) -> Vec<Plot> {
-    let raise = ranges(panel).map(|(_, raise)| raise);
-    panel
-        .curves
-        .iter()
-        .map(|curve| plot(panel, curve, raise))
-        .collect()
+/// The margin that a panel's vertical axis needs for its labels.
+fn left_margin(panel: &Panel) -> f64 {
+    let ticks = panel.y.scale.ticks(ranges(panel)[1]);
+    let widest = ticks.iter().map(|(_, label)| width(label, SIZES[1]));
+    widest.fold(0.0, f64::max) + TICK[1] + UPRIGHT
 }
 
-/// The smallest number that the crate shows on a logarithmic axis; smaller ones it takes for this one.
-const LEAST: f64 = 1e-10;
-
-/// The ranges of the axes, and the powers of ten that data is multiplied by so that the crate shows it.
-fn ranges(panel: &Panel) -> [((f64, f64), f64); 2] {
+/// The ranges of both axes.
+fn ranges(panel: &Panel) -> [(f64, f64); 2] {
     [(&panel.x, 0), (&panel.y, 1)].map(|(axis, component)| {
         let points = panel.curves.iter().flat_map(|curve| &curve.points);
-        let range = axis.range_of(points.map(|point| point[component]));
-        let raise = match axis.scale {
-            Scale::Logarithmic if range.0 < LEAST => 10_f64.powf((LEAST / range.0).log10().ceil()),
-            _ => 1.0,
+        axis.range_of(points.map(|point| point[component]))
+    })
+}
+
+/// The axes of a panel on the picture.
+struct Axes<'p> {
+    /// The panel.
+    panel: &'p Panel,
+    /// Where the axes stand.
+    area: Area,
+    /// What they show.
+    ranges: [(f64, f64); 2],
+    /// How much of the margin on the left the ticks' labels may take.
+    left: f64,
+}
+
+impl<'p> Axes<'p> {
+    /// The axes of a panel in a cell of the picture, with this margin on the left.
+    fn new(panel: &'p Panel, cell: &Area, left: f64) -> Self {
+        let right = match panel.legend {
+            Legend::Right => RIGHT + LEGEND,
+            Legend::TopLeft | Legend::At(_) => RIGHT,
         };
-        (range, raise)
-    })
-}
-
-/// One curve.
-fn plot(panel: &Panel, curve: &Curve, raise: [f64; 2]) -> Plot {
-    let points: Vec<(f64, f64)> = curve
-        .points
-        .iter()
-        .filter(|[x, y]| panel.x.shows(*x) && panel.y.shows(*y))
-        .map(|&[x, y]| (x * raise[0], y * raise[1]))
-        .collect();
-    let line = |width| {
-        let line = LinePlot::new()
-            .with_data(points.iter().copied())
-            .with_color(curve.colour);
-        let line = line.with_stroke_width(width);
-        curve.label.iter().fold(line, LinePlot::with_legend)
-    };
-    let markers = |shape, size| {
-        let markers = ScatterPlot::new()
-            .with_data(points.iter().copied())
-            .with_color(curve.colour);
-        let markers = markers.with_marker(shape).with_size(size);
-        curve.label.iter().fold(markers, ScatterPlot::with_legend)
-    };
-    match curve.style {
-        Style::Line(width) => line(width).into(),
-        Style::Dashed(width) => line(width).with_dashed().into(),
-        Style::Discs(size) => markers(MarkerShape::Circle, size).into(),
-        Style::Squares(size) => markers(MarkerShape::Square, size).into(),
-    }
-}
-
-/// The axes of a panel.
-fn layout(panel: &Panel, plots: &[Plot]) -> Layout {
-    let [(x, raise_x), (y, raise_y)] = ranges(panel);
-    let position = match panel.legend {
-        Legend::TopLeft => LegendPosition::InsideTopLeft,
-        Legend::At([x, y]) => LegendPosition::DataCoords(x * raise_x, y * raise_y),
-        Legend::Right => LegendPosition::OutsideRightTop,
-    };
-    let right = if panel.legend == Legend::Right {
-        RIGHT + LEGEND
-    } else {
-        RIGHT
-    };
-    let label = if panel.x.label.is_empty() { 0.0 } else { LABEL };
-    let mut layout = Layout::auto_from_plots(plots)
-        .with_x_axis_min(x.0 * raise_x)
-        .with_x_axis_max(x.1 * raise_x)
-        .with_y_axis_min(y.0 * raise_y)
-        .with_y_axis_max(y.1 * raise_y)
-        .with_x_tick_format(ticks(&panel.x, x, raise_x))
-        .with_y_tick_format(ticks(&panel.y, y, raise_y))
-        .with_y_label(panel.y.label.as_str())
-        .with_y_label_offset(-4.0, 0.0)
-        .with_legend_position(position)
-        .with_force_margins(LEFT, right)
-        .with_force_margins_y(TOP, BOTTOM + label)
-        .with_theme(theme())
-        .with_font_family(FONT)
-        .with_label_size(15)
-        .with_tick_size(13)
-        .with_body_size(13)
-        .with_axis_line_width(1.0)
-        .with_tick_width(1.0)
-        .with_grid_line_width(0.6)
-        .with_box_axes();
-    // the crate's estimate is for a narrower font
-    layout.legend_width *= 1.12;
-    // the label of the vertical axis stands beside the tick labels of this range
-    if panel.y.scale == Scale::Linear {
-        layout.y_range = y;
-    }
-    if !panel.x.label.is_empty() {
-        layout = layout.with_x_label(panel.x.label.as_str());
-    }
-    if panel.x.scale == Scale::Logarithmic {
-        layout = layout.with_log_x();
-    }
-    if panel.y.scale == Scale::Logarithmic {
-        layout = layout.with_log_y();
-    }
-    if panel.equal_aspect {
-        layout.with_equal_aspect()
-    } else {
-        layout
-    }
-}
-
-/// The labels of an axis's ticks.
-fn ticks(axis: &Axis, range: (f64, f64), raise: f64) -> TickFormat {
-    TickFormat::Custom(match axis.scale {
-        Scale::Linear => Arc::new(move |value| linear_label(value, range)),
-        Scale::Logarithmic => {
-            let decades = (range.1 / range.0).log10();
-            Arc::new(move |value| logarithmic_label(value / raise, decades))
+        let label = if panel.x.label.is_empty() { 0.0 } else { LABEL };
+        let area = Area {
+            left: cell.left + left,
+            top: cell.top + TOP,
+            width: (cell.width - left - right).max(1.0),
+            height: (cell.height - TOP - BOTTOM - label).max(1.0),
+        };
+        let mut ranges = ranges(panel);
+        if panel.equal_aspect && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
+            ranges = of_equal_aspect(ranges, &area);
         }
-    })
+        Self {
+            panel,
+            area,
+            ranges,
+            left,
+        }
+    }
+
+    /// The place of a horizontal coordinate.
+    fn across(&self, x: f64) -> f64 {
+        self.area.left + self.area.width * self.panel.x.scale.place(x, self.ranges[0])
+    }
+
+    /// The place of a vertical coordinate.
+    fn down(&self, y: f64) -> f64 {
+        self.area.bottom() - self.area.height * self.panel.y.scale.place(y, self.ranges[1])
+    }
+
+    /// Draws all of the panel.
+    fn draw(&self, svg: &mut Svg) {
+        let area = &self.area;
+        let across: Vec<_> = self.ticks(0, |x| self.across(x));
+        let down: Vec<_> = self.ticks(1, |y| self.down(y));
+        // a line of the grid that falls on the axes is not seen
+        let inside = |place: f64, from: f64, to: f64| place - from > 1.0 && to - place > 1.0;
+        for &(x, _) in across.iter().filter(|(x, _)| inside(*x, area.left, area.right())) {
+            svg.polyline([[x, area.top], [x, area.bottom()]], GRID, 0.6, None);
+        }
+        for &(y, _) in down.iter().filter(|(y, _)| inside(*y, area.top, area.bottom())) {
+            svg.polyline([[area.left, y], [area.right(), y]], GRID, 0.6, None);
+        }
+        svg.clipped(area, |svg| {
+            for curve in &self.panel.curves {
+                self.curve(svg, curve);
+            }
+        });
+        svg.rectangle(area, "none", AXES);
+        for (x, label) in &across {
+            svg.polyline(
+                [[*x, area.bottom()], [*x, area.bottom() + TICK[0]]],
+                AXES,
+                1.0,
+                None,
+            );
+            svg.text(
+                label,
+                &plain([*x, area.bottom() + TICK[1] + 0.4 * SIZES[1]], Anchor::Middle),
+            );
+        }
+        for (y, label) in &down {
+            svg.polyline([[area.left - TICK[0], *y], [area.left, *y]], AXES, 1.0, None);
+            svg.text(label, &plain([area.left - TICK[1], *y], Anchor::End));
+        }
+        self.labels(svg);
+        self.legend(svg);
+    }
+
+    /// The places of an axis's ticks, with their labels.
+    fn ticks(&self, axis: usize, place: impl Fn(f64) -> f64) -> Vec<(f64, String)> {
+        let scale = [self.panel.x.scale, self.panel.y.scale][axis];
+        let ticks = scale.ticks(self.ranges[axis]).into_iter();
+        ticks.map(|(tick, label)| (place(tick), label)).collect()
+    }
+
+    /// The labels of the axes.
+    fn labels(&self, svg: &mut Svg) {
+        let area = &self.area;
+        let lettering = |at, upright| Lettering {
+            at,
+            anchor: Anchor::Middle,
+            size: SIZES[0],
+            upright,
+        };
+        let middle = [area.left + area.width / 2.0, area.top + area.height / 2.0];
+        if !self.panel.x.label.is_empty() {
+            let below = area.bottom() + BOTTOM + LABEL / 2.0;
+            svg.text(&self.panel.x.label, &lettering([middle[0], below], false));
+        }
+        if !self.panel.y.label.is_empty() {
+            let beside = area.left - self.left + UPRIGHT / 2.0;
+            svg.text(&self.panel.y.label, &lettering([beside, middle[1]], true));
+        }
+    }
+
+    /// A curve.
+    fn curve(&self, svg: &mut Svg, curve: &Curve) {
+        let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
+        let points = curve.points.iter().filter(shown);
+        let points = points.map(|&[x, y]| [self.across(x), self.down(y)]);
+        match curve.style {
+            Style::Line(width) => svg.polyline(points, curve.colour, width, None),
+            Style::Dashed(width) => svg.polyline(points, curve.colour, width, Some(DASHES)),
+            Style::Discs(size) => points.for_each(|at| svg.disc(at, size, curve.colour)),
+            Style::Squares(size) => points.for_each(|at| square(svg, at, size, curve.colour)),
+        }
+    }
+
+    /// The labels of the curves.
+    fn legend(&self, svg: &mut Svg) {
+        let labelled = |curve: &'p Curve| Some((curve, curve.label.as_deref()?));
+        let entries: Vec<_> = self.panel.curves.iter().filter_map(labelled).collect();
+        if entries.is_empty() {
+            return;
+        }
+        let [line, sign, space] = ENTRY;
+        let widest = entries.iter().map(|(_, label)| width(label, SIZES[1]));
+        let [left, top] = match self.panel.legend {
+            Legend::TopLeft => [self.area.left + CORNER, self.area.top + CORNER / 2.0],
+            Legend::At([x, y]) => [self.across(x), self.down(y)],
+            Legend::Right => [self.area.right() + CORNER, self.area.top],
+        };
+        let frame = Area {
+            left,
+            top,
+            width: widest.fold(0.0, f64::max) + sign + 3.0 * space,
+            height: line * entries.len() as f64 + space,
+        };
+        svg.rectangle(&frame, "#ffffff", FRAME);
+        for (place, (curve, label)) in entries.into_iter().enumerate() {
+            let y = top + space / 2.0 + line * (place as f64 + 0.5);
+            let x = left + space;
+            let (ends, middle) = ([[x, y], [x + sign, y]], [x + sign / 2.0, y]);
+            match curve.style {
+                Style::Line(width) => svg.polyline(ends, curve.colour, width.max(1.2), None),
+                Style::Dashed(width) => svg.polyline(ends, curve.colour, width.max(1.2), Some(DASHES)),
+                Style::Discs(size) => svg.disc(middle, size.max(3.0), curve.colour),
+                Style::Squares(size) => square(svg, middle, size.max(3.0), curve.colour),
+            }
+            svg.text(label, &plain([x + sign + space, y], Anchor::Start));
+        }
+    }
 }
 
-/// Black on white with a light grid.
-fn theme() -> Theme {
-    Theme {
-        grid_color: "#e4e4e4".into(),
-        legend_border: "#cccccc".into(),
-        ..Theme::light()
+/// The dashes of a dashed line, and the spaces between them, in pixels.
+const DASHES: &str = "8 4";
+
+/// The look of ticks' labels and of the legend.
+fn plain(at: [f64; 2], anchor: Anchor) -> Lettering {
+    Lettering {
+        at,
+        anchor,
+        size: SIZES[1],
+        upright: false,
+    }
+}
+
+/// A square about a point, of a half side.
+fn square(svg: &mut Svg, [x, y]: [f64; 2], half: f64, colour: &str) {
+    let area = Area {
+        left: x - half,
+        top: y - half,
+        width: 2.0 * half,
+        height: 2.0 * half,
+    };
+    svg.rectangle(&area, colour, "none");
+}
+
+/// The ranges, one of them enlarged about its middle so that a unit has the same length on both axes.
+fn of_equal_aspect([x, y]: [(f64, f64); 2], area: &Area) -> [(f64, f64); 2] {
+    let unit = (area.width / (x.1 - x.0)).min(area.height / (y.1 - y.0));
+    let enlarged = |(from, to): (f64, f64), length: f64| {
+        let (middle, half) = (f64::midpoint(from, to), length / (2.0 * unit));
+        (middle - half, middle + half)
+    };
+    [enlarged(x, area.width), enlarged(y, area.height)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Axis, BLUE};
+
+    /// A figure of one panel with one curve.
+    fn figure(points: Vec<[f64; 2]>, style: Style) -> Figure {
+        let curve = Curve {
+            points,
+            style,
+            colour: BLUE,
+            label: Some("|ψ| < θ".to_owned()),
+        };
+        let panel = Panel {
+            x: Axis::linear("t [s]").over(0.0, 2.0),
+            y: Axis::logarithmic("θ [rad]").over(1.0, 100.0),
+            curves: vec![curve],
+            ..Panel::default()
+        };
+        Figure {
+            size: [400.0, 300.0],
+            columns: 1,
+            panels: vec![panel],
+        }
+    }
+
+    #[test]
+    fn points_stand_where_the_axes_say() {
+        let svg = figure(
+            vec![[0.0, 1.0], [1.0, f64::NAN], [1.5, -1.0], [1.0, 10.0]],
+            Style::Line(1.0),
+        )
+        .svg();
+        // the axes reach from 92 to 374 and from 18 to 238
+        assert!(svg.contains("<polyline points=\"92,238 233,128\""), "{svg}");
+        assert!(
+            svg.contains("<rect x=\"92\" y=\"18\" width=\"282\" height=\"220\" fill=\"none\""),
+            "{svg}"
+        );
+    }
+
+    #[test]
+    fn text_is_text() {
+        let svg = figure(vec![[0.0, 1.0]], Style::Discs(2.0)).svg();
+        for text in [">t [s]<", ">θ [rad]<", ">0.5<", ">10²<", ">|ψ| &lt; θ<"] {
+            assert!(svg.contains(text), "{text} in {svg}");
+        }
+        assert!(svg.contains("sans-serif"));
+    }
+
+    #[test]
+    fn a_unit_has_the_same_length_on_both_axes() {
+        let area = Area {
+            left: 0.0,
+            top: 0.0,
+            width: 200.0,
+            height: 100.0,
+        };
+        let [x, y] = of_equal_aspect([(0.0, 1.0), (-1.0, 1.0)], &area);
+        assert_eq!((x, y), ((-1.5, 2.5), (-1.0, 1.0)));
     }
 }

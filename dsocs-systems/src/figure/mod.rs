@@ -1,16 +1,20 @@
-//! Figures: panels of curves with axes and legends, as SVG and PNG.
+//! Figures: panels of curves with axes and legends, as SVG and, with the feature `png`, as PNG.
 //!
-//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file knows the plotting crate, one the
-//! renderer: text becomes outlines of an embedded font, so that a figure looks alike on a machine without any fonts.
+//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file says what stands where, one writes the
+//! elements of SVG, one makes pixels of them. The crates that draw such figures take longer to compile than all else that the
+//! command line needs, or round to whole pixels.
 
 mod axis;
 mod draw;
 mod envelope;
+#[cfg(feature = "png")]
+mod png;
 mod render;
+mod svg;
 
 pub use axis::{Axis, Scale};
 pub use envelope::Envelope;
-pub use render::{FigureError, Format, Rendered};
+pub use render::{FigureError, Format};
 
 /// A colour-blind-safe blue (Okabe and Ito).
 pub const BLUE: &str = "#0072B2";
@@ -30,17 +34,6 @@ pub struct Figure {
     pub columns: usize,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
-}
-
-impl Figure {
-    /// Draws the figure.
-    ///
-    /// # Errors
-    ///
-    /// [`FigureError`] if what the plotting crate writes cannot be read back.
-    pub fn draw(&self) -> Result<Rendered, FigureError> {
-        Rendered::new(&draw::svg(self))
-    }
 }
 
 /// One pair of axes with its curves.

@@ -5,7 +5,7 @@
 //! Methods for Nonlinear Problems*, section 5.1). From a straight line a particle is led to its turn through all smaller
 //! turns. Scaling rows or unknowns changes nothing of the path.
 
-use super::{Equations, Root, relative, solve};
+use super::{Equations, Root, relative, solve_apart};
 use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows may be evaluated on the way.
@@ -64,7 +64,7 @@ pub(crate) fn follow<E: Equations>(
     };
     let end = path.walk(start, first.update()?);
     *evaluations += path.evaluations;
-    match solve(equations, end?, size, max_iterations, &mut ()) {
+    match solve_apart(equations, end?, size, max_iterations, &mut ()) {
         Ok(root) => {
             *evaluations += root.evaluations;
             Some(root)

@@ -54,11 +54,11 @@ pub fn paper(arguments: &PaperArguments) -> Result<(), CliError> {
     let computed = begun.elapsed();
 
     let figures = figures::all(&results);
-    let bar = progress::bar(2 * figures.len() as u64, "figures");
+    let bar = progress::bar((Format::WRITTEN.len() * figures.len()) as u64, "figures");
     figures.par_iter().try_for_each(|(name, figure)| {
-        let drawn = figure.draw()?;
-        for (format, ending) in [(Format::Svg, "svg"), (Format::Png, "png")] {
-            output::write(&folder.join(format!("{name}.{ending}")), &drawn.encode(format)?)?;
+        for &format in Format::WRITTEN {
+            let file = format!("{name}.{}", format.ending());
+            output::write(&folder.join(file), &figure.encode(format)?)?;
             bar.inc(1);
         }
         Ok::<_, CliError>(())

@@ -8,6 +8,7 @@ use comfy_table::{Cell, CellAlignment, Table, presets};
 
 use super::{CliError, Results};
 use crate::experiment::{ErrorRow, StartRule, slope};
+use crate::figure::Format;
 use crate::pendulum::InertiaWheelPendulum;
 
 /// Prints the tables of errors and where everything is.
@@ -27,7 +28,12 @@ pub fn print(
         .lyapunov(&InertiaWheelPendulum::default(), end)
         .unwrap_or(f64::NAN);
     let files = format!(
-        "Figures (SVG and PNG) in {}: {}.\nEvery number behind them: {}.\n{:.2} s for the numbers, {:.2} s in all.\n",
+        "Figures ({}) in {}: {}.\nEvery number behind them: {}.\n{:.2} s for the numbers, {:.2} s in all.\n",
+        if Format::WRITTEN.contains(&Format::Png) {
+            "SVG and PNG"
+        } else {
+            "SVG; with `--features png` also PNG"
+        },
         folder.display(),
         figures.join(", "),
         folder.join("summary.json").display(),

@@ -1,0 +1,236 @@
+//! The few elements of SVG that a figure consists of.
+
+use std::fmt::Write;
+
+/// The fonts of all text: the first that the reader's machine has. The first is the one that pictures are made with.
+const FONTS: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
+
+/// Places outside a picture end here, in pixels: what is clipped away need not be exact.
+const FARTHEST: f64 = 1e5;
+
+/// Which part of a text stands at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anchor {
+    /// Its beginning.
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its end.
+    End,
+}
+
+/// A text's place and look.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lettering {
+    /// Where it stands, in pixels: across, and the middle of its height.
+    pub(super) at: [f64; 2],
+    /// Which part of it stands there.
+    pub(super) anchor: Anchor,
+    /// The size of the font, in pixels.
+    pub(super) size: f64,
+    /// Whether it is read from below.
+    pub(super) upright: bool,
+}
+
+/// A rectangle, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Area {
+    /// Its left edge.
+    pub(super) left: f64,
+    /// Its upper edge.
+    pub(super) top: f64,
+    /// Its width.
+    pub(super) width: f64,
+    /// Its height.
+    pub(super) height: f64,
+}
+
+impl Area {
+    /// Its right edge.
+    pub(super) fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    /// Its lower edge.
+    pub(super) fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+}
+
+/// A picture in the making.
+pub(super) struct Svg {
+    /// What is written so far.
+    text: String,
+    /// How many clip paths there are.
+    clips: usize,
+}
+
+impl Svg {
+    /// A white picture of a width and a height in pixels.
+    pub(super) fn new([width, height]: [f64; 2]) -> Self {
+        let (width, height) = (number(width), number(height));
+        let text = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">\n\
+             <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
+        );
+        Self { text, clips: 0 }
+    }
+
+    /// The whole picture.
+    pub(super) fn finish(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+
+    /// Adds an element.
+    fn add(&mut self, element: std::fmt::Arguments<'_>) {
+        // writing to a string does not fail
+        let _ = self.text.write_fmt(element);
+        self.text.push('\n');
+    }
+
+    /// Lines from one point to the next; `dashes` as SVG writes them.
+    pub(super) fn polyline(
+        &mut self,
+        points: impl IntoIterator<Item = [f64; 2]>,
+        colour: &str,
+        width: f64,
+        dashes: Option<&str>,
+    ) {
+        let mut places = String::new();
+        for [x, y] in points {
+            if !places.is_empty() {
+                places.push(' ');
+            }
+            places.push_str(&format!("{},{}", number(x), number(y)));
+        }
+        let dashes = dashes.map_or_else(String::new, |dashes| format!(" stroke-dasharray=\"{dashes}\""));
+        self.add(format_args!(
+            "<polyline points=\"{places}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\" \
+             stroke-linejoin=\"round\"{dashes}/>",
+            escaped(colour),
+            number(width),
+        ));
+    }
+
+    /// A disc.
+    pub(super) fn disc(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str) {
+        self.add(format_args!(
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
+            number(x),
+            number(y),
+            number(radius),
+            escaped(colour),
+        ));
+    }
+
+    /// A rectangle, filled or framed by a line of one pixel.
+    pub(super) fn rectangle(&mut self, area: &Area, fill: &str, frame: &str) {
+        self.add(format_args!(
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\" stroke=\"{}\"/>",
+            number(area.left),
+            number(area.top),
+            number(area.width),
+            number(area.height),
+            escaped(fill),
+            escaped(frame),
+        ));
+    }
+
+    /// Text.
+    pub(super) fn text(&mut self, text: &str, lettering: &Lettering) {
+        let anchor = match lettering.anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let [x, y] = lettering.at;
+        // capitals and digits reach to seven tenths of the size
+        let shift = 0.35 * lettering.size;
+        let place = if lettering.upright {
+            let (x, y) = (number(x + shift), number(y));
+            format!("x=\"{x}\" y=\"{y}\" transform=\"rotate(-90 {x} {y})\"")
+        } else {
+            format!("x=\"{}\" y=\"{}\"", number(x), number(y + shift))
+        };
+        self.add(format_args!(
+            "<text {place} font-size=\"{}\" text-anchor=\"{anchor}\">{}</text>",
+            number(lettering.size),
+            escaped(text),
+        ));
+    }
+
+    /// What is drawn by `draw` is shown inside an area only.
+    pub(super) fn clipped(&mut self, area: &Area, draw: impl FnOnce(&mut Self)) {
+        self.clips += 1;
+        let name = format!("axes-{}", self.clips);
+        self.add(format_args!("<clipPath id=\"{name}\">"));
+        self.rectangle(area, "#000000", "none");
+        self.add(format_args!("</clipPath>\n<g clip-path=\"url(#{name})\">"));
+        draw(self);
+        self.add(format_args!("</g>"));
+    }
+}
+
+/// A length or place: a hundredth of a pixel is exact enough.
+fn number(value: f64) -> String {
+    let text = format!("{:.2}", value.clamp(-FARTHEST, FARTHEST));
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+/// Text as it stands between tags and in attributes.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// The width of a text in the first of the fonts, in pixels, to a few per cent. The others are narrower.
+pub(super) fn width(text: &str, size: f64) -> f64 {
+    let of = |character| match character {
+        'i' | 'j' | 'l' | '\'' | '¹' => 0.28,
+        ' ' | ',' | '.' | ':' | ';' | '·' | '|' | 'f' => 0.34,
+        't' | 'r' | '(' | ')' | '[' | ']' | '-' | '/' | 'I' => 0.4,
+        '⁰' | '²'..='³' | '⁴'..='⁹' | '⁻' => 0.42,
+        'c' | 's' | 'z' => 0.54,
+        'm' | 'M' | 'W' | '—' => 0.98,
+        '=' | '≤' | '≥' | '−' | '+' | '<' | '>' | 'w' => 0.83,
+        'A'..='Z' => 0.7,
+        _ => 0.63,
+    };
+    size * text.chars().map(of).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_bounded() {
+        assert_eq!(number(12.0), "12");
+        assert_eq!(number(-0.001), "0");
+        assert_eq!(number(1.239), "1.24");
+        assert_eq!(number(100.0), "100");
+        assert_eq!(number(f64::INFINITY), "100000");
+    }
+
+    #[test]
+    fn text_is_escaped() {
+        let mut svg = Svg::new([10.0, 10.0]);
+        let lettering = Lettering {
+            at: [0.0; 2],
+            anchor: Anchor::Start,
+            size: 10.0,
+            upright: false,
+        };
+        svg.text("|v| < 1 & \"x\"", &lettering);
+        assert!(svg.finish().contains("|v| &lt; 1 &amp; &quot;x&quot;</text>"));
+    }
+}
