@@ -178,160 +178,168 @@ pub trait Real:
     }
 }
 
-/// The functions of one argument that `f64` has by the same names.
-macro_rules! of_one_argument {
-    ($then:ident) => {
-        $then! {
-            recip sqrt cbrt exp exp2 exp_m1 ln log2 log10 ln_1p sin cos tan asin acos atan sinh cosh tanh
-            asinh acosh atanh
-        }
+#[cfg(not(feature = "num-dual"))]
+macro_rules! forward {
+    ($($name:ident),* $(,)?) => {
+        $(
+            #[inline]
+            fn $name(self) -> Self {
+                f64::$name(self)
+            }
+        )*
     };
 }
 
 #[cfg(not(feature = "num-dual"))]
-macro_rules! plain {
-    ($($name:ident)*) => {
-        impl Real for f64 {
-            #[inline]
-            fn re(self) -> f64 {
-                self
-            }
+impl Real for f64 {
+    #[inline]
+    fn re(self) -> f64 {
+        self
+    }
 
-            #[inline]
-            fn abs(self) -> Self {
-                f64::abs(self)
-            }
+    #[inline]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
 
-            #[inline]
-            fn signum(self) -> Self {
-                f64::signum(self)
-            }
+    #[inline]
+    fn signum(self) -> Self {
+        f64::signum(self)
+    }
 
-            #[inline]
-            fn mul_add(self, factor: Self, term: Self) -> Self {
-                f64::mul_add(self, factor, term)
-            }
+    #[inline]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        f64::mul_add(self, factor, term)
+    }
 
-            #[inline]
-            fn powi(self, exponent: i32) -> Self {
-                f64::powi(self, exponent)
-            }
+    #[inline]
+    fn powi(self, exponent: i32) -> Self {
+        f64::powi(self, exponent)
+    }
 
-            #[inline]
-            fn powf(self, exponent: f64) -> Self {
-                f64::powf(self, exponent)
-            }
+    #[inline]
+    fn powf(self, exponent: f64) -> Self {
+        f64::powf(self, exponent)
+    }
 
-            #[inline]
-            fn powd(self, exponent: Self) -> Self {
-                f64::powf(self, exponent)
-            }
+    #[inline]
+    fn powd(self, exponent: Self) -> Self {
+        f64::powf(self, exponent)
+    }
 
-            #[inline]
-            fn log(self, base: f64) -> Self {
-                f64::log(self, base)
-            }
+    #[inline]
+    fn log(self, base: f64) -> Self {
+        f64::log(self, base)
+    }
 
-            #[inline]
-            fn sin_cos(self) -> (Self, Self) {
-                f64::sin_cos(self)
-            }
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
 
-            #[inline]
-            fn atan2(self, x: Self) -> Self {
-                f64::atan2(self, x)
-            }
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
+    }
 
-            $(
-                #[inline]
-                fn $name(self) -> Self {
-                    f64::$name(self)
-                }
-            )*
-        }
-    };
-}
-
-#[cfg(not(feature = "num-dual"))]
-of_one_argument!(plain);
-
-/// Everything that `num-dual` offers over `f64`, `f64` itself among it. Named in full throughout: a call by name alone would
-/// be one of the method that is being defined.
-#[cfg(feature = "num-dual")]
-macro_rules! foreign {
-    ($($name:ident)*) => {
-        impl<R: num_dual::DualNum<Primitive = f64> + Copy> Real for R {
-            #[inline]
-            fn re(self) -> f64 {
-                num_dual::DualStruct::re(&self)
-            }
-
-            #[inline]
-            fn abs(self) -> Self {
-                num_traits::Signed::abs(&self)
-            }
-
-            #[inline]
-            fn signum(self) -> Self {
-                num_traits::Signed::signum(&self)
-            }
-
-            #[inline]
-            fn mul_add(self, factor: Self, term: Self) -> Self {
-                num_dual::DualNum::mul_add(&self, factor, term)
-            }
-
-            #[inline]
-            fn powi(self, exponent: i32) -> Self {
-                num_dual::DualNum::powi(&self, exponent)
-            }
-
-            #[inline]
-            fn powf(self, exponent: f64) -> Self {
-                num_dual::DualNum::powf(&self, exponent)
-            }
-
-            #[inline]
-            fn powd(self, exponent: Self) -> Self {
-                num_dual::DualNum::powd(&self, exponent)
-            }
-
-            #[inline]
-            fn log(self, base: f64) -> Self {
-                num_dual::DualNum::log(&self, base)
-            }
-
-            #[inline]
-            fn sin_cos(self) -> (Self, Self) {
-                num_dual::DualNum::sin_cos(&self)
-            }
-
-            #[inline]
-            fn atan2(self, x: Self) -> Self {
-                num_dual::DualNum::atan2(&self, x)
-            }
-
-            fn sph_j0(self) -> Self {
-                if R::NDERIV == 0 { bessel::j0(self) } else { num_dual::DualNum::sph_j0(&self) }
-            }
-
-            fn sph_j1(self) -> Self {
-                if R::NDERIV == 0 { bessel::j1(self) } else { num_dual::DualNum::sph_j1(&self) }
-            }
-
-            fn sph_j2(self) -> Self {
-                if R::NDERIV == 0 { bessel::j2(self) } else { num_dual::DualNum::sph_j2(&self) }
-            }
-
-            $(
-                #[inline]
-                fn $name(self) -> Self {
-                    num_dual::DualNum::$name(&self)
-                }
-            )*
-        }
-    };
+    forward!(
+        recip, sqrt, cbrt, exp, exp2, exp_m1, ln, log2, log10, ln_1p, sin, cos, tan, asin, acos, atan, sinh,
+        cosh, tanh, asinh, acosh, atanh
+    );
 }
 
 #[cfg(feature = "num-dual")]
-of_one_argument!(foreign);
+macro_rules! forward {
+    ($($name:ident),* $(,)?) => {
+        $(
+            #[inline]
+            fn $name(self) -> Self {
+                num_dual::DualNum::$name(&self)
+            }
+        )*
+    };
+}
+
+/// Everything that `num-dual` offers over `f64`, `f64` itself among it. Functions are named in full throughout: a call by name
+/// alone would be one of the method that is being defined.
+#[cfg(feature = "num-dual")]
+impl<R: num_dual::DualNum<Primitive = f64> + Copy> Real for R {
+    #[inline]
+    fn re(self) -> f64 {
+        num_dual::DualStruct::re(&self)
+    }
+
+    #[inline]
+    fn abs(self) -> Self {
+        num_traits::Signed::abs(&self)
+    }
+
+    #[inline]
+    fn signum(self) -> Self {
+        num_traits::Signed::signum(&self)
+    }
+
+    #[inline]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        num_dual::DualNum::mul_add(&self, factor, term)
+    }
+
+    #[inline]
+    fn powi(self, exponent: i32) -> Self {
+        num_dual::DualNum::powi(&self, exponent)
+    }
+
+    #[inline]
+    fn powf(self, exponent: f64) -> Self {
+        num_dual::DualNum::powf(&self, exponent)
+    }
+
+    #[inline]
+    fn powd(self, exponent: Self) -> Self {
+        num_dual::DualNum::powd(&self, exponent)
+    }
+
+    #[inline]
+    fn log(self, base: f64) -> Self {
+        num_dual::DualNum::log(&self, base)
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        num_dual::DualNum::sin_cos(&self)
+    }
+
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        num_dual::DualNum::atan2(&self, x)
+    }
+
+    fn sph_j0(self) -> Self {
+        if R::NDERIV == 0 {
+            bessel::j0(self)
+        } else {
+            num_dual::DualNum::sph_j0(&self)
+        }
+    }
+
+    fn sph_j1(self) -> Self {
+        if R::NDERIV == 0 {
+            bessel::j1(self)
+        } else {
+            num_dual::DualNum::sph_j1(&self)
+        }
+    }
+
+    fn sph_j2(self) -> Self {
+        if R::NDERIV == 0 {
+            bessel::j2(self)
+        } else {
+            num_dual::DualNum::sph_j2(&self)
+        }
+    }
+
+    forward!(
+        recip, sqrt, cbrt, exp, exp2, exp_m1, ln, log2, log10, ln_1p, sin, cos, tan, asin, acos, atan, sinh,
+        cosh, tanh, asinh, acosh, atanh
+    );
+}
