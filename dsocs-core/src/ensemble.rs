@@ -8,14 +8,13 @@ use std::sync::Arc;
 
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
-use thiserror::Error;
 
-use crate::error::{RunError, SetupError, StepError};
+use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::lanes::LANES;
+use crate::run::{Failure, Node, Observer, RunError, Trajectory};
 use crate::start::Start;
 use crate::system::System;
-use crate::trajectory::{Node, Observer, Trajectory};
 
 mod block;
 mod newton;
@@ -55,7 +54,7 @@ use block::Run;
 ///
 /// let particle = Particle { mass: 1.0, curvature: 0.5 };
 /// let starts = (1..=100).map(|k| Start::second_order([0.0, 0.0], [0.01 * f64::from(k), 0.0]));
-/// let finals = Ensemble::new(&particle, 0.01)?.starts(starts).run_until(10.0);
+/// let finals = Ensemble::new(&particle, 0.01)?.starts(starts).to(10.0);
 /// let node = finals[99].as_ref().expect("a particle that moves");
 /// assert!((node.q[1] - (2.0 - 2.0 * 5.0_f64.cos())).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -98,31 +97,13 @@ impl<S, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
     }
 }
 
-/// Why one trajectory of an ensemble did not begin or ended early.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum MemberError {
-    /// The start is not usable.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// A step has no solution, or the time cannot be reached.
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
-impl From<StepError> for MemberError {
-    fn from(error: StepError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
 /// One observed trajectory of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observed<O, const N: usize> {
     /// The observer, with what it saw; also of a trajectory that failed.
     pub observer: O,
     /// The last node, or why the trajectory ended early.
-    pub last: Result<Node<N>, MemberError>,
+    pub last: Result<Node<N>, RunError>,
 }
 
 impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
@@ -176,22 +157,43 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         Ok(self)
     }
 
-    /// Runs every trajectory up to the last node at or before `t`, as [`Flow::until`] does, and returns that node for
+    /// Runs every trajectory up to the last node at or before `t`, as [`crate::Stepper::to`] does, and returns that node for
     /// each, in the order of the starts.
     ///
-    /// A trajectory that cannot reach `t` has [`MemberError`] in its place; its step error carries the last nodes.
+    /// A trajectory that does not begin or cannot reach `t` has its [`RunError`] in its place; a step error carries the last nodes.
     #[must_use]
-    pub fn run_until(&self, t: f64) -> Vec<Result<Node<N>, MemberError>> {
+    pub fn to(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
         let runs = self.runs(t, None, |_| Trajectory::default());
         runs.into_iter().map(|run| run.last).collect()
     }
 
-    /// Runs like [`Ensemble::run_until`], and hands the nodes whose number is a multiple of `every` to observers.
+    /// Runs every trajectory up to the last node at or before `t` and collects all nodes, as [`crate::Stepper::until`] does. A
+    /// trajectory that fails has what it had computed in its place.
+    #[must_use]
+    pub fn until(&self, t: f64) -> Vec<Result<Trajectory<N>, Failure<N>>> {
+        let every = if t.is_infinite() {
+            None
+        } else {
+            Some(NonZeroU64::MIN)
+        };
+        let runs = self.runs(t, every, |_| Trajectory::default());
+        let collected = |Observed { observer, last }| match last {
+            Ok(_) => Ok(observer),
+            Err(error) => Err(Failure {
+                error,
+                trajectory: observer,
+            }),
+        };
+        runs.into_iter().map(collected).collect()
+    }
+
+    /// Runs like [`Ensemble::to`], and hands the nodes whose number is a multiple of `every` to observers, as
+    /// [`crate::Stepper::stream`] does.
     ///
     /// `observer` makes one for each trajectory from its place among the starts. An observer that breaks off ends its own
     /// trajectory, whose last node is then the one that it saw last. An infinite `t` is allowed where observers break off.
     #[must_use]
-    pub fn observe_until<O: Observer<N> + Send>(
+    pub fn stream<O: Observer<N> + Send>(
         &self,
         t: f64,
         every: NonZeroU64,

@@ -4,8 +4,9 @@ use core::fmt;
 
 use thiserror::Error;
 
-use crate::composition::{Composition, StageError, Symmetry};
+use crate::composition::{Composition, Symmetry};
 use crate::regularity::Regularity;
+use crate::taylor::SeriesError;
 
 /// Why Newton's iteration ended without a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,6 +69,8 @@ impl fmt::Display for NewtonFailure {
         }
     }
 }
+
+impl core::error::Error for NewtonFailure {}
 
 /// Numbers in brackets, short enough for a message.
 struct Numbers<'a>(&'a [f64]);
@@ -202,8 +205,28 @@ pub enum SetupError {
         /// The initial velocity.
         v0: Vec<f64>,
         /// How the solution for the acceleration failed.
+        #[source]
         cause: Box<NewtonFailure>,
     },
+    /// The method begins with a velocity, and the start gives two nodes.
+    #[error(
+        "the start gives two nodes, and this method begins with a position and a velocity: give them \
+         (`Start::second_order`), or take the step of order 2 (Flow)"
+    )]
+    Velocity,
+    /// The tolerance cannot be used.
+    #[error(
+        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1, the second not be negative"
+    )]
+    Tolerance {
+        /// The relative part.
+        relative: f64,
+        /// The absolute part.
+        absolute: f64,
+    },
+    /// The motion has no Taylor series at the start.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
 }
 
 /// What to try where the second-order start fails.
@@ -316,35 +339,8 @@ impl fmt::Display for StepError {
     }
 }
 
-impl core::error::Error for StepError {}
-
-/// Why a run up to a time ended early, or did not begin.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum RunError {
-    /// A step has no solution.
-    #[error(transparent)]
-    Step(#[from] StepError),
-    /// A stage of a composed step has no solution.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// The time lies on the other side of the current one.
-    #[error(
-        "t = {until} cannot be reached from t = {time} with the step h = {h}: it lies the other way (a negative step, \
-         or `reverse`, runs back in time)"
-    )]
-    Behind {
-        /// The time asked for.
-        until: f64,
-        /// The current time.
-        time: f64,
-        /// The step.
-        h: f64,
-    },
-    /// The time is not a number, or infinite where all nodes were to be collected.
-    #[error("the run cannot go until t = {until}")]
-    Until {
-        /// The time asked for.
-        until: f64,
-    },
+impl core::error::Error for StepError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.0.cause)
+    }
 }

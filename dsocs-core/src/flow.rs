@@ -3,16 +3,17 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
-use crate::clock::Clock;
 use crate::compensated::Compensated;
-use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
+use crate::compiled::Report;
+use crate::declaration::Declaration;
+use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
 use crate::regularity::Regularity;
+use crate::run::{Clock, Node, RunError, Stepper, View};
 use crate::start::{self, Beginning, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::{Step, StepReport};
 use crate::system::{Leg, Point, System};
-use crate::trajectory::{Failure, Node, Observer, Trajectory};
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`] says otherwise,
 /// parts of updates apart.
@@ -23,9 +24,15 @@ pub(crate) const SHORT_PAST: u64 = 5;
 
 /// A discrete motion in progress.
 ///
-/// The flow is an endless iterator of nodes. Node `k` is handed out once the step with the middle node `k` is
-/// solved, since its velocity, acceleration and constraint force need the node after it, too. After a step
-/// without a solution the iterator ends.
+/// The verbs are those of [`Stepper`]. Node `k` is handed out once the step with the middle node `k` is solved, since its
+/// velocity, acceleration and constraint force need the node after it, too: [`Flow::position`] is always one node ahead of
+/// [`Stepper::node`].
+///
+/// # Back in time
+///
+/// [`Stepper::reverse`] makes the step `-h` and lets the two last nodes change places, with the sums carried along. What runs back is the
+/// same discretization with the step `-h`: it retraces the nodes, to rounding, where the step is symmetric in time, as it is
+/// with the paper's maps (and the defaults) for mass matrices that are constant; elsewhere it is another motion, as near as the step is exact.
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: &'s S,
@@ -35,26 +42,22 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     h: f64,
     /// The start.
     beginning: Beginning<N>,
-    /// The clock.
+    /// Which node is the current one.
     clock: Clock,
-    /// The last node.
+    /// How many nodes further the last position is that is known: one, but for the moment in which the run turns round.
+    ahead: u64,
+    /// The last position that is known.
     q: Compensated<N>,
     /// The increment that led to it.
     d: Compensated<N>,
-    /// The number of the last node, which is the next step's middle node.
-    middle: u64,
     /// The last step that was solved.
     solved: Option<Solved<N>>,
-    /// Whether the node of the start has been handed out or passed.
-    started: bool,
     /// The past solutions.
     predictor: Predictor<S::Unknown<f64>>,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
     /// Whether other roots are looked for wherever the rows bend.
     watchful: bool,
-    /// Whether the iterator has ended.
-    ended: bool,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -62,7 +65,7 @@ impl<S: System<N>, const N: usize> fmt::Debug for Flow<'_, S, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Flow")
             .field("h", &self.h)
-            .field("index", &self.middle)
+            .field("index", &self.index())
             .field("time", &self.time())
             .field("leg", &self.leg())
             .finish_non_exhaustive()
@@ -79,8 +82,6 @@ impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
 #[repr(align(16))] // as the sums, see [`crate::compensated`]
 #[derive(Clone, Copy, Debug)]
 struct Solved<const N: usize> {
-    /// The number of its middle node.
-    index: u64,
     /// Its first two nodes.
     leg: Leg<f64, N>,
     /// The second difference.
@@ -98,22 +99,21 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// acceleration and the continuous system has none.
     pub fn new(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
         Self::check(system, h)?;
+        Declaration::of(system).prepare();
         let beginning = start.begin(system, h)?;
         Ok(Self {
             system,
-            constants: system.constants(h),
+            constants: system.constants(&system.parameters(), h),
             h,
-            clock: Clock::new(beginning.t0, h),
+            clock: Clock::even(beginning.t0, h),
             q: beginning.q,
             d: beginning.d,
             beginning,
-            middle: 1,
+            ahead: 1,
             solved: None,
-            started: false,
             predictor: Predictor::new(),
             max_iterations: MAX_ITERATIONS,
             watchful: false,
-            ended: false,
         })
     }
 
@@ -125,16 +125,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if !(h * h).is_normal() {
             return Err(SetupError::StepRange { h });
         }
-        let values = (0..).map_while(|index| system.parameter(index));
-        for (parameter, value) in S::PARAMETERS.iter().zip(values) {
-            if !value.is_finite() {
-                return Err(SetupError::Parameter {
-                    name: parameter.name,
-                    value,
-                });
-            }
-        }
-        Ok(())
+        start::check_parameters(system)
     }
 
     /// Sets how often the rows of a step are evaluated from one guess before it is given up (60 unless set; at
@@ -170,19 +161,19 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self.h
     }
 
-    /// The number of the last node that is known, the middle node of the next step.
+    /// The number of the last position that is known, the middle node of the next step: one more than [`Stepper::node`]'s.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.middle
+        self.clock.index() + self.ahead
     }
 
-    /// The time of the last node that is known.
+    /// The time of that position.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.clock.time(self.middle)
+        self.clock.time_of(self.index())
     }
 
-    /// The last node that is known: the second node of the start, then the one that [`Flow::advance`] found.
+    /// The last position that is known: the second node of the start, then the one that [`Stepper::advance`] found.
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
         &self.q.hi
@@ -197,85 +188,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         }
     }
 
-    /// Solves one step and no more: neither velocity, force nor energy is computed. Nothing is allocated.
-    ///
-    /// # Errors
-    ///
-    /// [`StepError`] if the step has no solution that is found. The flow stays where it was.
-    #[inline]
-    pub fn advance(&mut self) -> Result<StepReport, StepError> {
-        self.solve()
-    }
-
-    /// The node in the middle of the last step that was solved, with velocity, acceleration, force and energy;
-    /// `None` before the first step.
-    #[must_use]
-    pub fn node(&self) -> Option<Node<N>> {
-        self.solved.map(|solved| self.node_of(solved))
-    }
-
-    /// The observed expressions of the declaration at a node, in the order of [`System::OBSERVABLES`].
-    ///
-    /// Expressions beyond the end of `out` are left out.
-    pub fn observe(&self, node: &Node<N>, out: &mut [f64]) {
-        observe(self.system, node, out);
-    }
-
-    /// Turns round: the step becomes `-h`, the two last nodes change places with the sums carried along, and
-    /// time runs back from where it was.
-    ///
-    /// The last node that is known becomes number 0. It is not handed out again; the first node that is, is
-    /// number 1, the one that was handed out last.
-    pub fn reverse(&mut self) {
-        self.clock.turn(self.middle);
-        self.h = -self.h;
-        self.constants = self.system.constants(self.h);
-        self.d = self.d.negated();
-        self.q = self.q.plus(&self.d);
-        self.predictor.turn();
-        (self.middle, self.started, self.solved, self.ended) = (1, true, None, false);
-    }
-
-    /// Runs up to the last node at or before `t` (at or after, for a negative step) and collects the nodes,
-    /// from the one after the last handed out.
-    ///
-    /// A node whose time is `t` to within rounding counts as at `t`: 500 with the step 0.1 gives node 5000.
-    ///
-    /// # Errors
-    ///
-    /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a
-    /// number.
-    pub fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
-        let mut trajectory = Trajectory::default();
-        let result = match self.last_index(t) {
-            Ok(_) if t.is_infinite() => Err(RunError::Until { until: t }),
-            Ok(last) => self.run(last, &mut trajectory),
-            Err(error) => Err(error),
-        };
-        match result {
-            Ok(()) => Ok(trajectory),
-            Err(error) => Err(Failure { error, trajectory }),
-        }
-    }
-
-    /// Runs like [`Flow::until`], but hands each node to an observer and keeps none. An infinite `t` is
-    /// allowed: the observer ends the run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] if a step fails, or if `t` lies behind or is not a number.
-    pub fn stream<O: Observer<N> + ?Sized>(&mut self, t: f64, observer: &mut O) -> Result<(), RunError> {
-        let last = self.last_index(t)?;
-        self.run(last, observer)
-    }
-
-    /// Solves the next step and moves on.
+    /// Solves the next step and goes to the position that it leads to; the clock is left as it is.
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
         let leg = self.leg();
         let mut step = Step::new(self.system, &self.constants, leg, self.h);
         // without a past nothing else tells two roots apart
-        step.watchful = self.watchful || self.middle <= SHORT_PAST;
+        step.watchful = self.watchful || self.index() <= SHORT_PAST;
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),
@@ -288,98 +207,41 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             return Err(self.failed(step.not_finite(&z)));
         }
         self.predictor.push(&z);
-        self.solved = Some(Solved {
-            index: self.middle,
-            leg,
-            e,
-            report,
-        });
-        (self.q, self.d, self.started) = (q, d, true);
-        self.middle += 1;
+        self.solved = Some(Solved { leg, e, report });
+        (self.q, self.d) = (q, d);
         Ok(report)
     }
 
     /// The middle node of a step.
-    fn node_of(
-        &self,
-        Solved {
-            index,
-            leg,
-            e,
-            report,
-        }: Solved<N>,
-    ) -> Node<N> {
+    fn node_of(&self, Solved { leg, e, report }: Solved<N>) -> Node<N> {
         let known = self.system.known(&self.constants, &leg);
-        let Point { q, v, a } = self.system.point(&self.constants, &known, &leg, &e);
+        let Report { point, force, energy } = self.system.report(&self.constants, &known, &leg, &e);
         Node {
-            index,
-            t: self.clock.time(index),
+            index: self.clock.index(),
+            t: self.clock.time(),
             q: leg.q,
-            v,
-            a,
-            force: self.system.force(&self.constants, &known, &leg, &e),
-            energy: self.system.energy(&q, &v),
+            v: point.v,
+            a: point.a,
+            force,
+            energy,
             iterations: report.iterations,
             stop: report.stop,
         }
     }
 
-    /// Hands the nodes up to number `last` to an observer.
-    fn run<O: Observer<N> + ?Sized>(&mut self, last: u64, observer: &mut O) -> Result<(), RunError> {
-        while self.upcoming() <= last {
-            let node = self.step()?;
-            if observer.node(&node).is_break() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// The number of the last node at or before `t`.
-    fn last_index(&self, t: f64) -> Result<u64, RunError> {
-        if t.is_nan() {
-            return Err(RunError::Until { until: t });
-        }
-        // what has been handed out cannot be taken back
-        let current = self.upcoming().saturating_sub(1);
-        match self.clock.last_index(t) {
-            Some(last) if last >= current => Ok(last),
-            _ => Err(RunError::Behind {
-                until: t,
-                time: self.clock.time(current),
-                h: self.h,
-            }),
-        }
-    }
-
-    /// The number of the node that the iterator hands out next.
-    fn upcoming(&self) -> u64 {
-        if self.started { self.middle } else { 0 }
-    }
-
-    /// The next node of the iterator.
-    fn step(&mut self) -> Result<Node<N>, StepError> {
-        if self.upcoming() == 0 {
-            self.started = true;
-            return Ok(self.first_node());
-        }
-        self.solve()?;
-        Ok(self.node().unwrap_or_else(|| self.first_node()))
-    }
-
     /// The node of the start.
     fn first_node(&self) -> Node<N> {
-        let Beginning { q0, v0, a0, t0, .. } = self.beginning;
+        let Beginning { q0, v0, a0, .. } = self.beginning;
         let a = a0
             .or_else(|| Some(start::acceleration(self.system, &q0, &v0).ok()?.0))
             .unwrap_or([f64::NAN; N]);
         Node {
-            index: 0,
-            t: t0,
+            index: self.clock.index(),
+            t: self.clock.time(),
             q: q0,
             v: v0,
             a,
-            force: self.system.continuous_force(&Point { q: q0, v: v0, a }),
+            force: Declaration::of(self.system).continuous_force(&Point { q: q0, v: v0, a }),
             energy: self.system.energy(&q0, &v0),
             iterations: 0,
             stop: Stop::Start,
@@ -402,7 +264,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let other = step.second_difference(&unknowns(&cause.other));
         let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
         StepError::new(FailedStep {
-            index: self.middle,
+            index: self.index(),
             time: self.time(),
             h: self.h,
             q0: self.q.plus(&self.d.negated()).hi.to_vec(),
@@ -420,34 +282,66 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     }
 }
 
-/// The observed expressions at a node, as many as there is room for.
-pub(crate) fn observe<S: System<N>, const N: usize>(system: &S, node: &Node<N>, out: &mut [f64]) {
-    let count = S::OBSERVABLES.len();
-    if out.len() >= count {
-        system.observe(&node.point(), &mut out[..count]);
-    } else {
-        let mut all = vec![0.0; count];
-        system.observe(&node.point(), &mut all);
-        out.copy_from_slice(&all[..out.len()]);
+impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
+    #[inline]
+    fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        let report = self.solve()?;
+        self.clock.tick();
+        Ok(report)
+    }
+
+    fn node(&self) -> Node<N> {
+        match self.solved {
+            Some(solved) => self.node_of(solved),
+            None => self.first_node(),
+        }
+    }
+
+    fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    fn clock_mut(&mut self) -> &mut Clock {
+        &mut self.clock
+    }
+
+    fn view(&self) -> &dyn View<N> {
+        self.system
+    }
+
+    /// Turns round; see [`Flow`], "Back in time". The step back about the current node is solved at once: the node then has
+    /// the velocity and the force of that step, and [`Flow::position`] is the node before it.
+    fn reverse(&mut self) -> Result<(), RunError> {
+        let mut turned = self.clone();
+        turned.h = -self.h;
+        turned.constants = turned.system.constants(&turned.system.parameters(), turned.h);
+        turned.d = self.d.negated();
+        turned.q = self.q.plus(&turned.d);
+        turned.predictor.turn();
+        turned.clock.turn();
+        turned.ahead = 0;
+        turned.solve()?;
+        turned.ahead = 1;
+        *self = turned;
+        Ok(())
+    }
+
+    fn regularity(&self) -> Option<Regularity> {
+        let solved = self.solved?;
+        Some(Regularity::of(self.system, self.h, &solved.leg, &solved.e))
     }
 }
 
 impl<S: System<N>, const N: usize> Iterator for Flow<'_, S, N> {
-    type Item = Result<Node<N>, StepError>;
+    type Item = Result<Node<N>, RunError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let node = self.step();
-        self.ended = node.is_err();
-        Some(node)
+        self.next_node()
     }
 }
 
 impl<S: System<N>, const N: usize> FusedIterator for Flow<'_, S, N> {}
 
-mod certify;
 mod choose;
 mod exchange;
 mod forces;

@@ -45,16 +45,17 @@ mod theorem;
 #[allow(unused_imports)] // named in the documentation
 use crate::tangent::Tangent;
 
-pub use continuous::{Variation, canonical_form, legendre, motion, variation};
+pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
-    discrete_form, legendre_minus, legendre_plus, momentum_minus, momentum_plus, theta_minus, theta_plus,
+    discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,
+    theta_minus, theta_plus,
 };
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
-pub use pairs::{pair_displacements, state_displacements};
+pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use theorem::FlowTheorem;
 
 use crate::regularity;

@@ -3,7 +3,7 @@
 //! A system is declared with the attribute [`macro@dsocs`] on a struct, whose fields are the parameters:
 //!
 //! ```
-//! use dsocs_core::{Flow, Start, dsocs};
+//! use dsocs_core::prelude::*;
 //!
 //! /// A particle in the plane whose path has a prescribed signed curvature.
 //! #[dsocs {
@@ -44,11 +44,11 @@
 //!    from every guess, a homotopy leads from the straight line to the root. Where two roots are close, the one
 //!    is taken whose Jacobian continues those before, or none ([`StepFailure::AmbiguousRoot`]). Where a step has no
 //!    solution, [`StepError`] says where, why, and what to try; [`Regularity`] says whether the equations determine one.
-//! 5. The [`Flow`] walks on: as an iterator of [`Node`]s, collected by [`Flow::until`], handed to an
-//!    [`Observer`] by [`Flow::stream`], position by position with [`Flow::advance`], and back with
-//!    [`Flow::reverse`].
+//! 5. The run walks on, by whatever method, with the verbs of [`Stepper`]: as an iterator of [`Node`]s, collected by
+//!    [`Stepper::until`], handed to an [`Observer`] by [`Stepper::stream`], with [`Events`] by [`Stepper::watch`], step by step with
+//!    [`Stepper::advance`], and back with [`Stepper::reverse`].
 //!
-//! # Which rung when
+//! # Which method when
 //!
 //! 1. *The discrete system itself*, what it keeps and its forces, over long times, across switches and friction, and with
 //!    constraints of any order: [`Flow`], the paper's step. Its error is `h²`.
@@ -56,15 +56,20 @@
 //!    1e-4, 6 around 1e-7, 8 below. It wants a constant mass matrix, constraints of second order ([`Symmetry`] says what is in the
 //!    way), and a motion that can be followed back in time over a part of the step: with a damping `k`, `h < 3/k`.
 //! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, for every declaration without jumps:
-//!    [`taylor::TaylorFlow`]. It keeps nothing but what its tolerance lets it keep.
+//!    [`TaylorFlow`]. It keeps nothing but what its tolerance lets it keep.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.
 
 // tests ask for exact values where they are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
 
-mod clock;
+// declared systems of the tests call this crate by its name
+#[cfg(test)]
+extern crate self as dsocs_core;
+
 mod compensated;
+mod compiled;
 mod composition;
+mod declaration;
 mod dual;
 mod ensemble;
 mod error;
@@ -72,41 +77,50 @@ mod flow;
 pub mod geometry;
 mod lanes;
 mod multipliers;
+pub mod prelude;
 mod real;
 mod regularity;
 mod rounding;
+mod run;
 mod scalar;
 mod start;
 mod step;
 mod system;
 mod tangent;
+mod tape;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
-mod trajectory;
 
 pub use dsocs_macros::dsocs;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
-pub use ensemble::{Ensemble, MemberError, Observed};
-pub use error::{FailedStep, NewtonFailure, RunError, SetupError, StepError, StepFailure};
+pub use ensemble::{Ensemble, Observed};
+pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots, multipliers};
-pub use lanes::Lanes;
 pub use real::Real;
 pub use regularity::Regularity;
-pub use scalar::Scalar;
+pub use run::{
+    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, Node, Observer, Occurrence, OnEvent,
+    OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor, on_event,
+};
 pub use start::Start;
 pub use step::newton::Stop;
-pub use step::unknown::{Linearization, Unknown};
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Parameter, Point, System};
-pub use tangent::{Tangent, Tangent2};
-pub use trajectory::{Failure, Node, Observer, Trajectory, UntilBreak, until_break};
+pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
+    pub use crate::compiled::{Compiled, Report};
+    pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
+    pub use crate::lanes::Lanes;
+    pub use crate::scalar::Scalar;
+    pub use crate::step::unknown::{Linearization, Unknown};
+    pub use crate::tangent::{Tangent, Tangent2};
+    pub use crate::tape::{Number, Source, Tape};
 
     /// Computes a part of a long method in a function of its own.
     #[inline(never)]

@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::declaration::Declaration;
 use crate::step::unknown::Unknown as _;
 use crate::system::{Leg, Point, System};
 
 /// Whether multipliers are among the unknowns of a system.
-pub(crate) fn has_multipliers<S: System<N> + ?Sized, const N: usize>() -> bool {
-    S::Motion::<f64>::zero().as_ref().len() > N
+pub(crate) fn has_multipliers<S: System<N>, const N: usize>() -> bool {
+    S::Motion::zero().as_ref().len() > N
 }
 
 /// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
@@ -43,44 +44,29 @@ pub(crate) fn of_motion<const N: usize>(motion: &[f64]) -> &[f64] {
 
 /// The multipliers that are unknown in a step, at the triple of a leg and a second difference: those that come nearest to the
 /// constraint force there. None where there are fields instead.
-pub(crate) fn of_step<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
+pub(crate) fn of_step<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<f64> {
-    if !has_multipliers::<S, N>() {
+    if !declaration.has_multipliers() {
         return Vec::new();
     }
-    let constants = system.constants(h);
-    let known = system.known(&constants, leg);
-    of_known(system, &constants, &known, leg, e)
-}
-
-/// The same with what is known of the step.
-pub(crate) fn of_known<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
-    constants: &S::Constants<f64>,
-    known: &S::Known<f64>,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> Vec<f64> {
-    let force = system.force(constants, known, leg, e);
-    let mut forms = vec![[0.0; N]; S::FORMS];
-    system.forms(constants, known, leg, e, &mut forms);
-    multipliers(&force, &forms)
+    multipliers(&declaration.force(h, leg, e), &declaration.forms(h, leg, e))
 }
 
 /// The multipliers of the continuous system at a point.
-pub(crate) fn of_point<S: System<N> + ?Sized, const N: usize>(system: &S, point: &Point<f64, N>) -> Vec<f64> {
-    let mut forms = vec![[0.0; N]; S::FORMS];
-    system.continuous_forms(point, &mut forms);
-    multipliers(&system.continuous_force(point), &forms)
+pub(crate) fn of_point<const N: usize>(declaration: &Declaration<'_, N>, point: &Point<f64, N>) -> Vec<f64> {
+    multipliers(
+        &declaration.continuous_force(point),
+        &declaration.continuous_forms(point),
+    )
 }
 
 /// How many multipliers are left among the unknowns of a step.
-pub(crate) fn count_unknown<S: System<N> + ?Sized, const N: usize>(system: &S) -> usize {
-    let ones = vec![1.0; S::FORMS];
-    let unknown = system.unknown(&[0.0; N], &ones);
-    unknown.as_ref().iter().filter(|&&x| x != 0.0).count()
+pub(crate) fn count_unknown<const N: usize>(declaration: &Declaration<'_, N>) -> usize {
+    let ones = vec![1.0; declaration.forms_count()];
+    let unknown = declaration.unknown(&[0.0; N], &ones);
+    unknown.iter().filter(|&&x| x != 0.0).count()
 }

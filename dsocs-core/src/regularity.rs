@@ -6,11 +6,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::multipliers::{has_multipliers, of_step};
+use crate::declaration::Declaration;
+use crate::multipliers::of_step;
 use crate::rounding;
-use crate::step::Step;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
+use crate::tape::Number;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
@@ -53,14 +54,24 @@ impl Regularity {
     /// The triple need not solve the equations.
     #[must_use]
     pub fn of<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        if S::HOLONOMIC + S::NONHOLONOMIC > 0 || has_multipliers::<S, N>() {
+        Self::of_declaration(&Declaration::of(system), h, leg, e)
+    }
+
+    /// The same of a declaration.
+    pub(crate) fn of_declaration<const N: usize>(
+        declaration: &Declaration<'_, N>,
+        h: f64,
+        leg: &Leg<f64, N>,
+        e: &[f64; N],
+    ) -> Self {
+        if declaration.lower() > 0 || declaration.has_multipliers() {
             // constraints on nodes and pairs bind the first node by themselves: what binds the last one, mirrored
             let back = Leg {
                 q: leg.q,
                 d: core::array::from_fn(|i| -(leg.d[i] + e[i])),
             };
-            let [forward, largest_forward] = of_unknowns(system, h, leg, e);
-            let [backward, largest_backward] = of_unknowns(system, -h, &back, e);
+            let [forward, largest_forward] = of_unknowns(declaration, h, leg, e);
+            let [backward, largest_backward] = of_unknowns(declaration, -h, &back, e);
             return Self {
                 forward,
                 backward,
@@ -68,11 +79,12 @@ impl Regularity {
                 largest_backward,
             };
         }
-        let bounds = rounding::stacked_bounds(system, h, leg, e);
+        let bounds = rounding::stacked_bounds(declaration, h, leg, e);
         let lengths = lengths(leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
-        let [smallest, largest] = singular_values(system, h, leg, e, &lengths, &bounds, [0.0, 1.0]);
-        let [backward, largest_backward] = singular_values(system, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
+        let [smallest, largest] = singular_values(declaration, h, leg, e, &lengths, &bounds, [0.0, 1.0]);
+        let [backward, largest_backward] =
+            singular_values(declaration, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
         Self {
             forward: smallest,
             backward,
@@ -126,8 +138,8 @@ pub(crate) fn lengths<const N: usize>(leg: &Leg<f64, N>, e: &[f64; N]) -> [f64; 
 }
 
 /// The smallest and the largest singular value of the derivative along `[δd, δe]` times each coordinate.
-fn singular_values<S: System<N>, const N: usize>(
-    system: &S,
+fn singular_values<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
@@ -135,7 +147,7 @@ fn singular_values<S: System<N>, const N: usize>(
     bounds: &[f64],
     [by_d, by_e]: [f64; 2],
 ) -> [f64; 2] {
-    let columns = columns(system, h, leg, e, lengths, [0.0, by_d, by_e]);
+    let columns = columns(declaration, h, leg, e, lengths, [0.0, by_d, by_e]);
     match scaled(&columns, bounds) {
         Some(matrix) => {
             let values = matrix.singular_values();
@@ -146,35 +158,35 @@ fn singular_values<S: System<N>, const N: usize>(
 }
 
 /// The singular values of the derivative by all three nodes, in no order; none where it has none.
-pub(crate) fn all_singular_values<S: System<N>, const N: usize>(
-    system: &S,
+pub(crate) fn all_singular_values<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<f64> {
-    let (bounds, lengths) = (rounding::stacked_bounds(system, h, leg, e), lengths(leg, e));
+    let (bounds, lengths) = (rounding::stacked_bounds(declaration, h, leg, e), lengths(leg, e));
     // q1 moves the node, both increments and so e twice
     let nodes = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
     let mut columns: Vec<Vec<f64>> = nodes
         .iter()
-        .flat_map(|&by| columns(system, h, leg, e, &lengths, by))
+        .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
         .collect();
-    columns.extend(multiplier_columns(system, h, leg, e));
+    columns.extend(multiplier_columns(declaration, h, leg, e));
     scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| {
         matrix.singular_values().iter().copied().collect()
     })
 }
 
 /// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
-fn columns<S: System<N>, const N: usize>(
-    system: &S,
+fn columns<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
     lengths: &[f64; N],
     [by_q, by_d, by_e]: [f64; 3],
 ) -> Vec<Vec<f64>> {
-    let multipliers = of_step(system, h, leg, e);
+    let multipliers = of_step(declaration, h, leg, e);
     let multipliers: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
     (0..N)
         .map(|j| {
@@ -185,22 +197,28 @@ fn columns<S: System<N>, const N: usize>(
                 q: along(&leg.q, by_q),
                 d: along(&leg.d, by_d),
             };
-            stacked(system, Tangent::new(h, 0.0), &leg, &along(e, by_e), &multipliers)
-                .into_iter()
-                .map(Tangent::derivative)
-                .collect()
+            stacked(
+                declaration,
+                Tangent::new(h, 0.0),
+                &leg,
+                &along(e, by_e),
+                &multipliers,
+            )
+            .into_iter()
+            .map(Tangent::derivative)
+            .collect()
         })
         .collect()
 }
 
 /// The derivatives of all rows by the multipliers that are unknown, each in units of itself.
-fn multiplier_columns<S: System<N>, const N: usize>(
-    system: &S,
+fn multiplier_columns<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<Vec<f64>> {
-    let multipliers = of_step(system, h, leg, e);
+    let multipliers = of_step(declaration, h, leg, e);
     let largest = multipliers
         .iter()
         .fold(0.0_f64, |largest, x| largest.max(x.abs()));
@@ -218,10 +236,16 @@ fn multiplier_columns<S: System<N>, const N: usize>(
                 .enumerate()
                 .map(|(i, &x)| Tangent::new(x, if i == j { unit } else { 0.0 }))
                 .collect();
-            stacked(system, Tangent::new(h, 0.0), &constant_leg, &fixed(e), &moving)
-                .into_iter()
-                .map(Tangent::derivative)
-                .collect()
+            stacked(
+                declaration,
+                Tangent::new(h, 0.0),
+                &constant_leg,
+                &fixed(e),
+                &moving,
+            )
+            .into_iter()
+            .map(Tangent::derivative)
+            .collect()
         })
         .collect()
 }
@@ -239,25 +263,23 @@ fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<DMatrix<f64>> {
 }
 
 /// The smallest and the largest singular value of the derivative by the unknowns.
-fn of_unknowns<S: System<N>, const N: usize>(
-    system: &S,
+fn of_unknowns<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> [f64; 2] {
-    let constants = system.constants(h);
-    let step = Step::new(system, &constants, *leg, h);
-    let z = step.unknowns(e);
-    let jacobian = system.residual(&constants, &step.known, &z).jacobian;
-    let bounds = rounding::bounds(system, h, leg, &z);
+    let z = declaration.unknown(e, &of_step(declaration, h, leg, e));
+    let jacobian = declaration.jacobian(h, leg, &z);
+    let mut bounds = vec![f64::NAN; z.len()];
+    declaration.bounds(h, leg, &z, &mut bounds);
     // a multiplier is compared with itself: what it is by nature is not known
-    let lengths = system.unknown(&lengths(leg, e), &[]);
-    let largest = z.as_ref().iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
+    let lengths = declaration.unknown(&lengths(leg, e), &[]);
+    let largest = z.iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
     let rows: Vec<Vec<f64>> = jacobian
-        .as_ref()
-        .iter()
+        .chunks(z.len().max(1))
         .map(|row| {
-            let entries = row.as_ref().iter().zip(lengths.as_ref()).zip(z.as_ref());
+            let entries = row.iter().zip(&lengths).zip(&z);
             entries
                 .map(|((slope, &length), z)| {
                     let own = z.abs().max(STILL * largest);
@@ -281,7 +303,7 @@ fn of_unknowns<S: System<N>, const N: usize>(
         if rows[i][j] == 0.0 {
             0.0
         } else {
-            rows[i][j] / scale(bounds.as_ref()[i], core::iter::once(&rows[i][j]))
+            rows[i][j] / scale(bounds[i], core::iter::once(&rows[i][j]))
         }
     });
     if matrix.iter().any(|entry| !entry.is_finite()) {
@@ -303,19 +325,16 @@ fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
 /// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
-pub(crate) fn stacked<T: crate::Scalar, S: System<N> + ?Sized, const N: usize>(
-    system: &S,
+pub(crate) fn stacked<T: Number, const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: T,
     leg: &Leg<T, N>,
     e: &[T; N],
     multipliers: &[T],
 ) -> Vec<T> {
-    let constants = system.constants(h);
-    let known = system.known(&constants, leg);
-    let z = system.unknown(e, multipliers);
-    let solved = system.second_difference(&constants, &known, &z);
-    let residual = system.residual(&constants, &known, &z);
-    let rows = residual.rows.as_ref().iter().copied();
-    rows.chain(e.iter().zip(&solved).map(|(&e, &solved)| e - solved))
-        .collect()
+    let z = declaration.unknown(e, multipliers);
+    let solved = declaration.second_difference(h, leg, &z);
+    let mut rows = declaration.rows(h, leg, &z);
+    rows.extend(e.iter().zip(&solved).map(|(&e, &solved)| e - solved));
+    rows
 }

@@ -7,6 +7,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::declaration::Declaration;
 use crate::multipliers::of_step;
 use crate::regularity::stacked;
 use crate::scalar::Scalar;
@@ -18,12 +19,17 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 
 /// A value and a bound of its error.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounded {
+pub struct Bounded {
     value: f64,
     error: f64,
 }
 
 impl Bounded {
+    /// The bound of the error.
+    pub(crate) fn error(self) -> f64 {
+        self.error
+    }
+
     /// A result whose operation rounds to within `ulps` units, with `inherited` error from its operands.
     fn rounded(value: f64, inherited: f64, units: f64) -> Self {
         Self {
@@ -265,99 +271,57 @@ impl Scalar for Bounded {
     }
 }
 
-/// A bound, to first order in the unit round-off, of the rounding error in each row of [`System::residual`].
-pub(crate) fn bounds<S: System<N> + ?Sized, const N: usize>(
+/// A bound, to first order in the unit round-off, of the rounding error in each row of
+/// [`Compiled::linearize`](crate::compiled::Compiled::linearize).
+pub(crate) fn bounds<S: System<N>, const N: usize>(
     system: &S,
     h: f64,
     leg: &Leg<f64, N>,
     z: &S::Unknown<f64>,
 ) -> S::Unknown<f64> {
-    let leg = Leg {
-        q: leg.q.map(Bounded::splat),
-        d: leg.d.map(Bounded::splat),
-    };
-    let constants = system.constants(Bounded::splat(h));
-    let known = system.known(&constants, &leg);
-    let mut at = <S::Unknown<Bounded> as Unknown<Bounded>>::zero();
-    for (to, from) in at.as_mut().iter_mut().zip(z.as_ref()) {
-        *to = Bounded::splat(*from);
-    }
-    let rows = system.residual(&constants, &known, &at).rows;
-    let mut bounds = <S::Unknown<f64> as Unknown<f64>>::zero();
-    for (to, from) in bounds.as_mut().iter_mut().zip(rows.as_ref()) {
-        *to = from.error;
-    }
+    let mut bounds = S::Unknown::<f64>::zero();
+    Declaration::<N>::of(system).bounds(h, leg, z.as_ref(), bounds.as_mut());
     bounds
 }
 
-/// The same for the rows of the continuous system; see [`System::continuous`].
-pub(crate) fn continuous_bounds<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
-    point: &Point<f64, N>,
-    multipliers: &[f64],
-) -> S::Motion<f64> {
-    let exact = |x: [f64; N]| x.map(Bounded::splat);
-    let point = Point {
-        q: exact(point.q),
-        v: exact(point.v),
-        a: exact(point.a),
-    };
-    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
-    let rows = system.continuous(&point, &multipliers).rows;
-    let mut bounds = <S::Motion<f64> as Unknown<f64>>::zero();
-    for (to, from) in bounds.as_mut().iter_mut().zip(rows.as_ref()) {
-        *to = from.error;
-    }
-    bounds
-}
-
-/// How large the terms of each row of [`System::phase`] are.
-pub(crate) fn phase_sizes<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
+/// How large the terms of each row of [`Declaration::phase`] are.
+pub(crate) fn phase_sizes<const N: usize>(
+    declaration: &Declaration<'_, N>,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Vec<f64> {
-    let mut rows = vec![Bounded::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-    system.phase(&q.map(Bounded::splat), &v.map(Bounded::splat), &mut rows);
+    let rows = declaration.phase(&q.map(Bounded::splat), &v.map(Bounded::splat));
     rows.iter().map(|row| row.error / UNIT).collect()
 }
 
-/// How large the terms of each row of [`System::pair`] are.
-pub(crate) fn pair_sizes<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
+/// How large the terms of each row of [`Declaration::pair`] are.
+pub(crate) fn pair_sizes<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
 ) -> Vec<f64> {
-    let leg = Leg {
-        q: leg.q.map(Bounded::splat),
-        d: leg.d.map(Bounded::splat),
-    };
-    let mut rows = vec![Bounded::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
-    system.pair(Bounded::splat(h), &leg, &mut rows);
+    let rows = declaration.pair(Bounded::splat(h), &exact(leg));
     rows.iter().map(|row| row.error / UNIT).collect()
 }
 
 /// The same for all rows of a step, in the order of [`stacked`].
-pub(crate) fn stacked_bounds<S: System<N> + ?Sized, const N: usize>(
-    system: &S,
+pub(crate) fn stacked_bounds<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<f64> {
-    let multipliers = of_step(system, h, leg, e);
+    let multipliers = of_step(declaration, h, leg, e);
     let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
-    let leg = Leg {
+    let (h, leg, e) = (Bounded::splat(h), exact(leg), e.map(Bounded::splat));
+    let rows = stacked(declaration, h, &leg, &e, &multipliers);
+    rows.into_iter().map(Bounded::error).collect()
+}
+
+/// A leg without errors.
+fn exact<const N: usize>(leg: &Leg<f64, N>) -> Leg<Bounded, N> {
+    Leg {
         q: leg.q.map(Bounded::splat),
         d: leg.d.map(Bounded::splat),
-    };
-    stacked(
-        system,
-        Bounded::splat(h),
-        &leg,
-        &e.map(Bounded::splat),
-        &multipliers,
-    )
-    .into_iter()
-    .map(|row| row.error)
-    .collect()
+    }
 }

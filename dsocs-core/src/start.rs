@@ -1,20 +1,26 @@
-//! The two nodes that a discrete motion begins with.
+//! What a run begins with.
 
 mod consistency;
 
+use core::marker::PhantomData;
+
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
-use crate::rounding;
+use crate::run::{RunError, Stepper as _};
 use crate::step::newton::{self, Equations};
-use crate::step::unknown::{Linearization, Unknown as _};
+use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
-use crate::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
+use crate::taylor::{Jets, TaylorFlow, Tolerance};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
 
-/// The start of a discrete motion: how its first two nodes `q0`, `q1` are found.
+/// The start of a run, by any method: a position and a velocity, or the first two nodes.
+///
+/// A [`crate::Flow`] begins with two nodes `q0`, `q1`, and the start says how the second is found. The other methods begin with the
+/// position and the velocity, whatever the rule; a start of two nodes gives them none.
 ///
 /// ```
 /// use dsocs_core::Start;
@@ -82,12 +88,16 @@ impl<const N: usize> Start<N> {
     ///
     /// # Errors
     ///
-    /// [`TaylorError`] if the motion does not get as far as `h`.
-    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, TaylorError> {
-        let mut flow = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(EXACT))?;
-        let a0 = flow.acceleration();
-        flow.until(h)?;
-        let d = flow.position().plus(&Compensated::exact(q0).negated());
+    /// [`RunError`] if the motion does not get as far as `h`.
+    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, RunError> {
+        let start = Self::second_order(q0, v0);
+        let mut flow = TaylorFlow::new(system, start, Tolerance::relative(EXACT))?;
+        let a0 = *flow.acceleration();
+        if h < 0.0 {
+            flow.reverse()?;
+        }
+        flow.to(h)?;
+        let d = flow.exact_position().plus(&Compensated::exact(q0).negated());
         Ok(Self {
             q0,
             rule: Rule::Exact { v0, a0, d, h },
@@ -133,7 +143,12 @@ impl<const N: usize> Start<N> {
                 check_vector::<S, N>("v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let d = Compensated::exact(v0.map(|v| h * v));
-                (q0, v0, None, consistency::onto_pair(system, h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    None,
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
             Rule::SecondOrder { v0 } => {
                 check_vector::<S, N>("v0", &v0)?;
@@ -141,16 +156,21 @@ impl<const N: usize> Start<N> {
                 let a0 = state_acceleration(system, &q0, &v0)?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
-                (q0, v0, Some(a0), consistency::onto_pair(system, h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    Some(a0),
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
             Rule::Nodes { q1 } => {
                 check_vector::<S, N>("q1", &q1)?;
                 let d = Compensated::difference(&q1, &q0);
                 let v0 = d.hi.map(|d| d / h);
                 let d = if self.projected {
-                    consistency::onto_pair(system, h, &q0, &v0, d)?
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?
                 } else {
-                    consistency::check_pair(system, h, &q0, &d)?;
+                    consistency::check_pair(&Declaration::of(system), h, &q0, &d)?;
                     d
                 };
                 (q0, d.hi.map(|d| d / h), None, d)
@@ -160,12 +180,33 @@ impl<const N: usize> Start<N> {
                     return Err(SetupError::StartStep { start: own, h });
                 }
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                (q0, v0, Some(a0), consistency::onto_pair(system, h, &q0, &v0, d)?)
+                (
+                    q0,
+                    v0,
+                    Some(a0),
+                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                )
             }
         };
         let q = Compensated::exact(q0).plus(&d);
         check_vector::<S, N>("q1", &q.hi)?;
         Ok(Beginning { q0, v0, a0, t0, q, d })
+    }
+
+    /// The time, the position and the velocity, for methods that begin with these.
+    pub(crate) fn phase<S: System<N>>(&self, system: &S) -> Result<(f64, [f64; N], [f64; N]), SetupError> {
+        let Self { q0, rule, t0, .. } = *self;
+        if !t0.is_finite() {
+            return Err(SetupError::StartTime { t0 });
+        }
+        check_vector::<S, N>("q0", &q0)?;
+        let v0 = match rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
+            Rule::Nodes { .. } => return Err(SetupError::Velocity),
+        };
+        check_vector::<S, N>("v0", &v0)?;
+        let (q0, v0) = self.consistent(system, q0, v0)?;
+        Ok((t0, q0, v0))
     }
 
     /// A position and a velocity that obey the constraints of lower order.
@@ -176,9 +217,9 @@ impl<const N: usize> Start<N> {
         v: [f64; N],
     ) -> Result<([f64; N], [f64; N]), SetupError> {
         if self.projected {
-            return consistency::project(system, q, v);
+            return consistency::project(&Declaration::of(system), q, v);
         }
-        consistency::check(system, &q, &v)?;
+        consistency::check(&Declaration::of(system), &q, &v)?;
         Ok((q, v))
     }
 }
@@ -198,6 +239,20 @@ pub(crate) struct Beginning<const N: usize> {
     pub q: Compensated<N>,
     /// The increment from the first to the second.
     pub d: Compensated<N>,
+}
+
+/// Checks that the parameters are finite.
+pub(crate) fn check_parameters<S: System<N>, const N: usize>(system: &S) -> Result<(), SetupError> {
+    let values = (0..).map_while(|index| system.parameter(index));
+    for (parameter, value) in S::PARAMETERS.iter().zip(values) {
+        if !value.is_finite() {
+            return Err(SetupError::Parameter {
+                name: parameter.name,
+                value,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a vector of the start is finite.
@@ -241,8 +296,22 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
     q: &[f64; N],
     v: &[f64; N],
 ) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
-    let equations = Continuous { system, q, v };
-    let zero = S::Motion::<f64>::zero();
+    solve_continuous::<S::Motion, N>(Declaration::of(system), q, v)
+}
+
+/// The same of a declaration whose continuous system has the unknowns `U`.
+fn solve_continuous<U: Unknown<f64>, const N: usize>(
+    declaration: Declaration<'_, N>,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
+    let equations = Continuous {
+        declaration,
+        q,
+        v,
+        unknowns: PhantomData,
+    };
+    let zero = U::zero();
     match newton::solve_apart(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
         Ok(root) => Ok((
             equations.point(&root.z).a,
@@ -253,18 +322,20 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
 }
 
 /// The continuous system as equations for the acceleration and the multipliers.
-struct Continuous<'a, S, const N: usize> {
-    /// The system.
-    system: &'a S,
+struct Continuous<'a, U, const N: usize> {
+    /// The declaration.
+    declaration: Declaration<'a, N>,
     /// The position.
     q: &'a [f64; N],
     /// The velocity.
     v: &'a [f64; N],
+    /// What the unknowns are.
+    unknowns: PhantomData<U>,
 }
 
-impl<S: System<N>, const N: usize> Continuous<'_, S, N> {
+impl<U: Unknown<f64>, const N: usize> Continuous<'_, U, N> {
     /// The point with the acceleration that is among the unknowns.
-    fn point(&self, z: &S::Motion<f64>) -> Point<f64, N> {
+    fn point(&self, z: &U) -> Point<f64, N> {
         let z = z.as_ref();
         Point {
             q: *self.q,
@@ -274,14 +345,28 @@ impl<S: System<N>, const N: usize> Continuous<'_, S, N> {
     }
 }
 
-impl<S: System<N>, const N: usize> Equations for Continuous<'_, S, N> {
-    type Z = S::Motion<f64>;
+impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
+    type Z = U;
 
-    fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
-        self.system.continuous(&self.point(z), of_motion::<N>(z.as_ref()))
+    fn linearize(&self, z: &U) -> Linearization<f64, U> {
+        let multipliers = of_motion::<N>(z.as_ref());
+        self.declaration.linearize_continuous(&self.point(z), multipliers)
     }
 
-    fn rounding(&self, z: &Self::Z) -> Self::Z {
-        rounding::continuous_bounds(self.system, &self.point(z), of_motion::<N>(z.as_ref()))
+    fn rounding(&self, z: &U) -> U {
+        let mut bounds = U::zero();
+        let multipliers = of_motion::<N>(z.as_ref());
+        self.declaration
+            .continuous_bounds(&self.point(z), multipliers, bounds.as_mut());
+        bounds
     }
+}
+
+/// As many unknowns as values; NaN where there are fewer values.
+pub(crate) fn vector<U: Unknown<f64>>(values: &[f64]) -> U {
+    let mut vector = U::zero();
+    for (i, place) in vector.as_mut().iter_mut().enumerate() {
+        *place = values.get(i).copied().unwrap_or(f64::NAN);
+    }
+    vector
 }

@@ -1,8 +1,9 @@
-//! What `#[dsocs]` generates, and what the rest of this crate works with.
+//! What a system is to its user.
 
+use crate::compiled::Compiled;
 use crate::composition::Symmetry;
-use crate::scalar::Scalar;
-use crate::step::unknown::{Linearization, Unknown};
+use crate::declaration::Declaration;
+use crate::multipliers;
 
 /// A leg of the discrete path: the step's first two nodes, as a node and the increment that led to it.
 ///
@@ -36,33 +37,45 @@ pub struct Parameter {
     pub doc: &'static str,
 }
 
-/// A discrete second order constrained Lagrangian system with `N` coordinates, as `#[dsocs]` generates it.
+/// A discrete second order constrained Lagrangian system with `N` coordinates; `#[dsocs]` implements it.
 ///
-/// With `q0, q1` known (a [`Leg`]) the step looks for the second difference `e = (q2 - q1) - (q1 - q0)`, written in
-/// the unknowns `z` of type [`System::Unknown`], such that the rows of [`System::residual`] vanish: the constraints,
-/// holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones at `φ_{D_K}⁻¹(q0, q1, q2)`; then for every
-/// field `u` of the variational constraints the work `⟨u, Q⟩` of the constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at
-/// `φ_{D_V}⁻¹(q0, q1, q2)`, or, where no such fields are known, `Q - Σ λ_j α_j` with unknown multipliers. Rows that are linear in a second
-/// difference, with a coefficient that the parameters and `h` decide, are solved for it beforehand and are not among the
-/// rows left; [`System::second_difference`] gives all second differences back. A row with `branch = divide(w)` is divided by `w`.
+/// Three nodes `q0, q1, q2` with the step `h` between them belong to the discrete motion if the rows of [`System::residual`]
+/// vanish: the constraints, holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones at
+/// `φ_{D_K}⁻¹(q0, q1, q2)`; then for every field `u` of the variational constraints the work `⟨u, Q⟩` of the constraint force
+/// `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at `φ_{D_V}⁻¹(q0, q1, q2)`, or, where no such fields are known, `Q - Σ λ_j α_j` with
+/// multipliers `λ_j` of the constraints' forms `α_j`.
 ///
-/// What depends on the parameters and `h` alone is computed once a run ([`System::constants`]); what depends on the
-/// leg alone, once a step ([`System::known`]); the rest, once an iteration.
-pub trait System<const N: usize> {
-    /// The unknowns of one step, `[T; M]` for a literal `M`.
-    type Unknown<T: Scalar>: Unknown<T>;
-    /// What is known when the run begins, an array of a literal size.
-    type Constants<T: Scalar>: Copy;
-    /// What is known when the step begins, an array of a literal size.
-    type Known<T: Scalar>: Copy;
-    /// The unknowns of the continuous system: the accelerations, then the multipliers if there are any.
-    type Motion<T: Scalar>: Unknown<T>;
-
-    /// Whether every row of [`System::residual`] is affine in the unknowns: then one update solves the step.
-    const LINEAR: bool = false;
-
-    /// Whether rows were multiplied by more than a number (see [`System::scales`]).
-    const SCALED: bool = false;
+/// The methods here are for looking at a system by hand: each evaluates a few expressions, in some hundred nanoseconds. Runs
+/// ([`Flow`](crate::Flow) and its like) go through code of their own.
+///
+/// ```
+/// use dsocs_core::{System, dsocs};
+///
+/// /// A particle that falls.
+/// #[dsocs {
+///     coordinates(z);
+///     lagrangian = mass * (dot(z).powi(2) / 2 - gravity * z);
+/// }]
+/// struct Stone {
+///     mass: f64,
+///     gravity: f64,
+/// }
+///
+/// let stone = Stone { mass: 2.0, gravity: 10.0 };
+/// assert_eq!(stone.energy(&[3.0], &[1.0]), 61.0);
+/// // a parabola through the heights 0, 1/4 and 0 turns down as fast as the stone falls: nothing has to hold it
+/// let h = (0.5_f64 / 10.0).sqrt();
+/// assert!(stone.force(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
+/// assert!(stone.residual(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
+/// ```
+pub trait System<const N: usize>: Compiled<N> {
+    /// The coordinates' names, in order; `theta_2` for one of an array.
+    const COORDINATES: [&'static str; N];
+    /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
+    /// listed.
+    const PARAMETERS: &'static [Parameter];
+    /// The names of the observed expressions (`observe = […]`), in order.
+    const OBSERVABLES: &'static [&'static str];
 
     /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
     /// given by fields.
@@ -74,141 +87,55 @@ pub trait System<const N: usize> {
     /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
     const NONHOLONOMIC: usize = 0;
 
-    /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
-    /// are not watched for a second root nearby.
-    const DIVIDED: bool = false;
-
     /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
     const SYMMETRY: Symmetry = Symmetry::Unknown;
-
-    /// The coordinates' names, in order; `theta_2` for one of an array.
-    const COORDINATES: [&'static str; N];
-    /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
-    /// listed.
-    const PARAMETERS: &'static [Parameter];
-    /// The names of the observed expressions (`observe = […]`), in order.
-    const OBSERVABLES: &'static [&'static str];
 
     /// The value of parameter `index`, or `None` beyond the last.
     fn parameter(&self, index: usize) -> Option<f64>;
 
-    /// A mutable reference to parameter `index`, or `None` beyond the last.
+    /// A mutable reference to parameter `index`, or `None` beyond the last. Runs that begin after a change see it.
     fn parameter_mut(&mut self, index: usize) -> Option<&mut f64>;
 
-    /// Values known when the run begins; `h` is the step.
-    fn constants<T: Scalar>(&self, h: T) -> Self::Constants<T>;
-
-    /// Values known when the step begins.
-    fn known<T: Scalar>(&self, constants: &Self::Constants<T>, leg: &Leg<T, N>) -> Self::Known<T>;
-
-    /// The rows of the step at `z`, and their exact Jacobian `∂row/∂z`.
-    fn residual<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        z: &Self::Unknown<T>,
-    ) -> Linearization<T, Self::Unknown<T>>;
-
-    /// What each row of [`System::residual`] is, divided by the declared row: denominators that were multiplied out, and
-    /// factors of the parameters and of `h` that were dropped.
-    ///
-    /// Where one of them vanishes the declared row does not exist, or is zero whatever the unknowns are: a root there is
-    /// not accepted.
-    fn scales<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        z: &Self::Unknown<T>,
-    ) -> Self::Unknown<T> {
-        let _ = (constants, known);
-        z.zip(z, |_, _| T::splat(1.0))
-    }
-
-    /// The unknowns that belong to a second difference `e` and to multipliers (the starting point of Newton's iteration).
-    ///
-    /// Where no fields that span the virtual displacements are known, multipliers `λ_j` of the forms of [`System::forms`] are
-    /// unknown too. Missing ones are zero, and what is beyond the last is left out.
-    fn unknown<T: Scalar>(&self, e: &[T; N], multipliers: &[T]) -> Self::Unknown<T>;
-
-    /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns.
-    fn second_difference<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        z: &Self::Unknown<T>,
-    ) -> [T; N];
-
-    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
-    fn point<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        leg: &Leg<T, N>,
-        e: &[T; N],
-    ) -> Point<T, N>;
-
-    /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of
-    /// the coordinate.
-    fn force<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        leg: &Leg<T, N>,
-        e: &[T; N],
-    ) -> [T; N];
-
-    /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`; `out` has the length
-    /// [`System::FORMS`].
-    fn forms<T: Scalar>(
-        &self,
-        constants: &Self::Constants<T>,
-        known: &Self::Known<T>,
-        leg: &Leg<T, N>,
-        e: &[T; N],
-        out: &mut [[T; N]],
-    ) {
-        let _ = (constants, known, leg, e, out);
-    }
-
-    /// The same for the continuous system, at a point.
-    fn continuous_forms<T: Scalar>(&self, point: &Point<T, N>, out: &mut [[T; N]]) {
-        let _ = (point, out);
-    }
-
-    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(q)`, then `c(q, v)`, then
-    /// `dg(q)·v`; `out` has their number, `2 HOLONOMIC + NONHOLONOMIC`.
-    fn phase<T: Scalar>(&self, q: &[T; N], v: &[T; N], out: &mut [T]) {
-        let _ = (q, v, out);
-    }
-
-    /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`; `out` has their number,
-    /// `HOLONOMIC + NONHOLONOMIC`.
-    fn pair<T: Scalar>(&self, h: T, leg: &Leg<T, N>, out: &mut [T]) {
-        let _ = (h, leg, out);
-    }
-
     /// The Lagrangian `L(q, v)`.
-    fn lagrangian<T: Scalar>(&self, q: &[T; N], v: &[T; N]) -> T;
-
-    /// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg.
-    fn discrete_lagrangian<T: Scalar>(&self, h: T, leg: &Leg<T, N>) -> T;
+    fn lagrangian(&self, q: &[f64; N], v: &[f64; N]) -> f64 {
+        Declaration::of(self).lagrangian(q, v)
+    }
 
     /// The energy `⟨∂L/∂v, v⟩ - L`.
-    fn energy<T: Scalar>(&self, q: &[T; N], v: &[T; N]) -> T;
+    fn energy(&self, q: &[f64; N], v: &[f64; N]) -> f64 {
+        Declaration::of(self).energy(q, v)
+    }
 
-    /// The observed expressions at a point, in the order of [`System::OBSERVABLES`]; `out` has their number.
-    fn observe<T: Scalar>(&self, point: &Point<T, N>, out: &mut [T]);
-
-    /// The rows of the continuous system at a point and their exact Jacobian with respect to acceleration and multipliers.
+    /// The generalized constraint force at the second of three nodes with the step `h` between them, in units of `L` per unit
+    /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
     ///
-    /// They are the constraints, those of lower order differentiated until accelerations come in, then the works `⟨u, Q⟩`
-    /// along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
-    fn continuous<T: Scalar>(
-        &self,
-        point: &Point<T, N>,
-        multipliers: &[T],
-    ) -> Linearization<T, Self::Motion<T>>;
+    /// It is formed from differences of the nodes, and so loses the digits in which these agree.
+    fn force(&self, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
+        let (leg, e) = differences(nodes);
+        Declaration::of(self).force(h, &leg, &e)
+    }
 
-    /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
-    fn continuous_force<T: Scalar>(&self, point: &Point<T, N>) -> [T; N];
+    /// What has to vanish at three nodes with the step `h` between them, as it was declared: the constraints, then the works of
+    /// the constraint force along the virtual displacements. Where multipliers are unknown, they are those that come nearest
+    /// to the force.
+    ///
+    /// It is formed from differences of the nodes, and so loses the digits in which these agree.
+    fn residual(&self, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
+        let (leg, e) = differences(nodes);
+        let declaration = Declaration::of(self);
+        let multipliers = multipliers::of_step(&declaration, h, &leg, &e);
+        declaration.declared(h, &leg, &e, &multipliers)
+    }
+
+    /// The observed expressions at a point, in the order of [`System::OBSERVABLES`], as many as `out` has room for.
+    fn observe(&self, point: &Point<f64, N>, out: &mut [f64]) {
+        Declaration::of(self).observe(point, out);
+    }
+}
+
+/// Three nodes as a leg and a second difference.
+fn differences<const N: usize>([q0, q1, q2]: &[[f64; N]; 3]) -> (Leg<f64, N>, [f64; N]) {
+    let d: [f64; N] = core::array::from_fn(|i| q1[i] - q0[i]);
+    let e = core::array::from_fn(|i| (q2[i] - q1[i]) - d[i]);
+    (Leg { q: *q1, d }, e)
 }

@@ -50,6 +50,7 @@ use proc_macro::TokenStream;
 /// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
 /// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
+/// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
 ///
 /// # Virtual displacements
 ///

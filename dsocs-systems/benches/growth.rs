@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 
 dsocs_systems::planar_chain! {
     /// Four links.

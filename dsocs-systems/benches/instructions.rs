@@ -19,7 +19,7 @@ use dsocs_core::Flow;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use handwritten::{chain::Chain, particle::Particle, pendulum::Pendulum};
-use measure::{CHAIN, CIRCLE, H, H_CHAIN, PARTICLE, PENDULUM, Stepper, flow};
+use measure::{CHAIN, CIRCLE, H, H_CHAIN, PARTICLE, PENDULUM, Steps, flow};
 
 static WAVY: LazyLock<CurvedParticle<Wavy>> = LazyLock::new(measure::wavy);
 static WHEEL: LazyLock<InertiaWheelPendulum> = LazyLock::new(InertiaWheelPendulum::default);
@@ -29,14 +29,14 @@ static LINKS: LazyLock<PlanarChain8> = LazyLock::new(PlanarChain8::default);
 type Field = fn(f64, f64) -> f64;
 
 /// In the middle of a run.
-fn warm<S: Stepper>(mut start: S) -> S {
+fn warm<S: Steps>(mut start: S) -> S {
     for _ in 0..300 {
         start.step();
     }
     start
 }
 
-fn thousand<S: Stepper>(mut stepper: S) -> u32 {
+fn thousand<S: Steps>(mut stepper: S) -> u32 {
     (0..1000).map(|_| black_box(stepper.step())).sum()
 }
 

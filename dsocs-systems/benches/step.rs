@@ -21,12 +21,10 @@ use std::hint::black_box;
 use criterion::{BatchSize, Criterion, Throughput};
 use dsocs_core::Start;
 use dsocs_systems::InertiaWheelPendulum;
-use measure::{
-    CIRCLE, H, PARTICLE, PENDULUM, Stepper, field, flow, particle_by_hand, pendulum_by_hand, wavy,
-};
+use measure::{CIRCLE, H, PARTICLE, PENDULUM, Steps, field, flow, particle_by_hand, pendulum_by_hand, wavy};
 
 /// A thousand steps from a state in the middle of the run.
-fn criterion_steps<S: Stepper>(criterion: &mut Criterion, name: &str, variant: &str, mut start: S) {
+fn criterion_steps<S: Steps>(criterion: &mut Criterion, name: &str, variant: &str, mut start: S) {
     const STEPS: u32 = 1000;
     for _ in 0..300 {
         start.step();

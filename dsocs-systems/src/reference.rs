@@ -1,6 +1,7 @@
 //! The continuous motion of the pendulum, to nearly all digits: what its discrete motion is measured against.
 
-use dsocs_core::taylor::{State, TaylorError, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::{RunError, Start, Stepper};
 use thiserror::Error;
 
 use crate::pendulum::InertiaWheelPendulum;
@@ -17,7 +18,7 @@ pub struct ReferenceError {
     pub time: f64,
     /// What ended it.
     #[source]
-    pub cause: TaylorError,
+    pub cause: RunError,
 }
 
 /// A motion of the continuous pendulum on its proper branch, at equal intervals.
@@ -42,16 +43,20 @@ impl Reference {
         interval: f64,
         intervals: usize,
     ) -> Result<Self, ReferenceError> {
-        let failed = |time| move |cause| ReferenceError { time, cause };
-        let mut flow = TaylorFlow::new(pendulum, State::new(q0, v0), Tolerance::relative(TOLERANCE))
-            .map_err(failed(0.0))?;
+        let failed = |time| move |cause: RunError| ReferenceError { time, cause };
+        let mut flow = TaylorFlow::new(
+            pendulum,
+            Start::second_order(q0, v0),
+            Tolerance::relative(TOLERANCE),
+        )
+        .map_err(|error| failed(0.0)(error.into()))?;
         let times: Vec<f64> = (0..=intervals).map(|k| k as f64 * interval).collect();
         let mut states = Vec::with_capacity(times.len());
-        let result = flow.stream(&times, |state| {
-            let [p1, p2] = pendulum.momentum(state.v);
-            states.push([state.q[0], state.q[1], p1, p2]);
+        let result = flow.sample(&times, &mut |_, point| {
+            let [p1, p2] = pendulum.momentum(point.v);
+            states.push([point.q[0], point.q[1], p1, p2]);
         });
-        result.map_err(failed(flow.state().t))?;
+        result.map_err(failed(flow.time()))?;
         Ok(Self { interval, states })
     }
 

@@ -10,8 +10,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use dsocs_core::geometry::GeometryError;
-use dsocs_core::taylor::TaylorError;
-use dsocs_core::{Regularity, RunError, SetupError, StepError};
+use dsocs_core::{Regularity, RunError, SetupError};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -247,15 +246,9 @@ pub enum RunFailure {
     /// It ended early.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The continuous motion ended early.
-    #[error(transparent)]
-    Taylor(#[from] TaylorError),
     /// There is no continuous motion to measure errors against.
     #[error("the error cannot be estimated: {0}")]
-    Estimate(#[source] TaylorError),
-    /// It begins with two nodes where a velocity is needed.
-    #[error("a run of this kind begins with a position and a velocity, not with two nodes")]
-    Velocity,
+    Estimate(#[source] RunError),
 }
 
 /// A system could not be checked.
@@ -269,7 +262,7 @@ pub enum CheckFailure {
     Setup(#[from] SetupError),
     /// It ends early.
     #[error("the motion to check ends early: {0}")]
-    Step(#[from] StepError),
+    Run(#[from] RunError),
     /// A step of it has no solution by itself.
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),

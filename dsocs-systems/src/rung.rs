@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
+use dsocs_core::taylor::{GlobalError, Jets};
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stop, multipliers, until_break,
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, Start, Stepper, TaylorFlow, Tolerance,
+    multipliers,
 };
 
 use crate::registry::{Row, RunFailure};
@@ -46,7 +47,7 @@ struct Nodes<'a, S: Jets<N>, const N: usize> {
     /// What estimates errors.
     error: Option<GlobalError<'a, S, N>>,
     /// Why errors cannot be estimated any more.
-    failed: Option<TaylorError>,
+    failed: Option<RunError>,
 }
 
 impl<S: Jets<N>, const N: usize> Nodes<'_, S, N> {
@@ -85,9 +86,6 @@ impl<S: Jets<N>, const N: usize> Nodes<'_, S, N> {
 /// Runs from the start up to the last node at or before the end and hands each node to `sink`, which may end the run. A
 /// certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
 ///
-/// `state` is position and velocity at the start, which every rung but the paper's step begins with, and errors are measured
-/// from.
-///
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, a step has no solution, or the error cannot be estimated.
@@ -95,24 +93,33 @@ pub fn run<S: Jets<N>, const N: usize>(
     system: &S,
     plan: &Plan,
     start: Start<N>,
-    state: Option<State<N>>,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
     let Plan { h, until, rung, .. } = *plan;
-    // whatever the rung: step, parameters and start are to be usable
-    let mut flow = Flow::new(system, h, start)?;
-    // what was given may have been projected
-    let state = match (state, flow.clone().next()) {
-        (Some(_), Some(Ok(Node { q, v, .. }))) => Some(State::new(q, v)),
-        (state, _) => state,
-    };
-    let last = last_node(h, until)?;
-    let error = match (plan.estimate, state) {
-        (false, _) => None,
-        (true, None) => return Err(RunFailure::Velocity),
-        (true, Some(state)) => {
-            Some(GlobalError::new(system, state, last as f64 * h).map_err(RunFailure::Estimate)?)
+    if !until.is_finite() {
+        return Err(RunError::Until { until }.into());
+    }
+    // whatever the method: step, parameters and start are to be usable
+    let flow = Flow::new(system, h, start)?;
+    let (mut step, mut composed, mut series);
+    let run: &mut dyn Stepper<N> = match rung {
+        Rung::Step => {
+            step = if plan.certify { flow.watchful() } else { flow };
+            &mut step
         }
+        Rung::Composed(method) => {
+            composed = ComposedFlow::new(system, h, method, start)?;
+            &mut composed
+        }
+        Rung::Tolerance(tolerance) => {
+            series = TaylorFlow::new(system, start, Tolerance::relative(tolerance))?.every(h)?;
+            &mut series
+        }
+    };
+    let last = run.clock().until(until)?.time();
+    let error = match plan.estimate {
+        false => None,
+        true => Some(GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?),
     };
     let mut nodes = Nodes {
         system,
@@ -121,71 +128,15 @@ pub fn run<S: Jets<N>, const N: usize>(
         error,
         failed: None,
     };
-    match (rung, state) {
-        (Rung::Step, _) if plan.certify => flow.watchful().certify(until, |node, regularity| {
+    if plan.certify {
+        run.certify(until, &mut |node, regularity| {
             nodes.node(node, regularity.or(Some(Regularity::UNKNOWN)))
-        })?,
-        (Rung::Step, _) => flow.stream(until, &mut until_break(|node: &Node<N>| nodes.node(node, None)))?,
-        (Rung::Composed(method), Some(State { q, v, .. })) => {
-            let mut flow = ComposedFlow::new(system, h, method, q, v)?;
-            flow.stream(until, &mut until_break(|node: &Node<N>| nodes.node(node, None)))?;
-        }
-        (Rung::Tolerance(tolerance), Some(state)) => continuous(&mut nodes, tolerance, state, h, last)?,
-        (_, None) => return Err(RunFailure::Velocity),
+        })?;
+    } else {
+        run.stream(until, &mut |node: &Node<N>| nodes.node(node, None))?;
     }
     match nodes.failed {
         Some(error) => Err(RunFailure::Estimate(error)),
         None => Ok(()),
-    }
-}
-
-/// The continuous motion at the times of the nodes.
-fn continuous<S: Jets<N>, const N: usize>(
-    nodes: &mut Nodes<'_, S, N>,
-    tolerance: f64,
-    state: State<N>,
-    h: f64,
-    last: u64,
-) -> Result<(), TaylorError> {
-    let system = nodes.system;
-    let mut motion = Motion::new(system, state, last as f64 * h, Tolerance::relative(tolerance))?;
-    for index in 0..=last {
-        let t = index as f64 * h;
-        let point = motion.at(t)?;
-        let node = Node {
-            index,
-            t,
-            q: point.q,
-            v: point.v,
-            a: point.a,
-            force: system.continuous_force(&point),
-            energy: system.energy(&point.q, &point.v),
-            iterations: 0,
-            stop: Stop::Start,
-        };
-        if nodes.node(&node, None).is_break() {
-            break;
-        }
-    }
-    Ok(())
-}
-
-/// The number of the last node at or before `until`, to within rounding.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
-fn last_node(h: f64, until: f64) -> Result<u64, RunError> {
-    if !until.is_finite() {
-        return Err(RunError::Until { until });
-    }
-    let steps = until / h;
-    let nearest = steps.round();
-    let whole = if (steps - nearest).abs() <= 4.0 * f64::EPSILON * steps.abs() {
-        nearest
-    } else {
-        steps.floor()
-    };
-    if whole >= 0.0 {
-        Ok(whole as u64)
-    } else {
-        Err(RunError::Behind { until, time: 0.0, h })
     }
 }

@@ -2,10 +2,12 @@
 
 use core::fmt::Display;
 
-use dsocs_core::{Leg, Point, Real, System, Tangent, Unknown as _};
+use dsocs_core::__private::{Declaration as Tape, Tangent, Unknown as _};
+use dsocs_core::{Leg, Point, Real, System};
 use num_dual::Dual64;
 
 use crate::independent::{self, Declaration};
+use crate::tape;
 
 /// How far two evaluations of one number may differ, relative to what rounding the nodes can do.
 ///
@@ -118,7 +120,8 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
         q,
         d: v.map(|v| v * h),
     };
-    let constants = system.constants(h);
+    tape::same_bits(system, h, &leg, &a.map(|a| a * h * h), &[]).map_err(Mismatch::Differs)?;
+    let constants = system.constants(&system.parameters(), h);
     let known = system.known(&constants, &leg);
     let z = system.unknown(&a.map(|a| a * h * h), &[]);
     let e = system.second_difference(&constants, &known, &z);
@@ -143,7 +146,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
         .collect();
 
     // rows: those that generated code has eliminated vanish at every z, the others are told with what was multiplied out
-    let generated = system.residual(&constants, &known, &z);
+    let generated = system.linearize(&constants, &known, &z);
     let scales = system.scales(&constants, &known, &z);
     let declared = generated.rows.zip(&scales, |row, scale| row / scale);
     let mut kept = Vec::new();
@@ -189,7 +192,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
             let quotient = richardson(nudge, |shift| {
                 let mut z = z;
                 z.as_mut()[k] += shift;
-                system.residual(&constants, &known, &z).rows.as_ref()[place] / multiple
+                system.linearize(&constants, &known, &z).rows.as_ref()[place] / multiple
             });
             let tolerance = DIFFERENCE * (size + slope.abs()) + 10.0 * f64::EPSILON * scale[i] / nudge;
             expect(
@@ -212,13 +215,14 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     leg: &Leg<f64, N>,
     e: [f64; N],
 ) -> Result<(), Mismatch> {
-    let constants = system.constants(h);
+    let constants = system.constants(&system.parameters(), h);
     let known = system.known(&constants, leg);
+    let told = system.report(&constants, &known, leg, &e);
     let (q, dual) = (leg.q, |x: [f64; N]| independent::fixed(x));
     let nodes = nodes(q, leg.d, e);
     let sizes = |i: usize| q[i].abs() + leg.d[i].abs() + e[i].abs();
     let size: f64 = (0..N).map(sizes).sum();
-    let at = system.point(&constants, &known, leg, &e);
+    let at = told.point;
     let map = declaration.phi_kinematic(h, nodes);
     for (name, generated, independent, power) in [
         ("q", at.q, map[0], 0),
@@ -235,7 +239,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
             )?;
         }
     }
-    let force = system.force(&constants, &known, leg, &e);
+    let force = told.force;
     let independent_force =
         |e| independent::force(declaration, Dual64::from(h), self::nodes(dual(q), dual(leg.d), e)).to_vec();
     let (expected, by_e) = differentiate(e, independent_force);
@@ -249,7 +253,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
         )?;
     }
     let expected = independent::discrete_lagrangian(declaration, h, nodes[0], q);
-    let value = system.discrete_lagrangian(h, leg);
+    let value = Tape::of(system).discrete_lagrangian(h, leg);
     let (_, by_node) = differentiate(q, |q| {
         vec![independent::discrete_lagrangian(
             declaration,
@@ -262,7 +266,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     expect("discrete Lagrangian", value, expected, ROUNDING * scale)
 }
 
-/// The generated code, moved along unknown `k` with [`Tangent`]s.
+/// The declaration, moved along unknown `k` with [`Tangent`]s.
 struct Moving<const N: usize> {
     /// The rows' derivatives.
     rows: Vec<f64>,
@@ -284,20 +288,16 @@ fn moving<S: System<N>, const N: usize>(
         q: fixed(leg.q),
         d: fixed(leg.d),
     };
-    let constants = system.constants(Tangent::new(h, 0.0));
-    let known = system.known(&constants, &leg);
-    let mut moving = S::Unknown::<Tangent>::zero();
-    for (j, (to, &value)) in moving.as_mut().iter_mut().zip(z).enumerate() {
-        *to = Tangent::new(value, f64::from(u8::from(j == k)));
-    }
-    let rows = system.residual(&constants, &known, &moving).rows;
-    let scales = system.scales(&constants, &known, &moving);
+    let (tape, h) = (Tape::of(system), Tangent::new(h, 0.0));
+    let moving = z.iter().enumerate();
+    let moving: Vec<_> = moving
+        .map(|(j, &value)| Tangent::new(value, f64::from(u8::from(j == k))))
+        .collect();
+    let derivatives = |rows: Vec<Tangent>| rows.into_iter().map(Tangent::derivative).collect();
     Moving {
-        rows: rows.as_ref().iter().map(|row| row.derivative()).collect(),
-        scales: scales.as_ref().iter().map(|scale| scale.derivative()).collect(),
-        second_difference: system
-            .second_difference(&constants, &known, &moving)
-            .map(Tangent::derivative),
+        rows: derivatives(tape.rows(h, &leg, &moving)),
+        scales: derivatives(tape.scales(h, &leg, &moving)),
+        second_difference: tape.second_difference(h, &leg, &moving).map(Tangent::derivative),
     }
 }
 
@@ -326,7 +326,9 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     if rows.iter().chain(by_a.as_flattened()).any(|x| !x.is_finite()) {
         return Err(Mismatch::Undefined);
     }
-    let generated = system.continuous(&Point { q, v, a }, &[]);
+    let tape = Tape::of(system);
+    let generated = tape.continuous_with_jacobian(&Point { q, v, a }, &[]);
+    let (generated_rows, generated_slopes) = generated.split_at(N);
     for i in 0..N {
         let largest: f64 = by_a[i]
             .iter()
@@ -338,16 +340,11 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
             + condition(&by_v[i], &v);
         expect(
             format_args!("continuous row {i}"),
-            generated.rows.as_ref()[i],
+            generated_rows[i],
             rows[i],
             ROUNDING * scale,
         )?;
-        for (j, (entry, slope)) in generated.jacobian.as_ref()[i]
-            .as_ref()
-            .iter()
-            .zip(&by_a[i])
-            .enumerate()
-        {
+        for (j, (entry, slope)) in generated_slopes[i * N..].iter().zip(&by_a[i]).enumerate() {
             expect(
                 format_args!("∂(continuous row {i})/∂a{j}"),
                 *entry,
@@ -362,7 +359,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     let (_, by_a) = differentiate(a, |a| {
         independent::continuous_force(declaration, dual(q), dual(v), a).to_vec()
     });
-    let force = system.continuous_force(&Point { q, v, a });
+    let force = tape.continuous_force(&Point { q, v, a });
     for i in 0..N {
         let scale = 1.0 + expected[i].abs() + condition(&by_v[i], &v) + condition(&by_a[i], &a);
         expect(

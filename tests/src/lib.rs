@@ -7,3 +7,4 @@ pub mod fit;
 pub mod independent;
 #[cfg(doctest)]
 mod readme;
+pub mod tape;

@@ -1,7 +1,8 @@
 //! Chains, declared with arrays and sums, are the chains of mechanics: their step is the one of an independent
 //! formulation, of order 2, and their energy does not drift.
 
-use dsocs_core::{Flow, Point, Real, Start, System, Unknown};
+use dsocs_core::geometry::motion;
+use dsocs_core::{Flow, Real, Start, Stepper, System};
 use dsocs_systems::{PlanarChain2, PlanarChain8, planar_chain};
 use dsocs_tests::check::{Kind, State, compare};
 use dsocs_tests::fit::{local_slopes, slope};
@@ -118,10 +119,9 @@ const Q0: [f64; 3] = [1.0, 1.5, 0.25];
 const V0: [f64; 3] = [0.0, -1.0, 2.0];
 const UNTIL: f64 = 2.0;
 
-/// The acceleration of the continuous chain, whose rows are affine in it.
+/// The acceleration of the continuous chain.
 fn acceleration(q: [f64; 3], v: [f64; 3]) -> [f64; 3] {
-    let linearization = TRIPLE.continuous(&Point { q, v, a: [0.0; 3] }, &[]);
-    <[f64; 3]>::solve(&linearization.jacobian, &linearization.rows.map(|row| -row)).unwrap()
+    motion(&TRIPLE, q, v).unwrap().a
 }
 
 /// The position at [`UNTIL`] by the classical Runge–Kutta method, of fourth order.

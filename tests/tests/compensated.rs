@@ -1,6 +1,6 @@
 //! Small steps lose no digits: the second difference is the unknown, and the sums are compensated.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::CurvedParticle;
 use dsocs_tests::closed_form::Polygon;
 

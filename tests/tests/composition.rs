@@ -5,9 +5,10 @@
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
 mod systems;
 
-use dsocs_core::taylor::{State, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, RunError, SetupError, StageFailure, Start, Symmetry, System, dsocs,
+    ComposedFlow, Composition, Flow, RunError, SetupError, StageFailure, Start, Stepper, Symmetry, System,
+    dsocs,
 };
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
@@ -84,7 +85,13 @@ fn largest_error<S: System<2>>(
     truth: &[[f64; 2]],
     measure: impl Fn([f64; 2], [f64; 2]) -> f64,
 ) -> f64 {
-    let mut flow = ComposedFlow::new(system, f64::from(parts).recip(), method, start.0, start.1).unwrap();
+    let mut flow = ComposedFlow::new(
+        system,
+        f64::from(parts).recip(),
+        method,
+        Start::second_order(start.0, start.1),
+    )
+    .unwrap();
     let mut largest = 0.0_f64;
     for truth in truth {
         for _ in 0..parts {
@@ -112,8 +119,9 @@ fn orders_on_the_particle_in_a_field() {
     let start = ([0.0, 0.0], [1.0, 1.0]);
     let tolerance = Tolerance::relative(1e-17).order(18);
     let particle = field();
-    let mut flow = TaylorFlow::new(&particle, State::new(start.0, start.1), tolerance).unwrap();
-    let ours: Vec<[f64; 2]> = flow.sample(&times).unwrap().iter().map(|state| state.q).collect();
+    let mut flow = TaylorFlow::new(&particle, Start::second_order(start.0, start.1), tolerance).unwrap();
+    let mut ours = Vec::with_capacity(SECONDS);
+    flow.sample(&times, &mut |_, point| ours.push(point.q)).unwrap();
     let others = independent(SECONDS);
     let apart = ours
         .iter()
@@ -145,9 +153,10 @@ fn orders_on_the_particle_in_a_field() {
 fn orders_on_the_pendulum_whose_constraint_is_a_decrease() {
     let pendulum = InertiaWheelPendulum::default();
     let tolerance = Tolerance::relative(1e-16);
-    let mut flow = TaylorFlow::new(&pendulum, State::new(START.0, START.1), tolerance).unwrap();
+    let mut flow = TaylorFlow::new(&pendulum, Start::second_order(START.0, START.1), tolerance).unwrap();
     let times: Vec<f64> = (1..=10).map(f64::from).collect();
-    let truth: Vec<[f64; 2]> = flow.sample(&times).unwrap().iter().map(|state| state.q).collect();
+    let mut truth = Vec::new();
+    flow.sample(&times, &mut |_, point| truth.push(point.q)).unwrap();
     for method in METHODS {
         let parts = [10, 14, 20, 28, 40];
         let theta = |left: [f64; 2], right: [f64; 2]| (left[0] - right[0]).abs();
@@ -167,11 +176,11 @@ fn there_and_back<S: System<2>>(
     start: ([f64; 2], [f64; 2]),
     steps: u32,
 ) -> f64 {
-    let mut flow = ComposedFlow::new(system, h, method, start.0, start.1).unwrap();
+    let mut flow = ComposedFlow::new(system, h, method, Start::second_order(start.0, start.1)).unwrap();
     for _ in 0..steps {
         flow.advance().unwrap();
     }
-    flow.reverse();
+    flow.reverse().unwrap();
     assert_eq!(flow.h(), -h);
     for _ in 0..steps {
         flow.advance().unwrap();
@@ -202,8 +211,13 @@ fn a_step_back_undoes_a_step() {
 fn with_equal_legs_it_is_the_papers_step() {
     let particle = field();
     let mut flow = Flow::new(&particle, 0.1, Start::second_order([0.0, 0.0], [1.0, 1.0])).unwrap();
-    let mut composed =
-        ComposedFlow::new(&particle, 0.1, Composition::SINGLE, [0.0, 0.0], [1.0, 1.0]).unwrap();
+    let mut composed = ComposedFlow::new(
+        &particle,
+        0.1,
+        Composition::SINGLE,
+        Start::second_order([0.0, 0.0], [1.0, 1.0]),
+    )
+    .unwrap();
     let (nodes, others) = (flow.until(50.0).unwrap(), composed.until(50.0).unwrap());
     assert_eq!(nodes.len(), others.len());
     for (node, other) in nodes.iter().zip(&others) {
@@ -223,7 +237,8 @@ fn what_unequal_legs_keep() {
     let circle = CurvedParticle::default();
     let particle = field();
     for method in METHODS {
-        let mut flow = ComposedFlow::new(&circle, 0.1, method, start.0, start.1).unwrap();
+        let mut flow =
+            ComposedFlow::new(&circle, 0.1, method, Start::second_order(start.0, start.1)).unwrap();
         for _ in 0..10_000 {
             flow.advance().unwrap();
         }
@@ -232,7 +247,8 @@ fn what_unequal_legs_keep() {
         assert!(drift < 1e-13);
 
         let wander = |h: f64, steps: u32| {
-            let mut flow = ComposedFlow::new(&particle, h, method, start.0, start.1).unwrap();
+            let mut flow =
+                ComposedFlow::new(&particle, h, method, Start::second_order(start.0, start.1)).unwrap();
             let (mut first, mut last) = (0.0_f64, 0.0_f64);
             for k in 0..steps {
                 flow.advance().unwrap();
@@ -341,7 +357,12 @@ fn the_attribute_finds_out_what_can_be_composed() {
         assert_eq!(found, expected);
     }
     let chain = PlanarChain8::default();
-    let refused = ComposedFlow::new(&chain, 0.01, Composition::SUZUKI_4, [0.5; 8], [0.0; 8]);
+    let refused = ComposedFlow::new(
+        &chain,
+        0.01,
+        Composition::SUZUKI_4,
+        Start::second_order([0.5; 8], [0.0; 8]),
+    );
     let error = refused.unwrap_err();
     assert!(matches!(
         error,
@@ -363,7 +384,7 @@ fn the_attribute_finds_out_what_can_be_composed() {
 
 /// What a run comes to: the last position, or how its last stage failed.
 fn run(system: &impl System<1>, method: Composition, h: f64, until: f64) -> Result<f64, StageFailure> {
-    let mut flow = ComposedFlow::new(system, h, method, [1.0], [1.0]).unwrap();
+    let mut flow = ComposedFlow::new(system, h, method, Start::second_order([1.0], [1.0])).unwrap();
     match flow.until(until) {
         Ok(trajectory) => Ok(trajectory.last().unwrap().q[0]),
         Err(failure) => {
@@ -421,9 +442,11 @@ fn a_switch_that_is_run_back_is_refused() {
 fn the_pendulum_is_composed_with_steps_that_its_switch_allows() {
     let pendulum = InertiaWheelPendulum::default();
     for method in METHODS {
-        let mut flow = ComposedFlow::new(&pendulum, 0.2, method, START.0, START.1).unwrap();
+        let mut flow =
+            ComposedFlow::new(&pendulum, 0.2, method, Start::second_order(START.0, START.1)).unwrap();
         assert!(flow.until(500.0).is_ok());
-        let mut flow = ComposedFlow::new(&pendulum, 0.4, method, START.0, START.1).unwrap();
+        let mut flow =
+            ComposedFlow::new(&pendulum, 0.4, method, Start::second_order(START.0, START.1)).unwrap();
         let long = flow.until(500.0);
         assert_eq!(long.is_ok(), method.order() == 2, "{method}");
         if let Err(failure) = long {
@@ -437,10 +460,8 @@ fn a_run_is_used_like_any_other() {
     let particle = CurvedParticle::default();
     let method = Composition::SUZUKI_4;
     let flow = || {
-        ComposedFlow::new(&particle, 0.1, method, [0.0; 2], [1.0; 2])
-            .unwrap()
-            .at(2.0)
-            .unwrap()
+        let start = Start::second_order([0.0; 2], [1.0; 2]).at(2.0);
+        ComposedFlow::new(&particle, 0.1, method, start).unwrap()
     };
     let mut run = flow();
     let first = run.until(3.0).unwrap();
@@ -463,11 +484,11 @@ fn a_run_is_used_like_any_other() {
         run.until(f64::INFINITY).unwrap_err().error,
         RunError::Until { .. }
     ));
-    run.reverse();
+    run.reverse().unwrap();
     let back = run.until(2.0).unwrap();
     assert_eq!(back.len(), 20);
     assert!(distance(back.last().unwrap().q, [0.0; 2]) < 1e-14);
     for (h, v0) in [(0.0, 1.0), (f64::NAN, 1.0), (0.1, f64::NAN), (1e-160, 1.0)] {
-        assert!(ComposedFlow::new(&particle, h, method, [0.0; 2], [v0; 2]).is_err());
+        assert!(ComposedFlow::new(&particle, h, method, Start::second_order([0.0; 2], [v0; 2])).is_err());
     }
 }

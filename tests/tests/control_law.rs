@@ -1,8 +1,9 @@
 //! The constraint force of the pendulum is the torque of a motor: fed to a pendulum without constraint, written by hand and
 //! solved by an ODE solver, it makes the same motion.
 
-use dsocs_core::taylor::{State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Linearization, Point, Start, System};
+use dsocs_core::geometry::{constraint_force, motion};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
 use ode_solvers::dop_shared::OutputType;
@@ -58,17 +59,13 @@ fn driven(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2]
 #[test]
 fn as_a_feedback_law() {
     let pendulum = InertiaWheelPendulum::default();
-    let law = |_: f64, q: [f64; 2], v: [f64; 2]| {
-        // affine in the acceleration: one update from zero
-        let point = Point { q, v, a: [0.0; 2] };
-        let rows: Linearization<f64, [f64; 2]> = pendulum.continuous(&point, &[]);
-        let a = rows.update().unwrap();
-        pendulum.continuous_force(&Point { q, v, a })[1]
-    };
+    let law =
+        |_: f64, q: [f64; 2], v: [f64; 2]| constraint_force(&pendulum, &motion(&pendulum, q, v).unwrap())[1];
     for end in [10.0, 40.0] {
         let found = driven(law, end);
-        let exact = TaylorFlow::new(&pendulum, State::new(Q0, V0), Tolerance::relative(1e-15))
-            .and_then(|mut flow| flow.until(end))
+        let exact = TaylorFlow::new(&pendulum, Start::second_order(Q0, V0), Tolerance::relative(1e-15))
+            .unwrap()
+            .to(end)
             .unwrap()
             .q;
         let apart = [found[0] - exact[0], found[1] - exact[1]];

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU64;
 
-use dsocs_core::{Ensemble, Flow, MemberError, Node, RunError, Start, StepFailure, System, Trajectory};
+use dsocs_core::{Ensemble, Flow, Node, RunError, Start, StepFailure, Stepper, System, Trajectory};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -27,7 +27,7 @@ fn compare<S: System<2> + Sync>(
         if is_reference { start } else { others(f64::from(k)) }
     });
     let ensemble = Ensemble::new(system, h).unwrap().starts(starts);
-    let observed = ensemble.observe_until(t, NonZeroU64::MIN, |_| Trajectory::default());
+    let observed = ensemble.stream(t, NonZeroU64::MIN, |_| Trajectory::default());
     let [first, rest @ ..] = PLACES.map(|place| &observed[place].observer);
     assert!(rest.iter().all(|other| *other == first), "lanes differ");
     let table = Table::read(file);
@@ -129,7 +129,7 @@ fn a_curvature_that_the_macro_cannot_see_into_is_the_flows_bit_for_bit() {
         let ended = Ensemble::new(&particle, h)
             .unwrap()
             .starts(starts.clone())
-            .run_until(40.0);
+            .to(40.0);
         for (&start, last) in starts.iter().zip(ended) {
             assert_eq!(last, Ok(single(&particle, h, start, 40.0)));
         }
@@ -144,7 +144,7 @@ fn neither_threads_nor_company_change_a_bit() {
         let ensemble = Ensemble::new(&system, 0.1)
             .unwrap()
             .starts(starts.iter().copied());
-        ensemble.threads(threads).unwrap().run_until(300.0)
+        ensemble.threads(threads).unwrap().to(300.0)
     };
     let first = run(&starts, 1);
     assert!(first.iter().all(Result::is_ok));
@@ -168,10 +168,10 @@ fn a_particle_at_rest_fails_by_itself() {
     let ended = Ensemble::new(&particle, 0.1)
         .unwrap()
         .starts((0..20).map(|k| start(k + 1)))
-        .run_until(10.0);
+        .to(10.0);
     for (k, last) in (1..).zip(ended) {
         if k % 3 == 1 {
-            let Err(MemberError::Run(RunError::Step(error))) = last else {
+            let Err(RunError::Step(error)) = last else {
                 panic!("{last:?}");
             };
             assert_eq!(error.details().index, 1);
@@ -190,7 +190,7 @@ fn running_back_is_the_flows_too() {
     let ended = Ensemble::new(&particle, -0.05)
         .unwrap()
         .starts(starts.clone())
-        .run_until(-3.0);
+        .to(-3.0);
     for (start, last) in starts.zip(ended) {
         assert_eq!(last, Ok(single(&particle, -0.05, start, -3.0)));
     }

@@ -1,6 +1,6 @@
 //! The errors against the exact motion are those of the reference's tables, to four digits; so are their slopes.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form::{self, pendulum::START};
 use dsocs_tests::data::Table;

@@ -4,7 +4,7 @@
 #[allow(dead_code)] // some of them are not for any numbers
 mod systems;
 
-use dsocs_core::{Flow, Real, Regularity, Start, System};
+use dsocs_core::{Flow, Real, Regularity, Start, Stepper, System};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain2, Wavy};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};

@@ -8,7 +8,7 @@ use dsocs_core::geometry::{
     legendre_minus, legendre_plus, momentum_equation, momentum_map, momentum_minus, momentum_plus,
     pair_displacements, theta_minus, theta_plus,
 };
-use dsocs_core::{Flow, Leg, Real, Start, System, dsocs};
+use dsocs_core::{Flow, Leg, Real, Start, Stepper, System, dsocs};
 use dsocs_systems::{
     Curvature, CurvedParticle, GravityTurn, InertiaWheelPendulum, MagneticParticle, PlanarChain2,
     SphericalPendulum, Wavy,

@@ -1,7 +1,7 @@
 //! The estimated error of a run is its error: on both systems of the paper, against data that owe nothing to this workspace.
 
-use dsocs_core::taylor::{GlobalError, Jets, Motion, State, TaylorError, Tolerance};
-use dsocs_core::{ComposedFlow, Composition};
+use dsocs_core::taylor::{GlobalError, Jets, Motion, Tolerance};
+use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form;
 use dsocs_tests::closed_form::pendulum::START;
@@ -41,7 +41,13 @@ fn positions<S: Jets<2>>(
     start: ([f64; 2], [f64; 2]),
     seconds: usize,
 ) -> Vec<[f64; 2]> {
-    let mut flow = ComposedFlow::new(system, f64::from(parts).recip(), method, start.0, start.1).unwrap();
+    let mut flow = ComposedFlow::new(
+        system,
+        f64::from(parts).recip(),
+        method,
+        Start::second_order(start.0, start.1),
+    )
+    .unwrap();
     let mut positions = Vec::new();
     for _ in 0..seconds {
         for _ in 0..parts {
@@ -63,7 +69,7 @@ fn scores<S: Jets<2>>(
 ) -> [Score; 2] {
     let coarse = positions(system, method, parts, start, truth.len());
     let fine = positions(system, method, 2 * parts, start, truth.len());
-    let state = State::new(start.0, start.1);
+    let state = Start::second_order(start.0, start.1);
     let mut error = GlobalError::new(system, state, truth.len() as f64).unwrap();
     let mut scores = [Score::NONE; 2];
     let gain = 2.0_f64.powi(i32::try_from(method.order()).unwrap());
@@ -140,16 +146,16 @@ fn of_the_pendulum_over_the_papers_time() {
 #[test]
 fn a_motion_is_asked_in_order() {
     let pendulum = InertiaWheelPendulum::default();
-    let state = State::new(START.0, START.1);
+    let state = Start::second_order(START.0, START.1);
     let mut motion = Motion::new(&pendulum, state, 10.0, Tolerance::relative(1e-12)).unwrap();
     assert!((motion.at(0.0).unwrap().q[0] - START.0[0]).abs() == 0.0);
     let [first, again] = [motion.at(5.0).unwrap(), motion.at(5.0).unwrap()];
     assert_eq!(first, again);
     assert!(motion.at(10.0).is_ok());
-    assert!(matches!(motion.at(0.5), Err(TaylorError::Behind { .. })));
-    assert!(matches!(motion.at(11.0), Err(TaylorError::Until { .. })));
+    assert!(matches!(motion.at(0.5), Err(RunError::Behind { .. })));
+    assert!(matches!(motion.at(11.0), Err(RunError::Until { .. })));
     // the acceleration solves the equations
-    let rows = dsocs_core::System::continuous(&pendulum, &first, &[]).rows;
+    let rows = dsocs_core::__private::Declaration::of(&pendulum).continuous(&first, &[]);
     assert!(rows.iter().all(|row| row.abs() < 1e-7), "{rows:?}");
     let mut back = Motion::new(&pendulum, state, -1.0, Tolerance::relative(1e-12)).unwrap();
     assert!(back.at(-0.5).is_ok() && back.at(-1.0).is_ok());

@@ -1,8 +1,8 @@
 //! The systems of the library against exact solutions, invariants and equations of motion derived by hand, with the order that
 //! a fit of their errors gives.
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Real, Start, System, dsocs};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Node, Real, Start, Stepper, System, dsocs};
 use dsocs_systems::{
     CartPole, Curvature, CurvedParticle, GravityTurn, MagneticParticle, PlanarChain2, SphericalPendulum,
 };
@@ -90,9 +90,9 @@ fn order<S: System<2>>(
 }
 
 /// The continuous motion by its Taylor series, for systems that come with both.
-fn taylor<S: Jets<2>>(system: &S, q: [f64; 2], v: [f64; 2], until: f64) -> State<2> {
-    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15)).unwrap();
-    flow.until(until).unwrap()
+fn taylor<S: Jets<2>>(system: &S, q: [f64; 2], v: [f64; 2], until: f64) -> Node<2> {
+    let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15)).unwrap();
+    flow.to(until).unwrap()
 }
 
 #[test]
@@ -370,7 +370,7 @@ fn the_pole_swings_up() {
     let cart = CartPole::default();
     let mut flow = Flow::new(&cart, 0.01, Start::second_order([0.0, 2.8], [0.0, 0.0])).unwrap();
     let trajectory = flow.until(10.0).unwrap();
-    let lyapunov = |node: &dsocs_core::Node<2>| {
+    let lyapunov = |node: &Node<2>| {
         let mut observed = [0.0; 2];
         cart.observe(&node.point(), &mut observed);
         observed[0]

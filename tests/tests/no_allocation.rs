@@ -1,7 +1,7 @@
 //! A step allocates nothing.
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, Flow, Node, Start, System};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{ComposedFlow, Composition, Flow, Node, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
@@ -74,7 +74,7 @@ fn a_composed_step() {
             Composition::KAHAN_LI_6,
             Composition::KAHAN_LI_8,
         ] {
-            let mut flow = ComposedFlow::new(system, 0.1, method, q0, v0).unwrap();
+            let mut flow = ComposedFlow::new(system, 0.1, method, Start::second_order(q0, v0)).unwrap();
             let steps = allocation_counter::measure(|| {
                 for _ in 0..300 {
                     flow.next().unwrap().unwrap();
@@ -93,8 +93,8 @@ fn a_composed_step() {
 
 #[test]
 fn the_taylor_flow() {
-    fn allocations<S: Jets<N>, const N: usize>(system: &S, state: State<N>) {
-        let mut flow = TaylorFlow::new(system, state, Tolerance::relative(1e-10)).unwrap();
+    fn allocations<S: Jets<N>, const N: usize>(system: &S, start: Start<N>) {
+        let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-10)).unwrap();
         flow.step(1e6).unwrap();
         let steps = allocation_counter::measure(|| {
             for _ in 0..300 {
@@ -107,15 +107,18 @@ fn the_taylor_flow() {
             steps.bytes_total
         );
     }
-    let particle = State::new([0.0, 0.0], [1.0, 1.0]);
+    let particle = Start::second_order([0.0, 0.0], [1.0, 1.0]);
     allocations(&CurvedParticle::default(), particle);
     let field = CurvedParticle {
         mass: 1.0,
         curvature: Wavy::default(),
     };
     allocations(&field, particle);
-    allocations(&InertiaWheelPendulum::default(), State::new(START.0, START.1));
-    allocations(&PlanarChain8::default(), State::new([0.3; 8], [0.0; 8]));
+    allocations(
+        &InertiaWheelPendulum::default(),
+        Start::second_order(START.0, START.1),
+    );
+    allocations(&PlanarChain8::default(), Start::second_order([0.3; 8], [0.0; 8]));
 }
 
 #[test]

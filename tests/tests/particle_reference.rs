@@ -1,6 +1,6 @@
 //! The particle's discrete motion is the reference's, row by row, within what double precision allows.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::CurvedParticle;
 use dsocs_tests::data::Table;
 

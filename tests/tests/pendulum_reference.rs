@@ -1,7 +1,7 @@
 //! The pendulum's discrete motion is the reference's, row by row, within what double precision allows; so are single
 //! steps, also those where the wrong root is nearest.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;

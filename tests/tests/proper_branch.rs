@@ -4,7 +4,7 @@
 //! wanted makes the bracket zero, the spurious one makes `w` zero. So a step is on the proper branch if the bracket
 //! vanishes to within rounding, and its `w` is the proper root of the monotone scalar equation and not nearer to 0.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::closed_form::pendulum::{self, J, RHO, START};
 
@@ -16,7 +16,7 @@ fn check(h: f64, start: Start<2>, steps: usize) -> usize {
     for _ in 0..steps {
         let leg = flow.leg();
         flow.advance().unwrap();
-        let node = flow.node().unwrap();
+        let node = flow.node();
         let w = pendulum::w(node.v);
 
         let r2 = J * (node.a[0] + node.a[1]);

@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Flow, Leg, Real, Regularity, Start, dsocs};
+use dsocs_core::{Flow, Leg, Real, Regularity, Start, Stepper, dsocs};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum};
 
 #[test]
@@ -88,7 +88,7 @@ fn a_certified_run_tells_every_node() {
     let pendulum = InertiaWheelPendulum::default();
     let mut flow = Flow::new(&pendulum, 0.1, Start::second_order([0.5, 0.0], [0.0, 0.5])).unwrap();
     let mut nodes = Vec::new();
-    flow.certify(10.0, |node, regularity| {
+    flow.certify(10.0, &mut |node, regularity| {
         nodes.push((*node, regularity));
         ControlFlow::Continue(())
     })

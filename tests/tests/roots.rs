@@ -1,7 +1,7 @@
 //! A constraint with two solutions at every step: both are found on request, a run follows the one it is on or says that
 //! it cannot tell, and never goes over to the other in silence.
 
-use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, dsocs};
+use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, Stepper, dsocs};
 
 /// An oscillator, or a uniform motion: `(v − drift)(a + x) = 0`.
 ///
@@ -68,7 +68,7 @@ fn a_run_follows_its_motion_or_says_that_it_cannot_tell() {
                     );
                 }
                 Err(error) => {
-                    let details = error.details();
+                    let details = error.failed_step().unwrap();
                     assert_eq!(details.cause.reason, StepFailure::AmbiguousRoot);
                     let pair = [details.q2[0], details.other[0]];
                     let near = |wanted: f64| pair.iter().any(|q| (q - wanted).abs() < 1e-8);

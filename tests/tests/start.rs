@@ -4,7 +4,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::{self, START};
 

@@ -2,11 +2,13 @@
 
 #![allow(clippy::float_cmp)] // the flow stands exactly where the event was
 
-use dsocs_core::taylor::{Event, Events, Jet, State, TaylorError, TaylorFlow, Tolerance};
-use dsocs_core::{Real, dsocs};
+use dsocs_core::taylor::{Jet, TaylorFlow, Tolerance};
+use dsocs_core::{Event, Events, Node, Occurrence, Real, RunError, Start, Stepper, dsocs, on_event};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 
-const START: State<2> = State::new([0.0, 0.0], [1.0, 1.0]);
+const Q0: [f64; 2] = [0.0, 0.0];
+const V0: [f64; 2] = [1.0, 1.0];
+const START: Start<2> = Start::second_order(Q0, V0);
 
 fn particle() -> CurvedParticle<dsocs_systems::Constant> {
     CurvedParticle::default()
@@ -18,7 +20,12 @@ fn the_particle_crosses_an_axis_where_its_circle_does() {
     let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-14)).unwrap();
     let mut events = Events::new(vec![Event::function(|point| point.q[0] - 0.1)]);
     let mut found = Vec::new();
-    flow.watch(20.0, &mut events, |event| found.push(*event)).unwrap();
+    flow.watch(
+        20.0,
+        &mut events,
+        &mut on_event(|event: &Occurrence<_>| found.push(*event)),
+    )
+    .unwrap();
     // x = cos(√2 t - π/4) - √2/2 = 0.1
     let angle = (0.1 + 0.5_f64.sqrt()).acos();
     let turn = 2.0 * std::f64::consts::PI;
@@ -30,12 +37,12 @@ fn the_particle_crosses_an_axis_where_its_circle_does() {
     expected.sort_by(f64::total_cmp);
     assert_eq!(found.len(), expected.len());
     for (event, t) in found.iter().zip(&expected) {
-        assert!((event.state.t - t).abs() < 1e-13 * 20.0, "{} {t}", event.state.t);
-        assert!((event.state.q[0] - 0.1).abs() < 1e-15, "{:?}", event.state);
-        assert_eq!(event.rising, event.state.v[0] > 0.0);
-        let (q, v) = particle.exact(START.q, START.v, *t);
+        assert!((event.t - t).abs() < 1e-13 * 20.0, "{} {t}", event.t);
+        assert!((event.q[0] - 0.1).abs() < 1e-15, "{event:?}");
+        assert_eq!(event.rising, event.v[0] > 0.0);
+        let (q, v) = particle.exact(Q0, V0, *t);
         for i in 0..2 {
-            assert!((event.state.q[i] - q[i]).abs() < 1e-12 && (event.state.v[i] - v[i]).abs() < 1e-12);
+            assert!((event.q[i] - q[i]).abs() < 1e-12 && (event.v[i] - v[i]).abs() < 1e-12);
         }
     }
 }
@@ -46,8 +53,12 @@ fn directions_count_only_their_own() {
     let count = |event: Event<'static, 2>| {
         let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10)).unwrap();
         let mut found = 0;
-        flow.watch(100.0, &mut Events::new(vec![event]), |_| found += 1)
-            .unwrap();
+        flow.watch(
+            100.0,
+            &mut Events::new(vec![event]),
+            &mut on_event(|_: &Occurrence<2>| found += 1),
+        )
+        .unwrap();
         found
     };
     let event = || Event::function(|point| point.q[1] - 0.3);
@@ -65,7 +76,12 @@ fn many_changes_of_sign_within_one_step_are_all_found() {
     let mut events = Events::new(vec![Event::function(|point| Real::sin(point.q[0] * 40.0 + 1.0))]);
     let mut found = Vec::new();
     let turn = 2.0 * std::f64::consts::PI / 2.0_f64.sqrt();
-    flow.watch(turn, &mut events, |event| found.push(*event)).unwrap();
+    flow.watch(
+        turn,
+        &mut events,
+        &mut on_event(|event: &Occurrence<_>| found.push(*event)),
+    )
+    .unwrap();
     let steps = flow.steps();
     // each multiple of π between the ends of 40 x + 1 is passed twice a turn
     let ends = [-1.0, 1.0].map(|x: f64| (40.0 * (x - 0.5_f64.sqrt()) + 1.0) / std::f64::consts::PI);
@@ -74,10 +90,10 @@ fn many_changes_of_sign_within_one_step_are_all_found() {
     assert_eq!(found.len() as f64, expected);
     assert!(steps < 6);
     for pair in found.windows(2) {
-        assert!(pair[0].state.t < pair[1].state.t);
+        assert!(pair[0].t < pair[1].t);
     }
     for event in found {
-        assert!((40.0 * event.state.q[0] + 1.0).sin().abs() < 1e-12);
+        assert!((40.0 * event.q[0] + 1.0).sin().abs() < 1e-12);
     }
 }
 
@@ -87,12 +103,14 @@ fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
     let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-13)).unwrap();
     let mut events = Events::new(vec![Event::function(|point| point.v[0]).terminal()]);
     let mut times = Vec::new();
-    while let Some(event) = flow.watch(50.0, &mut events, |_| {}).unwrap() {
-        assert_eq!(flow.state().t, event.state.t);
-        assert!(flow.state().v[0].abs() < 1e-15);
-        times.push(event.state.t);
+    while let Some(event) = flow.watch(50.0, &mut events, &mut |_: &Node<2>| {}).unwrap() {
+        assert_eq!(flow.time(), event.t);
+        assert!(flow.velocity()[0].abs() < 1e-15);
+        // the node there is still to come
+        assert_eq!((flow.node().t, flow.node().v), (event.t, event.v));
+        times.push(event.t);
     }
-    assert_eq!(flow.state().t, 50.0);
+    assert_eq!(flow.time(), 50.0);
     // the velocity's angle is π/4 + √2 t
     for (k, t) in times.iter().enumerate() {
         let exact = (std::f64::consts::FRAC_PI_4 + k as f64 * std::f64::consts::PI) / 2.0_f64.sqrt();
@@ -105,19 +123,23 @@ fn the_run_ends_at_a_terminal_event_and_goes_on_from_there() {
 fn the_pendulums_switch_is_an_observable() {
     // as many as the signs of w a millisecond apart say
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new([0.5, 0.0], [0.0, 0.5]);
+    let start = Start::second_order([0.5, 0.0], [0.0, 0.5]);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
     let w = 2; // lyapunov, dissipation, w
     let mut events = Events::new(vec![Event::observable(w)]);
     let mut found = Vec::new();
-    flow.watch(2000.0, &mut events, |event| found.push(*event))
-        .unwrap();
+    flow.watch(
+        2000.0,
+        &mut events,
+        &mut on_event(|event: &Occurrence<_>| found.push(*event)),
+    )
+    .unwrap();
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-12)).unwrap();
     let times: Vec<f64> = (0..=2_000_000).map(|k| f64::from(k) * 1e-3).collect();
     let mut signs = 0;
     let mut last = 0.0;
-    flow.stream(&times, |state| {
-        let sign = pendulum.factor(state.q, state.v).signum();
+    flow.sample(&times, &mut |_, point| {
+        let sign = pendulum.factor(point.q, point.v).signum();
         if sign * last < 0.0 {
             signs += 1;
         }
@@ -128,8 +150,8 @@ fn the_pendulums_switch_is_an_observable() {
     assert_eq!(found.len(), signs);
     for event in &found {
         // |w| is 325 at first and its rate some hundreds: 1e-13 of the time is this of w
-        let w = pendulum.factor(event.state.q, event.state.v);
-        assert!(w.abs() < 1e-10, "{w:e} at {}", event.state.t);
+        let w = pendulum.factor(event.q, event.v);
+        assert!(w.abs() < 1e-10, "{w:e} at {}", event.t);
     }
     for pair in found.windows(2) {
         assert_ne!(pair[0].rising, pair[1].rising);
@@ -140,12 +162,24 @@ fn the_pendulums_switch_is_an_observable() {
 fn back_in_time_the_events_are_the_same() {
     let particle = particle();
     let run = |from: f64, to: f64| {
-        let (q, v) = particle.exact(START.q, START.v, from);
-        let mut flow =
-            TaylorFlow::new(&particle, State { t: from, q, v }, Tolerance::relative(1e-14)).unwrap();
+        let (q, v) = particle.exact(Q0, V0, from);
+        let mut flow = TaylorFlow::new(
+            &particle,
+            Start::second_order(q, v).at(from),
+            Tolerance::relative(1e-14),
+        )
+        .unwrap();
+        if to < from {
+            flow.reverse().unwrap();
+        }
         let mut events = Events::new(vec![Event::function(|point| point.q[1] - 1.0)]);
         let mut found = Vec::new();
-        flow.watch(to, &mut events, |event| found.push(*event)).unwrap();
+        flow.watch(
+            to,
+            &mut events,
+            &mut on_event(|event: &Occurrence<_>| found.push(*event)),
+        )
+        .unwrap();
         found
     };
     let (forward, mut back) = (run(0.0, 10.0), run(10.0, 0.0));
@@ -153,7 +187,7 @@ fn back_in_time_the_events_are_the_same() {
     assert_eq!(forward.len(), back.len());
     assert!(forward.len() > 3);
     for (there, here) in forward.iter().zip(&back) {
-        assert!((there.state.t - here.state.t).abs() < 1e-12);
+        assert!((there.t - here.t).abs() < 1e-12);
         assert_eq!(there.rising, !here.rising);
     }
 }
@@ -177,14 +211,30 @@ struct Spring {
 #[test]
 fn what_an_event_cannot_see_is_told() {
     let spring = Spring { stiffness: 1.0 };
-    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-10)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &spring,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-10),
+    )
+    .unwrap();
     let mut events = Events::new(vec![Event::observable(0)]);
-    let error = flow.watch(1.0, &mut events, |_| {}).unwrap_err();
-    assert!(matches!(error, TaylorError::Event { event: 0, .. }), "{error}");
+    let error = flow.watch(1.0, &mut events, &mut |_: &Node<1>| {}).unwrap_err();
+    assert!(
+        matches!(&error, RunError::Event(failed) if failed.event == 0 && failed.time == 0.0),
+        "{error}"
+    );
     // as a function of jets it is seen
-    let mut flow = TaylorFlow::new(&spring, State::new([1.0], [0.0]), Tolerance::relative(1e-14)).unwrap();
+    let mut flow = TaylorFlow::new(
+        &spring,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-14),
+    )
+    .unwrap();
     let height = |x: Jet| well(x) - 0.1;
     let mut events = Events::new(vec![Event::function(|point| height(point.q[0])).terminal()]);
-    let event = flow.watch(3.0, &mut events, |_| {}).unwrap().unwrap();
-    assert!((event.state.t - 0.2_f64.sqrt().acos()).abs() < 1e-13);
+    let event = flow
+        .watch(3.0, &mut events, &mut |_: &Node<1>| {})
+        .unwrap()
+        .unwrap();
+    assert!((event.t - 0.2_f64.sqrt().acos()).abs() < 1e-13);
 }

@@ -6,7 +6,9 @@
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
 mod systems;
 
-use dsocs_core::taylor::{Jets, State, TaylorError, TaylorFlow, Tolerance};
+use dsocs_core::geometry::motion;
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{RunError, SeriesFailure, SetupError, Start, Stepper};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -20,12 +22,14 @@ use systems::{builtin, constrained, maps, mass, opaque};
 fn the_pendulum_meets_the_reference_over_its_whole_time() {
     let table = Table::read("pendulum_continuous.csv");
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-16)).unwrap();
-    let states = flow.sample(&table.numbers("t")).unwrap();
+    let mut points = Vec::new();
+    flow.sample(&table.numbers("t"), &mut |_, point| points.push(*point))
+        .unwrap();
     let rows = table.pairs(["theta", "psi"]).into_iter().zip(table.numbers("V"));
     let mut worst = [0.0_f64; 3];
-    for (state, (q, v)) in states.iter().zip(rows) {
+    for (state, (q, v)) in points.iter().zip(rows) {
         let lyapunov = pendulum.lyapunov(state.q, state.v);
         let deviations = [state.q[0] - q[0], state.q[1] - q[1], lyapunov - v];
         for (worst, deviation) in worst.iter_mut().zip(deviations) {
@@ -43,14 +47,14 @@ fn the_pendulum_meets_the_reference_over_its_whole_time() {
         worst[0] < 1e-11 && worst[1] < 2e-9 && worst[2] < 1e-8,
         "{worst:?}"
     );
-    assert_eq!(states.len(), 201);
+    assert_eq!(points.len(), 201);
 }
 
 #[test]
 fn the_force_is_the_references_multiplier() {
     let table = Table::read("pendulum_continuous.csv");
     let pendulum = InertiaWheelPendulum::default();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
     for (t, multiplier) in table
         .numbers("t")
@@ -58,9 +62,10 @@ fn the_force_is_the_references_multiplier() {
         .zip(table.numbers("lambda"))
         .skip(1)
     {
-        flow.until(t).unwrap();
+        let node = flow.to(t).unwrap();
+        assert_eq!(node.t, t);
         // the paper's multiplier is minus the force; the torque of the motor acts on ψ alone
-        let force = flow.polynomial().unwrap().force(t);
+        let force = node.force;
         let size = 1e-9 * (1.0 + multiplier.abs());
         assert!(
             force[0].abs() < size && (force[1] + multiplier).abs() < size,
@@ -72,25 +77,20 @@ fn the_force_is_the_references_multiplier() {
 /// The particle over some hundred turns, and its largest distance from the circle.
 fn particle(tolerance: Tolerance) -> f64 {
     let particle = CurvedParticle::default();
-    let start = State::new([0.0, 0.0], [1.0, 1.0]);
+    let (q0, v0) = ([0.0, 0.0], [1.0, 1.0]);
     let times: Vec<f64> = (0..=5000).map(|k| f64::from(k) * 0.1).collect();
-    let mut flow = TaylorFlow::new(&particle, start, tolerance).unwrap();
-    let states = flow.sample(&times).unwrap();
-    states
-        .iter()
-        .map(|state| {
-            let (q, v) = particle.exact(start.q, start.v, state.t);
-            let deviations = [
-                state.q[0] - q[0],
-                state.q[1] - q[1],
-                state.v[0] - v[0],
-                state.v[1] - v[1],
-            ];
-            deviations
-                .into_iter()
-                .fold(0.0_f64, |worst, x| worst.max(x.abs()))
-        })
-        .fold(0.0, f64::max)
+    let mut flow = TaylorFlow::new(&particle, Start::second_order(q0, v0), tolerance).unwrap();
+    let mut worst = 0.0_f64;
+    flow.sample(&times, &mut |t, point| {
+        let (q, v) = particle.exact(q0, v0, t);
+        for i in 0..2 {
+            worst = worst
+                .max((point.q[i] - q[i]).abs())
+                .max((point.v[i] - v[i]).abs());
+        }
+    })
+    .unwrap();
+    worst
 }
 
 #[test]
@@ -149,26 +149,27 @@ fn another_solver_agrees() {
     );
     solver.integrate().unwrap();
     let theirs = *solver.y_out().last().unwrap();
-    let start = State::new(START.0, START.1);
+    let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-15)).unwrap();
-    let ours = flow.until(end).unwrap();
+    let ours = flow.to(end).unwrap();
     assert!((ours.q[0] - theirs[0]).abs() < 1e-10 && (ours.q[1] - theirs[1]).abs() < 2e-8);
 }
 
 /// Follows a system for a while and asks its own equations, within each step, for the acceleration: the largest correction
 /// relative to the largest acceleration there.
 fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
-    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-13)).unwrap();
+    let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-13)).unwrap();
     let mut worst = 0.0_f64;
     let mut steps = 0;
-    while flow.state().t < until && steps < 200 {
-        let polynomial = flow.step(until).unwrap();
+    while flow.time() < until && steps < 200 {
+        flow.step(until).unwrap();
+        let polynomial = flow.polynomial().unwrap();
         for part in [0.0, 0.3, 0.7, 1.0] {
-            let point = polynomial.point(polynomial.start() + part * polynomial.length());
-            let update = system.continuous(&point, &[]).update().unwrap();
+            let point = polynomial.at(polynomial.start() + part * polynomial.length());
+            let asked = motion(system, point.q, point.v).unwrap().a;
+            let update: [f64; N] = core::array::from_fn(|i| asked[i] - point.a[i]);
             let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-            worst =
-                worst.max(size(update.as_ref()) / size(&point.a).max(size(&point.v) / polynomial.length()));
+            worst = worst.max(size(&update) / size(&point.a).max(size(&point.v) / polynomial.length()));
         }
         steps += 1;
     }
@@ -290,13 +291,15 @@ fn back_in_time_leads_back() {
         ratio: 0.4,
         gravity: 9.0,
     };
-    let start = State::new([0.9, -0.5], [0.8, 0.1]);
+    let (q0, v0) = ([0.9, -0.5], [0.8, 0.1]);
+    let start = Start::second_order(q0, v0);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14)).unwrap();
-    flow.until(3.0).unwrap();
-    let back = flow.until(0.0).unwrap();
+    flow.to(3.0).unwrap();
+    flow.reverse().unwrap();
+    let back = flow.to(0.0).unwrap();
     for i in 0..2 {
         assert!(
-            (back.q[i] - start.q[i]).abs() < 1e-10 && (back.v[i] - start.v[i]).abs() < 1e-10,
+            (back.q[i] - q0[i]).abs() < 1e-10 && (back.v[i] - v0[i]).abs() < 1e-10,
             "{back:?}"
         );
     }
@@ -305,34 +308,49 @@ fn back_in_time_leads_back() {
 #[test]
 fn within_a_step_the_series_is_the_motion() {
     let particle = CurvedParticle::default();
-    let start = State::new([0.0, 0.0], [1.0, 1.0]);
-    let mut flow = TaylorFlow::new(&particle, start, Tolerance::relative(1e-14)).unwrap();
+    let (q0, v0) = ([0.0, 0.0], [1.0, 1.0]);
+    let flow =
+        || TaylorFlow::new(&particle, Start::second_order(q0, v0), Tolerance::relative(1e-14)).unwrap();
+    let mut steps = flow();
+    let mut times = Vec::new();
     for _ in 0..20 {
-        let polynomial = flow.step(100.0).unwrap();
-        let times: [f64; 4] =
-            core::array::from_fn(|i| polynomial.start() + polynomial.length() * (i as f64 + 0.5) / 4.0);
-        let mut states = [start; 4];
-        polynomial.states(&times, &mut states);
-        for (state, t) in states.iter().zip(times) {
-            let (q, v) = particle.exact(start.q, start.v, t);
-            let single = polynomial.at(t);
-            assert_eq!(state.t, t);
+        steps.step(100.0).unwrap();
+        let polynomial = steps.polynomial().unwrap();
+        for part in [0.125, 0.375, 0.625, 0.875] {
+            let t = polynomial.start() + polynomial.length() * part;
+            let (q, v) = particle.exact(q0, v0, t);
+            let point = polynomial.at(t);
             for i in 0..2 {
-                assert!((state.q[i] - q[i]).abs() < 1e-12 && (state.v[i] - v[i]).abs() < 1e-12);
-                assert!((single.q[i] - q[i]).abs() < 1e-12 && (single.v[i] - v[i]).abs() < 1e-12);
+                assert!((point.q[i] - q[i]).abs() < 1e-12 && (point.v[i] - v[i]).abs() < 1e-12);
             }
+            times.push(t);
         }
     }
+    // several at once, and the accelerations with them
+    let mut seen = Vec::new();
+    flow()
+        .sample(&times, &mut |t, point| {
+            let (q, v) = particle.exact(q0, v0, t);
+            let rate = particle.curvature.0 * v[0].hypot(v[1]);
+            let a = [-rate * v[1], rate * v[0]];
+            for i in 0..2 {
+                assert!((point.q[i] - q[i]).abs() < 1e-12 && (point.v[i] - v[i]).abs() < 1e-12);
+                assert!((point.a[i] - a[i]).abs() < 1e-10, "{point:?} {a:?}");
+            }
+            seen.push(t);
+        })
+        .unwrap();
+    assert_eq!(seen, times);
 }
 
 #[test]
 fn an_edge_of_the_equations_is_passed() {
     // the force is -2 x below the edge and -2 edge beyond: the second derivative of the acceleration jumps
     let branches = builtin::Branches { edge: 0.5 };
-    let start = State::new([0.2, 0.5], [0.9, 0.1]);
+    let start = Start::second_order([0.2, 0.5], [0.9, 0.1]);
     let run = |tolerance| {
         let mut flow = TaylorFlow::new(&branches, start, Tolerance::relative(tolerance)).unwrap();
-        (flow.until(1.0).unwrap(), flow.rejected())
+        (flow.to(1.0).unwrap(), flow.rejected())
     };
     let (fine, rejected) = run(1e-13);
     let (coarse, _) = run(1e-8);
@@ -345,51 +363,64 @@ fn an_edge_of_the_equations_is_passed() {
 #[test]
 fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     let particle = CurvedParticle::default();
-    let at = |q, v| TaylorFlow::new(&particle, State::new(q, v), Tolerance::relative(1e-10));
+    let at = |q, v| TaylorFlow::new(&particle, Start::second_order(q, v), Tolerance::relative(1e-10));
     // at rest the direction of the velocity is not defined
-    assert!(matches!(
-        at([0.0; 2], [0.0; 2]),
-        Err(TaylorError::NotFinite { .. })
-    ));
-    let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().max_steps(5);
-    let failure = flow.sample(&[0.1, 0.2, 1e6]).unwrap_err();
-    assert_eq!(failure.states.len(), 2);
+    let error = at([0.0; 2], [0.0; 2]).unwrap_err();
     assert!(
-        matches!(failure.error, TaylorError::TooManySteps { steps: 5, .. }),
-        "{failure}"
+        matches!(&error, SetupError::Series(error) if error.details().cause == SeriesFailure::NotFinite),
+        "{error}"
     );
+    let cause = |error: &RunError| match error {
+        RunError::Series(error) => error.details().cause,
+        other => panic!("{other}"),
+    };
+    let few = || at([0.0; 2], [1.0, 0.0]).unwrap().max_steps(5);
+    let mut seen = 0;
+    let error = few().sample(&[0.1, 0.2, 1e6], &mut |_, _| seen += 1).unwrap_err();
+    assert_eq!(seen, 2);
+    assert_eq!(cause(&error), SeriesFailure::TooManySteps { steps: 5 });
+    // the start and the ends of five steps; on a grid, what they reach
+    let failure = few().until(1e6).unwrap_err();
+    assert_eq!(failure.trajectory.len(), 6);
+    assert_eq!(cause(&failure.error), SeriesFailure::TooManySteps { steps: 5 });
+    let reached = failure.trajectory.last().unwrap().t;
+    let failure = few().every(0.125).unwrap().until(1e6).unwrap_err();
+    assert_eq!(failure.trajectory.len() as f64, (reached / 0.125).floor() + 1.0);
     let mut flow = at([0.0; 2], [1.0, 0.0]).unwrap().smallest_step(10.0);
-    assert!(matches!(flow.until(100.0), Err(TaylorError::StepTooSmall { .. })));
-    assert!(matches!(flow.until(f64::NAN), Err(TaylorError::Until { .. })));
+    let error = flow.to(100.0).unwrap_err();
     assert!(
-        matches!(flow.sample(&[1.0, 0.5, 2.0]), Err(failure) if matches!(failure.error, TaylorError::Behind { .. }))
+        matches!(cause(&error), SeriesFailure::StepTooSmall { .. }),
+        "{error}"
     );
+    assert!(matches!(flow.to(f64::NAN), Err(RunError::Until { .. })));
+    assert!(matches!(
+        flow.sample(&[1.0, 0.5, 2.0], &mut |_, _| {}),
+        Err(RunError::Behind { .. })
+    ));
     let tolerance = TaylorFlow::new(
         &particle,
-        State::new([0.0; 2], [1.0, 0.0]),
+        Start::second_order([0.0; 2], [1.0, 0.0]),
         Tolerance::relative(0.0),
     );
-    assert!(matches!(tolerance, Err(TaylorError::Tolerance { .. })));
+    assert!(matches!(tolerance, Err(SetupError::Tolerance { .. })));
 }
 
 #[test]
 fn a_motion_into_a_singularity_ends_there() {
     // x'' = -1/x², from rest at 1: it falls into 0 at t = π/√8
     let fall = Fall { strength: 1.0 };
-    let mut flow = TaylorFlow::new(&fall, State::new([1.0], [0.0]), Tolerance::relative(1e-12)).unwrap();
-    let error = flow.until(2.0).unwrap_err();
-    let reached = flow.state().t;
+    let mut flow = TaylorFlow::new(
+        &fall,
+        Start::second_order([1.0], [0.0]),
+        Tolerance::relative(1e-12),
+    )
+    .unwrap();
+    let error = flow.to(2.0).unwrap_err();
+    let reached = flow.time();
     let exact = core::f64::consts::PI / 8.0_f64.sqrt();
     assert!((reached - exact).abs() < 1e-9, "{reached} {exact} {error}");
-    assert!(
-        matches!(
-            error,
-            TaylorError::StepTooSmall { .. }
-                | TaylorError::NotFinite { .. }
-                | TaylorError::TooManySteps { .. }
-        ),
-        "{error}"
-    );
+    assert!(matches!(error, RunError::Series(_)), "{error}");
+    assert_eq!(error.time(), Some(reached));
 }
 
 /// A mass that falls towards a centre.
@@ -404,8 +435,13 @@ struct Fall {
 #[test]
 fn a_polynomial_motion_takes_one_step() {
     let thrown = Thrown { gravity: 9.81 };
-    let mut flow = TaylorFlow::new(&thrown, State::new([1.0], [3.0]), Tolerance::relative(1e-10)).unwrap();
-    let state = flow.until(1000.0).unwrap();
+    let mut flow = TaylorFlow::new(
+        &thrown,
+        Start::second_order([1.0], [3.0]),
+        Tolerance::relative(1e-10),
+    )
+    .unwrap();
+    let state = flow.to(1000.0).unwrap();
     assert_eq!(flow.steps(), 1);
     let exact = 1.0 + 3000.0 - 9.81 / 2.0 * 1e6;
     assert!((state.q[0] - exact).abs() < 1e-15 * exact.abs());

@@ -172,7 +172,11 @@ fn coefficients<S: Jets<N>, const N: usize, const FUSED: bool>(system: &S, order
     let (mut q, mut v) = ([0.0; N], [0.0; N]);
     (q[0], v[0]) = (0.4, 0.7);
     series.begin(&q, &v);
-    system.expand::<FUSED>(&system.fixed(), &mut series, &mut S::Table::default());
+    system.expand::<FUSED>(
+        &system.fixed(&system.parameters()),
+        &mut series,
+        &mut S::Table::default(),
+    );
     let rates = series.velocity()[1..].iter().enumerate();
     rates.map(|(k, row)| row.map(|v| (k + 1) as f64 * v)).collect()
 }

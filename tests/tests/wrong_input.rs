@@ -1,6 +1,6 @@
 //! Wrong input is an error that says what is wrong, and a run that fails keeps what it had computed.
 
-use dsocs_core::{Flow, Real, RunError, SetupError, Start, StepFailure};
+use dsocs_core::{Flow, Real, RunError, SetupError, Start, StepFailure, Stepper};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum};
 
 const GOOD: Start<2> = Start::paper([0.0, 0.0], [1.0, 1.0]);
@@ -144,7 +144,7 @@ fn a_curvature_that_is_not_a_number() {
     ));
     let mut flow = Flow::new(&particle, 0.1, GOOD).unwrap();
     let error = flow.advance().unwrap_err();
-    assert_eq!(error.details().cause.reason, StepFailure::NotFinite);
+    assert_eq!(error.step_failure(), Some(StepFailure::NotFinite));
     assert_eq!(flow.index(), 1, "the flow stays where it was");
 }
 

@@ -57,7 +57,7 @@ pub(super) fn continues<S: System<N>, const N: usize>(
             q: core::array::from_fn(|i| from.q[i] + h * v[i]),
             d: v.map(|v| h * v),
         };
-        let constants = system.constants(h);
+        let constants = system.constants(&system.parameters(), h);
         let step = Step::new(system, &constants, leg, h);
         let guess = system.unknown(&a.map(|a| h * h * a), &[]);
         match step.solve_from(guess, FEW) {
@@ -77,8 +77,8 @@ pub(super) fn continues<S: System<N>, const N: usize>(
 /// The sign of the determinant of a step's rows, as they were declared.
 #[inline]
 pub(super) fn orientation<S: System<N>, const N: usize>(step: &Step<'_, S, N>, z: &S::Unknown<f64>) -> f64 {
-    let rows = step.system.residual(step.constants, &step.known, z);
-    let mut sign = S::Unknown::<f64>::orientation(&rows.jacobian);
+    let rows = step.system.linearize(step.constants, &step.known, z);
+    let mut sign = S::Unknown::<f64>::determinant(&rows.jacobian).value.signum();
     if S::SCALED {
         let scales = step.system.scales(step.constants, &step.known, z);
         for scale in scales.as_ref() {
@@ -98,7 +98,7 @@ pub(super) fn short_orientation<S: System<N>, const N: usize>(
     a: &[f64; N],
 ) -> f64 {
     let h = SHORT * h;
-    let constants = system.constants(h);
+    let constants = system.constants(&system.parameters(), h);
     let step = Step::new(system, &constants, arriving(h, q, v, a), h);
     orientation(&step, &system.unknown(&a.map(|a| h * h * a), &[]))
 }
@@ -113,7 +113,7 @@ pub(super) fn passes_singularity<S: System<N>, const N: usize>(
     v: &[f64; N],
     a: &[f64; N],
 ) -> bool {
-    let constants = system.constants(h);
+    let constants = system.constants(&system.parameters(), h);
     let leg = arriving(h, q, v, a);
     let solve = |leg: Leg<f64, N>| {
         let step = Step::new(system, &constants, leg, h);
@@ -135,7 +135,7 @@ pub(super) fn passes_singularity<S: System<N>, const N: usize>(
         };
         *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
     }
-    <[f64; N]>::orientation(&slopes) < 0.0
+    <[f64; N]>::determinant(&slopes).value < 0.0
 }
 
 /// The leg of the length `h` that arrives at a node.

@@ -10,6 +10,8 @@ use crate::error::StepError;
 pub struct FailedStage {
     /// The method.
     pub method: Composition,
+    /// The number of the node that the step begins at; [`crate::Node::index`] counts alike.
+    pub index: u64,
     /// The stage's number, from 1.
     pub stage: usize,
     /// Whether its leg goes against the direction of the run.
@@ -40,6 +42,17 @@ pub enum StageFailure {
     },
 }
 
+impl FailedStage {
+    /// The time at the end of the stage.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        match &self.cause {
+            StageFailure::Step(error) => error.details().time,
+            StageFailure::Singularity { time, .. } | StageFailure::Jump { time, .. } => *time,
+        }
+    }
+}
+
 /// A composed step that could not be made. The details are boxed: a step that succeeds should not pay for them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageError(Box<FailedStage>);
@@ -64,6 +77,7 @@ impl fmt::Display for StageError {
             stage,
             backward,
             cause,
+            ..
         } = &*self.0;
         write!(f, "stage {stage} of {} of {method}", method.stages())?;
         if *backward {
@@ -91,4 +105,11 @@ impl fmt::Display for StageError {
     }
 }
 
-impl core::error::Error for StageError {}
+impl core::error::Error for StageError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match &self.0.cause {
+            StageFailure::Step(error) => Some(error),
+            StageFailure::Singularity { .. } | StageFailure::Jump { .. } => None,
+        }
+    }
+}

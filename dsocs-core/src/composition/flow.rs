@@ -9,27 +9,27 @@ use super::backward;
 use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
 use super::symmetry::Symmetry;
-use crate::clock::Clock;
 use crate::compensated::Compensated;
-use crate::error::{FailedStep, NewtonFailure, RunError, SetupError, StepError};
+use crate::declaration::Declaration;
+use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
 use crate::regularity::Regularity;
-use crate::start;
+use crate::run::{Clock, Node, RunError, Stepper, View};
+use crate::start::{self, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
 use crate::step::{Guess, PAST, Step, StepReport};
 use crate::system::{Leg, Point, System};
-use crate::trajectory::{Failure, Node, Observer, Trajectory};
 
 /// A discrete motion in progress, of order 4, 6 or 8 (or 2).
 ///
-/// It is used like [`Flow`]: an endless iterator of nodes, [`ComposedFlow::until`], [`ComposedFlow::stream`],
-/// [`ComposedFlow::advance`]. Nodes lie a whole step `h` apart; the nodes of the stages in between are not handed out. At every node
+/// The verbs are those of [`Stepper`]. Nodes lie a whole step `h` apart; the nodes of the stages in between are not handed out. At every node
 /// position, velocity and acceleration fulfil the kinematic constraints, and the force is that of the continuous system there.
 ///
 /// ```
-/// use dsocs_core::{ComposedFlow, Composition, dsocs};
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::Composition;
 ///
 /// /// An oscillator.
 /// #[dsocs {
@@ -38,7 +38,8 @@ use crate::trajectory::{Failure, Node, Observer, Trajectory};
 /// }]
 /// struct Oscillator {}
 ///
-/// let mut flow = ComposedFlow::new(&Oscillator {}, 0.25, Composition::KAHAN_LI_8, [1.0], [0.0])?;
+/// let start = Start::second_order([1.0], [0.0]);
+/// let mut flow = ComposedFlow::new(&Oscillator {}, 0.25, Composition::KAHAN_LI_8, start)?;
 /// let trajectory = flow.until(10.0)?;
 /// assert!((trajectory.nodes[40].q[0] - 10.0_f64.cos()).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -48,7 +49,7 @@ use crate::trajectory::{Failure, Node, Observer, Trajectory};
 ///
 /// Position and velocity at the nodes are compensated sums. A stage adds to them products that were rounded once, `h v` and
 /// `h a / 2`; these errors are of the size of those of the solved accelerations, and no larger ones add up. Turned round with
-/// [`ComposedFlow::reverse`] a flow adds the same products with the opposite sign, and returns to rounding.
+/// [`Stepper::reverse`] a flow adds the same products with the opposite sign, and returns to rounding.
 pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: &'s S,
@@ -58,24 +59,18 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     h: f64,
     /// Its stages, in order.
     stages: Vec<Stage<S::Constants<f64>, S::Unknown<f64>, N>>,
-    /// The clock.
+    /// Which node is the current one.
     clock: Clock,
     /// The current node.
     now: State<N>,
-    /// Its number.
-    index: u64,
     /// The orientation of the longest stage that goes back, as the motion has it.
     orientation: f64,
     /// How the step that led to it was solved.
     report: StepReport,
-    /// Whether the current node has been handed out.
-    handed: bool,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
     /// Whether other roots are looked for wherever the rows bend.
     watchful: bool,
-    /// Whether the iterator has ended.
-    ended: bool,
 }
 
 /// A node.
@@ -118,7 +113,7 @@ impl<S: System<N>, const N: usize> fmt::Debug for ComposedFlow<'_, S, N> {
         f.debug_struct("ComposedFlow")
             .field("method", &self.method)
             .field("h", &self.h)
-            .field("index", &self.index)
+            .field("index", &self.index())
             .field("time", &self.time())
             .field("state", &self.now)
             .finish_non_exhaustive()
@@ -135,21 +130,15 @@ impl<S: System<N>, const N: usize> Clone for ComposedFlow<'_, S, N> {
 }
 
 impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
-    /// Sets up a run from a position and a velocity at the time 0, with the step `h`, which is negative to run back in time.
-    /// The acceleration at the start is that of the continuous system, so that the start has no error.
+    /// Sets up a run with the step `h`, which is negative to run back in time. The run begins with the position and the velocity of
+    /// the start and the acceleration of the continuous system there, so that the start has no error.
     ///
     /// # Errors
     ///
-    /// [`SetupError`] if the step, the start or a parameter is not usable, if the continuous system has no acceleration at the
-    /// start, or if the step of this system cannot be composed ([`SetupError::Composition`]; any system's can with
+    /// [`SetupError`] if the step, the start or a parameter is not usable, if the start gives no velocity or the continuous system
+    /// no acceleration there, or if the step of this system cannot be composed ([`SetupError::Composition`]; any system's can with
     /// [`Composition::SINGLE`] by [`Flow`]).
-    pub fn new(
-        system: &'s S,
-        h: f64,
-        method: Composition,
-        q0: [f64; N],
-        v0: [f64; N],
-    ) -> Result<Self, SetupError> {
+    pub fn new(system: &'s S, h: f64, method: Composition, start: Start<N>) -> Result<Self, SetupError> {
         if S::SYMMETRY != Symmetry::AnyLegs {
             return Err(SetupError::Composition {
                 method,
@@ -159,25 +148,24 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         for fraction in method.fractions() {
             Flow::check(system, fraction * h)?;
         }
+        Declaration::of(system).prepare();
+        let (t0, q0, v0) = start.phase(system)?;
         let a0 = start::state_acceleration(system, &q0, &v0)?;
         let mut flow = Self {
             system,
             method,
             h,
             stages: Vec::new(),
-            clock: Clock::new(0.0, h),
+            clock: Clock::even(t0, h),
             now: State {
                 q: Compensated::exact(q0),
                 v: Compensated::exact(v0),
                 a: a0,
             },
-            index: 0,
             orientation: 0.0,
             report: START,
-            handed: false,
             max_iterations: MAX_ITERATIONS,
             watchful: false,
-            ended: false,
         };
         flow.prepare();
         Ok(flow)
@@ -201,26 +189,13 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 backward: fraction < 0.0,
                 longest,
                 per_square: (h * h).recip(),
-                constants: self.system.constants(h),
+                constants: self.system.constants(&self.system.parameters(), h),
                 predictor: Predictor::new(),
                 past: [leg; PAST],
                 found: S::Unknown::zero(),
                 leg,
             }
         }));
-    }
-
-    /// Sets the time of the start, which is 0 unless set.
-    ///
-    /// # Errors
-    ///
-    /// [`SetupError::StartTime`] if it is not finite.
-    pub fn at(mut self, t0: f64) -> Result<Self, SetupError> {
-        if !t0.is_finite() {
-            return Err(SetupError::StartTime { t0 });
-        }
-        self.clock = Clock::new(t0, self.h);
-        Ok(self)
     }
 
     /// Sets how often the rows of a stage are evaluated from one guess before it is given up (60 unless set; at least 1 is
@@ -259,13 +234,13 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     /// The number of the current node.
     #[must_use]
     pub fn index(&self) -> u64 {
-        self.index
+        self.clock.index()
     }
 
     /// The time of the current node.
     #[must_use]
     pub fn time(&self) -> f64 {
-        self.clock.time(self.index)
+        self.clock.time()
     }
 
     /// The position of the current node.
@@ -286,44 +261,16 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         &self.now.a
     }
 
-    /// The current node, with force and energy.
-    #[must_use]
-    pub fn node(&self) -> Node<N> {
-        let (q, v, a) = (self.now.q.hi, self.now.v.hi, self.now.a);
-        Node {
-            index: self.index,
-            t: self.time(),
-            q,
-            v,
-            a,
-            force: self.system.continuous_force(&Point { q, v, a }),
-            energy: self.system.energy(&q, &v),
-            iterations: self.report.iterations,
-            stop: self.report.stop,
-        }
-    }
-
-    /// The observed expressions of the declaration at a node; see [`Flow::observe`].
-    pub fn observe(&self, node: &Node<N>, out: &mut [f64]) {
-        crate::flow::observe(self.system, node, out);
-    }
-
-    /// Makes one step, of all stages. Nothing is allocated. The report counts the evaluations of all stages and tells the stop
-    /// and the guess of the first that is not the usual one.
-    ///
-    /// # Errors
-    ///
-    /// [`StageError`] if a stage has no solution that is found, or one that cannot belong to the motion. The flow stays where
-    /// it was.
+    /// Makes one step, of all stages.
     #[inline]
-    pub fn advance(&mut self) -> Result<StepReport, StageError> {
+    fn solve(&mut self) -> Result<StepReport, StageError> {
         let mut state = self.now;
         let mut total = StepReport {
             iterations: 0,
             ..USUAL
         };
         // without a past nothing else tells two roots apart
-        let watchful = self.watchful || self.index <= SHORT_PAST;
+        let watchful = self.watchful || self.clock.index() <= SHORT_PAST;
         for place in 0..self.stages.len() {
             let stage = &mut self.stages[place];
             let half = 0.5 * stage.h;
@@ -389,79 +336,9 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             stage.past.rotate_right(1);
             stage.past[0] = stage.leg;
         }
-        (self.now, self.report, self.handed) = (state, total, false);
-        self.index += 1;
+        (self.now, self.report) = (state, total);
+        self.clock.tick();
         Ok(total)
-    }
-
-    /// Turns round: the step becomes `-h`, and time runs back from where it was. The current node becomes number 0 and is not
-    /// handed out again, if it was.
-    pub fn reverse(&mut self) {
-        self.clock.turn(self.index);
-        self.h = -self.h;
-        self.prepare();
-        (self.index, self.report, self.ended) = (0, START, false);
-    }
-
-    /// Runs up to the last node at or before `t` (at or after, for a negative step) and collects the nodes, from the one after
-    /// the last handed out; see [`Flow::until`].
-    ///
-    /// # Errors
-    ///
-    /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a number.
-    pub fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
-        let mut trajectory = Trajectory::default();
-        let result = if t.is_infinite() {
-            Err(RunError::Until { until: t })
-        } else {
-            self.stream(t, &mut trajectory)
-        };
-        match result {
-            Ok(()) => Ok(trajectory),
-            Err(error) => Err(Failure { error, trajectory }),
-        }
-    }
-
-    /// Runs like [`ComposedFlow::until`], but hands each node to an observer and keeps none. An infinite `t` is allowed: the
-    /// observer ends the run.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError`] if a step fails, or if `t` lies behind or is not a number.
-    pub fn stream<O: Observer<N> + ?Sized>(&mut self, t: f64, observer: &mut O) -> Result<(), RunError> {
-        if t.is_nan() {
-            return Err(RunError::Until { until: t });
-        }
-        let last = match self.clock.last_index(t) {
-            Some(last) if last >= self.index => last,
-            _ => {
-                return Err(RunError::Behind {
-                    until: t,
-                    time: self.time(),
-                    h: self.h,
-                });
-            }
-        };
-        while self.upcoming() <= last {
-            if observer.node(&self.step()?).is_break() {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// The number of the node that is handed out next.
-    fn upcoming(&self) -> u64 {
-        self.index + u64::from(self.handed)
-    }
-
-    /// The next node of the iterator.
-    fn step(&mut self) -> Result<Node<N>, StageError> {
-        if self.handed {
-            self.advance()?;
-        }
-        self.handed = true;
-        Ok(self.node())
     }
 
     /// The time at the end of a stage.
@@ -479,7 +356,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         let short = backward::short_orientation(self.system, stage.h, q, v, a);
         let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
         let same = backward::orientation(&step, &stage.found) == short;
-        if same && !(self.index == 0 && backward::passes_singularity(self.system, stage.h, q, v, a)) {
+        if same && !(self.clock.index() == 0 && backward::passes_singularity(self.system, stage.h, q, v, a)) {
             return Ok(short);
         }
         let (time, h) = (self.time_of_stage(place), stage.h);
@@ -491,6 +368,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     fn refused(&self, place: usize, cause: StageFailure) -> StageError {
         StageError::new(FailedStage {
             method: self.method,
+            index: self.clock.index(),
             stage: place + 1,
             backward: true,
             cause,
@@ -519,10 +397,11 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         let q0 = (0..N).map(|i| state.q.hi[i] - stage.leg.d[i]).collect();
         StageError::new(FailedStage {
             method: self.method,
+            index: self.clock.index(),
             stage: place + 1,
             backward: stage.backward,
             cause: StageFailure::Step(StepError::new(FailedStep {
-                index: self.index,
+                index: self.clock.index(),
                 time: self.time_of_stage(place),
                 h: stage.h,
                 q0,
@@ -551,16 +430,88 @@ const USUAL: StepReport = StepReport {
     guess: Guess::Predicted,
 };
 
-impl<S: System<N>, const N: usize> Iterator for ComposedFlow<'_, S, N> {
-    type Item = Result<Node<N>, StageError>;
+impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
+    /// Makes one step, of all stages. The report counts the evaluations of all stages and tells the stop and the guess of the
+    /// first that is not the usual one.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Stage`] if a stage has no solution that is found, or one that cannot belong to the motion. The flow stays
+    /// where it was.
+    #[inline]
+    fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        Ok(self.solve()?)
+    }
 
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
+    fn node(&self) -> Node<N> {
+        let (q, v, a) = (self.now.q.hi, self.now.v.hi, self.now.a);
+        Node {
+            index: self.clock.index(),
+            t: self.clock.time(),
+            q,
+            v,
+            a,
+            force: Declaration::of(self.system).continuous_force(&Point { q, v, a }),
+            energy: self.system.energy(&q, &v),
+            iterations: self.report.iterations,
+            stop: self.report.stop,
+        }
+    }
+
+    fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    fn clock_mut(&mut self) -> &mut Clock {
+        &mut self.clock
+    }
+
+    fn view(&self) -> &dyn View<N> {
+        self.system
+    }
+
+    /// Turns round: the step becomes `-h`. The step is symmetric in time, so that the run returns to rounding.
+    fn reverse(&mut self) -> Result<(), RunError> {
+        self.clock.turn();
+        self.h = -self.h;
+        self.prepare();
+        self.report = START;
+        Ok(())
+    }
+
+    /// The regularity of the equations of that stage of the last step where they are the least regular.
+    fn regularity(&self) -> Option<Regularity> {
+        if self.report.stop == Stop::Start {
             return None;
         }
-        let node = self.step();
-        self.ended = node.is_err();
-        Some(node)
+        let of_stage = |stage: &Stage<_, _, N>| {
+            let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+            Regularity::of(
+                self.system,
+                stage.h,
+                &stage.leg,
+                &step.second_difference(&stage.found),
+            )
+        };
+        // not a number counts as the least
+        let condition =
+            |at: &Regularity| (at.forward / at.largest_forward).min(at.backward / at.largest_backward);
+        let order = |at: &Regularity| {
+            let known = at.forward.is_finite() && at.backward.is_finite();
+            if known { condition(at) } else { -1.0 }
+        };
+        self.stages
+            .iter()
+            .map(of_stage)
+            .min_by(|left, right| order(left).total_cmp(&order(right)))
+    }
+}
+
+impl<S: System<N>, const N: usize> Iterator for ComposedFlow<'_, S, N> {
+    type Item = Result<Node<N>, RunError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_node()
     }
 }
 

@@ -3,12 +3,13 @@
 use core::array;
 use core::num::NonZeroU64;
 
+use super::Observed;
 use super::newton::{self, Roots};
-use super::{MemberError, Observed};
 use crate::compensated::Compensated;
-use crate::error::RunError;
+use crate::compiled::Report;
 use crate::flow::{Flow, State};
 use crate::lanes::{LANES, Lanes};
+use crate::run::{self, Node, Observer, RunError, Stepper as _};
 use crate::scalar::Scalar;
 use crate::start::Start;
 use crate::step::newton::Stop;
@@ -16,7 +17,6 @@ use crate::step::predictor::Predictor;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::{Leg, Point, System};
-use crate::trajectory::{Node, Observer};
 
 /// What all blocks have in common.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
-        self.system.residual(self.constants, self.known, z)
+        self.system.linearize(self.constants, self.known, z)
     }
 
     #[inline]
@@ -87,7 +87,7 @@ struct Block<'r, 's, S: System<N>, O, const N: usize> {
     /// The trajectories, by lane.
     members: Vec<Member<'s, S, O, N>>,
     /// How they ended.
-    ended: Vec<Option<Result<Node<N>, MemberError>>>,
+    ended: Vec<Option<Result<Node<N>, RunError>>>,
     /// The lanes whose trajectories go on, as bits.
     active: u32,
     /// What is known since the run began.
@@ -169,17 +169,18 @@ impl<'s, S> Run<'s, S> {
         &self,
         start: Start<N>,
         observer: &mut O,
-    ) -> Result<Begun<'s, S, N>, MemberError>
+    ) -> Result<Begun<'s, S, N>, RunError>
     where
         S: System<N>,
     {
         let mut flow = Flow::new(self.system, self.h, start)?.max_iterations(self.max_iterations);
-        let last = flow.last_node(self.t)?;
+        let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
-            return Err(RunError::Until { until: self.t }.into());
+            return Err(RunError::Until { until: self.t });
         }
+        let last = end.index().unwrap_or(u64::MAX);
         for index in 0..2 {
-            let node = flow.next_node()?;
+            let node = run::hand_out(&mut flow, end.time())?;
             if self.observes(index) && observer.node(&node).is_break() || index == last {
                 return Ok(Begun::Ended(node));
             }
@@ -215,7 +216,9 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             run,
             ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
-            constants: run.system.constants(Lanes::splat(run.h)),
+            constants: run
+                .system
+                .constants(&run.system.parameters(), Lanes::splat(run.h)),
             q: Compensated::exact(zero),
             d: Compensated::exact(zero),
             predictor: Predictor::new(),
@@ -321,7 +324,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             let flow = &mut self.members[lane].flow;
             flow.resume(self.index, state);
             if let Err(error) = flow.advance() {
-                self.end(lane, Err(error.into()));
+                self.end(lane, Err(error));
             }
         }
     }
@@ -338,7 +341,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     }
 
     /// Ends a trajectory.
-    fn end(&mut self, lane: usize, last: Result<Node<N>, MemberError>) {
+    fn end(&mut self, lane: usize, last: Result<Node<N>, RunError>) {
         self.active &= !(1 << lane);
         self.ended[lane] = Some(last);
     }
@@ -364,15 +367,13 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             roots,
             alone,
         } = solved;
-        let point = system.point(constants, known, leg, e);
-        let force = system.force(constants, known, leg, e);
-        let energy = system.energy(&point.q, &point.v);
+        let Report { point, force, energy } = system.report(constants, known, leg, e);
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
             let member = &mut self.members[lane];
             let by_itself = if alone >> lane & 1 == 1 {
-                member.flow.node()
+                Some(member.flow.node())
             } else {
                 None
             };
@@ -384,7 +385,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 };
                 Node {
                     index: self.index,
-                    t: member.flow.time_of(self.index),
+                    t: member.flow.clock().time_of(self.index),
                     q,
                     v,
                     a,

@@ -3,8 +3,8 @@ use std::sync::Mutex;
 
 use super::*;
 use crate::error::StepFailure;
+use crate::run::Stepper;
 use crate::testing::{Cliff, Particle};
-use crate::trajectory::until_break;
 
 /// Starts of the particle, slow and fast.
 fn particles(count: u32) -> Vec<Start<2>> {
@@ -36,11 +36,11 @@ fn alone<S: System<N>, const N: usize>(
     h: f64,
     start: Start<N>,
     t: f64,
-) -> Result<Node<N>, MemberError> {
+) -> Result<Node<N>, RunError> {
     let mut last = None;
     let mut flow = Flow::new(system, h, start)?;
     flow.stream(t, &mut |node: &Node<N>| last = Some(*node))?;
-    last.ok_or(RunError::Until { until: t }.into())
+    last.ok_or(RunError::Until { until: t })
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn lanes_without_functions_are_flows_bit_for_bit() {
         let ended = Ensemble::new(&Particle::default(), h)
             .unwrap()
             .starts(starts.clone())
-            .run_until(t);
+            .to(t);
         assert_eq!(ended.len(), starts.len());
         for (start, last) in starts.into_iter().zip(ended) {
             assert_eq!(last, alone(&Particle::default(), h, start, t), "h = {h}");
@@ -60,17 +60,14 @@ fn lanes_without_functions_are_flows_bit_for_bit() {
 
 #[test]
 fn a_lane_that_fails_has_its_error_and_the_others_go_on() {
-    let ended = Ensemble::new(&Cliff, 0.01)
-        .unwrap()
-        .starts(walkers())
-        .run_until(20.0);
+    let ended = Ensemble::new(&Cliff, 0.01).unwrap().starts(walkers()).to(20.0);
     let mut failed = 0;
     for (start, last) in walkers().into_iter().zip(ended) {
         assert_eq!(
             format!("{last:?}"),
             format!("{:?}", alone(&Cliff, 0.01, start, 20.0))
         );
-        if let Err(MemberError::Run(RunError::Step(error))) = &last {
+        if let Err(RunError::Step(error)) = &last {
             failed += 1;
             assert_eq!(error.details().cause.reason, StepFailure::NotFinite);
             assert!(error.details().index > 2);
@@ -84,25 +81,17 @@ fn a_lane_that_fails_has_its_error_and_the_others_go_on() {
 #[test]
 fn company_is_of_no_account() {
     let (all, cliff) = (walkers(), Cliff);
-    let ended = Ensemble::new(&cliff, 0.01)
-        .unwrap()
-        .starts(all.clone())
-        .run_until(3.0);
+    let ended = Ensemble::new(&cliff, 0.01).unwrap().starts(all.clone()).to(3.0);
     for shift in [1, 3, 8] {
         let mut others = all.clone();
         others.rotate_left(shift);
-        let mut again = Ensemble::new(&cliff, 0.01).unwrap().starts(others).run_until(3.0);
+        let mut again = Ensemble::new(&cliff, 0.01).unwrap().starts(others).to(3.0);
         again.rotate_right(shift);
         assert_eq!(format!("{again:?}"), format!("{ended:?}"));
     }
     let single: Vec<_> = all
         .iter()
-        .flat_map(|&start| {
-            Ensemble::new(&cliff, 0.01)
-                .unwrap()
-                .starts([start])
-                .run_until(3.0)
-        })
+        .flat_map(|&start| Ensemble::new(&cliff, 0.01).unwrap().starts([start]).to(3.0))
         .collect();
     assert_eq!(format!("{single:?}"), format!("{ended:?}"));
 }
@@ -113,7 +102,7 @@ fn the_number_of_threads_is_of_no_account() {
     let particle = Particle::default();
     let ended = |threads| {
         let ensemble = Ensemble::new(&particle, 0.01).unwrap().starts(particles(67));
-        ensemble.threads(threads).unwrap().run_until(5.0)
+        ensemble.threads(threads).unwrap().to(5.0)
     };
     let first = ended(1);
     for threads in [2, 3, 7] {
@@ -127,7 +116,7 @@ fn observers_see_every_so_many_nodes() {
     for every in [1, 3, 10, 1000] {
         let every = NonZeroU64::new(every).unwrap();
         let ensemble = Ensemble::new(&particle, 0.1).unwrap().starts(particles(11));
-        let observed = ensemble.observe_until(8.04, every, |_| Trajectory::default());
+        let observed = ensemble.stream(8.04, every, |_| Trajectory::default());
         for (start, observed) in particles(11).into_iter().zip(observed) {
             let nodes = Flow::new(&particle, 0.1, start)
                 .unwrap()
@@ -149,14 +138,14 @@ fn observers_see_every_so_many_nodes() {
 fn an_observer_breaks_off_its_own_trajectory() {
     let particle = Particle::default();
     let ensemble = Ensemble::new(&particle, 0.1).unwrap().starts(particles(10));
-    let observed = ensemble.observe_until(f64::INFINITY, NonZeroU64::MIN, |place| {
-        until_break(move |node: &Node<2>| {
+    let observed = ensemble.stream(f64::INFINITY, NonZeroU64::MIN, |place| {
+        move |node: &Node<2>| {
             if node.index == 5 * place as u64 {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
-        })
+        }
     });
     for (place, (start, observed)) in particles(10).into_iter().zip(observed).enumerate() {
         let t = 0.1 * 5.0 * place as f64;
@@ -173,10 +162,7 @@ fn trajectories_may_begin_at_their_own_times() {
             .zip([0.0, 1.0, 4.95, 4.85, 0.7, 5.0, 6.0, 3.0, 0.0])
     };
     let starts = || starts().map(|(start, t0)| start.at(t0));
-    let ended = Ensemble::new(&particle, 0.1)
-        .unwrap()
-        .starts(starts())
-        .run_until(5.0);
+    let ended = Ensemble::new(&particle, 0.1).unwrap().starts(starts()).to(5.0);
     for (start, last) in starts().zip(ended) {
         assert_eq!(last, alone(&particle, 0.1, start, 5.0));
     }
@@ -198,30 +184,24 @@ fn what_cannot_be_run_is_told() {
         Err(SetupError::Parameter { name: "mass", .. })
     ));
     let ensemble = Ensemble::new(&particle, 0.1).unwrap();
-    assert!(ensemble.run_until(1.0).is_empty());
+    assert!(ensemble.to(1.0).is_empty());
     let starts = [
         Start::paper([0.0, 0.0], [1.0, f64::NAN]),
         Start::paper([0.0, 0.0], [1.0, 0.0]),
         Start::paper([0.0, 0.0], [0.0, 0.0]),
     ];
     let ensemble = ensemble.starts(starts);
-    let ended = ensemble.run_until(1.0);
+    let ended = ensemble.to(1.0);
     assert!(matches!(
-        ended[0],
-        Err(MemberError::Setup(SetupError::Start { .. }))
+        &ended[0],
+        Err(RunError::Setup(error)) if matches!(**error, SetupError::Start { .. })
     ));
     assert!(matches!(&ended[1], Ok(node) if node.index == 10));
-    assert!(matches!(ended[2], Err(MemberError::Run(RunError::Step(_)))));
+    assert!(matches!(ended[2], Err(RunError::Step(_))));
     for t in [f64::INFINITY, f64::NAN] {
-        assert!(matches!(
-            ensemble.run_until(t)[1],
-            Err(MemberError::Run(RunError::Until { .. }))
-        ));
+        assert!(matches!(ensemble.to(t)[1], Err(RunError::Until { .. })));
     }
-    assert!(matches!(
-        ensemble.run_until(-1.0)[1],
-        Err(MemberError::Run(RunError::Behind { .. }))
-    ));
+    assert!(matches!(ensemble.to(-1.0)[1], Err(RunError::Behind { .. })));
 }
 
 #[test]
@@ -233,7 +213,7 @@ fn progress_is_told() {
         .unwrap()
         .starts(particles(19))
         .progress(&progress);
-    assert_eq!(ensemble.run_until(1.0).len(), 19);
+    assert_eq!(ensemble.to(1.0).len(), 19);
     drop(ensemble);
     let mut told = told.into_inner().unwrap();
     told.sort_unstable();

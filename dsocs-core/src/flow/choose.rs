@@ -15,7 +15,7 @@ pub struct Roots<const N: usize> {
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// The solutions of the next step, of which there may be a pair: the one that [`Flow::advance`] goes to, or refuses to
+    /// The solutions of the next step, of which there may be a pair: the one that [`crate::Stepper::advance`] goes to, or refuses to
     /// choose, and another one if deflation finds one. The flow stays where it is.
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Solves one step like [`Flow::advance`], but for the solution nearest to `q2`, whatever other solutions there are.
+    /// Solves one step like [`crate::Stepper::advance`], but for the solution nearest to `q2`, whatever other solutions there are.
     ///
     /// # Errors
     ///
@@ -51,7 +51,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
         let start = step.unknowns(&e);
         let (z, report) = step
-            .solve_near(start, &self.predictor, self.max_iterations)
+            .solve_near(start, &mut self.predictor, self.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
         let mut d = self.d;
@@ -61,14 +61,9 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             return Err(self.failed(step.not_finite(&z)));
         }
         self.predictor.push(&z);
-        let solved = Solved {
-            index: self.middle,
-            leg,
-            e,
-            report,
-        };
-        (self.q, self.d, self.solved, self.started) = (q, d, Some(solved), true);
-        self.middle += 1;
+        self.solved = Some(Solved { leg, e, report });
+        (self.q, self.d) = (q, d);
+        self.clock.tick();
         Ok(report)
     }
 }

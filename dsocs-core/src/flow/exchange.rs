@@ -1,11 +1,9 @@
 //! What a block of an ensemble takes over from a flow, and gives back to it.
 
 use crate::compensated::Compensated;
-use crate::error::{RunError, StepError};
 use crate::flow::Flow;
 use crate::step::predictor::Predictor;
 use crate::system::System;
-use crate::trajectory::Node;
 
 /// What the next step of a flow depends on, beside its system and `h`.
 #[derive(Clone, Copy, Debug)]
@@ -31,21 +29,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     /// Goes on from the step with the middle node `index`, which the flow has not gone to by itself.
     pub(crate) fn resume(&mut self, index: u64, state: State<S::Unknown<f64>, N>) {
         (self.q, self.d, self.predictor) = (state.q, state.d, state.predictor);
-        (self.middle, self.solved, self.started) = (index, None, true);
-    }
-
-    /// The number of the last node at or before `t`; see [`Flow::until`].
-    pub(crate) fn last_node(&self, t: f64) -> Result<u64, RunError> {
-        self.last_index(t)
-    }
-
-    /// The next node of the run.
-    pub(crate) fn next_node(&mut self) -> Result<Node<N>, StepError> {
-        self.step()
-    }
-
-    /// The time of node `index`.
-    pub(crate) fn time_of(&self, index: u64) -> f64 {
-        self.clock.time(index)
+        self.clock.jump(index - 1);
+        self.solved = None;
     }
 }

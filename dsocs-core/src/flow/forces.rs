@@ -1,28 +1,19 @@
 //! Constraint forces, constraint by constraint.
 
-use super::Flow;
+use crate::declaration::Declaration;
 use crate::multipliers::multipliers as of_force;
+use crate::run::Node;
 use crate::system::{Point, System};
-use crate::trajectory::Node;
 
-/// The multipliers of a node of any flow of the system, see [`Flow::multipliers`].
+/// The multipliers `λ` of a node of any run of the system, one for each constraint, with which the constraint force is
+/// `Q = Σ λ_j α_j`: `α_j` is the form of the constraint's rule (d'Alembert's, Chetaev's) or the declared one. Their units are those
+/// of `L` by those of the constraint; for `forces = [(0, 1)]` the multiplier is the motor's torque.
+///
+/// Empty where the declaration gives the virtual displacements by fields. The forms are those at the node's position, velocity
+/// and acceleration.
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
     let Node { q, v, a, .. } = *node;
-    let mut forms = vec![[0.0; N]; S::FORMS];
-    system.continuous_forms(&Point { q, v, a }, &mut forms);
+    let forms = Declaration::of(system).continuous_forms(&Point { q, v, a });
     of_force(&node.force, &forms)
-}
-
-impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// The multipliers `λ` of a node that the flow has just handed out, one for each constraint, with which the constraint force
-    /// is `Q = Σ λ_j α_j`: `α_j` is the form of the constraint's rule (d'Alembert's, Chetaev's) or the declared one. Their
-    /// units are those of `L` by those of the constraint; for `forces = [(0, 1)]` the multiplier is the motor's torque.
-    ///
-    /// Empty where the declaration gives the virtual displacements by fields. The forms are those at the node's position,
-    /// velocity and acceleration.
-    #[must_use]
-    pub fn multipliers(&self, node: &Node<N>) -> Vec<f64> {
-        multipliers(self.system, node)
-    }
 }

@@ -2,18 +2,20 @@
 
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
+use crate::declaration::Declaration;
 use crate::multipliers;
 use crate::start;
-use crate::step::unknown::Unknown as _;
+use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Point, System};
 use crate::tangent::{Tangent, Tangent2};
 
 /// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
 #[must_use]
 pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+    let declaration = Declaration::of(system);
     core::array::from_fn(|j| {
         let v = core::array::from_fn(|i| Tangent::new(v[i], f64::from(u8::from(i == j))));
-        system
+        declaration
             .lagrangian(&q.map(|q| Tangent::new(q, 0.0)), &v)
             .derivative()
     })
@@ -22,6 +24,7 @@ pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64
 /// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
 #[must_use]
 pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
+    let declaration = Declaration::of(system);
     let part = |i: usize, chosen: usize| f64::from(u8::from(i == chosen));
     // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
     let [by_q, by_v] = [[1.0, 0.0], [0.0, 1.0]].map(|[to_q, to_v]| -> [[f64; N]; N] {
@@ -29,7 +32,7 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
             core::array::from_fn(|j| {
                 let q = core::array::from_fn(|k| Tangent2::second(q[k], [0.0, to_q * part(k, j)]));
                 let v = core::array::from_fn(|k| Tangent2::second(v[k], [part(k, i), to_v * part(k, j)]));
-                system.lagrangian(&q, &v).mixed()
+                declaration.lagrangian(&q, &v).mixed()
             })
         })
     });
@@ -39,6 +42,13 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
         (1, 0) => -by_v[j][i],
         _ => 0.0,
     })
+}
+
+/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q`, in units of `L` per unit of
+/// the coordinate.
+#[must_use]
+pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<f64, N>) -> [f64; N] {
+    Declaration::of(system).continuous_force(point)
 }
 
 /// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
@@ -96,16 +106,14 @@ pub fn variation<S: System<N>, const N: usize>(
         v: along(&point.v, &displacement.second),
         a: along(&point.a, a),
     };
-    let multipliers = multipliers::of_point(system, point);
-    let jacobian = system.continuous(point, &multipliers).jacobian;
+    let declaration = Declaration::of(system);
+    let multipliers = multipliers::of_point(&declaration, point);
+    let Linearization { jacobian, .. } = declaration.linearize_continuous::<S::Motion>(point, &multipliers);
     let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
-    let rows = system.continuous(&at(&[0.0; N]), &fixed).rows;
-    let mut right = S::Motion::<f64>::zero();
-    for (right, row) in right.as_mut().iter_mut().zip(rows.as_ref()) {
-        *right = -row.derivative();
-    }
-    let change = S::Motion::<f64>::solve(&jacobian, &right)?;
+    let rows = declaration.continuous(&at(&[0.0; N]), &fixed);
+    let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
+    let change = S::Motion::solve(&jacobian, &start::vector(&right))?;
     let a = core::array::from_fn(|i| change.as_ref().get(i).copied().unwrap_or(f64::NAN));
-    let force = system.continuous_force(&at(&a)).map(Tangent::derivative);
+    let force = declaration.continuous_force(&at(&a)).map(Tangent::derivative);
     Some(Variation { a, force })
 }

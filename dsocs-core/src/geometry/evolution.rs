@@ -5,6 +5,7 @@ use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::units;
+use crate::declaration::Declaration;
 use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
@@ -146,7 +147,7 @@ fn force_slopes<S: System<N>, const N: usize>(
 ) -> [[[f64; N]; N]; 2] {
     let Triple { leg, e } = triple;
     let units = units(leg);
-    let constants = flow.system.constants(Tangent::splat(flow.h));
+    let (declaration, h) = (Declaration::of(flow.system), Tangent::splat(flow.h));
     core::array::from_fn(|a| {
         core::array::from_fn(|i| {
             let unit = units[i];
@@ -162,8 +163,7 @@ fn force_slopes<S: System<N>, const N: usize>(
                 d: core::array::from_fn(|k| Tangent::new(leg.d[k], part(k, by_d * unit))),
             };
             let e = core::array::from_fn(|k| Tangent::new(e[k], by(k) * unit));
-            let known = flow.system.known(&constants, &moving);
-            let force = flow.system.force(&constants, &known, &moving, &e);
+            let force = declaration.force(h, &moving, &e);
             force.map(|force| force.derivative() / unit)
         })
     })

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::units;
+use crate::declaration::Declaration;
 use crate::flow;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
@@ -98,7 +99,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
     /// The second difference of the step with `−h` from `(q2, q1)`.
     fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
         let h = -self.h;
-        let constants = self.system.constants(h);
+        let constants = self.system.constants(&self.system.parameters(), h);
         let turned = Leg {
             q: core::array::from_fn(|i| last.q[i] - last.d[i]),
             d: last.d.map(|d| -d),
@@ -115,7 +116,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         let count = z.as_ref().len();
         let (all, bound) = (count + N, S::HOLONOMIC + S::NONHOLONOMIC);
         let (units, h) = (units(last), Tangent::splat(self.h));
-        let constants = self.system.constants(h);
+        let declaration = Declaration::of(self.system);
         let mut matrix = DMatrix::zeros(all + bound, all);
         let mut right = DVector::zeros(all + bound);
         for column in 0..all {
@@ -124,11 +125,10 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 q: leg.q.map(Tangent::splat),
                 d: core::array::from_fn(|i| Tangent::new(leg.d[i], part(i) * units[i])),
             };
-            let known = self.system.known(&constants, &moving);
-            let z = moved::<S, N>(z, |k| part(N + k));
-            let rows = self.system.residual(&constants, &known, &z).rows;
-            let e = self.system.second_difference(&constants, &known, &z);
-            for (i, row) in rows.as_ref().iter().enumerate() {
+            let z = moved(z.as_ref(), |k| part(N + k));
+            let rows = declaration.rows(h, &moving, &z);
+            let e = declaration.second_difference(h, &moving, &z);
+            for (i, row) in rows.iter().enumerate() {
                 matrix[(i, column)] = row.derivative();
                 right[i] = -row.value();
             }
@@ -137,7 +137,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
             }
-            for (i, row) in self.first_pair(h, &moving).into_iter().enumerate() {
+            for (i, row) in first_pair(&declaration, h, &moving).into_iter().enumerate() {
                 matrix[(all + i, column)] = row.derivative();
                 right[all + i] = -row.value();
             }
@@ -152,23 +152,23 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             z,
         })
     }
+}
 
-    /// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
-    fn first_pair(&self, h: Tangent, leg: &Leg<Tangent, N>) -> Vec<Tangent> {
-        let rows = |leg: &Leg<Tangent, N>| {
-            let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
-            self.system.pair(h, leg, &mut rows);
-            rows
-        };
-        let mut rows_of_pair = rows(leg);
-        let first = Leg {
-            q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
-            d: leg.d,
-        };
-        let rows_of_first = rows(&first);
-        rows_of_pair[..S::HOLONOMIC].copy_from_slice(&rows_of_first[..S::HOLONOMIC]);
-        rows_of_pair
-    }
+/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
+fn first_pair<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: Tangent,
+    leg: &Leg<Tangent, N>,
+) -> Vec<Tangent> {
+    let first = Leg {
+        q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
+        d: leg.d,
+    };
+    let holonomic = declaration.holonomic();
+    let mut rows = declaration.pair(h, &first);
+    rows.truncate(holonomic);
+    rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
+    rows
 }
 
 /// The least-squares solution of equations of full rank, with rows and unknowns in their own sizes; `None` if the rank is

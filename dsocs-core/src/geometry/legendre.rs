@@ -2,6 +2,7 @@
 
 use super::form::{Displacement, TwoForm};
 use super::units;
+use crate::declaration::Declaration;
 use crate::scalar::Scalar;
 use crate::system::{Leg, System};
 use crate::tangent::{Tangent, Tangent2};
@@ -13,7 +14,7 @@ fn derivative<S: System<N>, const N: usize>(
     leg: &Leg<f64, N>,
     [by_q, by_d]: [f64; 2],
 ) -> [f64; N] {
-    let units = units(leg);
+    let (declaration, units) = (Declaration::of(system), units(leg));
     core::array::from_fn(|j| {
         let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
             core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * units[j] } else { 0.0 }))
@@ -22,8 +23,17 @@ fn derivative<S: System<N>, const N: usize>(
             q: along(&leg.q, by_q),
             d: along(&leg.d, by_d),
         };
-        system.discrete_lagrangian(Tangent::splat(h), &leg).derivative() / units[j]
+        declaration
+            .discrete_lagrangian(Tangent::splat(h), &leg)
+            .derivative()
+            / units[j]
     })
+}
+
+/// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg (paper, section 3: it is not multiplied by `h`).
+#[must_use]
+pub fn discrete_lagrangian<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>) -> f64 {
+    Declaration::of(system).discrete_lagrangian(h, leg)
 }
 
 /// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the coordinate
@@ -81,7 +91,7 @@ pub(super) fn product<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
 
 /// `D₁D₂L_d`: row `i` by the first node's coordinate `i`, column `j` by the second's coordinate `j`.
 pub(super) fn mixed<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>) -> [[f64; N]; N] {
-    let units = units(leg);
+    let (declaration, units) = (Declaration::of(system), units(leg));
     core::array::from_fn(|i| {
         core::array::from_fn(|j| {
             let part = |k: usize, chosen: usize, unit: f64| if k == chosen { unit } else { 0.0 };
@@ -91,7 +101,10 @@ pub(super) fn mixed<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<
                     Tangent2::second(leg.d[k], [part(k, i, -units[i]), part(k, j, units[j])])
                 }),
             };
-            system.discrete_lagrangian(Tangent2::splat(h), &moved).mixed() / (units[i] * units[j])
+            declaration
+                .discrete_lagrangian(Tangent2::splat(h), &moved)
+                .mixed()
+                / (units[i] * units[j])
         })
     })
 }

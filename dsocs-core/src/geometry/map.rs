@@ -3,10 +3,12 @@
 use super::error::GeometryError;
 use super::form::Displacement;
 use super::units;
+use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::regularity;
 use crate::scalar::Scalar as _;
+use crate::start;
 use crate::step::Step;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
@@ -82,7 +84,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         Ok(Self {
             system,
             h,
-            constants: system.constants(h),
+            constants: system.constants(&system.parameters(), h),
         })
     }
 
@@ -136,7 +138,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         e: &[f64; N],
     ) -> Result<(S::Unknown<f64>, Step<'_, S, N>), GeometryError> {
         let step = Step::new(self.system, &self.constants, *leg, self.h);
-        match step.solve_near(step.unknowns(e), &Predictor::new(), MAX_ITERATIONS) {
+        match step.solve_near(step.unknowns(e), &mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok((z, step)),
             Err(cause) => Err(failed(leg, cause)),
         }
@@ -163,8 +165,8 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
                 found: found.last().q.to_vec(),
             });
         }
-        let jacobian = step.system.residual(step.constants, &step.known, &z).jacobian;
-        let units = units(leg);
+        let jacobian = step.system.linearize(step.constants, &step.known, &z).jacobian;
+        let (declaration, units) = (Declaration::of(self.system), units(leg));
         // q0 = q1 − d, so moving q0 moves d back, and moving q1 moves both
         let column = |j: usize, [by_q, by_d]: [f64; 2]| -> Option<[f64; N]> {
             let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
@@ -175,17 +177,11 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
                 d: along(&leg.d, by_d),
             };
             let h = Tangent::splat(self.h);
-            let constants = self.system.constants(h);
-            let known = self.system.known(&constants, &leg);
-            let fixed = moved::<S, N>(&z, |_| 0.0);
-            let rows = self.system.residual(&constants, &known, &fixed).rows;
-            let mut right = z;
-            for (right, row) in right.as_mut().iter_mut().zip(rows.as_ref()) {
-                *right = -row.derivative();
-            }
-            let change = S::Unknown::<f64>::solve(&jacobian, &right)?;
-            let moving = moved::<S, N>(&z, |k| change.as_ref()[k]);
-            let e = self.system.second_difference(&constants, &known, &moving);
+            let rows = declaration.rows(h, &leg, &moved(z.as_ref(), |_| 0.0));
+            let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
+            let change = S::Unknown::<f64>::solve(&jacobian, &start::vector(&right))?;
+            let moving = moved(z.as_ref(), |k| change.as_ref()[k]);
+            let e = declaration.second_difference(h, &leg, &moving);
             let slopes: [f64; N] = core::array::from_fn(|i| e[i].derivative() / units[j]);
             slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
         };
@@ -204,15 +200,11 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
 }
 
 /// The unknowns with a derivative each.
-pub(super) fn moved<S: System<N>, const N: usize>(
-    z: &S::Unknown<f64>,
-    derivative: impl Fn(usize) -> f64,
-) -> S::Unknown<Tangent> {
-    let mut moving = S::Unknown::<Tangent>::zero();
-    for (k, (to, &value)) in moving.as_mut().iter_mut().zip(z.as_ref()).enumerate() {
-        *to = Tangent::new(value, derivative(k));
-    }
-    moving
+pub(super) fn moved(z: &[f64], derivative: impl Fn(usize) -> f64) -> Vec<Tangent> {
+    let unknowns = z.iter().enumerate();
+    unknowns
+        .map(|(k, &value)| Tangent::new(value, derivative(k)))
+        .collect()
 }
 
 /// The error of a step that is not solved.

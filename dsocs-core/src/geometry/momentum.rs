@@ -8,6 +8,7 @@
 
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
+use crate::declaration::Declaration;
 use crate::system::{Leg, System};
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
@@ -50,8 +51,7 @@ pub fn momentum_equation<S: System<N>, const N: usize>(
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> [f64; 2] {
     let (first, last) = (triple.first(), triple.last());
-    let known = flow.system.known(&flow.constants, &first);
-    let force = flow.system.force(&flow.constants, &known, &first, &triple.e);
+    let force = Declaration::of(flow.system).force(flow.h, &first, &triple.e);
     let at = generator(&first.q);
     let work = flow.h * product(&force, &at);
     let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);

@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::form::Displacement;
+use super::map::Triple;
 use super::units;
+use crate::declaration::Declaration;
 use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
@@ -22,8 +24,8 @@ pub fn pair_displacements<S: System<N>, const N: usize>(
     h: f64,
     leg: &Leg<f64, N>,
 ) -> Vec<Displacement<N>> {
-    let (units, h) = (units(leg), Tangent::splat(h));
-    kernel(S::HOLONOMIC + S::NONHOLONOMIC, |k| {
+    let (declaration, units, h) = (Declaration::of(system), units(leg), Tangent::splat(h));
+    kernel(declaration.lower(), |k| {
         let (unit, size) = (Displacement::<N>::unit(k), units[k % N]);
         // q0 = q1 − d
         let moved = Leg {
@@ -34,12 +36,21 @@ pub fn pair_displacements<S: System<N>, const N: usize>(
             q: core::array::from_fn(|i| moved.q[i] - moved.d[i]),
             d: moved.d,
         };
-        let [mut of_pair, mut of_first] = [(); 2].map(|()| vec![h; S::HOLONOMIC + S::NONHOLONOMIC]);
-        system.pair(h, &moved, &mut of_pair);
-        system.pair(h, &first, &mut of_first);
-        of_pair.extend(&of_first[..S::HOLONOMIC]);
-        of_pair.iter().map(|row| row.derivative() / size).collect()
+        let holonomic = declaration.pair(h, &first).into_iter().take(S::HOLONOMIC);
+        let rows = declaration.pair(h, &moved).into_iter().chain(holonomic);
+        rows.map(|row| row.derivative() / size).collect()
     })
+}
+
+/// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`, at a triple: one for each
+/// constraint, or none where the declaration gives the virtual displacements by fields.
+#[must_use]
+pub fn constraint_forms<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    triple: &Triple<N>,
+) -> Vec<[f64; N]> {
+    Declaration::of(system).forms(h, &triple.leg, &triple.e)
 }
 
 /// An orthonormal basis of the displacements `(δq, δv)` of a state along which holonomic constraints, their derivatives in
@@ -50,13 +61,12 @@ pub fn state_displacements<S: System<N>, const N: usize>(
     q: &[f64; N],
     v: &[f64; N],
 ) -> Vec<Displacement<N>> {
-    let rows = 2 * S::HOLONOMIC + S::NONHOLONOMIC;
-    kernel(rows, |k| {
+    let declaration = Declaration::of(system);
+    kernel(2 * S::HOLONOMIC + S::NONHOLONOMIC, |k| {
         let unit = Displacement::<N>::unit(k);
         let along = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], by[i]));
-        let mut values = vec![Tangent::splat(0.0); rows];
-        system.phase(&along(q, &unit.first), &along(v, &unit.second), &mut values);
-        values.into_iter().map(Tangent::derivative).collect()
+        let rows = declaration.phase(&along(q, &unit.first), &along(v, &unit.second));
+        rows.into_iter().map(Tangent::derivative).collect()
     })
 }
 

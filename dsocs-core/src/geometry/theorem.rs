@@ -1,5 +1,6 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
+use crate::declaration::Declaration;
 use crate::multipliers::count_unknown;
 use crate::regularity::{self, Regularity};
 use crate::step::Step;
@@ -37,11 +38,12 @@ impl FlowTheorem {
     /// The conditions at the triple of a leg and the second difference `e`, with the step `h`.
     #[must_use]
     pub fn at<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        let regularity = Regularity::of(system, h, leg, e);
-        let mut values = regularity::all_singular_values(system, h, leg, e);
+        let declaration = Declaration::of(system);
+        let regularity = Regularity::of_declaration(&declaration, h, leg, e);
+        let mut values = regularity::all_singular_values(&declaration, h, leg, e);
         values.sort_by(|x, y| y.total_cmp(x));
         let largest = values.first().copied().unwrap_or(f64::NAN);
-        let full = N + count_unknown(system);
+        let full = N + count_unknown(&declaration);
         let rank = values.iter().take(full).filter(|value| **value > RANK * largest);
         Self {
             rank: rank.count(),
@@ -68,7 +70,7 @@ impl FlowTheorem {
 /// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
 fn is_declared<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> bool {
     let lengths = regularity::lengths(leg, e);
-    let constants = system.constants(h);
+    let constants = system.constants(&system.parameters(), h);
     let step = Step::new(system, &constants, *leg, h);
     let near: [f64; N] = core::array::from_fn(|i| e[i] + NEARBY * lengths[i]);
     step.is_declared(&system.unknown(e, &[]), &system.unknown(&near, &[]))

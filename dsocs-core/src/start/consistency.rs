@@ -3,10 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::rounding;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, Point, System};
+use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
@@ -19,54 +20,65 @@ const MAX_ITERATIONS: usize = 50;
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// Whether there is anything to obey.
-const fn is_bound<S: System<N>, const N: usize>() -> bool {
-    S::HOLONOMIC + S::NONHOLONOMIC > 0
+fn is_bound<const N: usize>(declaration: &Declaration<'_, N>) -> bool {
+    declaration.lower() > 0
 }
 
 /// Checks that a position and a velocity obey the constraints.
-pub(super) fn check<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn check<const N: usize>(
+    declaration: &Declaration<'_, N>,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Result<(), SetupError> {
-    if !is_bound::<S, N>() {
+    if !is_bound(declaration) {
         return Ok(());
     }
-    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-    system.phase(q, v, &mut rows);
-    obeyed::<S, N>(&rows, &rounding::phase_sizes(system, q, v))
+    let rows = declaration.phase(q, v);
+    obeyed(declaration, &rows, &rounding::phase_sizes(declaration, q, v))
 }
 
 /// Checks that the second node obeys the constraints with the first.
-pub(super) fn check_pair<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn check_pair<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     q0: &[f64; N],
     d: &Compensated<N>,
 ) -> Result<(), SetupError> {
-    if !is_bound::<S, N>() {
+    if !is_bound(declaration) {
         return Ok(());
     }
     // the first node, of whose pair nothing else is known
-    if S::HOLONOMIC > 0 {
-        let rows = holonomic(system, q0);
-        obeyed::<S, N>(&rows, &rounding::phase_sizes(system, q0, &[0.0; N]))?;
+    if declaration.holonomic() > 0 {
+        let rows = holonomic_rows(declaration, q0);
+        obeyed(
+            declaration,
+            &rows,
+            &rounding::phase_sizes(declaration, q0, &[0.0; N]),
+        )?;
     }
     let leg = leg(q0, d);
-    obeyed::<S, N>(&pair(system, h, &leg), &rounding::pair_sizes(system, h, &leg))
+    obeyed(
+        declaration,
+        &declaration.pair(h, &leg),
+        &rounding::pair_sizes(declaration, h, &leg),
+    )
 }
 
 /// Refuses the first row that is not zero.
-fn obeyed<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
+fn obeyed<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    rows: &[f64],
+    sizes: &[f64],
+) -> Result<(), SetupError> {
     for (place, (&row, &size)) in rows.iter().zip(sizes).enumerate() {
         // false also where it is not a number
         let is_obeyed = row.abs() <= OBEYED * size;
         if !is_obeyed {
-            let lower = S::HOLONOMIC + S::NONHOLONOMIC;
-            let (constraint, index) = if place < S::HOLONOMIC {
+            let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
+            let (constraint, index) = if place < holonomic {
                 ("holonomic constraint", place)
             } else if place < lower {
-                ("nonholonomic constraint", place - S::HOLONOMIC)
+                ("nonholonomic constraint", place - holonomic)
             } else {
                 ("time derivative of holonomic constraint", place - lower)
             };
@@ -82,57 +94,58 @@ fn obeyed<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(
 }
 
 /// Whether a projection has ended on the constraints, and not where their derivatives vanish.
-fn reached<S: System<N>, const N: usize>(rows: &[f64], sizes: &[f64]) -> Result<(), SetupError> {
-    obeyed::<S, N>(rows, sizes).map_err(|_| SetupError::Projection {
+fn reached<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    rows: &[f64],
+    sizes: &[f64],
+) -> Result<(), SetupError> {
+    obeyed(declaration, rows, sizes).map_err(|_| SetupError::Projection {
         residual: rows.to_vec(),
     })
 }
 
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
-pub(super) fn project<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn project<const N: usize>(
+    declaration: &Declaration<'_, N>,
     q: [f64; N],
     v: [f64; N],
 ) -> Result<([f64; N], [f64; N]), SetupError> {
-    if !is_bound::<S, N>() {
+    if !is_bound(declaration) {
         return Ok((q, v));
     }
-    let inverse = inverse_mass(system, &q, &v);
-    let q = if S::HOLONOMIC > 0 {
+    let inverse = inverse_mass(declaration, &q, &v);
+    let q = if declaration.holonomic() > 0 {
         let rows = |q: &[Tangent; N]| {
-            let mut rows = vec![Tangent::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-            system.phase(q, &v.map(|v| Tangent::new(v, 0.0)), &mut rows);
-            rows.truncate(S::HOLONOMIC);
+            let mut rows = declaration.phase(q, &v.map(|v| Tangent::new(v, 0.0)));
+            rows.truncate(declaration.holonomic());
             rows
         };
         solve(q, &inverse, &q, rows)?
     } else {
         q
     };
-    let inverse = inverse_mass(system, &q, &v);
+    let inverse = inverse_mass(declaration, &q, &v);
     let v = solve(v, &inverse, &v, |v: &[Tangent; N]| {
-        let mut rows = vec![Tangent::splat(0.0); 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-        system.phase(&q.map(|q| Tangent::new(q, 0.0)), v, &mut rows);
-        rows.split_off(S::HOLONOMIC)
+        let mut rows = declaration.phase(&q.map(|q| Tangent::new(q, 0.0)), v);
+        rows.split_off(declaration.holonomic().min(rows.len()))
     })?;
-    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-    system.phase(&q, &v, &mut rows);
-    reached::<S, N>(&rows, &rounding::phase_sizes(system, &q, &v))?;
+    let rows = declaration.phase(&q, &v);
+    reached(declaration, &rows, &rounding::phase_sizes(declaration, &q, &v))?;
     Ok((q, v))
 }
 
 /// Moves the second node onto the constraints of nodes and of pairs.
-pub(super) fn onto_pair<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn onto_pair<const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     q0: &[f64; N],
     v0: &[f64; N],
     d: Compensated<N>,
 ) -> Result<Compensated<N>, SetupError> {
-    if !is_bound::<S, N>() {
+    if !is_bound(declaration) {
         return Ok(d);
     }
-    let inverse = inverse_mass(system, q0, v0);
+    let inverse = inverse_mass(declaration, q0, v0);
     let correction = solve([0.0; N], &inverse, q0, |correction: &[Tangent; N]| {
         let leg = leg(q0, &d);
         let moved = |x: [f64; N]| core::array::from_fn(|i| Tangent::new(x[i], 0.0) + correction[i]);
@@ -140,14 +153,16 @@ pub(super) fn onto_pair<S: System<N>, const N: usize>(
             q: moved(leg.q),
             d: moved(leg.d),
         };
-        let mut rows = vec![Tangent::splat(0.0); S::HOLONOMIC + S::NONHOLONOMIC];
-        system.pair(Tangent::splat(h), &leg, &mut rows);
-        rows
+        declaration.pair(Tangent::splat(h), &leg)
     })?;
     let mut d = d;
     d.add(&correction);
     let leg = leg(q0, &d);
-    reached::<S, N>(&pair(system, h, &leg), &rounding::pair_sizes(system, h, &leg))?;
+    reached(
+        declaration,
+        &declaration.pair(h, &leg),
+        &rounding::pair_sizes(declaration, h, &leg),
+    )?;
     Ok(d)
 }
 
@@ -159,23 +174,19 @@ fn leg<const N: usize>(q0: &[f64; N], d: &Compensated<N>) -> Leg<f64, N> {
     }
 }
 
-/// The constraints on a leg.
-fn pair<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>) -> Vec<f64> {
-    let mut rows = vec![0.0; S::HOLONOMIC + S::NONHOLONOMIC];
-    system.pair(h, leg, &mut rows);
-    rows
-}
-
 /// The holonomic constraints at a node.
-fn holonomic<S: System<N>, const N: usize>(system: &S, q: &[f64; N]) -> Vec<f64> {
-    let mut rows = vec![0.0; 2 * S::HOLONOMIC + S::NONHOLONOMIC];
-    system.phase(q, &[0.0; N], &mut rows);
-    rows.truncate(S::HOLONOMIC);
+fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N]) -> Vec<f64> {
+    let mut rows = declaration.phase(q, &[0.0; N]);
+    rows.truncate(declaration.holonomic());
     rows
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-fn inverse_mass<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> DMatrix<f64> {
+fn inverse_mass<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> DMatrix<f64> {
     let columns: Vec<[f64; N]> = (0..N)
         .map(|j| {
             let point = Point {
@@ -183,7 +194,7 @@ fn inverse_mass<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64
                 v: v.map(|v| Tangent::new(v, 0.0)),
                 a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),
             };
-            system.continuous_force(&point).map(Tangent::derivative)
+            declaration.continuous_force(&point).map(Tangent::derivative)
         })
         .collect();
     let mass = DMatrix::from_fn(N, N, |i, j| columns[j][i]);

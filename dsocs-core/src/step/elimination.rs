@@ -81,14 +81,24 @@ pub(super) fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], 
     x
 }
 
-/// Gauss elimination with partial pivoting, in place. The result is the absolute value of the smallest and that of the
-/// largest pivot.
+/// What elimination tells of the pivots.
+pub(super) struct Pivots<T> {
+    /// The absolute value of the smallest.
+    pub smallest: T,
+    /// The absolute value of the largest.
+    pub largest: T,
+    /// Whether rows were exchanged an odd number of times; known where there is one lane.
+    pub odd: bool,
+}
+
+/// Gauss elimination with partial pivoting, in place. The pivots stay on the diagonal.
 ///
 /// Several lanes exchange rows by selection instead of branches, because they may differ in their pivots.
 #[inline]
-pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> [T; 2] {
+pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
     let mut inverse = *x; // of the pivots
-    take_all_out(a, x, &mut inverse, &mut Solution);
+    let mut exchanges = Solution { odd: false };
+    take_all_out(a, x, &mut inverse, &mut exchanges);
     let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
     for k in (0..M).rev() {
         let value = x[k] * inverse[k];
@@ -100,7 +110,72 @@ pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut 
         smallest = T::select_lt(size, smallest, size, smallest);
         largest = T::select_lt(largest, size, size, largest);
     }
-    [smallest, largest]
+    Pivots {
+        smallest,
+        largest,
+        odd: exchanges.odd,
+    }
+}
+
+/// A determinant, `value · 2^exponent`: those of many rows would soon leave the range of doubles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Determinant {
+    /// The number, with the sign.
+    pub value: f64,
+    /// The power of two beside it.
+    pub exponent: i32,
+}
+
+impl Determinant {
+    /// A number within the range of doubles, as the determinants of one and of two rows are taken to be.
+    #[inline]
+    pub(super) fn of(value: f64) -> Self {
+        Self { value, exponent: 0 }
+    }
+
+    /// The product of pivots.
+    #[inline]
+    pub(super) fn of_pivots(pivots: impl Iterator<Item = f64>, odd: bool) -> Self {
+        let first = Self {
+            value: if odd { -1.0 } else { 1.0 },
+            exponent: 0,
+        };
+        pivots.fold(first, |product, pivot| {
+            let (mantissa, exponent) = split(pivot);
+            Self {
+                value: product.value * mantissa,
+                exponent: product.exponent + exponent,
+            }
+        })
+    }
+
+    /// Where it is not known.
+    pub(super) const UNKNOWN: Self = Self {
+        value: f64::NAN,
+        exponent: 0,
+    };
+
+    /// In units of `2^exponent`, as far as the range of doubles goes.
+    #[inline]
+    pub(super) fn in_units_of(self, exponent: i32) -> f64 {
+        if self.exponent == exponent {
+            return self.value;
+        }
+        self.value * 2.0_f64.powi(self.exponent.saturating_sub(exponent))
+    }
+}
+
+/// A normal number as `m · 2^e` with `1 ≤ |m| < 2`; zero, subnormal numbers, infinity and NaN stay as they are.
+#[inline]
+#[allow(clippy::cast_possible_truncation)] // eleven bits
+fn split(x: f64) -> (f64, i32) {
+    const EXPONENT: u64 = 0x7ff << 52;
+    let bits = x.to_bits();
+    let exponent = ((bits & EXPONENT) >> 52) as i32;
+    if exponent == 0 || exponent == 0x7ff {
+        return (x, 0);
+    }
+    (f64::from_bits(bits & !EXPONENT | 1023 << 52), exponent - 1023)
 }
 
 /// The inverse, by columns; rows may differ in size by hundreds of orders of magnitude. NaN if it is singular. Products and
@@ -122,12 +197,12 @@ pub(crate) fn inverse<const FUSED: bool, const M: usize>(matrix: &[[f64; M]; M])
     core::array::from_fn(|j| core::array::from_fn(|i| right[i][j] * pivots[i]))
 }
 
-/// The sign of the determinant, ±1, or NaN; rows may differ in size by hundreds of orders of magnitude.
-pub(super) fn sign_of_determinant<const M: usize>(matrix: &[[f64; M]; M]) -> f64 {
+/// The determinant; rows may differ in size by hundreds of orders of magnitude.
+pub(super) fn determinant_of<const M: usize>(matrix: &[[f64; M]; M]) -> Determinant {
     let mut a = *matrix;
-    let mut sign = Sign(1.0);
-    take_all_out(&mut a, &mut [(); M], &mut [0.0; M], &mut sign);
-    (0..M).fold(sign.0, |sign, k| sign * a[k][k].signum())
+    let mut exchanges = Exchanges { odd: false };
+    take_all_out(&mut a, &mut [(); M], &mut [0.0; M], &mut exchanges);
+    Determinant::of_pivots((0..M).map(|k| a[k][k]), exchanges.odd)
 }
 
 /// What elimination does with the entries of a matrix and of its right-hand sides `R`.
@@ -146,13 +221,16 @@ trait Kind<T, R, const M: usize> {
 }
 
 /// One right-hand side, in one lane or in several.
-struct Solution;
+struct Solution {
+    /// Whether rows were exchanged an odd number of times.
+    odd: bool,
+}
 
 impl<T: Scalar, const M: usize> Kind<T, T, M> for Solution {
     #[inline(always)]
     fn bring_up(&mut self, a: &mut [[T; M]; M], x: &mut [T; M], k: usize) {
         if T::LANES == 1 {
-            swap_up(a, x, k);
+            self.odd ^= swap_up(a, x, k);
         } else {
             exchange(a, x, k);
         }
@@ -195,15 +273,16 @@ impl<const FUSED: bool, const M: usize> Kind<f64, [f64; M], M> for Inverse<FUSED
     }
 }
 
-/// No right-hand side, but the sign that the exchanges of rows make.
-struct Sign(f64);
+/// No right-hand side.
+struct Exchanges {
+    /// Whether rows were exchanged an odd number of times.
+    odd: bool,
+}
 
-impl<const M: usize> Kind<f64, (), M> for Sign {
+impl<const M: usize> Kind<f64, (), M> for Exchanges {
     #[inline]
     fn bring_up(&mut self, a: &mut [[f64; M]; M], x: &mut [(); M], k: usize) {
-        if swap_up(a, x, k) {
-            self.0 = -self.0;
-        }
+        self.odd ^= swap_up(a, x, k);
     }
 
     #[inline]
@@ -327,14 +406,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn determinants_have_their_signs() {
-        assert_eq!(sign_of_determinant::<0>(&[]), 1.0);
-        assert_eq!(sign_of_determinant(&[[-3.0]]), -1.0);
-        assert_eq!(sign_of_determinant(&[[0.0, 1e-200], [1e200, 5.0]]), -1.0);
+    fn determinants_have_their_signs_and_sizes() {
+        let of = |determinant: Determinant| determinant.in_units_of(0);
+        assert_eq!(of(determinant_of::<0>(&[])), 1.0);
+        assert_eq!(of(determinant_of(&[[-3.0]])), -3.0);
+        assert_eq!(of(determinant_of(&[[0.0, 1e-200], [1e200, 5.0]])), -1.0);
         let odd = [[0.0, 0.0, 2.0], [0.0, 3.0, 1.0], [4.0, 1.0, 1.0]];
-        assert_eq!(sign_of_determinant(&odd), -1.0);
+        assert_eq!(of(determinant_of(&odd)), -24.0);
         let even = [[0.0, 2.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 0.0]];
-        assert_eq!(sign_of_determinant(&even), 1.0);
+        assert_eq!(of(determinant_of(&even)), 24.0);
+        let small = determinant_of(&[[1e-200, 0.0, 0.0], [0.0, -1e-200, 0.0], [0.0, 0.0, 1e-200]]);
+        assert!(small.exponent < -1900 && small.value < 0.0);
+        assert_eq!(small.in_units_of(small.exponent), small.value);
+        assert!(of(determinant_of(&[[f64::NAN]])).is_nan());
+        assert_eq!(of(determinant_of(&[[1.0, 2.0], [2.0, 4.0]])), 0.0);
     }
 
     #[test]

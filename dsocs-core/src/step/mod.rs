@@ -10,13 +10,15 @@ mod pair;
 pub(crate) mod predictor;
 pub(crate) mod unknown;
 
+use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::multipliers::{self, has_multipliers};
 use crate::rounding;
 use crate::start;
 use crate::system::{Leg, System};
 use newton::{Equations, Root, Stop};
-use predictor::Predictor;
+use pair::Found;
+use predictor::{Continuation, Predictor};
 use unknown::{Linearization, Unknown};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
@@ -88,7 +90,7 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
-        self.system.residual(self.constants, &self.known, z)
+        self.system.linearize(self.constants, &self.known, z)
     }
 
     #[inline]
@@ -136,8 +138,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         if !has_multipliers::<S, N>() {
             return self.system.unknown(e, &[]);
         }
-        let (constants, known, leg) = (self.constants, &self.known, &self.leg);
-        let multipliers = multipliers::of_known(self.system, constants, known, leg, e);
+        let multipliers = multipliers::of_step(&Declaration::of(self.system), self.h, &self.leg, e);
         self.system.unknown(e, &multipliers)
     }
 
@@ -152,10 +153,14 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         let mut evaluations = 0;
         if let Some(start) = predictor.predict() {
             match newton::solve(self, start, &size, max_iterations, predictor) {
-                // known where the root is found: with one or two evaluations, the usual case, nothing bends
-                Ok(root) if !self.in_question(&root) => return Ok(report(root, Guess::Predicted)),
+                // nearly always: with one or two evaluations nothing bends, and the determinant goes on as before
                 Ok(root) => {
-                    return self.checked(root, &start, Guess::Predicted, predictor, &size);
+                    let continuation = self.take_determinant(&root, predictor);
+                    if continuation == Continuation::Fits && !self.in_question(&root) {
+                        return Ok(report(root, Guess::Predicted));
+                    }
+                    let (found, start) = (Found { root, continuation }, &start);
+                    return self.checked(found, start, Guess::Predicted, predictor, &size);
                 }
                 Err(failed) => evaluations = failed.evaluations,
             }
@@ -199,13 +204,16 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             match newton::solve_apart(self, start, size, max_iterations, predictor) {
                 Ok(root) => {
                     evaluations += root.evaluations;
-                    return self.checked(Root { evaluations, ..root }, &start, guess, predictor, size);
+                    let continuation = self.take_determinant(&root, predictor);
+                    let root = Root { evaluations, ..root };
+                    return self.checked(Found { root, continuation }, &start, guess, predictor, size);
                 }
                 Err(failed) => evaluations += failed.evaluations,
             }
         }
         for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
             if let Some(root) = newton::follow(self, start, size, max_iterations, &mut evaluations) {
+                self.take_determinant(&root, predictor);
                 return Ok(report(Root { evaluations, ..root }, Guess::Followed));
             }
         }
@@ -266,7 +274,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     }
 }
 
-pub(crate) use pair::PAST;
+pub(crate) use predictor::PAST;
 
 /// What is told of a root.
 #[inline]

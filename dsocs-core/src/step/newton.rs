@@ -5,6 +5,7 @@ use core::cmp::Ordering;
 use super::convergence::{
     LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
 };
+use super::elimination::Determinant;
 use super::unknown::{Linearization, Unknown};
 use crate::error::{NewtonFailure, StepFailure};
 
@@ -108,6 +109,8 @@ pub(crate) struct Root<Z> {
     pub bend: f64,
     /// Whether another root would then be no farther away than a few times the size of the unknowns.
     pub close: bool,
+    /// The determinant of the Jacobian from which the last update came, if it is known.
+    pub determinant: Determinant,
 }
 
 /// The iteration ended without a root here.
@@ -172,6 +175,8 @@ struct Trial<Z> {
     at: Iterate<Z>,
     /// Whether the update is what Newton's iteration asks for, if it is finite.
     safe: bool,
+    /// The determinant of the Jacobian.
+    determinant: Determinant,
 }
 
 impl<Z: Unknown<f64>> Trial<Z> {
@@ -179,16 +184,17 @@ impl<Z: Unknown<f64>> Trial<Z> {
     fn new<E: Equations<Z = Z>>(equations: &E, z: Z) -> Self {
         let linearization = equations.linearize(&z);
         let rows = linearization.rows;
-        let (update, safe) = if E::LINEAR {
+        let (update, safe, determinant) = if E::LINEAR {
             // the only update has to be a good one
             let update = linearization.update();
-            (update.unwrap_or(rows), update.is_some())
+            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
         } else {
             linearization.quick_update()
         };
         Self {
             at: Iterate { z, rows, update },
             safe,
+            determinant,
         }
     }
 
@@ -353,6 +359,7 @@ fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
         stop: Stop::Update,
         bend: 0.0,
         close: false,
+        determinant: last.determinant,
     }
 }
 
@@ -463,6 +470,7 @@ impl<E: Equations> Newton<'_, E> {
             stop,
             bend: 0.0,
             close: false,
+            determinant: Determinant::UNKNOWN,
         }
     }
 
@@ -575,6 +583,7 @@ impl<E: Equations> Newton<'_, E> {
                         stop: Stop::Rounding,
                         bend: 0.0,
                         close: false,
+                        determinant: Determinant::UNKNOWN,
                     });
                 }
             }

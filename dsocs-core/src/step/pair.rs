@@ -1,31 +1,26 @@
 //! Steps with two solutions.
 
+use super::elimination::Determinant;
 use super::{Guess, Step, StepReport, report};
+use crate::compiled::Compiled;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::step::newton::{self, BENT, Equations as _, Root, relative};
-use crate::step::predictor::Predictor;
+use crate::step::predictor::{Continuation, FITS, PAST, Predictor};
 use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Leg, System};
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
-/// How far an extrapolated determinant may be from that of the root that continues the motion, relative to it. The other
-/// root of a pair is about 2 away.
-const FITS: f64 = 0.5;
-
 /// Without a past, a root is the one that is meant if it is nearer to the continuous system's acceleration than this part of
 /// the other one's distance.
 const NEARER: f64 = 0.1;
-
-/// From so many solutions determinants are extrapolated.
-pub(crate) const PAST: usize = 4;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
 
 /// The rows of a step, and their Jacobian.
-type Rows<S, const N: usize> = Linearization<f64, <S as System<N>>::Unknown<f64>>;
+type Rows<S, const N: usize> = Linearization<f64, <S as Compiled<N>>::Unknown<f64>>;
 
 /// One of two roots.
 enum Candidate {
@@ -43,7 +38,39 @@ pub(crate) struct Pair<Z> {
     pub other: Option<Z>,
 }
 
+/// A root, and what the determinant there says of it.
+pub(super) struct Found<Z> {
+    /// The root.
+    pub root: Root<Z>,
+    /// Whether the determinant continues those of the steps before.
+    pub continuation: Continuation,
+}
+
 impl<S: System<N>, const N: usize> Step<'_, S, N> {
+    /// Holds the determinant at a root against those of the steps before.
+    #[inline]
+    pub(super) fn take_determinant(
+        &self,
+        root: &Root<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
+    ) -> Continuation {
+        if S::DIVIDED || S::LINEAR {
+            return Continuation::Fits;
+        }
+        let determinant = if root.determinant.value.is_nan() {
+            self.determinant(&root.z)
+        } else {
+            root.determinant
+        };
+        predictor.take_determinant(determinant)
+    }
+
+    /// The determinant of the rows' Jacobian.
+    #[cold]
+    fn determinant(&self, z: &S::Unknown<f64>) -> Determinant {
+        S::Unknown::<f64>::determinant(&self.linearize(z).jacobian)
+    }
+
     /// Whether another root may be as near to the guess as this one.
     #[inline]
     pub(super) fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
@@ -51,21 +78,22 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         !(S::DIVIDED || straight) && (root.close || self.watchful)
     }
 
-    /// A root on whose way the rows bend, if no other one is as near to the guess for all that is known of it.
-    ///
+    /// A root, if no other one continues the motion for all that is known of it.
     #[cold]
     pub(super) fn checked(
         &self,
-        root: Root<S::Unknown<f64>>,
+        Found { root, continuation }: Found<S::Unknown<f64>>,
         start: &S::Unknown<f64>,
         guess: Guess,
-        predictor: &Predictor<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
         size: &S::Unknown<f64>,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        if !self.in_question(&root) {
-            return Ok(report(root, guess));
-        }
-        let Some(other) = newton::nearby(self, start, &root.z, size) else {
+        let other = match continuation {
+            Continuation::Fits if !self.in_question(&root) => None,
+            Continuation::Fits | Continuation::Departs => newton::nearby(self, start, &root.z, size),
+            Continuation::Turned => self.other(start, &root.z, predictor, size),
+        };
+        let Some(other) = other else {
             return Ok(report(root, guess));
         };
         // a root beyond the lengths of the legs belongs to no motion
@@ -83,7 +111,10 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         };
         match candidate {
             Some(Candidate::Found) => Ok(report(root, guess)),
-            Some(Candidate::Other) => Ok(report(Root { z: other, ..root }, Guess::Other)),
+            Some(Candidate::Other) => {
+                predictor.take_determinant(self.determinant(&other));
+                Ok(report(Root { z: other, ..root }, Guess::Other))
+            }
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,
@@ -113,7 +144,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             let rows;
             if let Some(past) = self.past {
                 let known = self.system.known(self.constants, &past[place]);
-                rows = self.system.residual(self.constants, &known, z);
+                rows = self.system.linearize(self.constants, &known, z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
@@ -177,7 +208,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             };
             known = self.system.known(self.constants, &former);
         }
-        let rows = self.system.residual(self.constants, &known, z);
+        let rows = self.system.linearize(self.constants, &known, z);
         former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
     }
 
@@ -185,12 +216,15 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     pub fn solve_near(
         &self,
         start: S::Unknown<f64>,
-        predictor: &Predictor<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
         let size = self.size(predictor);
         match newton::solve_apart(self, start, &size, max_iterations, &mut ()) {
-            Ok(root) => Ok(report(root, Guess::Given)),
+            Ok(root) => {
+                self.take_determinant(&root, predictor);
+                Ok(report(root, Guess::Given))
+            }
             Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
         }
     }
@@ -202,7 +236,33 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         start: S::Unknown<f64>,
         max_iterations: u32,
     ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        self.solve_near(start, &Predictor::new(), max_iterations)
+        self.solve_near(start, &mut Predictor::new(), max_iterations)
+    }
+
+    /// Another root than `root`, looked for by deflation from several guesses; first from the one that led to it.
+    #[cold]
+    fn other(
+        &self,
+        start: &S::Unknown<f64>,
+        root: &S::Unknown<f64>,
+        predictor: &Predictor<S::Unknown<f64>>,
+        size: &S::Unknown<f64>,
+    ) -> Option<S::Unknown<f64>> {
+        let beside = |part: f64| root.zip(size, |root, size| root + part * root.abs().max(size));
+        let guesses = [
+            Some(*start),
+            predictor.last(),
+            self.continuous(),
+            Some(S::Unknown::<f64>::zero()),
+            Some(beside(1e-6)),
+            Some(beside(-1e-6)),
+            Some(beside(1.0)),
+            Some(beside(-1.0)),
+        ];
+        // each guess looked at from the root first, then by itself
+        guesses.into_iter().flatten().find_map(|guess| {
+            newton::nearby(self, &guess, root, size).or_else(|| newton::other_root(self, &guess, root, size))
+        })
     }
 
     /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
@@ -222,7 +282,8 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
                     }
                     z
                 };
-                let found = self.solve_near(vector(&failure.unknowns), predictor, max_iterations)?;
+                let found =
+                    self.solve_near(vector(&failure.unknowns), &mut { *predictor }, max_iterations)?;
                 return Ok(Pair {
                     found,
                     other: Some(vector(&failure.other)),
@@ -231,21 +292,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             Err(failure) => return Err(failure),
         };
         let root = found.0;
-        let beside = |part: f64| root.zip(&size, |root, size| root + part * root.abs().max(size));
-        let guesses = [
-            predictor.last(),
-            self.continuous(),
-            Some(S::Unknown::<f64>::zero()),
-            Some(beside(1e-6)),
-            Some(beside(-1e-6)),
-            Some(beside(1.0)),
-            Some(beside(-1.0)),
-        ];
-        // each guess looked at from the root first, then by itself
-        let other = guesses.into_iter().flatten().find_map(|guess| {
-            newton::nearby(self, &guess, &root, &size)
-                .or_else(|| newton::other_root(self, &guess, &root, &size))
-        });
+        let other = self.other(&root, &root, predictor, &size);
         Ok(Pair { found, other })
     }
 }

@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use super::convergence::{NaturalSizes, Remembered};
+use super::elimination::Determinant;
 use super::newton::Notes;
 use super::unknown::Unknown;
 use crate::scalar::Scalar;
@@ -27,8 +28,96 @@ pub(crate) struct Predictor<U, T = f64> {
     size: U,
     /// Their natural sizes, where they were needed lately.
     natural: Option<Remembered<U>>,
+    /// The determinants at the last solutions.
+    determinants: Determinants,
     /// The numbers that the unknowns are made of.
     scalar: PhantomData<T>,
+}
+
+/// The determinants of the rows' Jacobian at the last solutions, the last first, in a common unit; NaN where they are not
+/// known.
+///
+/// Along a motion the determinant changes smoothly. The roots of a pair have Jacobians of opposite orientation, so that where
+/// a step goes over to another motion the determinant departs from its continuation.
+#[derive(Clone, Copy, Debug)]
+struct Determinants {
+    /// The numbers.
+    last: [f64; PAST],
+    /// The power of two that is their unit.
+    unit: i32,
+    /// That of the step which is being solved.
+    next: f64,
+    /// Whether the last one was nearly that before it, and whether the one which is being solved is nearly the last.
+    steady: [bool; 2],
+}
+
+/// From so many solutions determinants are continued.
+pub(crate) const PAST: usize = 4;
+
+/// How far a determinant may be from its continuation, relative to it. That of the other root of a pair is about 2 away.
+pub(crate) const FITS: f64 = 0.5;
+
+/// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
+const STEADY: f64 = 0.25;
+
+/// What a determinant says of the root that a step has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Continuation {
+    /// It continues those of the steps before, or nothing is known of these.
+    Fits,
+    /// It does not.
+    Departs,
+    /// It does not even have their sign.
+    Turned,
+}
+
+impl Determinants {
+    /// Without a past.
+    const UNKNOWN: Self = Self {
+        last: [f64::NAN; PAST],
+        unit: 0,
+        next: f64::NAN,
+        steady: [false; 2],
+    };
+
+    /// Takes the determinant of the step that is being solved.
+    #[inline]
+    fn take(&mut self, determinant: Determinant) -> Continuation {
+        if self.last[0].is_nan() {
+            self.unit = determinant.exponent;
+        }
+        let now = determinant.in_units_of(self.unit);
+        self.next = now;
+        // false also where there is no past
+        self.steady[1] = (self.last[0] - now).abs() <= STEADY * now.abs();
+        if self.steady == [true; 2] {
+            Continuation::Fits
+        } else {
+            self.compare(now)
+        }
+    }
+
+    /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
+    #[inline(never)] // seldom needed: most determinants hardly change from step to step
+    fn compare(&self, now: f64) -> Continuation {
+        let [a, b, c, d] = self.last;
+        let continued = [2.0 * a - b, 3.0 * (a - b) + c];
+        let bound = FITS * now.abs();
+        if continued.iter().all(|x| (x - now).abs() <= bound) || d.is_nan() {
+            Continuation::Fits
+        } else if continued.iter().all(|x| x * now > 0.0) {
+            Continuation::Departs
+        } else {
+            Continuation::Turned
+        }
+    }
+
+    /// Puts the determinant taken last among those of the past.
+    #[inline]
+    fn push(&mut self) {
+        self.last = [self.next, self.last[0], self.last[1], self.last[2]];
+        (self.next, self.steady) = (f64::NAN, [self.steady[1], false]);
+    }
 }
 
 impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
@@ -39,6 +128,7 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
             differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); ORDER + 1],
             size: unknown,
             natural: None,
+            determinants: Determinants::UNKNOWN,
             scalar: PhantomData,
         }
     }
@@ -51,6 +141,7 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
             let last = core::mem::replace(entry, difference);
             difference = difference.zip(&last, |new, old| new - old);
         }
+        self.determinants.push();
         self.size = self
             .size
             .zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
@@ -125,6 +216,12 @@ impl<U: Unknown<f64>> Predictor<U> {
             None => size,
             Some(natural) => natural.raise(&size, &self.size),
         }
+    }
+
+    /// Takes the determinant at the solution of the step that is being made: whether it continues those before.
+    #[inline]
+    pub fn take_determinant(&mut self, determinant: Determinant) -> Continuation {
+        self.determinants.take(determinant)
     }
 
     /// The last solution.

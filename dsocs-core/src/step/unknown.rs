@@ -3,8 +3,8 @@
 use core::fmt::Debug;
 
 use super::elimination::{
-    LARGEST_DETERMINANT, SMALLEST_DETERMINANT, cramer, determinant, eliminate, eliminate_scaled, every_lane,
-    is_safe, quotients, sign_of_determinant,
+    Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, cramer, determinant, determinant_of,
+    eliminate, eliminate_scaled, every_lane, is_safe, quotients,
 };
 use crate::scalar::Scalar;
 
@@ -25,15 +25,15 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
         U::solve(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
     }
 
-    /// Newton's update without a look at it, and whether it can be trusted if it is finite (see
+    /// Newton's update without a look at it, whether it can be trusted if it is finite, and the determinant (see
     /// [`Unknown::solve_quick`]).
     #[inline]
     #[must_use]
-    pub(crate) fn quick_update(mut self) -> (U, bool) {
+    pub(crate) fn quick_update(mut self) -> (U, bool, Determinant) {
         // the sign changes last, where it becomes part of the sum with the unknowns
         let mut update = self.rows;
-        let safe = U::solve_quick(&mut self.jacobian, &mut update);
-        (update.zip(&update, |x, _| -x), safe)
+        let (safe, determinant) = U::solve_quick(&mut self.jacobian, &mut update);
+        (update.zip(&update, |x, _| -x), safe, determinant)
     }
 }
 
@@ -47,6 +47,10 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// Zero.
     #[must_use]
     fn zero() -> Self;
+
+    /// A matrix of zeros.
+    #[must_use]
+    fn zeros() -> Self::Square;
 
     /// A function of the components of two vectors, one by one.
     #[must_use]
@@ -64,13 +68,13 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
 
     /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it: it may be infinite or
     /// NaN. Rows of three and more unknowns are taken as they are, and destroyed. If the solution is finite, `true` says
-    /// that neither overflow nor underflow has harmed it.
+    /// that neither overflow nor underflow has harmed it. Beside it stands the determinant, of the first lane.
     #[must_use]
-    fn solve_quick(matrix: &mut Self::Square, right: &mut Self) -> bool;
+    fn solve_quick(matrix: &mut Self::Square, right: &mut Self) -> (bool, Determinant);
 
-    /// The sign of the matrix's determinant, ±1, or NaN.
+    /// The matrix's determinant, of the first lane.
     #[must_use]
-    fn orientation(matrix: &Self::Square) -> f64;
+    fn determinant(matrix: &Self::Square) -> Determinant;
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
@@ -85,6 +89,11 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     #[inline]
     fn zero() -> Self {
         [T::splat(0.0); M]
+    }
+
+    #[inline]
+    fn zeros() -> [[T; M]; M] {
+        [[T::splat(0.0); M]; M]
     }
 
     #[inline]
@@ -111,27 +120,34 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
-    fn solve_quick(matrix: &mut [[T; M]; M], right: &mut Self) -> bool {
+    fn solve_quick(matrix: &mut [[T; M]; M], right: &mut Self) -> (bool, Determinant) {
         match M {
             1 => {
                 right[0] = right[0] / matrix[0][0];
-                true
+                (true, Determinant::of(matrix[0][0].lane(0)))
             }
             2 => {
                 let determinant = determinant(matrix);
                 *right = quotients(matrix, right, determinant);
-                is_safe(determinant)
+                (is_safe(determinant), Determinant::of(determinant.lane(0)))
             }
             _ => {
-                let [smallest, largest] = eliminate(matrix, right);
-                every_lane(smallest, |x| x > SMALLEST_DETERMINANT)
-                    && every_lane(largest, |x| x < LARGEST_DETERMINANT)
+                let pivots = eliminate(matrix, right);
+                let safe = every_lane(pivots.smallest, |x| x > SMALLEST_DETERMINANT)
+                    && every_lane(pivots.largest, |x| x < LARGEST_DETERMINANT);
+                let diagonal = (0..M).map(|k| matrix[k][k].lane(0));
+                (safe, Determinant::of_pivots(diagonal, pivots.odd))
             }
         }
     }
 
-    fn orientation(matrix: &[[T; M]; M]) -> f64 {
-        sign_of_determinant(&matrix.map(|row| row.map(|entry| entry.lane(0))))
+    fn determinant(matrix: &[[T; M]; M]) -> Determinant {
+        let matrix = matrix.map(|row| row.map(|entry| entry.lane(0)));
+        match M {
+            1 => Determinant::of(matrix[0][0]),
+            2 => Determinant::of(determinant(&matrix)),
+            _ => determinant_of(&matrix),
+        }
     }
 
     #[inline]
@@ -151,7 +167,9 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
             }
             _ => {
                 let (mut matrix, mut solution) = (*matrix, *right);
-                let [smallest, largest] = eliminate(&mut matrix, &mut solution);
+                let Pivots {
+                    smallest, largest, ..
+                } = eliminate(&mut matrix, &mut solution);
                 let nan = T::splat(f64::NAN);
                 solution.map(|x| {
                     let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), x, nan);

@@ -1,98 +1,99 @@
 //! Why a Taylor series could not go on.
 
+use core::fmt;
+
 use thiserror::Error;
 
-use super::flow::State;
-
-/// Why a motion ended early, or did not begin.
-#[derive(Clone, Debug, PartialEq, Error)]
+/// What happened to a Taylor series.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
-pub enum TaylorError {
+pub enum SeriesFailure {
     /// A coefficient of the series is infinite or not a number.
-    #[error(
-        "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the declaration \
-         has no value or no derivative there, or the constraints do not determine the acceleration",
-        .coordinates.join(", ")
-    )]
-    NotFinite {
-        /// The time.
-        t: f64,
-        /// The position.
-        q: Vec<f64>,
-        /// The velocity.
-        v: Vec<f64>,
-        /// The coordinates' names.
-        coordinates: Vec<&'static str>,
-    },
+    #[error("a coefficient of the Taylor series is not finite")]
+    NotFinite,
     /// The step became too small.
-    #[error(
-        "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to a \
-         singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
-    )]
+    #[error("the step would be {step:e}, less than the smallest allowed, {smallest:e}")]
     StepTooSmall {
-        /// The time.
-        t: f64,
         /// The step.
         step: f64,
         /// The smallest step.
         smallest: f64,
-        /// The position.
-        q: Vec<f64>,
-        /// The velocity.
-        v: Vec<f64>,
     },
     /// The steps have been used up.
-    #[error("{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance")]
+    #[error("{steps} steps have been made")]
     TooManySteps {
         /// How many were made.
         steps: u64,
-        /// The time.
-        t: f64,
-    },
-    /// The function of an event has no Taylor series.
-    #[error(
-        "the function of event {event} has no Taylor series at t = {t}: it is not finite there, or it is an observed expression \
-         that calls a function of the user's (give it as Event::function)"
-    )]
-    Event {
-        /// The event's place among those watched.
-        event: usize,
-        /// The time.
-        t: f64,
-    },
-    /// The time is not a finite number.
-    #[error("the motion cannot go until t = {until}")]
-    Until {
-        /// The time asked for.
-        until: f64,
-    },
-    /// The time lies behind the current one, in the direction of the motion.
-    #[error("t = {until} lies behind t = {t}: the times are to come in order")]
-    Behind {
-        /// The time asked for.
-        until: f64,
-        /// The current time.
-        t: f64,
-    },
-    /// The tolerance cannot be used.
-    #[error(
-        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1, the second not be negative"
-    )]
-    Tolerance {
-        /// The relative part.
-        relative: f64,
-        /// The absolute part.
-        absolute: f64,
     },
 }
 
-/// A motion that ended early, with all that it had computed.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("{error}")]
-pub struct TaylorFailure<const N: usize> {
-    /// Why it ended.
-    #[source]
-    pub error: TaylorError,
-    /// The states before.
-    pub states: Vec<State<N>>,
+/// Everything known about a Taylor series that does not go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedSeries {
+    /// How many steps were made before.
+    pub step: u64,
+    /// The time.
+    pub time: f64,
+    /// The position.
+    pub q: Vec<f64>,
+    /// The velocity.
+    pub v: Vec<f64>,
+    /// The coordinates' names.
+    pub coordinates: Vec<&'static str>,
+    /// What happened.
+    pub cause: SeriesFailure,
+}
+
+/// A motion by Taylor series that ended early, or did not begin. The details are boxed: a step that succeeds should not pay
+/// for them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeriesError(Box<FailedSeries>);
+
+impl SeriesError {
+    /// Wraps the details.
+    pub(crate) fn new(details: FailedSeries) -> Self {
+        Self(Box::new(details))
+    }
+
+    /// Where and why the series ended.
+    #[must_use]
+    pub fn details(&self) -> &FailedSeries {
+        &self.0
+    }
+}
+
+impl fmt::Display for SeriesError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FailedSeries {
+            time: t,
+            q,
+            v,
+            coordinates,
+            cause,
+            ..
+        } = &*self.0;
+        match cause {
+            SeriesFailure::NotFinite => write!(
+                f,
+                "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the \
+                 declaration has no value or no derivative there, or the constraints do not determine the acceleration",
+                coordinates.join(", ")
+            ),
+            SeriesFailure::StepTooSmall { step, smallest } => write!(
+                f,
+                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to \
+                 a singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
+            ),
+            SeriesFailure::TooManySteps { steps } => write!(
+                f,
+                "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SeriesError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.0.cause)
+    }
 }

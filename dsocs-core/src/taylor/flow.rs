@@ -5,40 +5,23 @@ use core::fmt;
 use super::Jets;
 use super::control::{Control, Tolerance, exp2};
 use super::dispatch::{self, Work};
-use super::error::{TaylorError, TaylorFailure};
+use super::error::{FailedSeries, SeriesError, SeriesFailure};
 use super::order::Order;
-use super::polynomial::Polynomial;
 use super::series::Series;
 use crate::compensated::Compensated;
-use crate::system::System;
+use crate::declaration::Declaration;
+use crate::error::SetupError;
+use crate::run::{Clock, Node, Polynomial, RunError, Search};
+use crate::start::{self, Start};
+use crate::step::newton::Stop;
+use crate::step::{Guess, StepReport};
+use crate::system::{Point, System};
 
 /// How many steps a motion may take unless [`TaylorFlow::max_steps`] says otherwise.
 const MAX_STEPS: u64 = 10_000_000;
 
-/// So many states are worked out before they are handed on.
-const BUFFER: usize = 32;
-
 /// How much smaller a step is tried after one that was not good.
 const SHORTER: f64 = 0.5;
-
-/// A point of the motion in time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<const N: usize> {
-    /// Time.
-    pub t: f64,
-    /// Position.
-    pub q: [f64; N],
-    /// Velocity.
-    pub v: [f64; N],
-}
-
-impl<const N: usize> State<N> {
-    /// A state at time 0.
-    #[must_use]
-    pub const fn new(q: [f64; N], v: [f64; N]) -> Self {
-        Self { t: 0.0, q, v }
-    }
-}
 
 /// The motion of the continuous system, to a tolerance, in progress.
 ///
@@ -48,6 +31,9 @@ impl<const N: usize> State<N> {
 ///
 /// A step is good if, where it ends, the acceleration of its series is that of the system: where the series could not know
 /// what comes (a switch that was far away, the edge of an `if`), the step is made shorter.
+///
+/// The verbs are those of [`crate::Stepper`]. Nodes lie where the steps end, the last one of [`crate::Stepper::until`] at the time asked for; or at
+/// the times of a grid ([`TaylorFlow::every`]), read off the series. [`crate::Stepper::sample`] hands the motion at any times on, several at once.
 pub struct TaylorFlow<'s, S: Jets<N>, const N: usize> {
     /// The system.
     system: &'s S,
@@ -79,12 +65,22 @@ pub struct TaylorFlow<'s, S: Jets<N>, const N: usize> {
     max_steps: u64,
     /// The smallest step.
     smallest: f64,
+    /// Which node is the current one.
+    pub(super) clock: Clock,
+    /// How often the motion was expanded on the way to it.
+    pub(super) expansions: u32,
+    /// The motion at the current node, where nodes lie on a grid.
+    pub(super) on_grid: Option<Point<f64, N>>,
+    /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
+    pub(super) shown: f64,
 }
 
 impl<S: Jets<N>, const N: usize> fmt::Debug for TaylorFlow<'_, S, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TaylorFlow")
-            .field("state", &self.state())
+            .field("time", &self.time())
+            .field("position", self.position())
+            .field("velocity", self.velocity())
             .field("order", &self.order())
             .field("steps", &self.steps)
             .finish_non_exhaustive()
@@ -92,44 +88,69 @@ impl<S: Jets<N>, const N: usize> fmt::Debug for TaylorFlow<'_, S, N> {
 }
 
 impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
-    /// Sets up a motion from a state.
+    /// Sets up a motion, forward in time unless it is turned round ([`crate::Stepper::reverse`]).
     ///
     /// # Errors
     ///
-    /// [`TaylorError::Tolerance`] if the tolerance cannot be used, [`TaylorError::NotFinite`] if the system has no Taylor
-    /// series at the start.
-    pub fn new(system: &'s S, start: State<N>, tolerance: Tolerance) -> Result<Self, TaylorError> {
+    /// [`SetupError`] if the tolerance, the start or a parameter cannot be used, if the start gives no velocity, or if the system
+    /// has no Taylor series there.
+    pub fn new(system: &'s S, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
         let Tolerance {
             relative, absolute, ..
         } = tolerance;
         if !(relative > 0.0 && relative < 1.0 && absolute >= 0.0 && absolute.is_finite()) {
-            return Err(TaylorError::Tolerance { relative, absolute });
+            return Err(SetupError::Tolerance { relative, absolute });
         }
+        start::check_parameters(system)?;
+        let (t0, q0, v0) = start.phase(system)?;
+        Declaration::of(system).prepare();
         let order = tolerance.first_order();
         let mut flow = Self {
             system,
-            fixed: system.fixed(),
+            fixed: system.fixed(&system.parameters()),
             table: S::Table::default(),
             series: Box::new(Series::new(order)),
             next: Box::new(Series::new(order)),
             control: Control::new(&tolerance),
             order: Order::new(&tolerance),
             last: None,
-            t: Compensated::exact([start.t]),
-            q: Compensated::exact(start.q),
-            v: Compensated::exact(start.v),
+            t: Compensated::exact([t0]),
+            q: Compensated::exact(q0),
+            v: Compensated::exact(v0),
             steps: 0,
             rejected: 0,
             max_steps: MAX_STEPS,
             smallest: 0.0,
+            clock: Clock::free(t0),
+            expansions: 0,
+            on_grid: None,
+            shown: t0,
         };
         dispatch::run(Begin { flow: &mut flow });
         let finite = |series: &Series<N>| series.velocity().as_flattened().iter().all(|x| x.is_finite());
-        if start.t.is_finite() && finite(&flow.next) {
+        if finite(&flow.next) {
             Ok(flow)
         } else {
-            Err(flow.not_finite())
+            Err(SetupError::Series(flow.failed(SeriesFailure::NotFinite)))
         }
+    }
+
+    /// Hands out nodes at a grid of times, the current one and those `h` apart, back in time for a negative `h`. The steps
+    /// stay those of the tolerance.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
+    pub fn every(mut self, h: f64) -> Result<Self, SetupError> {
+        if !h.is_finite() || h == 0.0 {
+            return Err(SetupError::Step { h });
+        }
+        let handed = self.clock.is_handed_out();
+        self.on_grid = Some(self.point());
+        self.shown = self.time();
+        self.clock = Clock::even(self.time(), h);
+        self.clock.hand_out(handed);
+        Ok(self)
     }
 
     /// Sets how many steps the motion may take in all (10 million unless set).
@@ -178,133 +199,79 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         self.rejected
     }
 
-    /// The current state.
+    /// The time up to which the motion is known.
     #[must_use]
-    pub fn state(&self) -> State<N> {
-        State {
-            t: self.t.hi[0],
+    pub fn time(&self) -> f64 {
+        self.t.hi[0]
+    }
+
+    /// The position there.
+    #[must_use]
+    pub fn position(&self) -> &[f64; N] {
+        &self.q.hi
+    }
+
+    /// The velocity there.
+    #[must_use]
+    pub fn velocity(&self) -> &[f64; N] {
+        &self.v.hi
+    }
+
+    /// The acceleration there.
+    #[must_use]
+    pub fn acceleration(&self) -> &[f64; N] {
+        &self.next.velocity()[1]
+    }
+
+    /// Position, velocity and acceleration there.
+    pub(super) fn point(&self) -> Point<f64, N> {
+        Point {
             q: self.q.hi,
             v: self.v.hi,
+            a: self.next.velocity()[1],
         }
     }
 
-    /// The current position with what rounding took from it.
-    pub(crate) fn position(&self) -> Compensated<N> {
+    /// The position with what rounding took from it.
+    pub(crate) fn exact_position(&self) -> Compensated<N> {
         self.q
     }
 
-    /// The acceleration in the current state.
+    /// The last step as a polynomial, [`Polynomial::start`] to [`TaylorFlow::time`]; `None` before the first.
     #[must_use]
-    pub fn acceleration(&self) -> [f64; N] {
-        self.next.velocity()[1]
-    }
-
-    /// The last step as a polynomial; `None` before the first.
-    #[must_use]
-    pub fn polynomial(&self) -> Option<Polynomial<'_, S, N>> {
+    pub fn polynomial(&self) -> Option<Polynomial<'_, N>> {
         self.last.map(|(t, h)| Polynomial {
-            system: self.system,
             series: &self.series,
             t,
-            h,
+            from: 0.0,
+            to: h,
+            search: Search::SERIES,
         })
     }
 
-    /// Makes one step, as long as the tolerance allows, but not beyond the time `until`, towards which it goes; returns it
-    /// as a polynomial. Nothing is allocated.
-    ///
-    /// # Errors
-    ///
-    /// [`TaylorError`] if there is no such step. The flow stays where it was.
-    #[inline]
-    pub fn step(&mut self, until: f64) -> Result<Polynomial<'_, S, N>, TaylorError> {
-        self.advance(until)?;
-        match self.last {
-            Some((t, h)) => Ok(Polynomial {
-                system: self.system,
-                series: &self.series,
-                t,
-                h,
-            }),
-            None => Err(self.not_finite()),
+    /// What is told of a number of expansions.
+    pub(super) fn report(&self) -> StepReport {
+        StepReport {
+            iterations: self.expansions,
+            stop: Stop::Start,
+            guess: Guess::Given,
         }
     }
 
-    /// Runs to the time `t`, forward or back, and returns the state there.
-    ///
-    /// # Errors
-    ///
-    /// [`TaylorError`] if the motion does not get there. The flow then stands at the last good step.
-    pub fn until(&mut self, t: f64) -> Result<State<N>, TaylorError> {
-        if !t.is_finite() {
-            return Err(TaylorError::Until { until: t });
+    /// The current node.
+    pub(super) fn node_here(&self) -> Node<N> {
+        let Point { q, v, a } = self.on_grid.unwrap_or_else(|| self.point());
+        Node {
+            index: self.clock.index(),
+            t: self.clock.time(),
+            q,
+            v,
+            a,
+            force: Declaration::of(self.system).continuous_force(&Point { q, v, a }),
+            energy: self.system.energy(&q, &v),
+            iterations: self.expansions,
+            stop: Stop::Start,
         }
-        while self.t.hi[0] != t {
-            self.advance(t)?;
-        }
-        Ok(self.state())
-    }
-
-    /// The states at some times, which come in the order of the motion and not before the current time.
-    ///
-    /// # Errors
-    ///
-    /// [`TaylorFailure`] with the states so far.
-    pub fn sample(&mut self, times: &[f64]) -> Result<Vec<State<N>>, TaylorFailure<N>> {
-        let mut states = Vec::with_capacity(times.len());
-        match self.stream(times, |state| states.push(*state)) {
-            Ok(()) => Ok(states),
-            Err(error) => Err(TaylorFailure { error, states }),
-        }
-    }
-
-    /// Hands the states at some times to a closure, one by one. The times come in the order of the motion and not before
-    /// the current time; the steps are the motion's own, and several times in one step are worked out together.
-    ///
-    /// # Errors
-    ///
-    /// [`TaylorError`] if the motion does not get to the last of the times.
-    pub fn stream(&mut self, times: &[f64], mut observer: impl FnMut(&State<N>)) -> Result<(), TaylorError> {
-        let Some(&end) = times.last() else {
-            return Ok(());
-        };
-        let forward = end >= self.t.hi[0];
-        let mut previous = self.t.hi[0];
-        for &t in times {
-            if !t.is_finite() {
-                return Err(TaylorError::Until { until: t });
-            }
-            if t != previous && (t > previous) != forward {
-                return Err(TaylorError::Behind {
-                    until: t,
-                    t: previous,
-                });
-            }
-            previous = t;
-        }
-        let mut buffer = [self.state(); BUFFER];
-        let mut rest = times;
-        while let Some(&t) = rest.first() {
-            let now = self.t.hi[0];
-            if t == now {
-                observer(&self.state());
-                rest = &rest[1..];
-                continue;
-            }
-            let polynomial = self.step(end)?;
-            let (reached, inside) = (
-                polynomial.end(),
-                |t: f64, end: f64| if forward { t < end } else { t > end },
-            );
-            let count = rest.iter().take_while(|&&t| inside(t, reached)).count();
-            let (within, beyond) = rest.split_at(count);
-            for times in within.chunks(buffer.len()) {
-                polynomial.states(times, &mut buffer);
-                buffer[..times.len()].iter().for_each(&mut observer);
-            }
-            rest = beyond;
-        }
-        Ok(())
     }
 
     /// Goes back to a point of the last step, a time `s` after its start.
@@ -323,21 +290,27 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         dispatch::run(Begin { flow: self });
     }
 
-    /// Makes one step towards a time.
+    /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
+    /// in the direction of the run, and never reached.
     #[inline]
-    fn advance(&mut self, until: f64) -> Result<(), TaylorError> {
+    pub(super) fn go(&mut self, until: f64) -> Result<(), RunError> {
+        let (until, scale) = if until.is_infinite() {
+            let far = if self.clock.is_forward() {
+                f64::MAX
+            } else {
+                f64::MIN
+            };
+            (far, self.t.hi[0].abs())
+        } else {
+            (until, self.t.hi[0].abs().max(until.abs()))
+        };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
-        if !left.is_finite() {
-            return Err(TaylorError::Until { until });
-        }
         if self.steps >= self.max_steps {
-            return Err(TaylorError::TooManySteps {
-                steps: self.steps,
-                t: self.t.hi[0],
-            });
+            let steps = self.steps;
+            return Err(self.failed(SeriesFailure::TooManySteps { steps }).into());
         }
-        let scale = self.t.hi[0].abs().max(until.abs());
         let smallest = self.smallest.max(f64::EPSILON / 4.0 * scale);
+        let rejected = self.rejected;
         match dispatch::run(Advance {
             flow: self,
             until,
@@ -346,27 +319,26 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
         }) {
             Outcome::Good => {
                 self.steps += 1;
+                self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
                 Ok(())
             }
-            Outcome::NotFinite => Err(self.not_finite()),
-            Outcome::TooSmall(step) => Err(TaylorError::StepTooSmall {
-                t: self.t.hi[0],
-                step,
-                smallest,
-                q: self.q.hi.to_vec(),
-                v: self.v.hi.to_vec(),
-            }),
+            Outcome::NotFinite => Err(self.failed(SeriesFailure::NotFinite).into()),
+            Outcome::TooSmall(step) => {
+                Err(self.failed(SeriesFailure::StepTooSmall { step, smallest }).into())
+            }
         }
     }
 
     #[cold]
-    fn not_finite(&self) -> TaylorError {
-        TaylorError::NotFinite {
-            t: self.t.hi[0],
+    fn failed(&self, cause: SeriesFailure) -> SeriesError {
+        SeriesError::new(FailedSeries {
+            step: self.steps,
+            time: self.t.hi[0],
             q: self.q.hi.to_vec(),
             v: self.v.hi.to_vec(),
             coordinates: <S as System<N>>::COORDINATES.to_vec(),
-        }
+            cause,
+        })
     }
 }
 

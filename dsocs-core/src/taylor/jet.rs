@@ -32,7 +32,7 @@ impl Jet {
     }
 
     /// An argument of what is being recorded, by its place.
-    pub(super) fn input(place: usize, value: f64) -> Self {
+    pub(crate) fn input(place: usize, value: f64) -> Self {
         Self::of(Op::Input(place), value)
     }
 

@@ -5,8 +5,7 @@
 //! expands again. Each step is a [`Polynomial`], which is the motion in between.
 //!
 //! ```
-//! use dsocs_core::dsocs;
-//! use dsocs_core::taylor::{Event, Events, State, TaylorFlow, Tolerance};
+//! use dsocs_core::prelude::*;
 //!
 //! /// A pendulum.
 //! #[dsocs {
@@ -19,17 +18,17 @@
 //! }
 //!
 //! let pendulum = Pendulum { length: 1.0, gravity: 9.81 };
-//! let start = State::new([1.0], [0.0]);
+//! let start = Start::second_order([1.0], [0.0]);
 //! let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14))?;
 //!
 //! // a quarter of its period: where it hangs straight down
 //! let mut events = Events::new(vec![Event::function(|point| point.q[0]).terminal()]);
-//! let quarter = flow.watch(10.0, &mut events, |_| {})?.map(|event| event.state.t);
+//! let quarter = flow.watch(10.0, &mut events, &mut |_: &Node<1>| {})?.map(|event| event.t);
 //! assert!((quarter.unwrap_or(0.0) - 0.534_784_400_139_672).abs() < 1e-12);
 //!
-//! // and its motion from there, every tenth of a second
-//! let states = flow.sample(&[0.6, 0.7, 0.8])?;
-//! assert_eq!(states.len(), 3);
+//! // and its motion from the start, every tenth of a second
+//! let trajectory = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14))?.every(0.1)?.until(0.8)?;
+//! assert_eq!(trajectory.len(), 9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -66,25 +65,22 @@
 mod control;
 mod dispatch;
 mod error;
-mod events;
 mod flow;
+mod grid;
 mod jet;
 mod kernel;
 mod motion;
 mod order;
-mod polynomial;
-mod roots;
 mod series;
 mod solve;
 
 pub use control::Tolerance;
-pub use error::{TaylorError, TaylorFailure};
-pub use events::{Event, Events, Occurrence};
-pub use flow::{State, TaylorFlow};
+pub use error::{FailedSeries, SeriesError, SeriesFailure};
+pub use flow::TaylorFlow;
 pub use jet::{Jet, Tape};
+pub(crate) use kernel::ROWS;
 pub use kernel::{MAX_ORDER, Table};
 pub use motion::{GlobalError, Motion};
-pub use polynomial::Polynomial;
 pub use series::Series;
 // what generated code needs beside the public items; no part of the interface
 #[doc(hidden)]
@@ -102,7 +98,7 @@ pub trait Jets<const N: usize>: System<N> {
     type Table: Default;
 
     /// What the parameters alone decide.
-    fn fixed(&self) -> Self::Fixed;
+    fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
 
     /// The Taylor coefficients of the motion from the point where the series begins.
     fn expand<const FUSED: bool>(

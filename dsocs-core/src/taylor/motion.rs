@@ -1,7 +1,9 @@
 //! The continuous motion at times that come one by one, and how far another motion is from it.
 
-use super::flow::{State, TaylorFlow};
-use super::{Jets, TaylorError, Tolerance};
+use super::flow::TaylorFlow;
+use super::{Jets, Tolerance};
+use crate::run::{Behind, RunError, Stepper as _};
+use crate::start::Start;
 use crate::system::Point;
 
 /// The continuous motion as a function of time: any times, in the order of the motion.
@@ -18,51 +20,49 @@ pub struct Motion<'s, S: Jets<N>, const N: usize> {
 }
 
 impl<'s, S: Jets<N>, const N: usize> Motion<'s, S, N> {
-    /// The motion from a state up to the time `until`, which may lie before.
+    /// The motion from a start up to the time `until`, which may lie before.
     ///
     /// # Errors
     ///
-    /// As [`TaylorFlow::new`]; [`TaylorError::Until`] if `until` is not finite.
-    pub fn new(
-        system: &'s S,
-        start: State<N>,
-        until: f64,
-        tolerance: Tolerance,
-    ) -> Result<Self, TaylorError> {
+    /// As [`TaylorFlow::new`]; [`RunError::Until`] if `until` is not finite.
+    pub fn new(system: &'s S, start: Start<N>, until: f64, tolerance: Tolerance) -> Result<Self, RunError> {
         if !until.is_finite() {
-            return Err(TaylorError::Until { until });
+            return Err(RunError::Until { until });
         }
-        let flow = TaylorFlow::new(system, start, tolerance)?;
-        let (q, v, a) = (start.q, start.v, flow.acceleration());
-        Ok(Self {
-            flow,
-            start: (start.t, Point { q, v, a }),
-            until,
-        })
+        let mut flow = TaylorFlow::new(system, start, tolerance)?;
+        let start = (flow.time(), flow.point());
+        if until < start.0 {
+            flow.reverse()?;
+        }
+        Ok(Self { flow, start, until })
     }
 
     /// Position, velocity and acceleration at a time between that of the last call and the end.
     ///
     /// # Errors
     ///
-    /// [`TaylorError`] if the motion does not get there, or if the time lies outside.
-    pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, TaylorError> {
+    /// [`RunError`] if the motion does not get there, or if the time lies outside.
+    pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
         let (start, point) = self.start;
         let forward = self.until >= start;
         let behind = |t: f64, other: f64| if forward { t < other } else { t > other };
         loop {
             let (from, to) = match self.flow.polynomial() {
-                Some(step) => (step.start(), self.flow.state().t),
+                Some(step) => (step.start(), self.flow.time()),
                 None => (start, start),
             };
             if !(behind(to, t)) {
                 if behind(t, from) {
-                    return Err(TaylorError::Behind { until: t, t: from });
+                    return Err(RunError::behind(Behind {
+                        until: t,
+                        time: from,
+                        h: None,
+                    }));
                 }
-                return Ok(self.flow.polynomial().map_or(point, |step| step.point(t)));
+                return Ok(self.flow.polynomial().map_or(point, |step| step.at(t)));
             }
-            if !behind(self.flow.state().t, self.until) {
-                return Err(TaylorError::Until { until: t });
+            if !behind(self.flow.time(), self.until) {
+                return Err(RunError::Until { until: t });
             }
             self.flow.step(self.until)?;
         }
@@ -80,8 +80,8 @@ const REFERENCES: [(f64, usize); 2] = [(1e-16, 18), (1e-17, 22)];
 /// (`tests/tests/global_error.rs`), costs less, and needs no step to be halved.
 ///
 /// ```
-/// use dsocs_core::taylor::{GlobalError, State};
-/// use dsocs_core::{Flow, Start, dsocs};
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::taylor::GlobalError;
 ///
 /// /// An oscillator.
 /// #[dsocs {
@@ -91,8 +91,9 @@ const REFERENCES: [(f64, usize); 2] = [(1e-16, 18), (1e-17, 22)];
 /// struct Oscillator {}
 ///
 /// let system = Oscillator {};
-/// let mut error = GlobalError::new(&system, State::new([1.0], [0.0]), 10.0)?;
-/// for node in &Flow::new(&system, 0.01, Start::second_order([1.0], [0.0]))?.until(10.0)? {
+/// let start = Start::second_order([1.0], [0.0]);
+/// let mut error = GlobalError::new(&system, start, 10.0)?;
+/// for node in &Flow::new(&system, 0.01, start)?.until(10.0)? {
 ///     let [x] = error.at(node.t, &node.q)?;
 ///     assert!((x - (node.q[0] - node.t.cos()).abs()).abs() < 1e-14);
 /// }
@@ -108,12 +109,12 @@ pub struct GlobalError<'s, S: Jets<N>, const N: usize> {
 }
 
 impl<'s, S: Jets<N>, const N: usize> GlobalError<'s, S, N> {
-    /// The error of motions from a state up to the time `until`.
+    /// The error of motions from a start up to the time `until`.
     ///
     /// # Errors
     ///
     /// As [`Motion::new`].
-    pub fn new(system: &'s S, start: State<N>, until: f64) -> Result<Self, TaylorError> {
+    pub fn new(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
         let motion = |(tolerance, order): (f64, usize)| {
             Motion::new(system, start, until, Tolerance::relative(tolerance).order(order))
         };
@@ -129,8 +130,8 @@ impl<'s, S: Jets<N>, const N: usize> GlobalError<'s, S, N> {
     ///
     /// # Errors
     ///
-    /// [`TaylorError`] if the continuous motion does not get there.
-    pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], TaylorError> {
+    /// [`RunError`] if the continuous motion does not get there.
+    pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
         let [first, second] = &mut self.motions;
         let (truth, other) = (first.at(t)?.q, second.at(t)?.q);
         for (truth, other) in truth.iter().zip(&other) {

@@ -54,6 +54,16 @@ impl<const N: usize> Series<N> {
         (self.q[0], self.v[0]) = (*q, *v);
     }
 
+    /// Takes the coefficients of a polynomial motion; those of higher orders are zero.
+    pub(crate) fn fill(&mut self, position: &[[f64; N]]) {
+        let last = position.len().min(self.order + 2);
+        self.q[..last].copy_from_slice(&position[..last]);
+        self.q[last..].fill([0.0; N]);
+        for k in 0..=self.order {
+            self.v[k] = self.q[k + 1].map(|q| (k + 1) as f64 * q);
+        }
+    }
+
     /// The point of expansion.
     #[inline]
     #[must_use]
@@ -119,25 +129,28 @@ impl<const N: usize> Series<N> {
         [q.map(|q| q * h), v.map(|v| v * h), end]
     }
 
-    /// Positions and velocities at some times after the point of expansion, `[component][time]`.
+    /// Positions, velocities and accelerations at some times after the point of expansion, `[component][time]`.
     #[inline(always)]
-    pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 2] {
+    pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 3] {
         let last = self.order.min(MAX_ORDER);
         let mut q = self.q[last + 1].map(|q| [q; L]);
         let mut v = [[0.0; L]; N];
+        let mut a = [[0.0; L]; N];
         for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
             for i in 0..N {
                 for lane in 0..L {
                     q[i][lane] = add_product::<FUSED>(position[i], q[i][lane], s[lane]);
+                    // the derivative of a polynomial that is formed from within
+                    a[i][lane] = add_product::<FUSED>(v[i][lane], a[i][lane], s[lane]);
                     v[i][lane] = add_product::<FUSED>(velocity[i], v[i][lane], s[lane]);
                 }
             }
         }
-        [q, v]
+        [q, v, a]
     }
 
     /// Position, velocity and acceleration a time `s` after the point of expansion.
-    pub(super) fn point(&self, s: f64) -> [[f64; N]; 3] {
+    pub(crate) fn point(&self, s: f64) -> [[f64; N]; 3] {
         let [q, v, a] = self.increments::<false>(s);
         let add = |x: &[f64; N], d: [f64; N]| core::array::from_fn(|i| x[i] + d[i]);
         [add(&self.q[0], q), add(&self.v[0], v), a]
@@ -166,9 +179,11 @@ mod tests {
             assert!((value - exact).abs() < 1e-15, "{value}");
         }
         let times = [0.0, 0.25, -0.5, 1.0];
-        let [q, v] = series.values::<false, 4>(&times);
+        let values = series.values::<false, 4>(&times);
         for (lane, t) in times.iter().enumerate() {
-            assert!((q[0][lane] - t.exp()).abs() < 1e-15 && (v[0][lane] - t.exp()).abs() < 1e-15);
+            for value in values {
+                assert!((value[0][lane] - t.exp()).abs() < 1e-15, "{value:?}");
+            }
         }
     }
 }

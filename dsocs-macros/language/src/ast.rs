@@ -3,7 +3,7 @@
 //! Expressions stay the `syn` expressions that they were parsed as; their meaning is found in [`crate::lower`].
 
 use proc_macro2::Ident;
-use syn::{Expr, ExprClosure};
+use syn::{Expr, ExprClosure, Path};
 
 use crate::errors::Reported;
 
@@ -37,6 +37,8 @@ impl<T> Part<T> {
 /// The body of the attribute.
 #[derive(Clone, Default)]
 pub(crate) struct Declaration {
+    /// `crate = PATH;`
+    pub(crate) core: Part<Path>,
     /// `coordinates(x, y);`
     pub(crate) coordinates: Part<Coordinates>,
     /// `let NAME = EXPR;`, in order.

@@ -2,13 +2,13 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{Generics, Ident, Item};
+use syn::{Generics, Ident, Item, Path};
 
 use crate::check::check;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{emit, lower, parse, stub};
+use crate::{core_path, lower, parse, stub};
 
 /// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
 /// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
@@ -16,7 +16,7 @@ use crate::{emit, lower, parse, stub};
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     let refused = match syn::parse2::<Item>(item.clone()) {
         Ok(item) => match model(declaration, &item) {
-            Ok(model) => return emit::expand(&model),
+            Ok(model) => return model.code(),
             Err(refused) => refused,
         },
         Err(error) => Refused {
@@ -54,7 +54,8 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
         (result, _) => {
             let stub = match (head(item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {
-                    stub::stub(ident, generics, coordinates.names.len())
+                    let stub = stub::stub(ident, generics, coordinates.names.len());
+                    in_core(stub, declaration.core.given())
                 }
                 _ => TokenStream::new(),
             };
@@ -63,6 +64,14 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
                 stub,
             })
         }
+    }
+}
+
+/// Generated code that finds `dsocs-core` where the declaration says.
+pub(crate) fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
+    match path {
+        Some(path) => core_path::replaced(code, path),
+        None => code,
     }
 }
 

@@ -13,6 +13,7 @@
 
 mod ast;
 mod check;
+mod core_path;
 mod emit;
 mod errors;
 mod expand;

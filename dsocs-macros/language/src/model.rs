@@ -2,9 +2,12 @@
 
 use std::fmt;
 
-use proc_macro2::{Ident, TokenStream};
-use syn::ItemStruct;
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
+use syn::{ItemStruct, Path};
 
+use crate::emit;
+use crate::expand::in_core;
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
@@ -12,6 +15,8 @@ use crate::graph::{Graph, NodeId};
 /// From [`analyze`](crate::analyze).
 #[derive(Clone)]
 pub struct Model {
+    /// Where `dsocs-core` is found, if not under its own name.
+    pub(crate) core: Option<Path>,
     /// The struct, as the user wrote it, without the attribute.
     pub(crate) item: ItemStruct,
     /// The coordinates' names.
@@ -68,7 +73,7 @@ impl Model {
     /// The struct and the implementation of its traits, as the attribute writes them.
     #[must_use]
     pub fn code(&self) -> TokenStream {
-        crate::emit::expand(self)
+        in_core(emit::expand(self), self.core.as_ref())
     }
 
     /// How many multipliers are unknown, in a step and in the continuous system.
@@ -114,6 +119,24 @@ pub(crate) struct ParameterField {
     pub(crate) element: Option<usize>,
     /// Its documentation in one line.
     pub(crate) doc: String,
+}
+
+impl ParameterField {
+    /// Its place in the struct: `mass`, `masses[2]`.
+    pub(crate) fn place(&self) -> TokenStream {
+        let ident = &self.ident;
+        let element = self.element.map(|place| {
+            let place = Literal::usize_unsuffixed(place);
+            quote!([#place])
+        });
+        quote!(#ident #element)
+    }
+
+    /// How it is read: `self.mass`, `self.masses[2]`.
+    pub(crate) fn read(&self) -> TokenStream {
+        let place = self.place();
+        quote!(self.#place)
+    }
 }
 
 /// On how many nodes a constraint is imposed.

@@ -11,17 +11,13 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
+    let bound = quote!(#scalar: ::dsocs_core::__private::Scalar);
     let names = (0..n).map(|_| quote!(""));
     let known = quote!(constants: &Self::Constants<#scalar>, known: &Self::Known<#scalar>);
     quote! {
         #[automatically_derived]
         #[allow(unused_variables, clippy::all, clippy::pedantic)]
         impl #generics ::dsocs_core::System<#n> for #ident #arguments #bounds {
-            type Unknown<#scalar: ::dsocs_core::Scalar> = [#scalar; #n];
-            type Constants<#scalar: ::dsocs_core::Scalar> = [#scalar; 0];
-            type Known<#scalar: ::dsocs_core::Scalar> = [#scalar; 0];
-            type Motion<#scalar: ::dsocs_core::Scalar> = [#scalar; #n];
-
             const COORDINATES: [&'static str; #n] = [#(#names),*];
             const PARAMETERS: &'static [::dsocs_core::Parameter] = &[];
             const OBSERVABLES: &'static [&'static str] = &[];
@@ -32,84 +28,75 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
                 ::core::unreachable!()
             }
-            fn constants<#scalar: ::dsocs_core::Scalar>(&self, h: #scalar) -> Self::Constants<#scalar> {
+        }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::__private::Source for #ident #arguments #bounds {
+            fn tape(&self) -> &'static ::dsocs_core::__private::Tape {
                 ::core::unreachable!()
             }
-            fn known<#scalar: ::dsocs_core::Scalar>(
+            fn value(&self, parameter: usize) -> f64 {
+                ::core::unreachable!()
+            }
+            fn call(&self, which: usize, arguments: &[f64]) -> f64 {
+                ::core::unreachable!()
+            }
+        }
+
+        #[automatically_derived]
+        #[allow(unused_variables, clippy::all, clippy::pedantic)]
+        impl #generics ::dsocs_core::__private::Compiled<#n> for #ident #arguments #bounds {
+            type Parameters<#bound> = [#scalar; 0];
+            type Unknown<#bound> = [#scalar; #n];
+            type Constants<#bound> = [#scalar; 0];
+            type Known<#bound> = [#scalar; 0];
+            type Motion = [f64; #n];
+
+            fn parameters<#bound>(&self) -> Self::Parameters<#scalar> {
+                ::core::unreachable!()
+            }
+            fn constants<#bound>(
+                &self,
+                parameters: &Self::Parameters<#scalar>,
+                h: #scalar,
+            ) -> Self::Constants<#scalar> {
+                ::core::unreachable!()
+            }
+            fn known<#bound>(
                 &self,
                 constants: &Self::Constants<#scalar>,
                 leg: &::dsocs_core::Leg<#scalar, #n>,
             ) -> Self::Known<#scalar> {
                 ::core::unreachable!()
             }
-            fn residual<#scalar: ::dsocs_core::Scalar>(
+            fn linearize<#bound>(
                 &self,
                 #known,
                 z: &Self::Unknown<#scalar>,
-            ) -> ::dsocs_core::Linearization<#scalar, Self::Unknown<#scalar>> {
+            ) -> ::dsocs_core::__private::Linearization<#scalar, Self::Unknown<#scalar>> {
                 ::core::unreachable!()
             }
-            fn unknown<#scalar: ::dsocs_core::Scalar>(
+            fn unknown<#bound>(
                 &self,
                 e: &[#scalar; #n],
                 multipliers: &[#scalar],
             ) -> Self::Unknown<#scalar> {
                 ::core::unreachable!()
             }
-            fn second_difference<#scalar: ::dsocs_core::Scalar>(
+            fn second_difference<#bound>(
                 &self,
                 #known,
                 z: &Self::Unknown<#scalar>,
             ) -> [#scalar; #n] {
                 ::core::unreachable!()
             }
-            fn point<#scalar: ::dsocs_core::Scalar>(
+            fn report<#bound>(
                 &self,
                 #known,
                 leg: &::dsocs_core::Leg<#scalar, #n>,
                 e: &[#scalar; #n],
-            ) -> ::dsocs_core::Point<#scalar, #n> {
-                ::core::unreachable!()
-            }
-            fn force<#scalar: ::dsocs_core::Scalar>(
-                &self,
-                #known,
-                leg: &::dsocs_core::Leg<#scalar, #n>,
-                e: &[#scalar; #n],
-            ) -> [#scalar; #n] {
-                ::core::unreachable!()
-            }
-            fn lagrangian<#scalar: ::dsocs_core::Scalar>(&self, q: &[#scalar; #n], v: &[#scalar; #n]) -> #scalar {
-                ::core::unreachable!()
-            }
-            fn discrete_lagrangian<#scalar: ::dsocs_core::Scalar>(
-                &self,
-                h: #scalar,
-                leg: &::dsocs_core::Leg<#scalar, #n>,
-            ) -> #scalar {
-                ::core::unreachable!()
-            }
-            fn energy<#scalar: ::dsocs_core::Scalar>(&self, q: &[#scalar; #n], v: &[#scalar; #n]) -> #scalar {
-                ::core::unreachable!()
-            }
-            fn observe<#scalar: ::dsocs_core::Scalar>(
-                &self,
-                point: &::dsocs_core::Point<#scalar, #n>,
-                out: &mut [#scalar],
-            ) {
-                ::core::unreachable!()
-            }
-            fn continuous<#scalar: ::dsocs_core::Scalar>(
-                &self,
-                point: &::dsocs_core::Point<#scalar, #n>,
-                multipliers: &[#scalar],
-            ) -> ::dsocs_core::Linearization<#scalar, Self::Motion<#scalar>> {
-                ::core::unreachable!()
-            }
-            fn continuous_force<#scalar: ::dsocs_core::Scalar>(
-                &self,
-                point: &::dsocs_core::Point<#scalar, #n>,
-            ) -> [#scalar; #n] {
+            ) -> ::dsocs_core::__private::Report<#scalar, #n> {
                 ::core::unreachable!()
             }
         }
@@ -120,7 +107,10 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             type Fixed = [f64; 0];
             type Table = ::dsocs_core::taylor::Table<0, 0, 0>;
 
-            fn fixed(&self) -> Self::Fixed {
+            fn fixed(
+                &self,
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
+            ) -> Self::Fixed {
                 ::core::unreachable!()
             }
             fn expand<const __DSOCS_FUSED: bool>(

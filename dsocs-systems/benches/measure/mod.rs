@@ -3,7 +3,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dsocs_core::{Flow, Leg, Start, System};
+use dsocs_core::__private::Compiled as _;
+use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
 
 use crate::handwritten::{chain, particle, pendulum};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
@@ -30,12 +31,12 @@ pub const PENDULUM: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.0, 0.5]);
 pub const CHAIN: ([f64; 8], [f64; 8]) = ([1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3], [0.5; 8]);
 
 /// Something that steps.
-pub trait Stepper: Clone {
+pub trait Steps: Clone {
     fn step(&mut self) -> u32;
     fn place(&self) -> &[f64];
 }
 
-impl<S: System<N>, const N: usize> Stepper for Flow<'_, S, N> {
+impl<S: System<N>, const N: usize> Steps for Flow<'_, S, N> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution").iterations
@@ -46,7 +47,7 @@ impl<S: System<N>, const N: usize> Stepper for Flow<'_, S, N> {
     }
 }
 
-impl<K: Fn(f64, f64) -> f64 + Copy> Stepper for particle::Particle<K> {
+impl<K: Fn(f64, f64) -> f64 + Copy> Steps for particle::Particle<K> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -57,7 +58,7 @@ impl<K: Fn(f64, f64) -> f64 + Copy> Stepper for particle::Particle<K> {
     }
 }
 
-impl Stepper for pendulum::Pendulum {
+impl Steps for pendulum::Pendulum {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -68,7 +69,7 @@ impl Stepper for pendulum::Pendulum {
     }
 }
 
-impl<const N: usize> Stepper for chain::Chain<N> {
+impl<const N: usize> Steps for chain::Chain<N> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution")
@@ -130,13 +131,7 @@ pub fn wavy() -> CurvedParticle<Wavy> {
 }
 
 /// Rivals must solve the same problem: the same nodes to rounding, in as many iterations.
-fn must_agree(
-    name: &str,
-    mut generated: impl Stepper,
-    mut rival: impl Stepper,
-    steps: u32,
-    tolerance: &[f64],
-) {
+fn must_agree(name: &str, mut generated: impl Steps, mut rival: impl Steps, steps: u32, tolerance: &[f64]) {
     let mut iterations = [0; 2];
     for k in 0..steps {
         iterations[0] += generated.step();
@@ -217,7 +212,7 @@ fn alternate(
 }
 
 /// Batches of steps, one after the other along a run, and the run again from its start.
-fn steps<S: Stepper>(start: S, run: u32) -> impl FnMut() -> u32 {
+fn steps<S: Steps>(start: S, run: u32) -> impl FnMut() -> u32 {
     let batch = run.min(1000);
     let (mut stepper, mut done) = (start.clone(), 0);
     move || {
@@ -263,10 +258,10 @@ fn all<const M: usize>(rows: [f64; M], jacobian: [[f64; M]; M]) -> f64 {
 /// The state in which residuals are measured: in the middle of a run, at its next second difference.
 fn in_the_middle<S: System<N>, const N: usize>(mut flow: Flow<'_, S, N>) -> (Leg<f64, N>, [f64; N]) {
     for _ in 0..300 {
-        flow.step();
+        flow.advance().expect("the step has a solution");
     }
     let leg = flow.leg();
-    flow.step();
+    flow.advance().expect("the step has a solution");
     let after = flow.leg();
     (leg, std::array::from_fn(|i| after.d[i] - leg.d[i]))
 }
@@ -288,7 +283,7 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
         steps(particle_by_hand(curvature), RUN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H);
+    let constants = system.constants(&system.parameters(), H);
     let known = system.known(&constants, &leg);
     let rival = particle::Known::new(leg.d, curvature(leg.q[0], leg.q[1]));
     let rows = alternate(
@@ -296,7 +291,7 @@ fn particle_lines<K: Curvature, F: Fn(f64, f64) -> f64 + Copy>(
         "eval",
         batches,
         evaluations(e, 10_000, |e| {
-            let at = system.residual(&constants, &known, &e);
+            let at = system.linearize(&constants, &known, &e);
             all(at.rows, at.jacobian)
         }),
         evaluations(e, 10_000, |e| {
@@ -320,7 +315,7 @@ fn pendulum_lines(batches: usize) -> [Line; 2] {
         steps(pendulum_by_hand(), RUN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H);
+    let constants = system.constants(&system.parameters(), H);
     let known = system.known(&constants, &leg);
     let rival_constants = pendulum::Constants::new(H);
     let rival = rival_constants.known(leg.q, leg.d);
@@ -329,7 +324,7 @@ fn pendulum_lines(batches: usize) -> [Line; 2] {
         "eval",
         batches,
         evaluations(system.unknown(&e, &[]), 10_000, |z| {
-            let at = system.residual(&constants, &known, &z);
+            let at = system.linearize(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),
         evaluations([e[0]], 10_000, |[z]| {
@@ -355,7 +350,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
         steps(chain_by_hand(), RUN_CHAIN),
     );
     let (leg, e) = in_the_middle(start());
-    let constants = system.constants(H_CHAIN);
+    let constants = system.constants(&system.parameters(), H_CHAIN);
     let known = system.known(&constants, &leg);
     let rival = rival_constants.known(leg.q, leg.d);
     let rows = alternate(
@@ -363,7 +358,7 @@ fn chain_lines(batches: usize) -> [Line; 2] {
         "eval",
         batches,
         evaluations(system.unknown(&e, &[]), 2000, |z| {
-            let at = system.residual(&constants, &known, &z);
+            let at = system.linearize(&constants, &known, &z);
             all(at.rows, at.jacobian)
         }),
         evaluations(e, 2000, |e| {

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use dsocs_core::{Ensemble, Flow, Start, System};
+use dsocs_core::{Ensemble, Flow, Start, Stepper, System};
 
 /// Trajectories: thirty-two blocks of eight.
 const TRAJECTORIES: u32 = 256;
@@ -54,7 +54,7 @@ pub fn measure<S: System<2> + Sync>(
             black_box(flow.position());
         }
     };
-    let on = |ensemble: &Ensemble<'_, S, 2>| drop(black_box(ensemble.run_until(until)));
+    let on = |ensemble: &Ensemble<'_, S, 2>| drop(black_box(ensemble.to(until)));
     let mut columns: [Vec<f64>; 5] = Default::default();
     for _ in 0..rounds {
         let times = [time(&flows), time(&|| on(&one)), time(&|| on(&all))];

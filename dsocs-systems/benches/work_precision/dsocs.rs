@@ -1,7 +1,7 @@
 //! Our own ladder: the paper's step, its compositions, and the continuous flow.
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, Flow, Start, Symmetry, System};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, Symmetry, System};
 
 use crate::candidate::{Candidate, tolerances};
 use crate::problem::{Declared, INTERVAL, Problem, grid, intervals};
@@ -24,13 +24,16 @@ where
         Candidate::tolerance(solver, tolerance, move |out| {
             let system = problem.system();
             let (q, v) = problem.begin();
-            let Ok(mut flow) = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(tolerance))
+            let Ok(mut flow) =
+                TaylorFlow::new(&system, Start::second_order(q, v), Tolerance::relative(tolerance))
             else {
                 return false;
             };
             let times = grid(P::END);
-            flow.stream(&times, |state| out.extend_from_slice(&state.q[..P::MEASURED]))
-                .is_ok()
+            flow.sample(&times, &mut |_, point| {
+                out.extend_from_slice(&point.q[..P::MEASURED])
+            })
+            .is_ok()
         })
     })
 }
@@ -111,7 +114,8 @@ where
                 run: Box::new(move |out| {
                     let system = problem.system();
                     let (q, v) = problem.begin();
-                    let Ok(mut flow) = ComposedFlow::new(&system, h, method, q, v) else {
+                    let Ok(mut flow) = ComposedFlow::new(&system, h, method, Start::second_order(q, v))
+                    else {
                         return false;
                     };
                     out.extend_from_slice(&q[..P::MEASURED]);

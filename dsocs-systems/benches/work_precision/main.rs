@@ -22,8 +22,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use criterion::Criterion;
-use dsocs_core::System;
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{RunError, Start, Stepper, System};
 
 use constrained::{Contact, Sphere};
 use measure::{Effort, Point, Reference, sweep};
@@ -175,10 +175,14 @@ where
     let (q, v) = problem.begin();
     let mut ours = Vec::new();
     // a low order rounds less
-    let flow = TaylorFlow::new(&system, State::new(q, v), Tolerance::relative(1e-16).order(18));
-    let result = flow.and_then(|mut flow| {
-        flow.stream(&grid(P::END), |state| {
-            ours.extend_from_slice(&state.q[..P::MEASURED]);
+    let flow = TaylorFlow::new(
+        &system,
+        Start::second_order(q, v),
+        Tolerance::relative(1e-16).order(18),
+    );
+    let result = flow.map_err(RunError::from).and_then(|mut flow| {
+        flow.sample(&grid(P::END), &mut |_, point| {
+            ours.extend_from_slice(&point.q[..P::MEASURED]);
         })
     });
     if let Err(error) = result {

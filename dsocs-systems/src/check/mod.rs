@@ -14,7 +14,7 @@ use std::error::Error;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use crate::registry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;

@@ -1,8 +1,8 @@
 //! Noether's theorem, and the momentum equation.
 
-use dsocs_core::geometry::{asymmetry, momentum_equation, momentum_map};
+use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map};
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::{Measured, Report, Subject, larger, largest};
 use crate::registry::{Kind, Symmetry};
@@ -57,14 +57,9 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
 ///
 /// Where the declaration gives the displacements by fields this is not known.
 fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> bool {
-    let constants = subject.system.constants(subject.h);
-    let mut forms = vec![[0.0; N]; S::FORMS];
     S::FORMS > 0
         && subject.triples.iter().all(|triple| {
-            let known = subject.system.known(&constants, &triple.leg);
-            subject
-                .system
-                .forms(&constants, &known, &triple.leg, &triple.e, &mut forms);
+            let forms = constraint_forms(subject.system, subject.h, triple);
             let generator = (symmetry.generator)(subject.system, &triple.leg.q);
             forms.iter().all(|form| {
                 let terms = form.iter().zip(&generator).map(|(form, along)| form * along);

@@ -1,7 +1,7 @@
 //! The order of the scheme, by a fit of its errors against the Taylor flow.
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Start};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::{Measured, Report, Subject, larger};
 use crate::stability::Bar;
@@ -50,10 +50,18 @@ fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<V
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let coarse = (subject.until / h).round().max(2.0) as u32;
     let times: Vec<f64> = (1..=coarse).map(|k| f64::from(k) * h).collect();
-    let mut exact = TaylorFlow::new(system, State::new(q0, v0), Tolerance::relative(TOLERANCE))?;
-    let exact = exact.sample(&times)?;
+    let mut exact = TaylorFlow::new(
+        system,
+        Start::second_order(q0, v0),
+        Tolerance::relative(TOLERANCE),
+    )?;
+    if h < 0.0 {
+        exact.reverse()?;
+    }
+    let mut motion = Vec::with_capacity(times.len());
+    exact.sample(&times, &mut |_, point| motion.push(*point))?;
     let extent: [f64; N] = core::array::from_fn(|i| {
-        let moved = exact.iter().map(|state| (state.q[i] - q0[i]).abs());
+        let moved = motion.iter().map(|point| (point.q[i] - q0[i]).abs());
         moved.fold(0.0, larger)
     });
     // a coordinate that stands still is told relative to the one that moves most
@@ -64,7 +72,7 @@ fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<V
         let step = h / f64::from(parts);
         let mut flow = Flow::new(system, step, Start::second_order(q0, v0))?;
         let mut error = 0.0;
-        for (node, exact) in exact.iter().enumerate() {
+        for (node, exact) in motion.iter().enumerate() {
             let index = (node as u64 + 1) * u64::from(parts);
             while flow.index() < index {
                 flow.advance()?;

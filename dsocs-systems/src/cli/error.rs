@@ -9,7 +9,6 @@ use thiserror::Error;
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
 use crate::registry::{CheckFailure, RunFailure, UnknownName};
-use dsocs_core::taylor::TaylorError;
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -144,8 +143,6 @@ impl CliError {
                 failure:
                     RunFailure::Setup(_)
                     | RunFailure::Length { .. }
-                    | RunFailure::Velocity
-                    | RunFailure::Taylor(TaylorError::Tolerance { .. })
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
             Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT

@@ -3,7 +3,7 @@
 pub mod particle;
 pub mod pendulum;
 
-use dsocs_core::{Flow, RunError, SetupError, Start, StepError, System};
+use dsocs_core::{Flow, RunError, SetupError, Start, Stepper, System};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -16,9 +16,6 @@ pub enum ExperimentError {
     /// A run could not be set up.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// A step has no solution.
-    #[error(transparent)]
-    Step(#[from] StepError),
     /// A run ended early.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -107,7 +104,7 @@ fn max_error<S: System<N>, const N: usize>(
     stride: u64,
     last: u64,
     mut error: impl FnMut(u64, f64, &[f64; N]) -> f64,
-) -> Result<f64, StepError> {
+) -> Result<f64, RunError> {
     let mut greatest = 0f64;
     loop {
         let k = flow.index();

@@ -1,6 +1,6 @@
 //! The particle with unit curvature over [0, 500] (paper, section 5.1).
 
-use dsocs_core::{Flow, Node};
+use dsocs_core::{Flow, Node, Stepper};
 use rayon::prelude::*;
 
 use super::{ErrorRow, ExperimentError, StartRule, max_error, steps};

@@ -1,8 +1,7 @@
 //! The inertia wheel pendulum over [0, 2000] (paper, section 5.2).
 
-use dsocs_core::{Flow, until_break};
+use dsocs_core::{Flow, Node, Stepper};
 use rayon::prelude::*;
-use std::ops::ControlFlow;
 
 use super::{ErrorRow, ExperimentError, StartRule, max_error, steps};
 use crate::pendulum::InertiaWheelPendulum;
@@ -90,18 +89,14 @@ pub fn motion() -> Result<Vec<Moment>, ExperimentError> {
     let pendulum = InertiaWheelPendulum::default();
     let mut flow = Flow::new(&pendulum, SHOWN_STEP, StartRule::Paper.start(Q0, V0))?;
     let mut moments = Vec::new();
-    flow.stream(
-        UNTIL,
-        &mut until_break(|node| {
-            moments.push(Moment {
-                t: node.t,
-                theta: node.q[0],
-                psi: node.q[1],
-                lyapunov: pendulum.lyapunov(node.q, node.v),
-                torque: node.force[1],
-            });
-            ControlFlow::Continue(())
-        }),
-    )?;
+    flow.stream(UNTIL, &mut |node: &Node<2>| {
+        moments.push(Moment {
+            t: node.t,
+            theta: node.q[0],
+            psi: node.q[1],
+            lyapunov: pendulum.lyapunov(node.q, node.v),
+            torque: node.force[1],
+        });
+    })?;
     Ok(moments)
 }

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use dsocs_core::Start;
-use dsocs_core::taylor::{Jets, State};
+use dsocs_core::taylor::Jets;
 
 use super::{AnySystem, Beginning, CheckFailure, Kind, ParameterValue, Row, RunFailure, UnknownName};
 use crate::check::{self, Expected, Finding, Settings};
@@ -107,17 +107,6 @@ impl<S: Jets<N>, const N: usize> Erased<S, N> {
             Beginning::Projected(beginning) => Self::start(beginning)?.projected(),
         })
     }
-
-    /// Position and velocity of the start, if they are given.
-    fn state(beginning: &Beginning) -> Result<Option<State<N>>, RunFailure> {
-        Ok(match beginning {
-            Beginning::Paper { q0, v0 } | Beginning::SecondOrder { q0, v0 } => {
-                Some(State::new(Self::array("q0", q0)?, Self::array("v0", v0)?))
-            }
-            Beginning::Nodes { .. } => None,
-            Beginning::Projected(beginning) => Self::state(beginning)?,
-        })
-    }
 }
 
 impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
@@ -176,13 +165,7 @@ impl<S: Jets<N> + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
         beginning: &Beginning,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
-        rung::run(
-            &self.system,
-            plan,
-            Self::start(beginning)?,
-            Self::state(beginning)?,
-            sink,
-        )
+        rung::run(&self.system, plan, Self::start(beginning)?, sink)
     }
 
     fn check(&self, kind: Kind, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {

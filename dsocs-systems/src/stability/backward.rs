@@ -1,6 +1,6 @@
 //! There and back again.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 
 use super::{Bar, Measured, Report, distance, larger};
 use crate::experiment::pendulum::{Q0, V0};
@@ -58,9 +58,10 @@ fn there_and_back<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32)
     for _ in 0..steps {
         flow.advance()?;
     }
-    flow.reverse();
+    // the first step back
+    flow.reverse()?;
     let mut before = *flow.position();
-    for _ in 0..steps {
+    for _ in 1..steps {
         before = *flow.position();
         flow.advance()?;
     }

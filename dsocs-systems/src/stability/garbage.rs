@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use dsocs_core::{Flow, SetupError, Start, System};
+use dsocs_core::{Flow, SetupError, Start, Stepper, System};
 
 use super::roots::Undivided;
 use super::{Bar, Report};

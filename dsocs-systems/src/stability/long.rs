@@ -2,7 +2,8 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::geometry::discrete_lagrangian;
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::switch::residual;
 use super::{Bar, Measured, Report, distance, larger};
@@ -71,12 +72,12 @@ fn drift(steps: u64, members: u32) -> Result<[f64; 4], Box<dyn Error>> {
         let (sin, cos) = (std::f64::consts::FRAC_PI_4 + f64::from(member)).sin_cos();
         let v = 2.0_f64.sqrt();
         let mut flow = Flow::new(&particle, H, Start::second_order([0.0, 0.0], [v * cos, v * sin]))?;
-        let first = particle.discrete_lagrangian(H, &flow.leg());
+        let first = discrete_lagrangian(&particle, H, &flow.leg());
         let mut marks = marks.iter().zip(&mut squares).peekable();
         for step in 1..=steps {
             flow.advance()?;
             if let Some((_, square)) = marks.next_if(|(mark, _)| **mark == step) {
-                let change = particle.discrete_lagrangian(H, &flow.leg()) / first - 1.0;
+                let change = discrete_lagrangian(&particle, H, &flow.leg()) / first - 1.0;
                 worst = larger(worst, change.abs());
                 if member == 0 {
                     first_worst = worst;
@@ -165,7 +166,7 @@ fn branch(until: f64, h: f64) -> Result<([f64; 2], f64), Box<dyn Error>> {
     let (mut spurious, mut worst, mut value) = (0, 0.0, f64::NAN);
     while flow.time() <= until {
         flow.advance()?;
-        let Some(node) = flow.node() else { continue };
+        let node = flow.node();
         let residual = residual(&pendulum, &node);
         let w = pendulum.factor(node.q, node.v);
         worst = larger(worst, residual);

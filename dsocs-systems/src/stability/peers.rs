@@ -6,7 +6,7 @@ mod dop853;
 
 use std::time::Instant;
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::{Bar, Report};
 use crate::particle::CurvedParticle;

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Start, StepFailure, dsocs};
+use dsocs_core::{Flow, RunError, Start, StepFailure, Stepper, dsocs};
 
 use super::{Bar, Measured, Report, larger};
 use crate::experiment::pendulum::{Q0, V0};
@@ -187,9 +187,8 @@ fn through_zero(pendulum: &InertiaWheelPendulum) -> Measured {
     let step = |shift: f64| -> Result<(f64, f64), Box<dyn Error>> {
         let mut flow = Flow::new(pendulum, H, Start::nodes([q0[0], q0[1] + shift], q1))?;
         flow.advance()?;
-        let w = flow
-            .node()
-            .map_or(f64::NAN, |node| pendulum.factor(node.q, node.v));
+        let node = flow.node();
+        let w = pendulum.factor(node.q, node.v);
         Ok((flow.position()[0], w))
     };
     // w is nearly linear in the shift
@@ -228,7 +227,7 @@ fn single_steps(undivided: &Undivided) -> Result<[f64; 5], Box<dyn Error>> {
                     deviate(&mut worst, q, step.proper);
                 }
             }
-            Err(error) if error.details().cause.reason == StepFailure::AmbiguousRoot => {
+            Err(RunError::Step(error)) if error.details().cause.reason == StepFailure::AmbiguousRoot => {
                 refused += 1.0;
                 let details = error.details();
                 let nearer = if far(&details.q2, step.proper) < far(&details.other, step.proper) {
@@ -278,7 +277,7 @@ fn whole_run(
         };
         match flow.advance() {
             Ok(_) => {}
-            Err(error) if error.details().cause.reason == StepFailure::AmbiguousRoot => {
+            Err(RunError::Step(error)) if error.details().cause.reason == StepFailure::AmbiguousRoot => {
                 refused += 1.0;
                 let details = error.details();
                 let proper = if w(&details.q2).abs() > w(&details.other).abs() {

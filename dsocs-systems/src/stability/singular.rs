@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Regularity, Start, StepFailure, System, dsocs};
+use dsocs_core::{Flow, Regularity, Start, StepFailure, Stepper, System, dsocs};
 
 use super::roots::{self, Undivided};
 use super::{Bar, Measured, Report, larger};
@@ -57,7 +57,7 @@ fn along<S: System<2>>(system: &S, h: f64, start: Start<2>, steps: u32) -> Resul
 fn refused<S: System<N>, const N: usize>(system: &S, start: Start<N>, reason: StepFailure) -> Measured {
     let failure = Flow::new(system, 0.1, start)?.advance();
     Ok(match failure {
-        Err(error) if error.details().cause.reason == reason => 0.0,
+        Err(error) if error.step_failure() == Some(reason) => 0.0,
         _ => 1.0,
     })
 }

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 
 use super::{Bar, Report, distance, larger};
 use crate::experiment::particle::exact;

@@ -5,7 +5,7 @@
 
 use std::error::Error;
 
-use dsocs_core::{Flow, Real, Start};
+use dsocs_core::{Flow, Real, Start, Stepper};
 
 use super::{Bar, Report, larger};
 use crate::particle::{Constant, Curvature, CurvedParticle};

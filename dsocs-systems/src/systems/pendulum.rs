@@ -167,6 +167,8 @@ impl InertiaWheelPendulum {
 
 #[cfg(test)]
 mod tests {
+    use dsocs_core::__private::Declaration;
+
     use super::*;
 
     #[test]
@@ -191,7 +193,7 @@ mod tests {
                 v: [theta_rate, psi_rate],
                 a,
             };
-            let rows = pendulum.continuous(&point, &[]).rows;
+            let rows = Declaration::of(&pendulum).continuous(&point, &[]);
             let back = pendulum.momentum(point.v);
             assert!((back[0] - p1).abs() < 1e-12 && (back[1] - p2).abs() < 1e-12);
             assert!(rows.iter().all(|row| row.abs() < 1e-8), "{rows:?}");

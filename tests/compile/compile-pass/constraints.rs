@@ -1,6 +1,6 @@
 //! Constraints of every order, rules of displacements, and discrete expressions.
 
-use dsocs_core::{Flow, Start, System, dsocs};
+use dsocs_core::{Flow, Start, System, dsocs, Stepper};
 
 #[dsocs {
     coordinates(x, y, z, u);

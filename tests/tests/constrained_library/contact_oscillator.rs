@@ -1,6 +1,6 @@
 //! The contact oscillator against equations by hand, and its energy in a long run.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::ContactOscillator;
 
 use crate::{continuous, distance, integrate, is_second, order, start};

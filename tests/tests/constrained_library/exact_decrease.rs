@@ -1,6 +1,6 @@
 //! The pendulum whose Lyapunov function falls exactly by what it should in every step, as long as there is such a step.
 
-use dsocs_core::{Flow, Leg, Start, StepError};
+use dsocs_core::{Flow, Leg, RunError, Start, Stepper};
 use dsocs_systems::{ExactDecrease, InertiaWheelPendulum};
 
 use crate::{continuous, distance, order, start};
@@ -13,7 +13,7 @@ fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {
 
 /// Runs as far as it goes, and asks of every step that `V` falls by `h F`: the time that was reached, the value of `V` there, the
 /// largest deviation relative to `V`, and why the run ended.
-fn run(h: f64, until: f64) -> (f64, f64, f64, Option<StepError>) {
+fn run(h: f64, until: f64) -> (f64, f64, f64, Option<RunError>) {
     let pendulum = ExactDecrease::default();
     let (q, v) = start("exact-decrease");
     let mut flow = Flow::new(&pendulum, h, Start::second_order(q, v)).unwrap();
@@ -23,7 +23,7 @@ fn run(h: f64, until: f64) -> (f64, f64, f64, Option<StepError>) {
             error = Some(ended);
             break;
         }
-        let node = flow.node().unwrap();
+        let node = flow.node();
         let dissipation = InertiaWheelPendulum::default().dissipation(node.q, node.v);
         let after = lyapunov(h, &flow.leg());
         assert!(dissipation >= 0.0);

@@ -1,6 +1,6 @@
 //! The knife edge against its closed form, the cycloid.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::KnifeEdge;
 
 use crate::{continuous, distance, fitted, is_second, order, start};

@@ -12,8 +12,8 @@ mod sleigh;
 mod snakeboard;
 mod sphere;
 
-use dsocs_core::taylor::{Jets, State, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::registry::Entry;
 use dsocs_tests::fit::slope;
 use ode_solvers::dop_shared::OutputType;
@@ -48,9 +48,9 @@ fn continuous<S: Jets<N>, const N: usize>(
     (q, v): ([f64; N], [f64; N]),
     t: f64,
 ) -> ([f64; N], [f64; N]) {
-    let mut flow = TaylorFlow::new(system, State::new(q, v), Tolerance::relative(1e-15)).unwrap();
-    let state = flow.until(t).unwrap();
-    (state.q, state.v)
+    let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15)).unwrap();
+    let node = flow.to(t).unwrap();
+    (node.q, node.v)
 }
 
 /// The largest difference of components.

@@ -1,6 +1,6 @@
 //! The planar pendulum against its angle's equation, its period and the tension.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::PlanarPendulum;
 
 use crate::{continuous, distance, fitted, integrate, is_second, order, start};

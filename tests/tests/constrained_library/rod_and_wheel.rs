@@ -1,7 +1,7 @@
 //! The paper's pendulum with its rod as a constraint, against the one in angles: the motion is in `constraints.rs`, here are
 //! the forces.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 
 use crate::{continuous, distance, fitted, is_second, order, start};

@@ -1,6 +1,6 @@
 //! The rolling disk against its closed form.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::RollingDisk;
 
 use crate::{continuous, distance, is_second, order, start};

@@ -1,6 +1,6 @@
 //! The Chaplygin sleigh: its closed form, its energy, and its attractor.
 
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::Sleigh;
 
 use crate::{continuous, distance, fitted, integrate, is_second, order, start};

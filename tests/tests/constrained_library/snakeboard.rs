@@ -1,6 +1,6 @@
 //! The snakeboard against equations that are derived by hand.
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::Snakeboard;
 
 use crate::{continuous, distance, integrate, is_second, order, start};

@@ -1,7 +1,7 @@
 //! The pendulum on the sphere against the one in angles, and its invariants.
 
 use dsocs_core::geometry::{DiscreteFlow, momentum_map};
-use dsocs_core::{Flow, Start, System};
+use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{Sphere, SphericalPendulum};
 
 use crate::{continuous, distance, is_second, order, start};
@@ -33,7 +33,7 @@ fn energy_and_angular_momentum_stay() {
         let mut worst = [0.0_f64; 3];
         while flow.time() < 200.0 {
             flow.advance().unwrap();
-            let node = flow.node().unwrap();
+            let node = flow.node();
             worst[0] = worst[0].max((momentum(&flow) / first - 1.0).abs());
             worst[1] = worst[1].max((node.energy - energy).abs());
             let [x, y, z] = node.q;

@@ -175,7 +175,7 @@ impl Tape {
     }
 
     /// Writes down what a function does that makes its jets by [`Jet::input`].
-    pub(in crate::taylor) fn written(&mut self, function: impl FnOnce() -> Jet) -> f64 {
+    pub(crate) fn written(&mut self, function: impl FnOnce() -> Jet) -> f64 {
         self.recording.length = 0;
         let outer = RECORDING.replace(core::mem::take(&mut self.recording));
         let result = function();
@@ -218,7 +218,7 @@ impl Tape {
     }
 
     /// As [`Tape::coefficient`], for arguments that are asked for by their place.
-    pub(in crate::taylor) fn next(&mut self, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
+    pub(crate) fn next(&mut self, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
         let Some(result) = self.result else {
             return 0.0;
         };

@@ -1,19 +1,25 @@
-//! From a checked declaration to its `impl System`; nothing here can fail.
+//! From a checked declaration to its code; nothing here can fail.
 //!
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
-//! [`program`] turns expressions into straight-line code, [`step`] and [`point`] wrap that code into the methods of the
-//! trait, [`jets`] writes the recurrences of Taylor series.
+//! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
+//! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
+//! recurrences of Taylor series.
 
+mod cold;
+mod hot;
 mod jets;
-mod point;
 mod program;
-mod step;
+mod stages;
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use crate::mechanics::Symmetry;
-use crate::model::{Model, plain};
+use self::cold::Expressions;
+use self::stages::{Energy, Stages};
+use crate::graph::NodeId;
+use crate::mechanics::{self, Symmetry};
+use crate::model::{Kind, Model, ParameterField, plain};
+use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
 pub(crate) fn expand(model: &Model) -> TokenStream {
@@ -27,45 +33,29 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     }
 }
 
-/// The `impl System` of the declaration.
+/// The implementations of the declaration, hot and cold.
 fn system(model: &Model) -> TokenStream {
+    let mut graph = model.graph.clone();
+    let step = mechanics::step(model, &mut graph);
+    let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
+    let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
+    let expressions = Expressions::new(model);
+    let energy = Energy::new(expressions.graph(), expressions.energy);
+    let stages = Stages::new(&graph, &step, &unknowns, energy);
+    let metadata = metadata(model);
+    let compiled = hot::compiled(model, &graph, &stages, &unknowns);
+    let source = cold::source(model, &stages, (&graph, &declared), &expressions);
+    quote! {
+        #metadata
+        #compiled
+        #source
+    }
+}
+
+/// The `impl System`: names, and access to the parameters by their place.
+fn metadata(model: &Model) -> TokenStream {
     let name = &model.item.ident;
     let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
-    let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let metadata = metadata(model);
-    let symmetry = symmetry(model);
-    let step = step::methods(model);
-    let point = point::methods(model);
-    quote! {
-        // straight-line code: the lints for people do not apply to it
-        #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
-        #[automatically_derived]
-        impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
-            #metadata
-            #symmetry
-            #step
-            #point
-        }
-    }
-}
-
-/// The associated constant that says whether the step is symmetric.
-fn symmetry(model: &Model) -> TokenStream {
-    let variant = match Symmetry::decide(model) {
-        Symmetry::AnyLegs => quote!(AnyLegs),
-        Symmetry::LowerOrder => quote!(LowerOrder),
-        Symmetry::Momentum => quote!(Momentum),
-        Symmetry::LagrangianMap => quote!(LagrangianMap),
-        Symmetry::KinematicMap => quote!(KinematicMap),
-        Symmetry::VariationalMap => quote!(VariationalMap),
-    };
-    quote! {
-        const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#variant;
-    }
-}
-
-/// Names, and access to the parameters by their place.
-fn metadata(model: &Model) -> TokenStream {
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let coordinates = model.coordinates.iter().map(plain);
     let observables = model.observe.iter().map(|(name, _)| plain(name));
@@ -73,38 +63,55 @@ fn metadata(model: &Model) -> TokenStream {
         let (name, doc) = (&field.name, &field.doc);
         quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
     });
-    let index = (0..model.parameters.len()).map(Literal::usize_unsuffixed);
-    let fields: Vec<_> = model
-        .parameters
-        .iter()
-        .map(|field| {
-            let ident = &field.ident;
-            let element = field.element.map(|place| {
-                let place = Literal::usize_unsuffixed(place);
-                quote!([#place])
-            });
-            quote!(#ident #element)
-        })
+    let symmetry = symmetry(model);
+    let [forms, holonomic, nonholonomic] = [
+        model.forms.len(),
+        model.count(Kind::Holonomic),
+        model.count(Kind::Nonholonomic),
+    ]
+    .map(Literal::usize_unsuffixed);
+    let indices: Vec<_> = (0..model.parameters.len())
+        .map(Literal::usize_unsuffixed)
         .collect();
-    let indices: Vec<_> = index.collect();
+    let fields: Vec<_> = model.parameters.iter().map(ParameterField::read).collect();
     quote! {
-        const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
-        const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
-        const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
+            const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
+            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
+            const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+            const FORMS: usize = #forms;
+            const HOLONOMIC: usize = #holonomic;
+            const NONHOLONOMIC: usize = #nonholonomic;
+            const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
 
-        fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
-            match index {
-                #(#indices => ::core::option::Option::Some(self.#fields),)*
-                _ => ::core::option::Option::None,
+            fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
+                match index {
+                    #(#indices => ::core::option::Option::Some(#fields),)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+
+            fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
+                match index {
+                    #(#indices => ::core::option::Option::Some(&mut #fields),)*
+                    _ => ::core::option::Option::None,
+                }
             }
         }
+    }
+}
 
-        fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
-            match index {
-                #(#indices => ::core::option::Option::Some(&mut self.#fields),)*
-                _ => ::core::option::Option::None,
-            }
-        }
+/// Whether the step is symmetric: a variant of `dsocs_core::Symmetry`.
+fn symmetry(model: &Model) -> TokenStream {
+    match Symmetry::decide(model) {
+        Symmetry::AnyLegs => quote!(AnyLegs),
+        Symmetry::LowerOrder => quote!(LowerOrder),
+        Symmetry::Momentum => quote!(Momentum),
+        Symmetry::LagrangianMap => quote!(LagrangianMap),
+        Symmetry::KinematicMap => quote!(KinematicMap),
+        Symmetry::VariationalMap => quote!(VariationalMap),
     }
 }
 

@@ -4,7 +4,12 @@
 //! computed: what a sum or product knows early is gathered into a partial result of its own, so that the later stages
 //! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
 
+mod schedule;
+mod tape;
 mod write;
+
+pub(crate) use tape::{Calls, Segment, number};
+pub(crate) use write::Place;
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -50,6 +55,18 @@ impl Op {
         }
     }
 }
+
+/// Where a value stands that another method has computed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Stored {
+    /// In the array that is computed once a run.
+    Constants(usize),
+    /// In the array that is computed once a step.
+    Known(usize),
+}
+
+/// Values that are given.
+pub(crate) type Given = HashMap<Value, Stored>;
 
 /// Powers up to this one are products; beyond, a call of `powi`.
 const LONGEST_PRODUCT: i32 = 64;
@@ -463,6 +480,30 @@ impl<'g> Program<'g> {
                 }
             }
         }
+    }
+
+    /// The values of the parameters alone that the computation of `outputs` needs as they are. Numbers are not among them.
+    pub(crate) fn fixed_frontier(&self, outputs: &[Value]) -> BTreeSet<Value> {
+        // parts stand before what they are parts of
+        let mut fixed: Vec<bool> = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            let is_fixed = !matches!(op, Op::Leaf(_)) && op.parts().iter().all(|part| fixed[part.0 as usize]);
+            fixed.push(is_fixed);
+        }
+        let mut frontier = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<Value> = outputs.to_vec();
+        while let Some(value) = open.pop() {
+            if !seen.insert(value) || matches!(self.op(value), Op::Constant(_)) {
+                continue;
+            }
+            if fixed[value.0 as usize] {
+                frontier.insert(value);
+            } else {
+                open.extend(self.op(value).parts());
+            }
+        }
+        frontier
     }
 
     /// The values of stage `stage` or earlier that the computation of `outputs` needs as they are: they are outputs

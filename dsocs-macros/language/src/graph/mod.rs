@@ -24,6 +24,20 @@ use proc_macro2::{Ident, Span, TokenStream};
 pub(crate) use difference::Change;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
 
+/// What a [`Node::Param`] is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Param<'g> {
+    /// A number that can be listed and set, by its place among them.
+    Number(usize),
+    /// An expression of what is no number, as it stands.
+    Expression(&'g TokenStream),
+}
+
+/// The text of some tokens, which does not depend on how they were put together.
+fn without_spaces(tokens: &TokenStream) -> String {
+    tokens.to_string().replace(char::is_whitespace, "")
+}
+
 /// A node of a [`Graph`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) struct NodeId(u32);
@@ -198,6 +212,8 @@ pub(crate) struct Graph {
     leaf_bits: HashMap<Leaf, usize>,
     params: Vec<TokenStream>,
     param_texts: HashMap<String, usize>,
+    /// The parameters that are numbers, as they are read, without spaces.
+    numbers: Vec<String>,
     callees: Vec<Callee>,
     callee_texts: HashMap<String, usize>,
     derivatives: HashMap<(NodeId, derivative::Direction), NodeId>,
@@ -216,6 +232,21 @@ impl Graph {
     /// The tokens of a [`Node::Param`].
     pub(crate) fn param_tokens(&self, param: usize) -> &TokenStream {
         &self.params[param]
+    }
+
+    /// What a [`Node::Param`] is.
+    pub(crate) fn read_param(&self, param: usize) -> Param<'_> {
+        let tokens = self.param_tokens(param);
+        let text = without_spaces(tokens);
+        match self.numbers.iter().position(|number| *number == text) {
+            Some(place) => Param::Number(place),
+            None => Param::Expression(tokens),
+        }
+    }
+
+    /// Tells which parameters are numbers, in order, by how they are read.
+    pub(crate) fn set_numbers(&mut self, places: impl Iterator<Item = TokenStream>) {
+        self.numbers = places.map(|place| without_spaces(&place)).collect();
     }
 
     /// The callee of a [`Node::Call`].

@@ -20,7 +20,7 @@ use crate::ast::{
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::Fields;
-use crate::model::{Kind, Model};
+use crate::model::{Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
 
@@ -140,10 +140,14 @@ pub(crate) fn model(
     };
     let elsewhere = phi_variational.is_some();
     let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
+    let parameters = fields.parameters();
+    let mut graph = lowering.graph;
+    graph.set_numbers(parameters.iter().map(ParameterField::read));
     Ok(Model {
+        core: declaration.core.given().cloned(),
         item: item.clone(),
         coordinates: coordinates.clone(),
-        parameters: fields.parameters(),
+        parameters,
         lagrangian,
         constraints,
         forms,
@@ -153,7 +157,7 @@ pub(crate) fn model(
         phi_variational,
         phi_kinematic,
         observe: observe?.unwrap_or_default(),
-        graph: lowering.graph,
+        graph,
     })
 }
 

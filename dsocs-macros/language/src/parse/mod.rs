@@ -2,7 +2,7 @@
 
 use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
-use syn::{Attribute, Block, Expr, Local, Pat, Stmt};
+use syn::{Attribute, Block, Expr, Local, Pat, Path, Stmt, Token};
 
 use crate::ast::{
     Branch, Constraints, Declaration, Directions, Let, Map, MapRule, Observe, Part, Scalar, Side,
@@ -58,6 +58,10 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                         let lets_before = declaration.lets.len();
                         let coordinates = coordinates::read(&keyword, arguments, lets_before, errors);
                         fill(&mut declaration.coordinates, &keyword, coordinates, errors);
+                    }
+                    Statement::Core(keyword, value) => {
+                        let keyword = Ident::new("crate", keyword.span);
+                        fill(&mut declaration.core, &keyword, read_path(value, errors), errors);
                     }
                     Statement::Rust(statements) => {
                         for statement in statements {
@@ -130,15 +134,24 @@ fn too_deep(tokens: &TokenStream, left: usize) -> Option<TokenTree> {
 enum Statement {
     /// `coordinates(…);`, which is no Rust statement for its arrays.
     Coordinates(Ident, Vec<coordinates::Argument>),
+    /// `crate = …;`, which is none either.
+    Core(Token![crate], Expr),
     /// Any other one (several where a `;` is missing).
     Rust(Vec<Stmt>),
 }
 
 fn statement(input: ParseStream) -> syn::Result<(Vec<Attribute>, Statement)> {
     let attributes = Attribute::parse_outer(input)?;
-    let statement = match coordinates::parse(input)? {
-        Some((keyword, arguments)) => Statement::Coordinates(keyword, arguments),
-        None => Statement::Rust(Block::parse_within(input)?),
+    let statement = if let Some((keyword, arguments)) = coordinates::parse(input)? {
+        Statement::Coordinates(keyword, arguments)
+    } else if input.peek(Token![crate]) && input.peek2(Token![=]) {
+        let keyword = input.parse()?;
+        input.parse::<Token![=]>()?;
+        let value = input.parse()?;
+        input.parse::<Token![;]>()?;
+        Statement::Core(keyword, value)
+    } else {
+        Statement::Rust(Block::parse_within(input)?)
     };
     Ok((attributes, statement))
 }
@@ -175,6 +188,7 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
         }
     }
     match keyword {
+        "crate" => set(&mut declaration.core, reported),
         "coordinates" => set(&mut declaration.coordinates, reported),
         "lagrangian" => set(&mut declaration.lagrangian, reported),
         "holonomic" => set(&mut declaration.holonomic, reported),
@@ -392,6 +406,17 @@ fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<MapRule, Re
         value,
         format!("expected {names} or a closure, `{keyword} = {example};`{hint}"),
     ))
+}
+
+/// The path of the core.
+fn read_path(value: Expr, errors: &Errors) -> Result<Path, Reported> {
+    match value {
+        Expr::Path(value) if value.qself.is_none() => Ok(value.path),
+        other => Err(errors.at(
+            other,
+            "expected the path of dsocs-core, such as `crate = prelude::dsocs_core;`",
+        )),
+    }
 }
 
 fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {

@@ -440,3 +440,18 @@ fn items() {
     one_on(right, "pub struct A(f64);", "A", "named fields");
     assert_eq!(mistakes_on(right, "struct A;"), []);
 }
+
+#[test]
+fn the_path_of_the_core() {
+    let declaration = "coordinates(x); lagrangian = dot(x) * dot(x);";
+    one(
+        &format!("crate = 5; {declaration}"),
+        "5",
+        "expected the path of dsocs-core",
+    );
+    one(
+        &format!("crate = a; crate = b; {declaration}"),
+        "crate",
+        "stands twice",
+    );
+}

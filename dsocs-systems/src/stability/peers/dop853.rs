@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use dsocs_core::{Flow, Start};
+use dsocs_core::{Flow, Start, Stepper};
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
 

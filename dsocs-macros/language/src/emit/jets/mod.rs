@@ -18,7 +18,7 @@ use self::lower::Lower;
 use self::sequence::{Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
-use super::program::{Program, Value};
+use super::program::{Place, Program, Value};
 use crate::graph::{Graph, NodeId};
 use crate::mechanics;
 use crate::model::Model;
@@ -53,8 +53,11 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             type Table = ::dsocs_core::taylor::Table<#products, #squares, #calls>;
 
             #[inline]
-            fn fixed(&self) -> Self::Fixed {
-                use ::dsocs_core::Scalar as _;
+            fn fixed(
+                &self,
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
+            ) -> Self::Fixed {
+                use ::dsocs_core::__private::Scalar as _;
                 type __T = f64;
                 #constants_code
                 [#(#constants),*]
@@ -268,7 +271,7 @@ fn constants(graph: &Graph, nodes: &[NodeId]) -> (TokenStream, Vec<TokenStream>)
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values: Vec<Value> = nodes.iter().map(|&node| program.lower(node)).collect();
-    program.code(&values, &HashMap::new(), &|_| quote!(::core::unreachable!()))
+    program.code(&values, &HashMap::new(), "n", &|_| Place::nowhere())
 }
 
 #[cfg(test)]

@@ -5,8 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
-use super::{Op, Program, Value};
-use crate::graph::{Callee, Comparison, Leaf};
+use super::schedule::{Product, Schedule};
+use super::{Given, Op, Program, Stored, Value};
+use crate::graph::{Callee, Comparison, Leaf, Param};
 
 /// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
 /// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
@@ -18,87 +19,61 @@ const LONGEST_FUNCTION: usize = 2000;
 impl Program<'_> {
     /// Straight-line code for `outputs`: the statements, then an expression for each output.
     ///
-    /// `given` values come from the expressions there; leaves come from `leaf`.
+    /// `given` values come from the arrays `constants` and `known`, leaves from `leaf`. Names begin with `prefix`.
     pub(crate) fn code(
         &self,
         outputs: &[Value],
-        given: &HashMap<Value, TokenStream>,
-        leaf: &dyn Fn(Leaf) -> TokenStream,
+        given: &Given,
+        prefix: &str,
+        leaf: &dyn Fn(Leaf) -> Place,
     ) -> (TokenStream, Vec<TokenStream>) {
-        let mut needed = BTreeSet::new();
-        let mut uses: HashMap<Value, usize> = HashMap::new();
-        let mut open: Vec<Value> = outputs.to_vec();
-        for &output in outputs {
-            *uses.entry(output).or_default() += 2; // an output is never folded into another operation
-        }
-        while let Some(value) = open.pop() {
-            if !needed.insert(value) || given.contains_key(&value) {
-                continue;
-            }
-            for part in self.op(value).parts() {
-                *uses.entry(part).or_default() += 1;
-                open.push(part);
-            }
-        }
-        let quotient = |value: Value| match self.op(value) {
-            Op::Recip(a) if uses.get(&value) == Some(&1) && !given.contains_key(&value) => Some(*a),
-            _ => None,
-        };
-        let mut folded = BTreeSet::new();
-        for &value in &needed {
-            if given.contains_key(&value) {
-                continue;
-            }
-            if let Op::Mul(a, b) = self.op(value) {
-                if quotient(*b).is_some() {
-                    folded.insert(*b);
-                } else if quotient(*a).is_some() {
-                    folded.insert(*a);
-                }
-            }
-        }
+        let schedule = self.schedule(outputs, given);
         // numbered in the order in which they are computed, so that the code shows nothing of how it came about
-        let bound: Vec<Value> = needed
-            .iter()
-            .copied()
-            .filter(|value| !matches!(self.op(*value), Op::Constant(_)) && !folded.contains(value))
-            .collect();
-        let names: HashMap<Value, Ident> = bound
+        let names: HashMap<Value, Ident> = schedule
+            .values
             .iter()
             .enumerate()
             // mixed-site hygiene: no name of ours can capture one of the user's
-            .map(|(place, &value)| (value, Ident::new(&format!("n{place}"), Span::mixed_site())))
+            .map(|(place, &value)| (value, Ident::new(&format!("{prefix}{place}"), Span::mixed_site())))
             .collect();
         let operand = |value: Value| match (names.get(&value), self.op(value)) {
             (Some(name), _) => quote!(#name),
             (None, Op::Constant(bits)) => number(bits.get()),
             (None, _) => quote!(::core::unreachable!()), // a folded reciprocal is nobody's operand
         };
+        let place = |value: Value| match (given.get(&value), self.op(value)) {
+            (Some(&stored), _) => Some(Place::stored(stored)),
+            (None, Op::Leaf(which)) => Some(leaf(*which)),
+            (None, Op::Param(param)) => match self.graph.read_param(*param) {
+                Param::Number(index) => Some(Place::element("parameters", index)),
+                Param::Expression(_) => None,
+            },
+            _ => None,
+        };
         let statement = |value: Value| {
             let name = &names[&value];
-            let right = match given.get(&value) {
-                Some(tokens) => tokens.clone(),
-                None => self.operation(value, &folded, &operand, leaf),
-            };
+            let right = self.operation(value, &schedule, &operand);
             quote!(let #name = #right;)
         };
         // what an operation reads, with what the reciprocals read that were folded into it
         let reads = |value: Value| -> Vec<Value> {
-            if given.contains_key(&value) {
-                return Vec::new();
-            }
             let mut reads = self.op(value).parts();
             for place in 0..reads.len() {
-                if folded.contains(&reads[place]) {
+                if schedule.folded.contains(&reads[place]) {
                     reads.extend(self.op(reads[place]).parts());
                 }
             }
             reads
         };
         // what stands in the arguments may be read in every function by itself
-        let (loads, computed): (Vec<Value>, Vec<Value>) = bound
-            .into_iter()
-            .partition(|value| given.contains_key(value) || matches!(self.op(*value), Op::Leaf(_)));
+        let mut loads: Vec<(Value, Place)> = Vec::new();
+        let mut computed: Vec<Value> = Vec::new();
+        for &value in &schedule.values {
+            match place(value) {
+                Some(place) => loads.push((value, place)),
+                None => computed.push(value),
+            }
+        }
         let mut last_use: HashMap<Value, usize> =
             outputs.iter().map(|&output| (output, usize::MAX)).collect();
         for (place, &value) in computed.iter().enumerate().rev() {
@@ -119,18 +94,17 @@ impl Program<'_> {
     fn operation(
         &self,
         value: Value,
-        folded: &BTreeSet<Value>,
+        schedule: &Schedule,
         operand: &dyn Fn(Value) -> TokenStream,
-        leaf: &dyn Fn(Leaf) -> TokenStream,
     ) -> TokenStream {
         let operand = |value: &Value| operand(*value);
         match self.op(value) {
             Op::Constant(bits) => number(bits.get()),
-            Op::Leaf(which) => leaf(*which),
             Op::Param(param) => {
                 let tokens = self.graph.param_tokens(*param);
                 quote!(__T::splat(#tokens))
             }
+            Op::Leaf(_) => quote!(::core::unreachable!()), // stands in an argument
             Op::Neg(a) => {
                 let a = operand(a);
                 quote!(-#a)
@@ -143,19 +117,16 @@ impl Program<'_> {
                 let (a, b) = (operand(a), operand(b));
                 quote!(#a - #b)
             }
-            Op::Mul(a, b) => {
-                let (top, bottom) = if folded.contains(b) {
-                    (a, self.op(*b))
-                } else if folded.contains(a) {
-                    (b, self.op(*a))
-                } else {
-                    let (a, b) = (operand(a), operand(b));
-                    return quote!(#a * #b);
-                };
-                let top = operand(top);
-                let bottom = bottom.parts().iter().map(operand).next();
-                quote!(#top / #bottom)
-            }
+            Op::Mul(a, b) => match schedule.product(self, *a, *b) {
+                Product::Of(a, b) => {
+                    let (a, b) = (operand(&a), operand(&b));
+                    quote!(#a * #b)
+                }
+                Product::Quotient(top, bottom) => {
+                    let (top, bottom) = (operand(&top), operand(&bottom));
+                    quote!(#top / #bottom)
+                }
+            },
             Op::Recip(a) => {
                 let a = operand(a);
                 quote!(__T::recip(#a))
@@ -192,6 +163,102 @@ impl Program<'_> {
     }
 }
 
+/// Where a value stands in the arguments.
+pub(crate) struct Place {
+    /// The argument.
+    array: TokenStream,
+    /// Its element, if it is an array, and whether it is a reference to one.
+    element: Option<(usize, bool)>,
+}
+
+impl Place {
+    /// A number.
+    pub(crate) fn number(name: &str) -> Self {
+        let name = Ident::new(name, Span::call_site());
+        Self {
+            array: quote!(#name),
+            element: None,
+        }
+    }
+
+    /// The place of what does not occur.
+    pub(crate) fn nowhere() -> Self {
+        Self {
+            array: quote!(::core::unreachable!()),
+            element: None,
+        }
+    }
+
+    /// An element of an array that is referred to.
+    pub(crate) fn element(name: &str, index: usize) -> Self {
+        let name = Ident::new(name, Span::call_site());
+        Self {
+            array: quote!(#name),
+            element: Some((index, true)),
+        }
+    }
+
+    /// An element of an array.
+    pub(crate) fn own(array: TokenStream, index: usize) -> Self {
+        Self {
+            array,
+            element: Some((index, false)),
+        }
+    }
+
+    /// Where another method has put it.
+    fn stored(place: Stored) -> Self {
+        match place {
+            Stored::Constants(index) => Self::element("constants", index),
+            Stored::Known(index) => Self::element("known", index),
+        }
+    }
+
+    /// An expression for it.
+    pub(crate) fn read(&self) -> TokenStream {
+        let array = &self.array;
+        match self.element {
+            None => quote!(#array),
+            Some((index, _)) => {
+                let index = Literal::usize_unsuffixed(index);
+                quote!(#array[#index])
+            }
+        }
+    }
+}
+
+/// The statements that give names to what stands in the arguments, one for each argument: a pattern takes no checks of
+/// indices, of which the compiler would have to see that they hold.
+fn loads(values: &[(&Ident, &Place)]) -> TokenStream {
+    let mut groups: Vec<(String, Vec<(&Ident, &Place)>)> = Vec::new();
+    for &(name, place) in values {
+        let text = place.array.to_string();
+        match groups.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, group)) => group.push((name, place)),
+            None => groups.push((text, vec![(name, place)])),
+        }
+    }
+    let statements = groups.iter().map(|(_, group)| {
+        let (first, place) = group[0];
+        let Some((_, is_reference)) = place.element.filter(|_| group.len() > 1) else {
+            let read = place.read();
+            return quote!(let #first = #read;);
+        };
+        let mut elements: Vec<TokenStream> = Vec::new();
+        for (name, place) in group {
+            let index = place.element.map_or(0, |(index, _)| index);
+            if elements.len() <= index {
+                elements.resize_with(index + 1, || quote!(_));
+            }
+            elements[index] = quote!(#name);
+        }
+        let array = &place.array;
+        let star = is_reference.then(|| quote!(*));
+        quote!(let [#(#elements,)* ..] = #star #array;)
+    });
+    statements.collect()
+}
+
 /// How statements are cut into blocks and functions.
 struct Layout<'a> {
     names: &'a HashMap<Value, Ident>,
@@ -204,21 +271,22 @@ struct Layout<'a> {
 
 impl Layout<'_> {
     /// The statements; if they are too many for one function, in several, each of which reads the arguments by itself.
-    fn functions(&self, loads: &[Value], computed: &[Value], outputs: &[Value]) -> TokenStream {
-        let statements = |values: &[Value]| -> TokenStream {
-            values.iter().map(|&value| (self.statement)(value)).collect()
+    fn functions(&self, all: &[(Value, Place)], computed: &[Value], outputs: &[Value]) -> TokenStream {
+        let loads_of = |is_read: &dyn Fn(&Value) -> bool| {
+            let read = all.iter().filter(|(value, _)| is_read(value));
+            let named: Vec<_> = read.map(|(value, place)| (&self.names[value], place)).collect();
+            loads(&named)
         };
         if computed.len() <= LONGEST_FUNCTION {
-            let (loads, code) = (statements(loads), self.blocks(computed, 0));
+            let (loads, code) = (loads_of(&|_| true), self.blocks(computed, 0));
             return quote!(#loads #code);
         }
         let mut functions = TokenStream::new();
         for (part, values) in computed.chunks(LONGEST_FUNCTION).enumerate() {
             let start = part * LONGEST_FUNCTION;
             let read: BTreeSet<Value> = values.iter().flat_map(|&value| (self.reads)(value)).collect();
-            let own: Vec<Value> = loads.iter().copied().filter(|load| read.contains(load)).collect();
             let (own, code, lasting) = (
-                statements(&own),
+                loads_of(&|value| read.contains(value)),
                 self.blocks(values, start),
                 self.lasting(values, start),
             );
@@ -226,12 +294,7 @@ impl Layout<'_> {
                 let [#(#lasting),*] = ::dsocs_core::__private::apart(move || { #own #code [#(#lasting),*] });
             });
         }
-        let last: Vec<Value> = loads
-            .iter()
-            .copied()
-            .filter(|load| outputs.contains(load))
-            .collect();
-        let last = statements(&last);
+        let last = loads_of(&|value| outputs.contains(value));
         quote!(#functions #last)
     }
 
@@ -285,13 +348,24 @@ fn number(value: f64) -> TokenStream {
 /// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
 /// the partial derivative asks, seeded one argument a level.
 fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
-    // everything at the user's name, so that rustc's word on a wrong function points there
     let span = callee.span();
     let lane = Ident::new("lane", Span::mixed_site());
     let args: Vec<_> = args
         .iter()
+        .map(|arg| quote_spanned!(span=> __T::lane(#arg, #lane)))
+        .collect();
+    let result = plain_call(callee, &args, wrt);
+    quote_spanned!(span=> __T::from_lanes(|#lane| [#result])[0])
+}
+
+/// A call of the user's function with plain numbers: its value, or the derivative by some arguments.
+pub(super) fn plain_call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    // everything at the user's name, so that rustc's word on a wrong function points there
+    let span = callee.span();
+    let args: Vec<_> = args
+        .iter()
         .enumerate()
-        .map(|(place, arg)| seed(span, &quote_spanned!(span=> __T::lane(#arg, #lane)), place, wrt))
+        .map(|(place, arg)| seed(span, arg, place, wrt))
         .collect();
     let result = match callee {
         Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
@@ -301,7 +375,7 @@ fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
         }
     };
     let parts = wrt.iter().map(|_| Ident::new("eps", span));
-    quote_spanned!(span=> __T::from_lanes(|#lane| [#result #(.#parts)*])[0])
+    quote_spanned!(span=> #result #(.#parts)*)
 }
 
 fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {

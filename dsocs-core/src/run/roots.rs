@@ -5,7 +5,7 @@
 //! is halved by de Casteljau's scheme. It ends because near a simple root the changes become one (Vincent; Collins and
 //! Akritas, Polynomial real root isolation using Descarte's rule of signs, 1976).
 
-use super::kernel::ROWS;
+use crate::taylor::ROWS;
 
 /// Intervals are not halved further: two changes of sign so near are none.
 const DEPTH: u32 = 40;

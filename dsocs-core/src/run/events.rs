@@ -1,20 +1,13 @@
 //! Where a function of the motion changes its sign.
 
 use core::cell::RefCell;
+use core::ops::ControlFlow;
 
-use super::Jets;
-use super::error::TaylorError;
-use super::flow::{State, TaylorFlow};
-use super::jet::{Jet, Tape};
-use super::kernel::{MAX_ORDER, ROWS};
-use super::polynomial::Polynomial;
+use super::error::{FailedEvent, RunError};
 use super::roots::{self, Crossing};
-use crate::system::{Point, System};
-
-/// The last term of an event's series may be this part of the largest: beyond, the interval is halved.
-const TAIL: f64 = 1e-9;
-/// How often.
-const DEPTH: u32 = 12;
+use super::{Clock, Observer, Polynomial, Traced, View};
+use crate::system::Point;
+use crate::taylor::{Jet, MAX_ORDER, ROWS, Tape};
 
 /// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.
 const JOINT: f64 = 1e-9;
@@ -36,7 +29,9 @@ enum Direction {
     Both,
 }
 
-/// A change of sign of a function `g(q, v, a)` along the motion.
+/// A change of sign of a function `g(q, v, a)` along the motion, whatever the method of the run ([`crate::Stepper::watch`]).
+///
+/// The function takes Taylor series ([`Jet`]), from which all its changes of sign within a step are found.
 pub struct Event<'e, const N: usize> {
     source: Source<'e, N>,
     direction: Direction,
@@ -61,7 +56,7 @@ impl<'e, const N: usize> Event<'e, N> {
         }
     }
 
-    /// An observed expression of the declaration, by its place in [`System::OBSERVABLES`]. It may not call functions of the
+    /// An observed expression of the declaration, by its place in [`crate::System::OBSERVABLES`]. It may not call functions of the
     /// user's own, of which an observed expression knows plain numbers only.
     #[must_use]
     pub fn observable(index: usize) -> Self {
@@ -96,22 +91,31 @@ impl<'e, const N: usize> Event<'e, N> {
     }
 
     /// The function at a point of jets.
-    fn at<S: System<N>>(&self, system: &S, point: &Point<Jet, N>) -> Jet {
+    fn at(&self, system: &dyn View<N>, point: &Point<Jet, N>) -> Jet {
         match &self.source {
             Source::Function(function) => function(point),
             Source::Observable(index) => {
-                let mut observed = vec![Jet::from(f64::NAN); S::OBSERVABLES.len()];
-                system.observe(point, &mut observed);
+                let mut observed = vec![Jet::from(f64::NAN); system.observables().len()];
+                system.observed_series(point, &mut observed);
                 observed.get(*index).copied().unwrap_or(Jet::from(f64::NAN))
             }
         }
     }
 
-    /// The function at the time `s` after the start of a step.
-    fn value<S: Jets<N>>(&self, polynomial: &Polynomial<'_, S, N>, s: f64, tape: &mut Tape) -> f64 {
+    /// The function at the time `s` after the point of expansion.
+    fn value(&self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>, s: f64, tape: &mut Tape) -> f64 {
         let [q, v, a] = polynomial.series.point(s).map(|x| x.map(Jet::from));
         // functions that are not seen are written down all the same
-        tape.written(|| self.at(polynomial.system, &Point { q, v, a }))
+        tape.written(|| self.at(system, &Point { q, v, a }))
+    }
+
+    /// Whether a change of sign counts.
+    fn counts(&self, rising: bool) -> bool {
+        match self.direction {
+            Direction::Both => true,
+            Direction::Rising => rising,
+            Direction::Falling => !rising,
+        }
     }
 }
 
@@ -122,8 +126,26 @@ pub struct Occurrence<const N: usize> {
     pub event: usize,
     /// Whether the function became positive, in the direction of the run.
     pub rising: bool,
-    /// The state there.
-    pub state: State<N>,
+    /// The time.
+    pub t: f64,
+    /// Position.
+    pub q: [f64; N],
+    /// Velocity.
+    pub v: [f64; N],
+    /// Acceleration.
+    pub a: [f64; N],
+}
+
+impl<const N: usize> Occurrence<N> {
+    /// Position, velocity and acceleration, as [`crate::System::observe`] takes them.
+    #[must_use]
+    pub fn point(&self) -> Point<f64, N> {
+        Point {
+            q: self.q,
+            v: self.v,
+            a: self.a,
+        }
+    }
 }
 
 /// Events that are watched, and on which side of zero each function was last.
@@ -134,6 +156,10 @@ pub struct Events<'e, const N: usize> {
     tape: Tape,
     crossings: Vec<Crossing>,
     found: Vec<(f64, usize, bool)>,
+    /// What happens between the event that ended the run and the node where the run stands.
+    rest: Vec<Occurrence<N>>,
+    /// The number and the time of that node.
+    stands: (u64, f64),
 }
 
 impl<'e, const N: usize> Events<'e, N> {
@@ -147,22 +173,88 @@ impl<'e, const N: usize> Events<'e, N> {
             tape: Tape::default(),
             crossings: Vec::new(),
             found: Vec::new(),
+            rest: Vec::new(),
+            stands: (0, 0.0),
         }
     }
 
+    /// Hands on what happens on a polynomial, up to an event that ends the run, which is told with its time since the point
+    /// of expansion.
+    pub(super) fn happen(
+        &mut self,
+        system: &dyn View<N>,
+        polynomial: &Polynomial<'_, N>,
+        observer: &mut dyn Observer<N>,
+    ) -> Result<Option<(f64, Occurrence<N>)>, RunError> {
+        self.search(system, polynomial)?;
+        self.rest.clear();
+        let mut ended = None;
+        for &(s, event, rising) in &self.found {
+            if ended.is_none() {
+                self.sides[event] = if rising { 1.0 } else { -1.0 };
+            }
+            if !self.watched[event].counts(rising) {
+                continue;
+            }
+            let Point { q, v, a } = polynomial.point(s);
+            let occurrence = Occurrence {
+                event,
+                rising,
+                t: polynomial.time(s),
+                q,
+                v,
+                a,
+            };
+            if ended.is_some() {
+                self.rest.push(occurrence);
+            } else if tell(&self.watched, &occurrence, observer).is_break() {
+                ended = Some((s, occurrence));
+            }
+        }
+        Ok(ended)
+    }
+
+    /// Remembers where an event has left a run.
+    pub(super) fn leave(&mut self, clock: &Clock, traced: Traced) {
+        if traced == Traced::There {
+            // what is left will be found again
+            self.rest.clear();
+            return;
+        }
+        self.stands = (clock.index(), clock.time());
+        // the step has been made: the functions are where its end has them
+        for &(_, event, rising) in &self.found {
+            self.sides[event] = if rising { 1.0 } else { -1.0 };
+        }
+    }
+
+    /// Hands on what is left of the step in which an event ended the run, if it stands there still.
+    pub(super) fn resume(&mut self, clock: &Clock, observer: &mut dyn Observer<N>) -> Option<Occurrence<N>> {
+        let rest = core::mem::take(&mut self.rest);
+        if clock.is_handed_out() || self.stands != (clock.index(), clock.time()) {
+            return None;
+        }
+        let end = rest
+            .iter()
+            .position(|occurrence| tell(&self.watched, occurrence, observer).is_break())?;
+        self.rest = rest[end + 1..].to_vec();
+        Some(rest[end])
+    }
+
     /// The changes of sign within a step, by their time since its start, in order.
-    fn search<S: Jets<N>>(&mut self, polynomial: &Polynomial<'_, S, N>) -> Result<(), TaylorError> {
+    fn search(&mut self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>) -> Result<(), RunError> {
         self.found.clear();
+        let search = polynomial.search;
         for place in 0..self.watched.len() {
             let first = self.found.len();
             let mut side = self.sides[place];
-            let mut open = vec![(0.0, polynomial.h, DEPTH)];
+            let mut open = vec![(polynomial.from, polynomial.length(), search.depth)];
             while let Some((from, length, depth)) = open.pop() {
-                let Some(part) = self.part(polynomial, place, from, length) else {
-                    return Err(TaylorError::Event {
+                let Some(part) = self.part(system, polynomial, place, from, length) else {
+                    return Err(RunError::Event(Box::new(FailedEvent {
                         event: place,
-                        t: polynomial.start() + from,
-                    });
+                        time: polynomial.time(from),
+                    })));
                 };
                 let part = part.as_slice();
                 let largest = part.iter().fold(0.0_f64, |size, c| size.max(c.abs()));
@@ -171,13 +263,13 @@ impl<'e, const N: usize> Events<'e, N> {
                     .rev()
                     .take(2)
                     .fold(0.0_f64, |size, c| size.max(c.abs()));
-                if tail > TAIL * largest && depth > 0 {
+                if tail > search.tail * largest && depth > 0 {
                     // the left half is taken from the stack first
                     open.push((from + length / 2.0, length / 2.0, depth - 1));
                     open.push((from, length / 2.0, depth - 1));
                     continue;
                 }
-                self.crossings(polynomial, place, part, [from, length], &mut side);
+                self.crossings(system, polynomial, place, part, [from, length], &mut side);
             }
             self.sides[place] = if first == self.found.len() {
                 side
@@ -191,15 +283,16 @@ impl<'e, const N: usize> Events<'e, N> {
 
     /// The series of an event's function on a part of a step, of which that part is the unit of time; `None` if it is not
     /// finite.
-    fn part<S: Jets<N>>(
+    fn part(
         &mut self,
-        polynomial: &Polynomial<'_, S, N>,
+        system: &dyn View<N>,
+        polynomial: &Polynomial<'_, N>,
         place: usize,
         from: f64,
         length: f64,
     ) -> Option<Vec<f64>> {
         let series = shifted(polynomial, from);
-        let mut coefficients = expand(&self.watched[place], polynomial.system, &series, &mut self.tape);
+        let mut coefficients = expand(&self.watched[place], system, &series, &mut self.tape);
         let mut power = 1.0;
         for c in &mut coefficients {
             *c *= power;
@@ -209,9 +302,10 @@ impl<'e, const N: usize> Events<'e, N> {
     }
 
     /// The changes of sign on a part of a step; `side` is the sign before and after.
-    fn crossings<S: Jets<N>>(
+    fn crossings(
         &mut self,
-        polynomial: &Polynomial<'_, S, N>,
+        system: &dyn View<N>,
+        polynomial: &Polynomial<'_, N>,
         place: usize,
         part: &[f64],
         [from, length]: [f64; 2],
@@ -243,7 +337,7 @@ impl<'e, const N: usize> Events<'e, N> {
             // the series of the function has lost what its truncation has: the function itself decides
             let ends = crossing.bracket.map(|s| from + s * length);
             let tape = RefCell::new(&mut *tape);
-            let value = |s: f64| watched[place].value(polynomial, s, &mut tape.borrow_mut());
+            let value = |s: f64| watched[place].value(system, polynomial, s, &mut tape.borrow_mut());
             let at = if value(ends[0]) * value(ends[1]) < 0.0 {
                 roots::refine(&value, ends).at
             } else {
@@ -255,6 +349,19 @@ impl<'e, const N: usize> Events<'e, N> {
     }
 }
 
+/// Hands an event on; breaks if it ends the run.
+fn tell<const N: usize>(
+    watched: &[Event<'_, N>],
+    occurrence: &Occurrence<N>,
+    observer: &mut dyn Observer<N>,
+) -> ControlFlow<()> {
+    observer.event(occurrence)?;
+    if watched[occurrence.event].terminal {
+        return ControlFlow::Break(());
+    }
+    ControlFlow::Continue(())
+}
+
 /// The series of position and velocity about another point of a step.
 struct Shifted<const N: usize> {
     order: usize,
@@ -262,7 +369,7 @@ struct Shifted<const N: usize> {
     q: [[f64; N]; ROWS],
 }
 
-fn shifted<S: Jets<N>, const N: usize>(polynomial: &Polynomial<'_, S, N>, s: f64) -> Shifted<N> {
+fn shifted<const N: usize>(polynomial: &Polynomial<'_, N>, s: f64) -> Shifted<N> {
     let series = polynomial.series;
     let mut shifted = Shifted {
         order: series.order(),
@@ -292,9 +399,9 @@ fn shift<const N: usize>(coefficients: &mut [[f64; N]], s: f64) {
 }
 
 /// The series of an event's function, as far as it is known.
-fn expand<S: Jets<N>, const N: usize>(
+fn expand<const N: usize>(
     event: &Event<'_, N>,
-    system: &S,
+    system: &dyn View<N>,
     series: &Shifted<N>,
     tape: &mut Tape,
 ) -> Vec<f64> {
@@ -325,64 +432,4 @@ fn expand<S: Jets<N>, const N: usize>(
     let mut coefficients = vec![value];
     coefficients.extend((1..order).map(|k| tape.next(k, &|place| input(k, place))));
     coefficients
-}
-
-impl<S: Jets<N>, const N: usize> TaylorFlow<'_, S, N> {
-    /// Runs to the time `until`, or to the first terminal event, and hands every event on, in order. A function that is zero
-    /// without changing its sign is no event, and neither is one at the very start.
-    ///
-    /// Within each step every change of sign is found, also of functions that change it several times: the roots of the
-    /// function's own Taylor polynomial are isolated. Then the function itself is brought to zero, to rounding.
-    ///
-    /// Returns the terminal event, at which the flow then stands.
-    ///
-    /// # Errors
-    ///
-    /// [`TaylorError`] if the motion does not get there, or [`TaylorError::Event`] if a function has no Taylor series.
-    pub fn watch(
-        &mut self,
-        until: f64,
-        events: &mut Events<'_, N>,
-        mut observer: impl FnMut(&Occurrence<N>),
-    ) -> Result<Option<Occurrence<N>>, TaylorError> {
-        if !until.is_finite() {
-            return Err(TaylorError::Until { until });
-        }
-        while self.state().t != until {
-            let polynomial = self.step(until)?;
-            events.search(&polynomial)?;
-            let mut ended = None;
-            for &(s, place, rising) in &events.found {
-                let side = if rising { 1.0 } else { -1.0 };
-                events.sides[place] = side;
-                let event = &events.watched[place];
-                let counts = match event.direction {
-                    Direction::Both => true,
-                    Direction::Rising => rising,
-                    Direction::Falling => !rising,
-                };
-                if !counts {
-                    continue;
-                }
-                let mut t = polynomial.t;
-                t.add(&[s]);
-                let [q, v, _] = polynomial.series.point(s);
-                let occurrence = Occurrence {
-                    event: place,
-                    rising,
-                    state: State { t: t.hi[0], q, v },
-                };
-                observer(&occurrence);
-                if event.terminal {
-                    ended = Some((s, occurrence));
-                    break;
-                }
-            }
-            if let Some((s, occurrence)) = ended {
-                self.stop_at(s);
-                return Ok(Some(occurrence));
-            }
-        }
-        Ok(None)
-    }
 }

@@ -1,0 +1,401 @@
+//! A declaration as it stands on its tape, in any type of number.
+
+use crate::rounding::Bounded;
+use crate::scalar::Scalar as _;
+use crate::step::unknown::{Linearization, Unknown};
+use crate::system::{Leg, Point, System};
+use crate::tape::{Leaf, Number, Part, Segment, Source};
+
+/// What a system was declared to be: its tape, and the values of its parameters.
+///
+/// What is not evaluated in every step is evaluated here, with one evaluator for all systems ([`crate::tape`]). Methods of
+/// a step take its first two nodes as a [`Leg`] and begin with what the parameters decide; nothing is kept between two calls.
+#[derive(Clone, Copy)]
+pub struct Declaration<'s, const N: usize> {
+    source: &'s dyn Source,
+}
+
+/// Where expressions are evaluated; what is not given is empty, and read as NaN.
+#[derive(Clone, Copy, Debug)]
+struct At<'a, T> {
+    h: Option<T>,
+    q: &'a [T],
+    v: &'a [T],
+    a: &'a [T],
+    node: &'a [T],
+    increment: &'a [T],
+    e: &'a [T],
+    z: &'a [T],
+    multipliers: &'a [T],
+}
+
+impl<'a, T> At<'a, T> {
+    /// Nothing is given.
+    const NOWHERE: Self = Self {
+        h: None,
+        q: &[],
+        v: &[],
+        a: &[],
+        node: &[],
+        increment: &[],
+        e: &[],
+        z: &[],
+        multipliers: &[],
+    };
+
+    /// The first two nodes of a step.
+    fn leg<const N: usize>(h: T, leg: &'a Leg<T, N>) -> Self {
+        Self {
+            h: Some(h),
+            node: &leg.q,
+            increment: &leg.d,
+            ..Self::NOWHERE
+        }
+    }
+
+    /// A point of the continuous system.
+    fn point<const N: usize>(point: &'a Point<T, N>) -> Self {
+        Self {
+            q: &point.q,
+            v: &point.v,
+            a: &point.a,
+            ..Self::NOWHERE
+        }
+    }
+}
+
+/// Evaluates a part of a segment.
+fn evaluate<T: Number>(
+    source: &dyn Source,
+    segment: Segment,
+    part: Part,
+    at: &At<'_, T>,
+    result: &mut dyn FnMut(usize, T),
+) {
+    let leaf = |leaf: Leaf| {
+        let (vector, i) = match leaf {
+            Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
+            Leaf::Parameter(i) => return T::splat(source.value(i)),
+            Leaf::Q(i) => (at.q, i),
+            Leaf::V(i) => (at.v, i),
+            Leaf::A(i) => (at.a, i),
+            Leaf::N(i) => (at.node, i),
+            Leaf::D(i) => (at.increment, i),
+            Leaf::E(i) => (at.e, i),
+            Leaf::Z(i) => (at.z, i),
+            // missing ones are zero
+            Leaf::Lambda(i) => return at.multipliers.get(i).copied().unwrap_or(T::splat(0.0)),
+        };
+        vector.get(i).copied().unwrap_or(T::splat(f64::NAN))
+    };
+    T::walk(source.tape().program(segment, part), source, &leaf, result);
+}
+
+impl<'s, const N: usize> Declaration<'s, N> {
+    /// The declaration of a system.
+    pub fn of<S: System<N>>(system: &'s S) -> Self {
+        Self { source: system }
+    }
+
+    /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
+    pub(crate) fn prepare(&self) {
+        let tape = self.source.tape();
+        Bounded::prepare(tape.program(Segment::Residual, Part::Head));
+        Bounded::prepare(tape.program(Segment::Continuous, Part::Head));
+        for segment in [
+            Segment::Continuous,
+            Segment::ContinuousForce,
+            Segment::Energy,
+            Segment::Observe,
+        ] {
+            f64::prepare(tape.program(segment, Part::All));
+        }
+    }
+
+    fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
+        let mut results = Vec::with_capacity(self.source.tape().count(segment, part));
+        evaluate(self.source, segment, part, at, &mut |_, value| {
+            results.push(value);
+        });
+        results
+    }
+
+    fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
+        evaluate(self.source, segment, part, at, &mut |place, value| {
+            if let Some(out) = out.get_mut(place) {
+                *out = value;
+            }
+        });
+    }
+
+    fn vector<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> [T; N] {
+        let mut vector = [T::splat(f64::NAN); N];
+        self.into(segment, part, at, &mut vector);
+        vector
+    }
+
+    fn scalar<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> T {
+        let mut scalar = [T::splat(f64::NAN)];
+        self.into(segment, Part::All, at, &mut scalar);
+        scalar[0]
+    }
+
+    fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<[T; N]> {
+        let mut vectors = vec![[T::splat(f64::NAN); N]; self.forms_count()];
+        evaluate(self.source, segment, Part::All, at, &mut |place, value| {
+            if let Some(vector) = vectors.get_mut(place / N) {
+                vector[place % N] = value;
+            }
+        });
+        vectors
+    }
+
+    /// How many results a part of a segment has.
+    fn count(&self, segment: Segment, part: Part) -> usize {
+        self.source.tape().count(segment, part)
+    }
+
+    /// How many unknowns a step has.
+    pub fn unknowns(&self) -> usize {
+        self.count(Segment::Unknown, Part::All)
+    }
+
+    /// How many holonomic constraints there are.
+    pub fn holonomic(&self) -> usize {
+        self.count(Segment::Phase, Part::Head)
+    }
+
+    /// How many constraints there are of positions and of velocities.
+    pub fn lower(&self) -> usize {
+        self.count(Segment::Pair, Part::All)
+    }
+
+    /// How many forms of constraint forces are known.
+    pub fn forms_count(&self) -> usize {
+        self.count(Segment::Forms, Part::All) / N.max(1)
+    }
+
+    /// Whether multipliers are among the unknowns.
+    pub fn has_multipliers(&self) -> bool {
+        self.count(Segment::Continuous, Part::Head) > N
+    }
+
+    /// What is known when a run with the step `h` begins, in the order of
+    /// [`Compiled::constants`](crate::compiled::Compiled::constants).
+    pub fn constants<T: Number>(&self, h: T) -> Vec<T> {
+        let at = At {
+            h: Some(h),
+            ..At::NOWHERE
+        };
+        self.all(Segment::Constants, Part::All, &at)
+    }
+
+    /// What is known when a step begins, in the order of [`Compiled::known`](crate::compiled::Compiled::known).
+    pub fn known<T: Number>(&self, h: T, leg: &Leg<T, N>) -> Vec<T> {
+        self.all(Segment::Known, Part::All, &At::leg(h, leg))
+    }
+
+    /// The rows of the step at the unknowns `z`.
+    pub fn rows<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Residual, Part::Head, &at)
+    }
+
+    /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn bounds(&self, h: f64, leg: &Leg<f64, N>, z: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::H => Some(&h),
+                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::N(i) => leg.q.get(i),
+                Leaf::D(i) => leg.d.get(i),
+                Leaf::Z(i) => z.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Residual, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
+    /// A bound of the rounding error in each row of the continuous system, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn continuous_bounds(&self, point: &Point<f64, N>, multipliers: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::Q(i) => point.q.get(i),
+                Leaf::V(i) => point.v.get(i),
+                Leaf::A(i) => point.a.get(i),
+                Leaf::Lambda(i) => multipliers.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Continuous, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
+    /// The Jacobian `∂row/∂z` of the rows, row by row.
+    pub fn jacobian<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Residual, Part::Tail, &at)
+    }
+
+    /// What each row is, divided by the declared one: denominators that were multiplied out, and factors of the parameters and
+    /// of `h` that were dropped.
+    pub fn scales<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Scales, Part::All, &at)
+    }
+
+    /// The unknowns that belong to a second difference and to multipliers. Missing ones are zero, and what is beyond the
+    /// last is left out.
+    pub fn unknown<T: Number>(&self, e: &[T; N], multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Unknown, Part::All, &at)
+    }
+
+    /// The second difference that belongs to the unknowns.
+    pub fn second_difference<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> [T; N] {
+        let at = At { z, ..At::leg(h, leg) };
+        self.vector(Segment::SecondDifference, Part::All, &at)
+    }
+
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
+    pub fn point<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Point<T, N> {
+        let at = At { e, ..At::leg(h, leg) };
+        let mut point = [[T::splat(f64::NAN); N]; 3];
+        self.into(Segment::Node, Part::Head, &at, point.as_flattened_mut());
+        let [q, v, a] = point;
+        Point { q, v, a }
+    }
+
+    /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
+    pub fn force<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> [T; N] {
+        let at = At { e, ..At::leg(h, leg) };
+        self.vector(Segment::Node, Part::Tail, &at)
+    }
+
+    /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`.
+    pub fn forms<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<[T; N]> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.vectors(Segment::Forms, &at)
+    }
+
+    /// The rows of the continuous system at a point: the constraints, those of lower order differentiated until accelerations
+    /// come in, then the works `⟨u, Q⟩` along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
+    pub fn continuous<T: Number>(&self, point: &Point<T, N>, multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::Head, &at)
+    }
+
+    /// The rows of the continuous system, then their Jacobian by accelerations and multipliers, row by row.
+    pub fn continuous_with_jacobian<T: Number>(&self, point: &Point<T, N>, multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::All, &at)
+    }
+
+    /// The same as equations for the unknowns `U`.
+    pub(crate) fn linearize_continuous<U: Unknown<f64>>(
+        &self,
+        point: &Point<f64, N>,
+        multipliers: &[f64],
+    ) -> Linearization<f64, U> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
+        let count = rows.as_ref().len();
+        evaluate(
+            self.source,
+            Segment::Continuous,
+            Part::All,
+            &at,
+            &mut |place, value| {
+                let entry = if place < count {
+                    rows.as_mut().get_mut(place)
+                } else {
+                    let row = jacobian.as_mut().get_mut(place / count - 1);
+                    row.and_then(|row| row.as_mut().get_mut(place % count))
+                };
+                if let Some(entry) = entry {
+                    *entry = value;
+                }
+            },
+        );
+        Linearization { rows, jacobian }
+    }
+
+    /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
+    pub fn continuous_force<T: Number>(&self, point: &Point<T, N>) -> [T; N] {
+        self.vector(Segment::ContinuousForce, Part::All, &At::point(point))
+    }
+
+    /// The forms of the continuous system's constraint forces at a point.
+    pub fn continuous_forms<T: Number>(&self, point: &Point<T, N>) -> Vec<[T; N]> {
+        self.vectors(Segment::ContinuousForms, &At::point(point))
+    }
+
+    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(q)`, then `c(q, v)`, then
+    /// `dg(q)·v`.
+    pub fn phase<T: Number>(&self, q: &[T; N], v: &[T; N]) -> Vec<T> {
+        let at = At { q, v, ..At::NOWHERE };
+        self.all(Segment::Phase, Part::All, &at)
+    }
+
+    /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`.
+    pub fn pair<T: Number>(&self, h: T, leg: &Leg<T, N>) -> Vec<T> {
+        self.all(Segment::Pair, Part::All, &At::leg(h, leg))
+    }
+
+    /// The Lagrangian `L(q, v)`.
+    pub fn lagrangian<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
+        let at = At { q, v, ..At::NOWHERE };
+        self.scalar(Segment::Lagrangian, &at)
+    }
+
+    /// The discrete Lagrangian `L_d(q0, q1)` on a leg.
+    pub fn discrete_lagrangian<T: Number>(&self, h: T, leg: &Leg<T, N>) -> T {
+        self.scalar(Segment::DiscreteLagrangian, &At::leg(h, leg))
+    }
+
+    /// The energy `⟨∂L/∂v, v⟩ - L`.
+    pub fn energy<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
+        let at = At { q, v, ..At::NOWHERE };
+        self.scalar(Segment::Energy, &at)
+    }
+
+    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`.
+    pub fn declared<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N], multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// The observed expressions at a point, as many as `out` has room for.
+    pub fn observe<T: Number>(&self, point: &Point<T, N>, out: &mut [T]) {
+        self.into(Segment::Observe, Part::All, &At::point(point), out);
+    }
+}

@@ -1,0 +1,11 @@
+//! What a program that runs a system needs: `use dsocs_core::prelude::*;`.
+//!
+//! The attribute, the methods, the trait with their verbs ([`Stepper`]), and what they take and hand out.
+
+pub use crate::composition::{ComposedFlow, Composition};
+pub use crate::ensemble::Ensemble;
+pub use crate::flow::Flow;
+pub use crate::run::{Event, Events, Node, Observer, Occurrence, RunError, Stepper, Trajectory, on_event};
+pub use crate::start::Start;
+pub use crate::taylor::{TaylorFlow, Tolerance};
+pub use dsocs_macros::dsocs;

@@ -1,0 +1,140 @@
+//! Why a run ends early, whatever its method.
+
+use thiserror::Error;
+
+use crate::composition::{StageError, StageFailure};
+use crate::error::{FailedStep, SetupError, StepError, StepFailure};
+use crate::taylor::SeriesError;
+
+/// Why a run could not be set up, ended early, or did not begin: one error for every method.
+///
+/// The variants say what failed; each carries the step, the time, the nodes and the cause, and its message says what to try.
+/// [`core::error::Error::source`] leads on to the cause. The details are boxed: a step that succeeds does not pay for them.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The run could not be set up.
+    #[error(transparent)]
+    Setup(Box<SetupError>),
+    /// A step of a [`crate::Flow`] has no solution.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// A stage of a step of a [`crate::ComposedFlow`] could not be made.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The Taylor series of a [`crate::TaylorFlow`] does not go on.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
+    /// The time lies on the other side of the current one.
+    #[error(transparent)]
+    Behind(Box<Behind>),
+    /// The time is not a number, or infinite where the run has to end by itself.
+    #[error("the run cannot go until t = {until}")]
+    Until {
+        /// The time asked for.
+        until: f64,
+    },
+    /// The function of an event has no value or no derivatives.
+    #[error(transparent)]
+    Event(Box<FailedEvent>),
+    /// The method has no step back in time.
+    #[error("{method} cannot run back in time: {reason}", method = .0.method, reason = .0.reason)]
+    OneWay(Box<OneWay>),
+}
+
+/// A time that lies on the other side of the current one.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error(
+    "t = {until} cannot be reached from t = {time}{}: it lies the other way (a negative step, or `reverse`, runs back in time)",
+    with_the_step(*.h)
+)]
+pub struct Behind {
+    /// The time asked for.
+    pub until: f64,
+    /// The current time.
+    pub time: f64,
+    /// The step; `None` where the method chooses it.
+    pub h: Option<f64>,
+}
+
+/// The step as a message tells it.
+fn with_the_step(h: Option<f64>) -> String {
+    h.map_or_else(String::new, |h| format!(" with the step h = {h}"))
+}
+
+/// A function of an event that could not be followed along the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error(
+    "the function of event {event} has no Taylor series at t = {time}: it is not finite there, or it is an observed expression \
+     that calls a function of the user's (give it as Event::function)"
+)]
+pub struct FailedEvent {
+    /// The event's place among those watched.
+    pub event: usize,
+    /// The time.
+    pub time: f64,
+}
+
+/// A method that has no step back in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OneWay {
+    /// The method.
+    pub method: &'static str,
+    /// Why not.
+    pub reason: &'static str,
+}
+
+impl RunError {
+    /// A time that lies behind.
+    pub(crate) fn behind(details: Behind) -> Self {
+        Self::Behind(Box::new(details))
+    }
+
+    /// The equations without a solution, of a step or of a stage.
+    #[must_use]
+    pub fn failed_step(&self) -> Option<&FailedStep> {
+        match self {
+            Self::Step(error) => Some(error.details()),
+            Self::Stage(error) => match &error.details().cause {
+                StageFailure::Step(error) => Some(error.details()),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Why these equations have no solution.
+    #[must_use]
+    pub fn step_failure(&self) -> Option<StepFailure> {
+        self.failed_step().map(|step| step.cause.reason)
+    }
+
+    /// The time where the run ended; `None` if it did not begin, or was asked for the impossible.
+    #[must_use]
+    pub fn time(&self) -> Option<f64> {
+        match self {
+            Self::Step(error) => Some(error.details().time),
+            Self::Stage(error) => Some(error.details().time()),
+            Self::Series(error) => Some(error.details().time),
+            Self::Event(event) => Some(event.time),
+            Self::Setup(_) | Self::Behind(_) | Self::Until { .. } | Self::OneWay(_) => None,
+        }
+    }
+}
+
+impl From<SetupError> for RunError {
+    fn from(error: SetupError) -> Self {
+        Self::Setup(Box::new(error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::StepReport;
+
+    #[test]
+    fn an_error_costs_a_step_no_more_than_two_words() {
+        assert!(size_of::<Result<StepReport, RunError>>() <= 2 * size_of::<usize>());
+    }
+}

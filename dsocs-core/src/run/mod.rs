@@ -1,0 +1,405 @@
+//! One run, whatever its method: the verbs, and what they hand out.
+//!
+//! A method gives one step, the node there and a [`Clock`]; [`Stepper`] makes a run of it. What a run hands out are [`Node`]s, to
+//! an iterator, a [`Trajectory`] or an [`Observer`]; in between it is a [`Polynomial`], on which [`Events`] are found. It ends
+//! early with a [`RunError`].
+
+// times are reached exactly
+#![allow(clippy::float_cmp)]
+
+mod clock;
+mod error;
+mod estimate;
+mod events;
+mod node;
+mod observer;
+mod polynomial;
+mod roots;
+mod trajectory;
+mod view;
+
+pub use clock::{Clock, End};
+pub use error::{Behind, FailedEvent, OneWay, RunError};
+pub use estimate::Estimates;
+pub use events::{Event, Events, Occurrence};
+pub use node::Node;
+pub use observer::{Observer, OnEvent, Verdict, on_event};
+pub use polynomial::Polynomial;
+pub(crate) use polynomial::Search;
+pub use trajectory::{Failure, Trajectory};
+pub use view::View;
+
+use core::ops::ControlFlow;
+
+use crate::regularity::Regularity;
+use crate::step::StepReport;
+use crate::system::Point;
+use crate::taylor::Series;
+
+/// Takes the motion of a step, polynomial by polynomial, and may ask the method to stop, a time after the point about which
+/// the polynomial's coefficients are.
+pub type Visitor<'v, const N: usize> =
+    dyn FnMut(&dyn View<N>, &Polynomial<'_, N>) -> Result<Option<f64>, RunError> + 'v;
+
+/// How a step ended that was shown to a [`Visitor`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traced {
+    /// At its own end, the next node; the visitor did not ask for another.
+    Whole,
+    /// At its own end, beyond where the visitor wanted to stop.
+    Beyond,
+    /// Where the visitor wanted to stop.
+    There,
+}
+
+/// A motion in progress, by any method: [`crate::Flow`], [`crate::ComposedFlow`], [`crate::TaylorFlow`].
+///
+/// A run stands at a node: first at the start, which has the number 0. Every verb goes on from there. A node is handed out once:
+/// to the iterator (a run is an endless iterator of nodes, which ends after an error), to a trajectory ([`Stepper::until`]), to an observer
+/// ([`Stepper::stream`], [`Stepper::watch`]); [`Stepper::advance`] and [`Stepper::to`] pass nodes without computing what they show.
+///
+/// The trait can be made into an object: what takes a `&mut dyn Stepper<N>` runs every method.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::{Composition, RunError};
+///
+/// /// A pendulum.
+/// #[dsocs {
+///     coordinates(theta);
+///     lagrangian = dot(theta).powi(2) / 2 + gravity / length * theta.cos();
+/// }]
+/// struct Pendulum {
+///     length: f64,
+///     gravity: f64,
+/// }
+///
+/// /// When it first hangs straight down.
+/// fn quarter(run: &mut dyn Stepper<1>) -> Result<f64, RunError> {
+///     let mut events = Events::new(vec![Event::function(|point| point.q[0]).terminal()]);
+///     let event = run.watch(10.0, &mut events, &mut |_: &Node<1>| {})?;
+///     Ok(event.map_or(f64::NAN, |event| event.t))
+/// }
+///
+/// let pendulum = Pendulum { length: 1.0, gravity: 9.81 };
+/// let start = Start::second_order([1.0], [0.0]);
+/// let step = quarter(&mut Flow::new(&pendulum, 0.01, start)?)?;
+/// let composed = quarter(&mut ComposedFlow::new(&pendulum, 0.01, Composition::KAHAN_LI_6, start)?)?;
+/// let series = quarter(&mut TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-14))?)?;
+/// let exact = 0.534_784_400_139_672;
+/// assert!((step - exact).abs() < 1e-4 && (composed - exact).abs() < 1e-11 && (series - exact).abs() < 1e-12);
+/// # Ok::<(), RunError>(())
+/// ```
+///
+/// # A new method
+///
+/// It owns a [`Clock`], implements the first five methods, and [`Iterator`] by [`Stepper::next_node`]; the rest is given. Where it knows its
+/// motion better than its nodes tell, it implements [`Stepper::trace`].
+pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
+    /// Makes one step and tells the clock; no node is computed, and nothing is allocated. A method that chooses its steps
+    /// does not go beyond the time `end`, towards which the run goes; others do not ask.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if there is no such step. The run stays where it was.
+    fn step(&mut self, end: f64) -> Result<StepReport, RunError>;
+
+    /// The node where the run stands.
+    fn node(&self) -> Node<N>;
+
+    /// The clock.
+    fn clock(&self) -> &Clock;
+
+    /// The clock, for the verbs.
+    fn clock_mut(&mut self) -> &mut Clock;
+
+    /// The system as far as its type does not matter.
+    fn view(&self) -> &dyn View<N>;
+
+    /// Turns round: time runs back from the node where the run stands, which becomes number 0 and is not handed out again.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::OneWay`] if the method has no step back; other errors if there is none here. The run stays as it was.
+    fn reverse(&mut self) -> Result<(), RunError> {
+        Err(RunError::OneWay(Box::new(OneWay {
+            method: "this method",
+            reason: "it has no step back",
+        })))
+    }
+
+    /// How regular the equations of the last step are, where the method has such: of a [`crate::Flow`], those of the triple
+    /// about the current node. `None` before the first step.
+    fn regularity(&self) -> Option<Regularity> {
+        None
+    }
+
+    /// Makes one step like [`Stepper::step`] and shows the motion on the way.
+    ///
+    /// Unless the method knows better, that is the polynomial between its nodes ([`Polynomial::between`]).
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::step`]; and the visitor's.
+    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
+        let before = self.node();
+        self.step(end)?;
+        let mut series = Series::new(Polynomial::<N>::ORDER);
+        let polynomial = Polynomial::between(&before, &self.node(), &mut series);
+        Ok(match visit(self.view(), &polynomial)? {
+            Some(_) => Traced::Beyond,
+            None => Traced::Whole,
+        })
+    }
+
+    /// Makes one step and no more; [`Stepper::node`] then is the node there, which counts as handed out.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if there is no step. The run stays where it was.
+    #[inline]
+    fn advance(&mut self) -> Result<StepReport, RunError> {
+        self.step(f64::INFINITY)
+    }
+
+    /// The next node of the iterator; `None` after an error.
+    fn next_node(&mut self) -> Option<Result<Node<N>, RunError>> {
+        if self.clock().has_ended() {
+            return None;
+        }
+        let node = hand_out(self, f64::INFINITY);
+        if node.is_err() {
+            self.clock_mut().end();
+        }
+        Some(node)
+    }
+
+    /// Runs up to the last node at or before `t` (at or after, back in time) and collects the nodes, from the one after the
+    /// last handed out.
+    ///
+    /// A node whose time is `t` to within rounding counts as at `t`: 500 with the step 0.1 gives node 5000. A method that chooses
+    /// its steps has its last node at `t`.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a number.
+    fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
+        let mut trajectory = Trajectory::default();
+        let result = finite(t).and_then(|()| {
+            walk(self, t, |_, node| {
+                trajectory.nodes.push(*node);
+                ControlFlow::Continue(())
+            })
+        });
+        match result {
+            Ok(()) => Ok(trajectory),
+            Err(error) => Err(Failure { error, trajectory }),
+        }
+    }
+
+    /// Runs like [`Stepper::until`] and gives the last node alone; those before are not computed.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::until`], without the nodes. The run then stands at the last good step.
+    fn to(&mut self, t: f64) -> Result<Node<N>, RunError> {
+        finite(t)?;
+        let end = self.clock().until(t)?;
+        self.clock_mut().hand_out(true);
+        while !self.clock().has_reached(&end) {
+            self.step(end.time())?;
+        }
+        Ok(self.node())
+    }
+
+    /// Runs like [`Stepper::until`], but hands each node to an observer and keeps none. An infinite `t` is allowed: the
+    /// observer ends the run.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if a step fails, or if `t` lies behind or is not a number.
+    fn stream(&mut self, t: f64, observer: &mut dyn Observer<N>) -> Result<(), RunError> {
+        walk(self, t, |_, node| observer.node(node))
+    }
+
+    /// Runs like [`Stepper::stream`] and hands each node on with the regularity of its step ([`Stepper::regularity`]); the
+    /// node of the start has none.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::stream`].
+    fn certify(
+        &mut self,
+        t: f64,
+        observer: &mut dyn FnMut(&Node<N>, Option<Regularity>) -> ControlFlow<()>,
+    ) -> Result<(), RunError> {
+        walk(self, t, |run, node| observer(node, run.regularity()))
+    }
+
+    /// Runs like [`Stepper::stream`], to the first terminal event at most, and hands nodes and events on, in order. Returns the event
+    /// that ended the run.
+    ///
+    /// An event is a change of sign of a function; one that is zero without changing its sign is none, and neither is one at
+    /// the very start. Within each step every change is found, also of functions that change it several times, on the
+    /// [`Polynomial`] of the step, which says how exact it is; on that polynomial the function itself is brought to zero, to rounding.
+    ///
+    /// A run by Taylor series then stands at the event. The discrete methods stand at the node after it, which is handed out when
+    /// the run goes on; what happens between the event and that node is told then.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::stream`]; and [`RunError::Event`] if a function has no Taylor series.
+    fn watch(
+        &mut self,
+        t: f64,
+        events: &mut Events<'_, N>,
+        observer: &mut dyn Observer<N>,
+    ) -> Result<Option<Occurrence<N>>, RunError> {
+        let end = self.clock().until(t)?;
+        if let Some(occurrence) = events.resume(self.clock(), observer) {
+            return Ok(Some(occurrence));
+        }
+        loop {
+            if !self.clock().is_handed_out() {
+                let node = hand_out(self, end.time())?;
+                if observer.node(&node).is_break() {
+                    return Ok(None);
+                }
+            }
+            if self.clock().has_reached(&end) {
+                return Ok(None);
+            }
+            let (before, mut ended) = (self.clock().index(), None);
+            let traced = self.trace(end.time(), &mut |view, polynomial| {
+                ended = events.happen(view, polynomial, observer)?;
+                Ok(ended.map(|(s, _)| s))
+            });
+            // what happens on the way to a node is told before it
+            if self.clock().index() != before {
+                self.clock_mut().hand_out(false);
+            }
+            let traced = traced?;
+            if let Some((_, occurrence)) = ended {
+                events.leave(self.clock(), traced);
+                return Ok(Some(occurrence));
+            }
+        }
+    }
+
+    /// Runs to the last of some times and hands the motion at each of them on. The times come in the order of the run, and none
+    /// before that of the current node; between nodes the motion is the [`Polynomial`] of the step.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::stream`].
+    fn sample(
+        &mut self,
+        times: &[f64],
+        observer: &mut dyn FnMut(f64, &Point<f64, N>),
+    ) -> Result<(), RunError> {
+        in_order(times, self.clock())?;
+        sample(self, times, observer)
+    }
+
+    /// The observed expressions of the declaration at a node, in the order of [`crate::System::OBSERVABLES`]; expressions
+    /// beyond the end of `out` are left out.
+    fn observe(&self, node: &Node<N>, out: &mut [f64]) {
+        self.view().observed(&node.point(), out);
+    }
+
+    /// The multipliers of a node's constraint force; see [`crate::multipliers`].
+    fn multipliers(&self, node: &Node<N>) -> Vec<f64> {
+        self.view().multipliers_of(node)
+    }
+}
+
+/// Refuses a time at which no run ends by itself.
+fn finite(t: f64) -> Result<(), RunError> {
+    if t.is_infinite() {
+        Err(RunError::Until { until: t })
+    } else {
+        Ok(())
+    }
+}
+
+/// Refuses times that do not come in the order of the run.
+pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
+    let mut previous = clock.time();
+    for &t in times {
+        if !t.is_finite() {
+            return Err(RunError::Until { until: t });
+        }
+        if t != previous && (t > previous) != clock.is_forward() {
+            return Err(RunError::behind(Behind {
+                until: t,
+                time: previous,
+                h: clock.step(),
+            }));
+        }
+        previous = t;
+    }
+    Ok(())
+}
+
+/// The next node of a run, not beyond the time `end`.
+pub(crate) fn hand_out<R: Stepper<N> + ?Sized, const N: usize>(
+    run: &mut R,
+    end: f64,
+) -> Result<Node<N>, RunError> {
+    if run.clock().is_handed_out() {
+        run.step(end)?;
+    } else {
+        run.clock_mut().hand_out(true);
+    }
+    Ok(run.node())
+}
+
+/// Shows the nodes up to the last one at or before `t`.
+fn walk<R: Stepper<N> + ?Sized, const N: usize>(
+    run: &mut R,
+    t: f64,
+    mut visit: impl FnMut(&R, &Node<N>) -> ControlFlow<()>,
+) -> Result<(), RunError> {
+    let end = run.clock().until(t)?;
+    while !run.clock().has_reached(&end) {
+        let node = hand_out(run, end.time())?;
+        if visit(run, &node).is_break() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Shows the motion at some times, which come in order.
+pub(crate) fn sample<R: Stepper<N> + ?Sized, const N: usize>(
+    run: &mut R,
+    mut times: &[f64],
+    observer: &mut dyn FnMut(f64, &Point<f64, N>),
+) -> Result<(), RunError> {
+    let Some(&last) = times.last() else {
+        return Ok(());
+    };
+    run.clock_mut().hand_out(true);
+    let (now, forward) = (run.clock().time(), run.clock().is_forward());
+    if times.first() == Some(&now) {
+        let point = run.node().point();
+        while let Some((&t, rest)) = times.split_first().filter(|(t, _)| **t == now) {
+            observer(t, &point);
+            times = rest;
+        }
+    }
+    while !times.is_empty() {
+        run.trace(last, &mut |_, polynomial| {
+            let end = polynomial.end();
+            while let Some((&t, rest)) = times.split_first() {
+                if if forward { t > end } else { t < end } {
+                    break;
+                }
+                observer(t, &polynomial.at(t));
+                times = rest;
+            }
+            Ok(None)
+        })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! Who takes the nodes of a run.
+
+use core::ops::ControlFlow;
+
+use super::{Node, Occurrence, Trajectory};
+
+/// Receives the nodes of a run one by one, in bounded memory, and the events where some are watched.
+///
+/// Every closure `FnMut(&Node<N>)` is an observer, whether it returns nothing or says whether to go on. So are a
+/// [`Trajectory`], which collects the nodes, [`on_event`] and pairs of observers.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use dsocs_core::{Node, Observer, Trajectory};
+///
+/// let mut count = 0;
+/// let mut counting = |_: &Node<1>| count += 1;
+/// let mut falling = |node: &Node<1>| {
+///     if node.q[0] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+/// };
+/// let observers: [&mut dyn Observer<1>; 3] = [&mut counting, &mut falling, &mut Trajectory::default()];
+/// ```
+pub trait Observer<const N: usize> {
+    /// Takes a node; [`ControlFlow::Break`] ends the run after it.
+    fn node(&mut self, node: &Node<N>) -> ControlFlow<()>;
+
+    /// Takes an event, between the node before and the node after it; [`ControlFlow::Break`] ends the run there, as a
+    /// terminal event does. Ignores it unless implemented.
+    fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
+        let _ = occurrence;
+        ControlFlow::Continue(())
+    }
+}
+
+/// What a closure that observes may return: nothing, or whether to go on.
+pub trait Verdict {
+    /// Whether to go on.
+    fn verdict(self) -> ControlFlow<()>;
+}
+
+impl Verdict for () {
+    #[inline]
+    fn verdict(self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl Verdict for ControlFlow<()> {
+    #[inline]
+    fn verdict(self) -> ControlFlow<()> {
+        self
+    }
+}
+
+impl<F: FnMut(&Node<N>) -> R, R: Verdict, const N: usize> Observer<N> for F {
+    #[inline]
+    fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
+        self(node).verdict()
+    }
+}
+
+impl<const N: usize> Observer<N> for Trajectory<N> {
+    fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
+        self.nodes.push(*node);
+        ControlFlow::Continue(())
+    }
+}
+
+/// Both see everything; either ends the run.
+impl<A: Observer<N>, B: Observer<N>, const N: usize> Observer<N> for (A, B) {
+    fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
+        either(self.0.node(node), self.1.node(node))
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
+        either(self.0.event(occurrence), self.1.event(occurrence))
+    }
+}
+
+/// Breaks if either does.
+fn either(left: ControlFlow<()>, right: ControlFlow<()>) -> ControlFlow<()> {
+    if left.is_break() { left } else { right }
+}
+
+/// An observer of events alone, from a closure that returns nothing or says whether to go on.
+///
+/// ```
+/// use dsocs_core::{Occurrence, on_event};
+///
+/// let mut times = Vec::new();
+/// let mut observer = on_event(|event: &Occurrence<2>| times.push(event.t));
+/// # let _: &mut dyn dsocs_core::Observer<2> = &mut observer;
+/// ```
+pub fn on_event<const N: usize, R: Verdict, F: FnMut(&Occurrence<N>) -> R>(closure: F) -> OnEvent<F> {
+    OnEvent(closure)
+}
+
+/// The observer that [`on_event`] makes.
+#[derive(Clone, Copy, Debug)]
+pub struct OnEvent<F>(F);
+
+impl<F: FnMut(&Occurrence<N>) -> R, R: Verdict, const N: usize> Observer<N> for OnEvent<F> {
+    fn node(&mut self, _: &Node<N>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
+        (self.0)(occurrence).verdict()
+    }
+}

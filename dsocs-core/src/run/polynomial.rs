@@ -1,0 +1,192 @@
+//! The motion between two nodes, as a polynomial.
+
+use super::Node;
+use crate::compensated::Compensated;
+use crate::system::Point;
+use crate::taylor::Series;
+
+/// The motion during one step, good from [`Polynomial::start`] to [`Polynomial::end`]: dense output of every method.
+///
+/// Of a [`crate::TaylorFlow`] it is the Taylor series of the step, as exact as the tolerance. Of the discrete methods it is
+/// the polynomial between two nodes, see [`Polynomial::between`].
+#[derive(Clone, Copy, Debug)]
+pub struct Polynomial<'f, const N: usize> {
+    /// The coefficients.
+    pub(crate) series: &'f Series<N>,
+    /// The time about which they are.
+    pub(crate) t: Compensated<1>,
+    /// How long after that the polynomial begins.
+    pub(crate) from: f64,
+    /// How long after that it ends.
+    pub(crate) to: f64,
+    /// How it is searched for events.
+    pub(crate) search: Search,
+}
+
+/// How finely a polynomial is searched for events.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Search {
+    /// The last term of an event's series may be this part of the largest: beyond, the interval is halved.
+    pub tail: f64,
+    /// How often.
+    pub depth: u32,
+}
+
+impl Search {
+    /// Of a Taylor series.
+    pub const SERIES: Self = Self {
+        tail: 1e-9,
+        depth: 12,
+    };
+
+    /// Between two nodes: the polynomial itself is no more exact.
+    pub const NODES: Self = Self { tail: 1e-9, depth: 4 };
+}
+
+impl<'f, const N: usize> Polynomial<'f, N> {
+    /// The order of the series that [`Polynomial::between`] fills: more than the polynomial's own, for functions of it.
+    pub(crate) const ORDER: usize = 12;
+
+    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes (degree 3, through positions and
+    /// velocities, where an acceleration is not known), with its coefficients in `series`.
+    ///
+    /// # How exact it is
+    ///
+    /// Of a motion whose nodes are exact the position is exact to `h⁶`, the velocity to `h⁵` and the acceleration to `h⁴`. A
+    /// [`crate::ComposedFlow`] of the order `p` so has positions in between, and events of positions, to the order
+    /// `min(p, 6)`. The velocities and accelerations of a [`crate::Flow`] are differences of nodes, which are of second order as the
+    /// positions are: in between everything is of second order, too.
+    pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series<N>) -> Self {
+        let h = after.t - before.t;
+        let known = before.a.iter().chain(&after.a).all(|a| a.is_finite());
+        let mut coefficients = [[0.0; N]; 6];
+        for i in 0..N {
+            let [q, v, a] = [before.q[i], h * before.v[i], h * h * before.a[i]];
+            let [next_v, next_a] = [h * after.v[i], h * h * after.a[i]];
+            // what is left of the motion after a start of second order, in units of the step
+            let column = if known {
+                let (d, v_left, a_left) = ((after.q[i] - q) - (v + 0.5 * a), next_v - (v + a), next_a - a);
+                [
+                    q,
+                    v,
+                    0.5 * a,
+                    10.0 * d - 4.0 * v_left + 0.5 * a_left,
+                    -15.0 * d + 7.0 * v_left - a_left,
+                    6.0 * d - 3.0 * v_left + 0.5 * a_left,
+                ]
+            } else {
+                let (d, v_left) = ((after.q[i] - q) - v, next_v - v);
+                [q, v, 3.0 * d - v_left, v_left - 2.0 * d, 0.0, 0.0]
+            };
+            let mut power = 1.0;
+            for (row, c) in coefficients.iter_mut().zip(column) {
+                row[i] = c / power;
+                power *= h;
+            }
+        }
+        series.fill(&coefficients);
+        Self {
+            series,
+            t: Compensated::exact([before.t]),
+            from: 0.0,
+            to: h,
+            search: Search::NODES,
+        }
+    }
+
+    /// The time where it begins.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.time(self.from)
+    }
+
+    /// The time where it ends.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.time(self.to)
+    }
+
+    /// How long it is, negative back in time.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.to - self.from
+    }
+
+    /// The series itself, about [`Polynomial::start`] (of a step of a [`crate::TaylorFlow`] that is seen in parts, about
+    /// that of the first).
+    #[must_use]
+    pub fn series(&self) -> &'f Series<N> {
+        self.series
+    }
+
+    /// The time `s` after the point of expansion.
+    pub(crate) fn time(&self, s: f64) -> f64 {
+        let mut t = self.t;
+        t.add(&[s]);
+        t.hi[0]
+    }
+
+    /// The time since the point of expansion.
+    pub(crate) fn since(&self, t: f64) -> f64 {
+        (t - self.t.hi[0]) - self.t.lo[0]
+    }
+
+    /// Position, velocity and acceleration a time `s` after the point of expansion.
+    pub(crate) fn point(&self, s: f64) -> Point<f64, N> {
+        let [q, v, a] = self.series.point(s);
+        Point { q, v, a }
+    }
+
+    /// Position, velocity and acceleration at the time `t`.
+    #[must_use]
+    pub fn at(&self, t: f64) -> Point<f64, N> {
+        self.point(self.since(t))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::newton::Stop;
+
+    /// A node of `x = t⁵ - 2 t³ + t`.
+    fn node(t: f64, a: f64) -> Node<1> {
+        Node {
+            index: 0,
+            t,
+            q: [t.powi(5) - 2.0 * t.powi(3) + t],
+            v: [5.0 * t.powi(4) - 6.0 * t.powi(2) + 1.0],
+            a: [a * (20.0 * t.powi(3) - 12.0 * t)],
+            force: [0.0],
+            energy: 0.0,
+            iterations: 0,
+            stop: Stop::Start,
+        }
+    }
+
+    #[test]
+    fn a_polynomial_of_degree_5_is_its_own() {
+        for (from, to) in [(0.5, 1.75), (1.75, 0.5)] {
+            let mut series = Series::new(Polynomial::<1>::ORDER);
+            let polynomial = Polynomial::between(&node(from, 1.0), &node(to, 1.0), &mut series);
+            assert_eq!((polynomial.start(), polynomial.end()), (from, to));
+            for t in [0.5, 0.9, 1.3, 1.75] {
+                let (found, exact) = (polynomial.at(t), node(t, 1.0));
+                for (x, y) in [(found.q, exact.q), (found.v, exact.v), (found.a, exact.a)] {
+                    assert!((x[0] - y[0]).abs() < 1e-12, "{t}: {x:?} {y:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_accelerations_it_is_a_cubic() {
+        let mut series = Series::new(Polynomial::<1>::ORDER);
+        let polynomial = Polynomial::between(&node(0.5, f64::NAN), &node(0.75, 1.0), &mut series);
+        for t in [0.5, 0.75] {
+            assert!((polynomial.at(t).q[0] - node(t, 1.0).q[0]).abs() < 1e-15);
+            assert!((polynomial.at(t).v[0] - node(t, 1.0).v[0]).abs() < 1e-14);
+        }
+        assert!((polynomial.at(0.6).q[0] - node(0.6, 1.0).q[0]).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,168 @@
+//! The evaluator.
+
+use core::cell::Cell;
+
+use super::link::{Kind, Program, Register};
+use super::read::{Binary, Comparison, Function};
+use super::{Leaf, Source};
+use crate::lanes::Lanes;
+use crate::rounding::Bounded;
+use crate::scalar::Scalar;
+use crate::tangent::{Tangent, Tangent2};
+use crate::taylor::Jet;
+
+/// A type of number that tapes are walked with.
+///
+/// The evaluator is compiled for each of them here, and not once more where it is called.
+pub trait Number: Scalar {
+    /// Evaluates a program: leaves come from `leaf`, results go to `result`, with their places.
+    fn walk(
+        program: &Program,
+        source: &dyn Source,
+        leaf: &dyn Fn(Leaf) -> Self,
+        result: &mut dyn FnMut(usize, Self),
+    );
+
+    /// Makes room for a program on this thread: its evaluations there allocate nothing then.
+    fn prepare(program: &Program);
+}
+
+/// What a thread's evaluations of one type of number compute in; kept, so that an evaluation allocates nothing.
+struct Room<T> {
+    registers: Vec<T>,
+    arguments: Vec<f64>,
+}
+
+impl<T> Default for Room<T> {
+    fn default() -> Self {
+        Self {
+            registers: Vec::new(),
+            arguments: Vec::new(),
+        }
+    }
+}
+
+impl<T: Scalar> Room<T> {
+    /// Makes room for a program.
+    fn fit(&mut self, program: &Program) {
+        if self.registers.len() < program.registers {
+            self.registers.resize(program.registers, T::splat(0.0));
+        }
+        self.arguments.reserve(program.arguments.len());
+    }
+}
+
+macro_rules! numbers {
+    ($($number:ty),* $(,)?) => {
+        $(const _: () = {
+            thread_local! {
+                static ROOM: Cell<Room<$number>> = Cell::default();
+            }
+
+            impl Number for $number {
+                fn walk(
+                    program: &Program,
+                    source: &dyn Source,
+                    leaf: &dyn Fn(Leaf) -> Self,
+                    result: &mut dyn FnMut(usize, Self),
+                ) {
+                    // a function of the user's that evaluates tapes itself finds another, empty room
+                    let mut room = ROOM.take();
+                    walk(program, source, leaf, result, &mut room);
+                    ROOM.set(room);
+                }
+
+                fn prepare(program: &Program) {
+                    let mut room = ROOM.take();
+                    room.fit(program);
+                    ROOM.set(room);
+                }
+            }
+        };)*
+    };
+}
+
+numbers!(f64, Lanes, Bounded, Tangent, Tangent2, Jet);
+
+/// Evaluates a program.
+fn walk<T: Scalar>(
+    program: &Program,
+    source: &dyn Source,
+    leaf: &dyn Fn(Leaf) -> T,
+    result: &mut dyn FnMut(usize, T),
+    room: &mut Room<T>,
+) {
+    room.fit(program);
+    let registers = &mut room.registers[..program.registers];
+    for instruction in &program.instructions {
+        let at = |register: Register| registers[register as usize];
+        let value = match instruction.kind {
+            Kind::Number(value) => T::splat(value),
+            Kind::Leaf(which) => leaf(which),
+            Kind::Neg(a) => -at(a),
+            Kind::Recip(a) => at(a).recip(),
+            Kind::Powi(a, power) => at(a).powi(power),
+            Kind::Binary(binary, [a, b]) => {
+                let (a, b) = (at(a), at(b));
+                match binary {
+                    Binary::Add => a + b,
+                    Binary::Sub => a - b,
+                    Binary::Mul => a * b,
+                    Binary::Div => a / b,
+                    Binary::Powf => a.powf(b),
+                    Binary::Atan2 => a.atan2(b),
+                }
+            }
+            Kind::Select(comparison, [a, b, c, d]) => match comparison {
+                Comparison::Less => T::select_lt(at(a), at(b), at(c), at(d)),
+                Comparison::LessOrEqual => T::select_le(at(a), at(b), at(c), at(d)),
+            },
+            Kind::Function(name, a) => function(name, at(a)),
+            Kind::Call { which, first, count } => {
+                let range = first as usize..(first + count) as usize;
+                let arguments = &program.arguments[range];
+                let buffer = &mut room.arguments;
+                let [value] = T::from_lanes(|lane| {
+                    buffer.clear();
+                    buffer.extend(
+                        arguments
+                            .iter()
+                            .map(|&argument| registers[argument as usize].lane(lane)),
+                    );
+                    [source.call(which as usize, buffer)]
+                });
+                value
+            }
+        };
+        registers[instruction.to as usize] = value;
+    }
+    for (place, &register) in program.results.iter().enumerate() {
+        result(place, registers[register as usize]);
+    }
+}
+
+/// A function of one number.
+fn function<T: Scalar>(name: Function, a: T) -> T {
+    match name {
+        Function::Sqrt => a.sqrt(),
+        Function::Cbrt => a.cbrt(),
+        Function::Exp => a.exp(),
+        Function::ExpM1 => a.exp_m1(),
+        Function::Ln => a.ln(),
+        Function::Ln1p => a.ln_1p(),
+        Function::Sin => a.sin(),
+        Function::Cos => a.cos(),
+        Function::Tan => a.tan(),
+        Function::Asin => a.asin(),
+        Function::Acos => a.acos(),
+        Function::Atan => a.atan(),
+        Function::Sinh => a.sinh(),
+        Function::Cosh => a.cosh(),
+        Function::Tanh => a.tanh(),
+        Function::Asinh => a.asinh(),
+        Function::Acosh => a.acosh(),
+        Function::Atanh => a.atanh(),
+        Function::Abs => a.abs(),
+        Function::Signum => a.signum(),
+    }
+}

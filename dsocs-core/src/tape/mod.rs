@@ -1,0 +1,182 @@
+//! The cold form of a declaration: its operations as bytes, and the one evaluator that walks them.
+//!
+//! What a run evaluates often is straight-line code ([`Compiled`](crate::compiled::Compiled)). All the rest, rounding bounds,
+//! derivatives, starts, certificates, geometry, checks, is evaluated rarely, and with many types of numbers: compiled, it
+//! would be most of the code of a system. So the attribute writes the same operations, in the same order, once more as a
+//! constant [`Tape`]. [`Number::walk`] evaluates it, compiled once for each type of number, in this crate.
+//!
+//! # The format
+//!
+//! A tape is a sequence of bytes that the attribute writes and nobody else reads: it belongs to one version of this crate. It
+//! begins with [`VERSION`]; then come the [`SEGMENTS`], in their order, each as its length in bytes and its body. A body is the
+//! number of operations, the operations, the number of results, how many of them belong to the [`Part::Head`], and
+//! the results. Whole numbers are unsigned LEB128. An operand is the place of an operation in the same segment, before the
+//! one that reads it; a result is the place of an operation. An operation is a byte, and what it reads:
+//!
+//! | byte | operation | followed by |
+//! |---|---|---|
+//! | 0 | a number | eight bytes, little-endian |
+//! | 1 | a leaf | its kind (see [`Leaf`]) and its index |
+//! | 2 | a result of [`Segment::Constants`] | its place |
+//! | 3 | a result of [`Segment::Known`] | its place |
+//! | 4 | `-a` | `a` |
+//! | 5 … 8 | `a + b`, `a - b`, `a b`, `a / b` | `a`, `b` |
+//! | 9 | `1 / a` | `a` |
+//! | 10 | `a` to a whole power | `a`, four bytes of the power, little-endian |
+//! | 11, 12 | `powf(a, b)`, `atan2(a, b)` | `a`, `b` |
+//! | 13, 14 | `if a < b { c } else { d }`, the same with `≤` | `a`, `b`, `c`, `d` |
+//! | 15 | a call of the user's ([`Source::call`]) | which, the number of arguments, the arguments |
+//! | 32 … 51 | a function | `a` |
+//!
+//! A tape that breaks these rules has no results: every number that it is asked for is NaN.
+
+mod evaluate;
+mod link;
+mod read;
+#[cfg(test)]
+mod tests;
+
+use std::sync::OnceLock;
+
+pub use evaluate::Number;
+pub use link::Program;
+
+use read::Body;
+
+/// The first byte of a tape.
+pub(crate) const VERSION: u8 = 1;
+
+/// What an expression is made of in the end, besides numbers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Leaf {
+    /// A coordinate (kind 0).
+    Q(usize),
+    /// A velocity (1).
+    V(usize),
+    /// An acceleration (2).
+    A(usize),
+    /// A coordinate of a step's middle node (3).
+    N(usize),
+    /// A component of the increment that led to it (4).
+    D(usize),
+    /// A component of the second difference (5).
+    E(usize),
+    /// An unknown of the step (6).
+    Z(usize),
+    /// A multiplier (7).
+    Lambda(usize),
+    /// The step (8).
+    H,
+    /// A parameter (9).
+    Parameter(usize),
+}
+
+/// What a tape computes, in the order in which it stands there.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Segment {
+    /// What is known when the run begins, as [`Compiled::constants`](crate::compiled::Compiled::constants).
+    Constants,
+    /// What is known when the step begins, as [`Compiled::known`](crate::compiled::Compiled::known).
+    Known,
+    /// The rows of the step, then their Jacobian by the unknowns, row by row.
+    Residual,
+    /// What each row is, divided by the declared one.
+    Scales,
+    /// The second difference that belongs to the unknowns.
+    SecondDifference,
+    /// The unknowns that belong to a second difference and multipliers.
+    Unknown,
+    /// Position, velocity and acceleration of a node; then the constraint force there.
+    Node,
+    /// The forms of the constraint forces of a step, one after the other.
+    Forms,
+    /// The rows of the continuous system, then their Jacobian by accelerations and multipliers, row by row.
+    Continuous,
+    /// The constraint force of the continuous system.
+    ContinuousForce,
+    /// The forms of the constraint forces of the continuous system.
+    ContinuousForms,
+    /// What constraints of lower order ask of a position and a velocity.
+    Phase,
+    /// What they ask of a leg.
+    Pair,
+    /// The Lagrangian.
+    Lagrangian,
+    /// The discrete Lagrangian on a leg.
+    DiscreteLagrangian,
+    /// The energy.
+    Energy,
+    /// The observed expressions.
+    Observe,
+    /// The rows of a step as they were declared.
+    Declared,
+}
+
+/// How many segments a tape has.
+pub(crate) const SEGMENTS: usize = Segment::Declared as usize + 1;
+
+/// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Part {
+    /// All results.
+    All,
+    /// The first results: rows, or a point.
+    Head,
+    /// The results after them: a Jacobian, or a force.
+    Tail,
+}
+
+/// How many parts of a segment there are.
+const PARTS: usize = Part::Tail as usize + 1;
+
+/// Where a tape gets from what is no expression of its leaves: the system, as the attribute implements it.
+pub trait Source {
+    /// The tape of the declaration.
+    fn tape(&self) -> &'static Tape;
+
+    /// The value of a parameter; NaN beyond the last.
+    fn value(&self, parameter: usize) -> f64;
+
+    /// A function of the user's, or a derivative of one, at some arguments; without arguments an expression of parameters that
+    /// are no numbers. NaN if there is none of this number.
+    fn call(&self, which: usize, arguments: &[f64]) -> f64;
+}
+
+/// The operations of a declaration, and the programs that were made of them so far.
+#[derive(Debug)]
+pub struct Tape {
+    bytes: &'static [u8],
+    bodies: OnceLock<Vec<Body>>,
+    programs: [[OnceLock<Program>; PARTS]; SEGMENTS],
+}
+
+impl Tape {
+    /// A tape of bytes. Nothing is read before it is needed.
+    #[must_use]
+    pub const fn new(bytes: &'static [u8]) -> Self {
+        Self {
+            bytes,
+            bodies: OnceLock::new(),
+            programs: [const { [const { OnceLock::new() }; PARTS] }; SEGMENTS],
+        }
+    }
+
+    /// The program that computes a part of a segment.
+    pub fn program(&self, segment: Segment, part: Part) -> &Program {
+        let place = &self.programs[segment as usize][part as usize];
+        place.get_or_init(|| link::link(self.bodies(), segment, part))
+    }
+
+    /// How many results a part of a segment has.
+    pub fn count(&self, segment: Segment, part: Part) -> usize {
+        self.bodies()
+            .get(segment as usize)
+            .map_or(0, |body| body.part(part).len())
+    }
+
+    /// The segments; none of a tape that is malformed.
+    fn bodies(&self) -> &[Body] {
+        self.bodies
+            .get_or_init(|| read::read(self.bytes).unwrap_or_default())
+    }
+}

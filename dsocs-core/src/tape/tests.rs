@@ -1,0 +1,196 @@
+//! Tapes that are written by hand.
+
+use super::*;
+
+/// A source with one function, of three parameters and a tape.
+struct Hand(&'static Tape);
+
+impl Source for Hand {
+    fn tape(&self) -> &'static Tape {
+        self.0
+    }
+
+    fn value(&self, parameter: usize) -> f64 {
+        [2.0, 3.0, 5.0].get(parameter).copied().unwrap_or(f64::NAN)
+    }
+
+    fn call(&self, which: usize, arguments: &[f64]) -> f64 {
+        match (which, arguments) {
+            (0, [x, y]) => x * y + 1.0,
+            _ => f64::NAN,
+        }
+    }
+}
+
+/// A segment with some operations and results, the first `head` of them in its head.
+fn segment(ops: &[&[u8]], results: &[u8], head: u8) -> Vec<u8> {
+    let mut body = vec![u8::try_from(ops.len()).unwrap()];
+    body.extend(ops.concat());
+    body.extend([u8::try_from(results.len()).unwrap(), head]);
+    body.extend(results);
+    let mut segment = vec![u8::try_from(body.len()).unwrap()];
+    segment.extend(body);
+    segment
+}
+
+/// A tape of some segments, the others empty.
+fn tape(segments: &[(Segment, Vec<u8>)]) -> &'static Tape {
+    let mut bytes = vec![VERSION];
+    for place in 0..SEGMENTS {
+        let own = segments.iter().find(|(segment, _)| *segment as usize == place);
+        bytes.extend(own.map_or_else(|| segment(&[], &[], 0), |(_, body)| body.clone()));
+    }
+    Box::leak(Box::new(Tape::new(bytes.leak())))
+}
+
+fn results<T: Number>(tape: &'static Tape, of: Segment, part: Part, leaf: &dyn Fn(Leaf) -> T) -> Vec<T> {
+    let mut results = Vec::new();
+    T::walk(tape.program(of, part), &Hand(tape), leaf, &mut |place, value| {
+        assert_eq!(place, results.len());
+        results.push(value);
+    });
+    results
+}
+
+/// `h p₀`, once a run; `d₀` times it, once a step; then `r = z₀ · known + f(z₀, p₁)`, and its slope.
+fn small() -> &'static Tape {
+    let constants = segment(&[&[1, 8, 0], &[1, 9, 0], &[7, 0, 1]], &[2], 0);
+    let known = segment(&[&[1, 4, 0], &[2, 0], &[7, 0, 1]], &[2], 0);
+    let residual = segment(
+        &[
+            &[1, 6, 0],
+            &[3, 0],
+            &[7, 0, 1],
+            &[1, 9, 1],
+            &[15, 0, 2, 0, 3],
+            &[5, 2, 4],
+            &[5, 1, 3],
+        ],
+        &[5, 6],
+        1,
+    );
+    let energy = segment(
+        &[
+            &[1, 0, 0],
+            &[38, 0],
+            &[0, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f],
+            &[8, 1, 2],
+        ],
+        &[3, 3],
+        0,
+    );
+    tape(&[
+        (Segment::Constants, constants),
+        (Segment::Known, known),
+        (Segment::Residual, residual),
+        (Segment::Energy, energy),
+    ])
+}
+
+fn leaf(leaf: Leaf) -> f64 {
+    match leaf {
+        Leaf::H => 0.5,
+        Leaf::D(0) => 7.0,
+        Leaf::Z(0) => 11.0,
+        Leaf::Q(0) => 0.25,
+        Leaf::Parameter(0) => 2.0,
+        Leaf::Parameter(1) => 3.0,
+        _ => f64::NAN,
+    }
+}
+
+#[test]
+fn segments_read_what_others_have_computed() {
+    let tape = small();
+    assert_eq!(results(tape, Segment::Known, Part::All, &leaf), [7.0]);
+    let row = 11.0 * 7.0 + (11.0 * 3.0 + 1.0);
+    assert_eq!(results(tape, Segment::Residual, Part::All, &leaf), [row, 10.0]);
+    assert_eq!(results(tape, Segment::Residual, Part::Head, &leaf), [row]);
+    assert_eq!(results(tape, Segment::Residual, Part::Tail, &leaf), [10.0]);
+    assert_eq!(
+        results(tape, Segment::Energy, Part::All, &leaf),
+        [2.0 * f64::sin(0.25); 2]
+    );
+    assert_eq!(results(tape, Segment::Scales, Part::All, &leaf), [0.0; 0]);
+}
+
+#[test]
+fn what_is_not_needed_is_not_computed() {
+    let tape = small();
+    let lengths = [Part::All, Part::Head, Part::Tail].map(|part| tape.program(Segment::Residual, part).len());
+    // the call belongs to the row alone, the slope's sum to the slope alone
+    assert_eq!(lengths, [11, 10, 7]);
+    // a register is free once its number has been read for the last time
+    assert!(tape.program(Segment::Residual, Part::All).registers <= 5);
+}
+
+#[test]
+fn the_same_tape_serves_other_numbers() {
+    use crate::lanes::Lanes;
+    use crate::scalar::Scalar as _;
+    use crate::tangent::Tangent;
+    let tape = small();
+    let slope = |place: Leaf| Tangent::new(leaf(place), f64::from(u8::from(place == Leaf::Z(0))));
+    let moved = results(tape, Segment::Residual, Part::All, &slope);
+    assert_eq!(moved[0].value(), leaf(Leaf::Z(0)) * 10.0 + 1.0);
+    assert!((moved[0].derivative() - 10.0).abs() < 1e-12);
+    let lanes = results(tape, Segment::Residual, Part::All, &|place| {
+        Lanes::splat(leaf(place))
+    });
+    assert_eq!(lanes[1].lane(7), 10.0);
+}
+
+#[test]
+fn a_malformed_tape_has_no_results() {
+    let good = small();
+    for length in 0..good.bytes.len() {
+        let cut: &'static Tape = Box::leak(Box::new(Tape::new(&good.bytes[..length])));
+        assert_eq!(results(cut, Segment::Residual, Part::All, &leaf), [0.0; 0]);
+    }
+    let mut seed = 1_u64;
+    for _ in 0..20_000 {
+        let mut bytes = good.bytes.to_vec();
+        for _ in 0..2 {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let place = usize::try_from(seed >> 33).unwrap() % bytes.len();
+            bytes[place] = u8::try_from(seed >> 20 & 0xff).unwrap();
+        }
+        // not a panic is what is asked
+        let tape: &'static Tape = Box::leak(Box::new(Tape::new(bytes.leak())));
+        for place in [Segment::Constants, Segment::Residual, Segment::Energy] {
+            for part in [Part::All, Part::Head, Part::Tail] {
+                results(tape, place, part, &leaf);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_function_may_evaluate_tapes_itself() {
+    struct Nested;
+    impl Source for Nested {
+        fn tape(&self) -> &'static Tape {
+            small()
+        }
+
+        fn value(&self, _: usize) -> f64 {
+            3.0
+        }
+
+        fn call(&self, _: usize, arguments: &[f64]) -> f64 {
+            let tape = small();
+            arguments[1] + results(tape, Segment::Energy, Part::All, &leaf)[0]
+        }
+    }
+    let tape = small();
+    let mut rows = Vec::new();
+    f64::walk(
+        tape.program(Segment::Residual, Part::Head),
+        &Nested,
+        &leaf,
+        &mut |_, row| {
+            rows.push(row);
+        },
+    );
+    assert_eq!(rows, [77.0 + (3.0 + 2.0 * f64::sin(0.25))]);
+}

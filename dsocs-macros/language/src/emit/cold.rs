@@ -1,0 +1,210 @@
+//! The cold form: `impl Source`, a tape of all that a declaration says.
+
+use std::collections::HashMap;
+
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::program::{Calls, Segment, number};
+use super::stages::{Stages, single};
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::mechanics;
+use crate::model::{Kind, Model};
+
+/// The version of the format, as `dsocs_core` knows it.
+const VERSION: u8 = 1;
+
+/// Expressions of the continuous system, of a pair of nodes, and of a step as it was declared.
+pub(super) struct Expressions {
+    graph: Graph,
+    discrete_lagrangian: NodeId,
+    pub(super) energy: NodeId,
+    /// The rows of the continuous system, then their Jacobian.
+    continuous: Vec<NodeId>,
+    force: Vec<NodeId>,
+}
+
+impl Expressions {
+    pub(super) fn new(model: &Model) -> Self {
+        let n = model.coordinates.len();
+        let mut graph: Graph = model.graph.clone();
+        let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
+        let energy = mechanics::energy(model, &mut graph);
+        let equations = mechanics::continuous(model, &mut graph);
+        let mut continuous: Vec<NodeId> = equations
+            .rows
+            .iter()
+            .map(|row| match row.divide {
+                Some(factor) => graph.div(row.value, factor),
+                None => row.value,
+            })
+            .collect();
+        let unknown: Vec<Leaf> = (0..n)
+            .map(Leaf::A)
+            .chain((0..model.multipliers()).map(Leaf::Lambda))
+            .collect();
+        for row in continuous.clone() {
+            continuous.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
+        }
+        Self {
+            graph,
+            discrete_lagrangian,
+            energy,
+            continuous,
+            force: equations.force,
+        }
+    }
+
+    pub(super) fn graph(&self) -> &Graph {
+        &self.graph
+    }
+}
+
+/// `impl Source` of the declaration.
+pub(super) fn source(
+    model: &Model,
+    stages: &Stages,
+    declared: (&Graph, &[NodeId]),
+    expressions: &Expressions,
+) -> TokenStream {
+    let name = &model.item.ident;
+    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let mut calls = Calls::default();
+    let segments = segments(model, stages, declared, expressions, &mut calls);
+    let mut bytes = vec![VERSION];
+    for segment in segments {
+        let segment = segment.bytes();
+        number(&mut bytes, segment.len());
+        bytes.extend(segment);
+    }
+    let tape = Literal::byte_string(&bytes);
+    let arms = calls.arms(&model.graph);
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    quote! {
+        #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::__private::Source for #name #type_generics #where_clause {
+            fn tape(&self) -> &'static ::dsocs_core::__private::Tape {
+                static TAPE: ::dsocs_core::__private::Tape = ::dsocs_core::__private::Tape::new(#tape);
+                &TAPE
+            }
+
+            fn value(&self, parameter: usize) -> f64 {
+                <Self as ::dsocs_core::System<#n>>::parameter(self, parameter).unwrap_or(f64::NAN)
+            }
+
+            fn call(&self, which: usize, arguments: &[f64]) -> f64 {
+                match (which, arguments) {
+                    #(#arms,)*
+                    _ => f64::NAN,
+                }
+            }
+        }
+    }
+}
+
+/// The segments of the tape, in their order.
+fn segments(
+    model: &Model,
+    stages: &Stages,
+    (declared_graph, declared): (&Graph, &[NodeId]),
+    expressions: &Expressions,
+    calls: &mut Calls,
+) -> Vec<Segment> {
+    let nothing = HashMap::new();
+    let (program, in_step) = (&stages.program, stages.in_step());
+    let constants = constants(stages, calls);
+    let known = program.segment(Segment::default(), &stages.known, 0, &stages.in_run(), calls);
+    let residual = program.segment(
+        Segment::default(),
+        &stages.residual(),
+        stages.rows.len(),
+        &in_step,
+        calls,
+    );
+    let scales = program.segment(Segment::default(), &stages.scales, 0, &in_step, calls);
+    let second_difference =
+        program.segment(Segment::default(), &stages.second_difference, 0, &in_step, calls);
+    let node = program.segment(
+        Segment::default(),
+        &stages.node(),
+        stages.point.len(),
+        &in_step,
+        calls,
+    );
+    let forms = program.segment(Segment::default(), &stages.forms, 0, &in_step, calls);
+    let energy = &stages.energy;
+    let energy = energy
+        .program
+        .segment(Segment::default(), &energy.value, 0, &stages.in_energy(), calls);
+
+    let mut of = |graph: &Graph, nodes: &[NodeId], head: usize| {
+        let (program, values) = single(graph, nodes);
+        program.segment(Segment::default(), &values, head, &nothing, calls)
+    };
+    let mut kept_graph = Graph::new();
+    let kept: Vec<NodeId> = stages.kept.iter().map(|&leaf| kept_graph.leaf(leaf)).collect();
+    let unknown = of(&kept_graph, &kept, 0);
+    let rows = model.coordinates.len() + model.multipliers();
+    let continuous = of(&expressions.graph, &expressions.continuous, rows);
+    let continuous_force = of(&expressions.graph, &expressions.force, 0);
+    let forms_of_point: Vec<NodeId> = model
+        .forms
+        .iter()
+        .flat_map(|form| form.components.iter().copied())
+        .collect();
+    let continuous_forms = of(&model.graph, &forms_of_point, 0);
+    let [phase, pair] = lower_order(model, &mut of);
+    let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
+    let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
+    let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
+    let observe = of(&expressions.graph, &observed, 0);
+    let declared = of(declared_graph, declared, 0);
+    vec![
+        constants,
+        known,
+        residual,
+        scales,
+        second_difference,
+        unknown,
+        node,
+        forms,
+        continuous,
+        continuous_force,
+        continuous_forms,
+        phase,
+        pair,
+        lagrangian,
+        discrete_lagrangian,
+        energy,
+        observe,
+        declared,
+    ]
+}
+
+/// What is known when the run begins: for the step, then for the energy.
+fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
+    let nothing = HashMap::new();
+    let none = Segment::default();
+    let of_step = stages
+        .program
+        .segment(none, &stages.constants, 0, &nothing, calls);
+    let energy = &stages.energy;
+    energy
+        .program
+        .segment(of_step, &energy.constants, 0, &nothing, calls)
+}
+
+/// What constraints of lower order ask of a position and a velocity, and of a leg.
+fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 2] {
+    let [holonomic, nonholonomic] = [Kind::Holonomic, Kind::Nonholonomic].map(|kind| model.count(kind));
+    if holonomic + nonholonomic == 0 {
+        return [Segment::default(), Segment::default()];
+    }
+    let mut graph = model.graph.clone();
+    let (phase, pair) = (
+        mechanics::phase(model, &mut graph),
+        mechanics::pair(model, &mut graph),
+    );
+    [of(&graph, &phase, holonomic), of(&graph, &pair, holonomic)]
+}

@@ -1,0 +1,234 @@
+//! The hot form: `impl Compiled`, straight-line code for what a run evaluates often.
+
+use std::collections::HashMap;
+
+use proc_macro2::{Literal, TokenStream};
+use quote::quote;
+
+use super::matrix;
+use super::program::{Place, Value};
+use super::stages::Stages;
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::model::Model;
+use crate::passes::Unknowns;
+
+/// Where a leaf stands in the arguments of the generated methods.
+fn argument(leaf: Leaf) -> Place {
+    match leaf {
+        Leaf::H => Place::number("h"),
+        Leaf::N(i) => Place::own(quote!(leg.q), i),
+        Leaf::D(i) => Place::own(quote!(leg.d), i),
+        Leaf::E(i) => Place::element("e", i),
+        Leaf::Z(j) => Place::element("z", j),
+        Leaf::Q(i) => Place::own(quote!(q), i),
+        Leaf::V(i) => Place::own(quote!(v), i),
+        Leaf::A(i) => Place::own(quote!(a), i),
+        Leaf::Lambda(j) => Place::element("multipliers", j),
+        // the nodes of a map are replaced before code is written
+        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) => Place::nowhere(),
+    }
+}
+
+/// The code of a method that is handed what was computed before.
+fn later(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) {
+    stages.program.code(outputs, &stages.in_step(), "n", &argument)
+}
+
+/// `impl Compiled` of the declaration.
+pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
+    let name = &model.item.ident;
+    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let n = model.coordinates.len();
+    let types = types(model, graph, stages, unknowns);
+    let early = early_methods(model, stages);
+    let iteration = iteration_methods(stages, n);
+    let report = report_method(stages, n);
+    let n = Literal::usize_unsuffixed(n);
+    quote! {
+        // straight-line code: the lints for people do not apply to it
+        #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::__private::Compiled<#n> for #name #type_generics #where_clause {
+            #types
+            #early
+            #iteration
+            #report
+        }
+    }
+}
+
+/// The associated types, all arrays of literal sizes, and what kind of rows there are.
+fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
+    let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
+    let linear = unknowns.jacobian.iter().flatten().all(affine);
+    let scaled = unknowns
+        .scales
+        .iter()
+        .any(|&scale| graph.as_constant(scale).is_none());
+    let divided = model.constraints.iter().any(|row| row.divide.is_some());
+    let n = model.coordinates.len();
+    let [parameters, m, constants, known, motion] = [
+        model.parameters.len(),
+        unknowns.kept.len(),
+        stages.constants_count(),
+        stages.known.len(),
+        n + model.multipliers(),
+    ]
+    .map(Literal::usize_unsuffixed);
+    quote! {
+        const LINEAR: bool = #linear;
+        const SCALED: bool = #scaled;
+        const DIVIDED: bool = #divided;
+
+        type Parameters<__T: ::dsocs_core::__private::Scalar> = [__T; #parameters];
+        type Unknown<__T: ::dsocs_core::__private::Scalar> = [__T; #m];
+        type Constants<__T: ::dsocs_core::__private::Scalar> = [__T; #constants];
+        type Known<__T: ::dsocs_core::__private::Scalar> = [__T; #known];
+        type Motion = [f64; #motion];
+    }
+}
+
+/// `parameters`, `constants` and `known`: what comes before the iteration.
+fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
+    let read = model.parameters.iter().map(crate::model::ParameterField::read);
+    let nothing = HashMap::new();
+    let (constants_code, constants) = stages.program.code(&stages.constants, &nothing, "n", &argument);
+    let energy = &stages.energy;
+    let (energy_code, of_energy) = energy.program.code(&energy.constants, &nothing, "m", &argument);
+    let (known_code, known) = stages
+        .program
+        .code(&stages.known, &stages.in_run(), "n", &argument);
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    quote! {
+        #[inline]
+        fn parameters<__T: ::dsocs_core::__private::Scalar>(&self) -> Self::Parameters<__T> {
+            [#(__T::splat(#read)),*]
+        }
+
+        #[inline]
+        fn constants<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            parameters: &Self::Parameters<__T>,
+            h: __T,
+        ) -> Self::Constants<__T> {
+            #constants_code
+            #energy_code
+            [#(#constants,)* #(#of_energy),*]
+        }
+
+        #[inline]
+        fn known<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            leg: &::dsocs_core::Leg<__T, #n>,
+        ) -> Self::Known<__T> {
+            #known_code
+            [#(#known),*]
+        }
+    }
+}
+
+/// `linearize`, `scales`, `unknown` and `second_difference`.
+fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
+    let (rows_code, results) = later(stages, &stages.residual());
+    let (rows, jacobian) = results.split_at(stages.rows.len());
+    let jacobian = matrix(jacobian, rows.len());
+    let scales = scales_method(stages);
+    let (difference_code, difference) = later(stages, &stages.second_difference);
+    let kept = stages.kept.iter().map(|&leaf| match leaf {
+        Leaf::Lambda(j) => {
+            let j = Literal::usize_unsuffixed(j);
+            quote!(multipliers.get(#j).copied().unwrap_or(__T::splat(0.0)))
+        }
+        other => argument(other).read(),
+    });
+    let n = Literal::usize_unsuffixed(n);
+    quote! {
+        #[inline]
+        fn linearize<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
+            #rows_code
+            ::dsocs_core::__private::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
+        }
+
+        #scales
+
+        #[inline]
+        fn unknown<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            e: &[__T; #n],
+            multipliers: &[__T],
+        ) -> Self::Unknown<__T> {
+            [#(#kept),*]
+        }
+
+        #[inline]
+        fn second_difference<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> [__T; #n] {
+            #difference_code
+            [#(#difference),*]
+        }
+    }
+}
+
+/// `scales`, where there is something to tell.
+fn scales_method(stages: &Stages) -> Option<TokenStream> {
+    if stages.unscaled() {
+        return None;
+    }
+    let (code, scales) = later(stages, &stages.scales);
+    Some(quote! {
+        #[inline]
+        fn scales<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> Self::Unknown<__T> {
+            #code
+            [#(#scales),*]
+        }
+    })
+}
+
+/// `report`: what is computed at a node once its step is solved.
+fn report_method(stages: &Stages, n: usize) -> TokenStream {
+    let (code, results) = later(stages, &stages.node());
+    let (point, force) = results.split_at(3 * n);
+    let (q, rest) = point.split_at(n);
+    let (v, a) = rest.split_at(n);
+    let energy = &stages.energy;
+    // a point is an operand of the energy, which is therefore the same wherever the point comes from
+    let (energy_code, energy) = energy
+        .program
+        .code(&energy.value, &stages.in_energy(), "m", &argument);
+    let n = Literal::usize_unsuffixed(n);
+    quote! {
+        #[inline]
+        fn report<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            leg: &::dsocs_core::Leg<__T, #n>,
+            e: &[__T; #n],
+        ) -> ::dsocs_core::__private::Report<__T, #n> {
+            #code
+            let q: [__T; #n] = [#(#q),*];
+            let v: [__T; #n] = [#(#v),*];
+            #energy_code
+            ::dsocs_core::__private::Report {
+                point: ::dsocs_core::Point { q, v, a: [#(#a),*] },
+                force: [#(#force),*],
+                energy: #(#energy)*,
+            }
+        }
+    }
+}

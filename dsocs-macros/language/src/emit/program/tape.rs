@@ -1,0 +1,281 @@
+//! Operations of a [`Program`] as bytes of a tape; `dsocs_core` says what they mean.
+
+use std::collections::HashMap;
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::quote;
+
+use super::schedule::Product;
+use super::write::plain_call;
+use super::{Given, Op, Program, Stored, Value};
+use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
+
+/// The byte of the first function.
+const FIRST_FUNCTION: u8 = 32;
+
+/// What a tape calls, besides operations: functions of the user's, and expressions of parameters that are no numbers.
+#[derive(Default)]
+pub(crate) struct Calls(Vec<Called>);
+
+#[derive(Clone, PartialEq, Eq)]
+enum Called {
+    Function {
+        callee: usize,
+        count: usize,
+        wrt: Vec<usize>,
+    },
+    Expression(usize),
+}
+
+impl Calls {
+    /// The number of a call.
+    fn place(&mut self, called: Called) -> usize {
+        let known = self.0.iter().position(|known| *known == called);
+        known.unwrap_or_else(|| {
+            self.0.push(called);
+            self.0.len() - 1
+        })
+    }
+
+    /// The arms that evaluate the calls, with the arguments as plain numbers.
+    pub(crate) fn arms(&self, graph: &Graph) -> Vec<TokenStream> {
+        let calls = self.0.iter().enumerate();
+        calls
+            .map(|(place, called)| {
+                let place = Literal::usize_unsuffixed(place);
+                match called {
+                    Called::Function { callee, count, wrt } => {
+                        let names: Vec<_> = (0..*count)
+                            .map(|i| Ident::new(&format!("x{i}"), Span::mixed_site()))
+                            .collect();
+                        let arguments: Vec<_> = names.iter().map(|name| quote!(#name)).collect();
+                        let result = plain_call(graph.callee(*callee), &arguments, wrt);
+                        quote!((#place, &[#(#names),*]) => #result)
+                    }
+                    Called::Expression(param) => match graph.read_param(*param) {
+                        Param::Expression(tokens) => quote!((#place, &[]) => #tokens),
+                        // has a leaf of its own
+                        Param::Number(_) => quote!((#place, &[]) => f64::NAN),
+                    },
+                }
+            })
+            .collect()
+    }
+}
+
+/// A segment of a tape.
+#[derive(Default)]
+pub(crate) struct Segment {
+    /// The operations as bytes, and how many they are.
+    operations: Vec<u8>,
+    count: usize,
+    /// The places of the results, and how many of them belong to the head.
+    results: Vec<usize>,
+    head: usize,
+}
+
+impl Segment {
+    /// The bytes of the segment.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        number(&mut bytes, self.count);
+        bytes.extend(&self.operations);
+        number(&mut bytes, self.results.len());
+        number(&mut bytes, self.head);
+        for &result in &self.results {
+            number(&mut bytes, result);
+        }
+        bytes
+    }
+}
+
+/// A whole number in LEB128.
+pub(crate) fn number(bytes: &mut Vec<u8>, mut number: usize) {
+    loop {
+        let part = u8::try_from(number & 0x7f).unwrap_or_default();
+        number >>= 7;
+        if number == 0 {
+            bytes.push(part);
+            return;
+        }
+        bytes.push(part | 0x80);
+    }
+}
+
+/// Operations as bytes, and their places.
+struct Writer<'p, 'g> {
+    program: &'p Program<'g>,
+    bytes: Vec<u8>,
+    count: usize,
+    places: HashMap<Value, usize>,
+}
+
+impl Writer<'_, '_> {
+    /// Writes an operation and what it reads.
+    fn write(&mut self, value: Value, code: u8, operands: &[Value]) {
+        let places: Vec<usize> = operands.iter().map(|operand| self.place(*operand)).collect();
+        self.bytes.push(code);
+        for place in places {
+            number(&mut self.bytes, place);
+        }
+        self.places.insert(value, self.count);
+        self.count += 1;
+    }
+
+    /// The place of a value that stands before, or of a number, which is written where it is read first.
+    fn place(&mut self, value: Value) -> usize {
+        if let Some(&place) = self.places.get(&value) {
+            return place;
+        }
+        if let Op::Constant(bits) = self.program.op(value) {
+            self.bytes.push(0);
+            self.bytes.extend(bits.get().to_le_bytes());
+        }
+        self.places.insert(value, self.count);
+        self.count += 1;
+        self.count - 1
+    }
+
+    /// Writes one operation with what follows it, without operands.
+    fn load(&mut self, value: Value, code: &[u8], index: usize) {
+        self.bytes.extend(code);
+        number(&mut self.bytes, index);
+        self.places.insert(value, self.count);
+        self.count += 1;
+    }
+}
+
+impl Program<'_> {
+    /// The segment that computes `outputs`, the first `head` of which are its head: the operations of [`Program::code`] in
+    /// the same order. It begins with the operations and the results of `before`.
+    pub(crate) fn segment(
+        &self,
+        before: Segment,
+        outputs: &[Value],
+        head: usize,
+        given: &Given,
+        calls: &mut Calls,
+    ) -> Segment {
+        let schedule = self.schedule(outputs, given);
+        let mut writer = Writer {
+            program: self,
+            bytes: before.operations,
+            count: before.count,
+            places: HashMap::new(),
+        };
+        for &value in &schedule.values {
+            match given.get(&value) {
+                Some(Stored::Constants(place)) => writer.load(value, &[2], *place),
+                Some(Stored::Known(place)) => writer.load(value, &[3], *place),
+                None => match self.op(value) {
+                    Op::Mul(a, b) => match schedule.product(self, *a, *b) {
+                        Product::Of(a, b) => writer.write(value, 7, &[a, b]),
+                        Product::Quotient(a, b) => writer.write(value, 8, &[a, b]),
+                    },
+                    op => self.operation_bytes(value, op, &mut writer, calls),
+                },
+            }
+        }
+        let mut results = before.results;
+        for &output in outputs {
+            let place = writer.place(output);
+            results.push(place);
+        }
+        Segment {
+            operations: writer.bytes,
+            count: writer.count,
+            results,
+            head,
+        }
+    }
+
+    /// Writes an operation that is no product.
+    fn operation_bytes(&self, value: Value, op: &Op, writer: &mut Writer<'_, '_>, calls: &mut Calls) {
+        match op {
+            // written where it is read
+            Op::Constant(_) => {}
+            Op::Leaf(leaf) => {
+                let (kind, index) = leaf_bytes(*leaf);
+                writer.load(value, &[1, kind], index);
+            }
+            Op::Param(param) => match self.graph.read_param(*param) {
+                Param::Number(place) => writer.load(value, &[1, 9], place),
+                Param::Expression(_) => {
+                    writer.load(value, &[15], calls.place(Called::Expression(*param)));
+                    // no arguments
+                    writer.bytes.push(0);
+                }
+            },
+            Op::Neg(a) => writer.write(value, 4, &[*a]),
+            Op::Add(a, b) => writer.write(value, 5, &[*a, *b]),
+            Op::Sub(a, b) => writer.write(value, 6, &[*a, *b]),
+            Op::Mul(a, b) => writer.write(value, 7, &[*a, *b]),
+            Op::Recip(a) => writer.write(value, 9, &[*a]),
+            Op::Powi(a, n) => {
+                writer.write(value, 10, &[*a]);
+                writer.bytes.extend(n.to_le_bytes());
+            }
+            Op::Powf(a, b) => writer.write(value, 11, &[*a, *b]),
+            Op::Atan2(a, b) => writer.write(value, 12, &[*a, *b]),
+            Op::Select(Comparison::Lt, parts) => writer.write(value, 13, parts),
+            Op::Select(Comparison::Le, parts) => writer.write(value, 14, parts),
+            Op::Unary(function, a) => writer.write(value, FIRST_FUNCTION + function_byte(*function), &[*a]),
+            Op::Call { callee, args, wrt } => {
+                let which = calls.place(Called::Function {
+                    callee: *callee,
+                    count: args.len(),
+                    wrt: wrt.clone(),
+                });
+                let places: Vec<usize> = args.iter().map(|arg| writer.place(*arg)).collect();
+                writer.load(value, &[15], which);
+                number(&mut writer.bytes, places.len());
+                for place in places {
+                    number(&mut writer.bytes, place);
+                }
+            }
+        }
+    }
+}
+
+/// The kind and the index of a leaf.
+fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
+    match leaf {
+        Leaf::Q(i) => (0, i),
+        Leaf::V(i) => (1, i),
+        Leaf::A(i) => (2, i),
+        Leaf::N(i) => (3, i),
+        Leaf::D(i) => (4, i),
+        Leaf::E(i) => (5, i),
+        Leaf::Z(i) => (6, i),
+        Leaf::Lambda(i) => (7, i),
+        Leaf::H => (8, 0),
+        // the nodes of a map are replaced before code is written; there is no such kind
+        Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) => (u8::MAX, i),
+    }
+}
+
+/// The place of a function among all.
+fn function_byte(function: Unary) -> u8 {
+    match function {
+        Unary::Sqrt => 0,
+        Unary::Cbrt => 1,
+        Unary::Exp => 2,
+        Unary::ExpM1 => 3,
+        Unary::Ln => 4,
+        Unary::Ln1p => 5,
+        Unary::Sin => 6,
+        Unary::Cos => 7,
+        Unary::Tan => 8,
+        Unary::Asin => 9,
+        Unary::Acos => 10,
+        Unary::Atan => 11,
+        Unary::Sinh => 12,
+        Unary::Cosh => 13,
+        Unary::Tanh => 14,
+        Unary::Asinh => 15,
+        Unary::Acosh => 16,
+        Unary::Atanh => 17,
+        Unary::Abs => 18,
+        Unary::Signum => 19,
+    }
+}

@@ -1,0 +1,183 @@
+//! The values of one step's methods, and when each is known: once a run, once a step, once an iteration.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::program::{Given, Program, Stored, Value};
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::mechanics::StepEquations;
+use crate::passes::Unknowns;
+
+/// Known when the run begins.
+const RUN: usize = 0;
+/// Known when the step begins.
+const STEP: usize = 1;
+/// Known in the iteration only.
+const ITERATION: usize = 2;
+
+fn stage_of(leaf: Leaf) -> usize {
+    match leaf {
+        Leaf::H => RUN,
+        Leaf::N(_) | Leaf::D(_) => STEP,
+        _ => ITERATION,
+    }
+}
+
+/// The operations that compute some nodes.
+pub(super) fn lower(program: &mut Program, nodes: &[NodeId]) -> Vec<Value> {
+    nodes.iter().map(|&node| program.lower(node)).collect()
+}
+
+/// The operations that compute some nodes, all of one stage.
+pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Vec<Value>) {
+    let mut program = Program::new(graph, |_| 0);
+    program.plan(nodes);
+    let values = lower(&mut program, nodes);
+    (program, values)
+}
+
+/// What is computed in a step, and where. Straight-line code and the tape are written from this.
+pub(super) struct Stages<'g> {
+    pub(super) program: Program<'g>,
+    pub(super) rows: Vec<Value>,
+    pub(super) scales: Vec<Value>,
+    pub(super) jacobian: Vec<Value>,
+    pub(super) second_difference: Vec<Value>,
+    pub(super) point: Vec<Value>,
+    pub(super) force: Vec<Value>,
+    pub(super) forms: Vec<Value>,
+    /// What unknown `j` is: a second difference `E`, or a multiplier `Lambda`.
+    pub(super) kept: Vec<Leaf>,
+    /// Computed once a run, in the order of the array `constants`, before what the energy adds to it.
+    pub(super) constants: Vec<Value>,
+    /// Computed once a step, in the order of the array `known`.
+    pub(super) known: Vec<Value>,
+    /// The energy at a point.
+    pub(super) energy: Energy<'g>,
+}
+
+/// The energy, and what of it the parameters alone decide.
+pub(super) struct Energy<'g> {
+    pub(super) program: Program<'g>,
+    pub(super) value: Vec<Value>,
+    pub(super) constants: Vec<Value>,
+}
+
+impl<'g> Energy<'g> {
+    /// The energy as an expression of a graph of its own.
+    pub(super) fn new(graph: &'g Graph, energy: NodeId) -> Self {
+        let (program, value) = single(graph, &[energy]);
+        let constants = program.fixed_frontier(&value).into_iter().collect();
+        Self {
+            program,
+            value,
+            constants,
+        }
+    }
+}
+
+impl<'g> Stages<'g> {
+    pub(super) fn new(
+        graph: &'g Graph,
+        step: &StepEquations,
+        unknowns: &Unknowns,
+        energy: Energy<'g>,
+    ) -> Self {
+        let jacobian = unknowns.jacobian.concat();
+        let point = [step.point.q.clone(), step.point.v.clone(), step.point.a.clone()].concat();
+        let forms = step.forms.concat();
+        let mut program = Program::new(graph, stage_of);
+        let all = [
+            &unknowns.rows,
+            &unknowns.scales,
+            &jacobian,
+            &unknowns.second_difference,
+            &point,
+            &step.force,
+            &forms,
+        ];
+        program.plan(&all.map(Vec::as_slice).concat());
+        let [rows, scales, jacobian, second_difference, point, force, forms] =
+            all.map(|nodes| lower(&mut program, nodes));
+
+        let iterated = [
+            rows.clone(),
+            scales.clone(),
+            jacobian.clone(),
+            second_difference.clone(),
+        ]
+        .concat();
+        let nothing = BTreeSet::new();
+        let (known, mut constants): (BTreeSet<Value>, BTreeSet<Value>) = program
+            .frontier(&iterated, STEP, &nothing)
+            .into_iter()
+            .partition(|&value| program.stage(value) == STEP);
+        let once: Vec<Value> = known.iter().copied().collect();
+        constants.extend(program.frontier(&once, RUN, &nothing));
+        // what the node needs beyond that is computed there, from the leg
+        constants.extend(program.frontier(
+            &[point.clone(), force.clone(), forms.clone()].concat(),
+            RUN,
+            &known,
+        ));
+        let constants = constants.into_iter().collect();
+        Self {
+            program,
+            rows,
+            scales,
+            jacobian,
+            second_difference,
+            point,
+            force,
+            forms,
+            kept: unknowns.kept.clone(),
+            constants,
+            known: once,
+            energy,
+        }
+    }
+
+    /// The rows, then their Jacobian.
+    pub(super) fn residual(&self) -> Vec<Value> {
+        [self.rows.as_slice(), &self.jacobian].concat()
+    }
+
+    /// The point of a node, then the force.
+    pub(super) fn node(&self) -> Vec<Value> {
+        [self.point.as_slice(), &self.force].concat()
+    }
+
+    /// Whether no row was multiplied by anything.
+    pub(super) fn unscaled(&self) -> bool {
+        self.scales.iter().all(|&scale| self.program.is_one(scale))
+    }
+
+    /// How many numbers the array `constants` has.
+    pub(super) fn constants_count(&self) -> usize {
+        self.constants.len() + self.energy.constants.len()
+    }
+
+    /// What is given once the run has begun.
+    pub(super) fn in_run(&self) -> Given {
+        stored(&self.constants, 0, Stored::Constants)
+    }
+
+    /// What is given once the step has begun.
+    pub(super) fn in_step(&self) -> Given {
+        let mut given = stored(&self.known, 0, Stored::Known);
+        given.extend(self.in_run());
+        given
+    }
+
+    /// What is given of the energy.
+    pub(super) fn in_energy(&self) -> Given {
+        stored(&self.energy.constants, self.constants.len(), Stored::Constants)
+    }
+}
+
+/// Values that a former method has left in an array, from a place on.
+fn stored(values: &[Value], first: usize, array: fn(usize) -> Stored) -> Given {
+    let values = values.iter().enumerate();
+    values
+        .map(|(place, &value)| (value, array(first + place)))
+        .collect::<HashMap<_, _>>()
+}
