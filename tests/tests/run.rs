@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use dsocs_core::prelude::*;
 use dsocs_core::taylor::GlobalError;
-use dsocs_core::{DualNum, Estimates, Failure, NewtonFailure, Point, SeriesFailure, SetupError, StepError};
+use dsocs_core::{Estimates, Failure, NewtonFailure, Point, Real, SeriesFailure, SetupError, StepError};
 use dsocs_tests::fit;
 
 /// A pendulum: an equation that is not linear, and a step that can be composed.
@@ -195,7 +195,7 @@ fn events<'e>() -> Events<'e, 1> {
         Event::function(|point| point.q[0] - 0.3),
         Event::function(|point| point.v[0] - 0.2).rising(),
         Event::observable(0),
-        Event::function(|point| DualNum::sin(&(point.q[0] * 8.0))).falling(),
+        Event::function(|point| Real::sin(point.q[0] * 8.0)).falling(),
     ])
 }
 
@@ -277,7 +277,7 @@ fn a_terminal_event_ends_the_run_and_nothing_is_lost_when_it_goes_on() {
             Event::function(|point| point.v[0] - 0.2).rising().terminal(),
             Event::observable(0).terminal(),
             // of two in one step the second is told after the first has ended the run
-            Event::function(|point| DualNum::sin(&(point.q[0] * 8.0)))
+            Event::function(|point| Real::sin(point.q[0] * 8.0))
                 .falling()
                 .terminal(),
         ]);

@@ -11,14 +11,14 @@ mod jets;
 mod program;
 mod stages;
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use self::cold::Expressions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField};
+use crate::model::{Kind, Model, ParameterField, plain};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -37,7 +37,7 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
 fn system(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
-    let unknowns = passes::choose(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
+    let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
     let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
     let expressions = Expressions::new(model);
     let energy = Energy::new(expressions.graph(), expressions.energy);
@@ -119,12 +119,6 @@ fn symmetry(model: &Model) -> TokenStream {
         Symmetry::KinematicMap => quote!(KinematicMap),
         Symmetry::VariationalMap => quote!(VariationalMap),
     }
-}
-
-/// A name without the mark of a raw identifier.
-fn plain(name: &Ident) -> String {
-    let name = name.to_string();
-    name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
 /// `[[a, b], [c, d]]` of rows.
