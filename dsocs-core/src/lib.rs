@@ -70,6 +70,7 @@ mod compensated;
 mod compiled;
 mod composition;
 mod declaration;
+mod dense;
 mod dual;
 mod ensemble;
 mod error;

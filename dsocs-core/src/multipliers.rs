@@ -1,8 +1,7 @@
 //! Multipliers: what each constraint contributes to the constraint force.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::declaration::Declaration;
+use crate::dense::Matrix;
 use crate::step::unknown::Unknown as _;
 use crate::system::{Leg, Point, System};
 
@@ -25,16 +24,12 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
     });
     let scaled = |i: usize, x: f64| if scales[i] > 0.0 { x / scales[i] } else { 0.0 };
-    let matrix = DMatrix::from_fn(N, count, |i, j| scaled(i, forms[j][i]));
-    let right = DVector::from_fn(N, |i, _| scaled(i, force[i]));
-    if matrix.iter().chain(&right).any(|entry| !entry.is_finite()) {
+    let matrix = Matrix::from_fn(N, count, |i, j| scaled(i, forms[j][i]));
+    let right: [f64; N] = core::array::from_fn(|i| scaled(i, force[i]));
+    if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {
         return vec![f64::NAN; count];
     }
-    let solution = matrix.svd(true, true).solve(&right, f64::EPSILON);
-    solution.map_or_else(
-        |_| vec![f64::NAN; count],
-        |solution| solution.iter().copied().collect(),
-    )
+    matrix.decomposed().solve(&right, f64::EPSILON)
 }
 
 /// The multipliers among the unknowns of the continuous system.

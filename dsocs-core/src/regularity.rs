@@ -4,9 +4,8 @@
 //! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
 //! are from singular is told by their smallest singular values.
 
-use nalgebra::DMatrix;
-
 use crate::declaration::Declaration;
+use crate::dense::Matrix;
 use crate::multipliers::of_step;
 use crate::rounding;
 use crate::system::{Leg, System};
@@ -149,10 +148,7 @@ fn singular_values<const N: usize>(
 ) -> [f64; 2] {
     let columns = columns(declaration, h, leg, e, lengths, [0.0, by_d, by_e]);
     match scaled(&columns, bounds) {
-        Some(matrix) => {
-            let values = matrix.singular_values();
-            [values.min(), values.max()]
-        }
+        Some(matrix) => matrix.decomposed().extremes(),
         None => [f64::NAN; 2],
     }
 }
@@ -172,9 +168,7 @@ pub(crate) fn all_singular_values<const N: usize>(
         .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
         .collect();
     columns.extend(multiplier_columns(declaration, h, leg, e));
-    scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| {
-        matrix.singular_values().iter().copied().collect()
-    })
+    scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
 /// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
@@ -251,15 +245,15 @@ fn multiplier_columns<const N: usize>(
 }
 
 /// The matrix of some columns with rows in the size of their own terms, if it is finite.
-fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<DMatrix<f64>> {
-    let matrix = DMatrix::from_fn(bounds.len(), columns.len(), |i, j| {
+fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<Matrix> {
+    let matrix = Matrix::from_fn(bounds.len(), columns.len(), |i, j| {
         let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
         if slope == 0.0 {
             return 0.0;
         }
         slope / scale(bounds[i], columns.iter().filter_map(|column| column.get(i)))
     });
-    matrix.iter().all(|entry| entry.is_finite()).then_some(matrix)
+    matrix.is_finite().then_some(matrix)
 }
 
 /// The smallest and the largest singular value of the derivative by the unknowns.
@@ -296,21 +290,18 @@ fn of_unknowns<const N: usize>(
         })
         .collect();
     let size = rows.len();
-    if size == 0 {
-        return [1.0; 2];
-    }
-    let matrix = DMatrix::from_fn(size, size, |i, j| {
+    let matrix = Matrix::from_fn(size, size, |i, j| {
         if rows[i][j] == 0.0 {
             0.0
         } else {
             rows[i][j] / scale(bounds[i], core::iter::once(&rows[i][j]))
         }
     });
-    if matrix.iter().any(|entry| !entry.is_finite()) {
-        return [f64::NAN; 2];
+    if matrix.is_finite() {
+        matrix.decomposed().extremes()
+    } else {
+        [f64::NAN; 2]
     }
-    let values = matrix.singular_values();
-    [values.min(), values.max()]
 }
 
 /// The size of a row's terms, from the bound of their rounding; of a row that does not round, its largest slope.

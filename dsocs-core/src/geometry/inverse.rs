@@ -1,11 +1,10 @@
 //! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::units;
 use crate::declaration::Declaration;
+use crate::dense::Matrix;
 use crate::flow;
 use crate::scalar::Scalar as _;
 use crate::step::Step;
@@ -117,8 +116,8 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         let (all, bound) = (count + N, S::HOLONOMIC + S::NONHOLONOMIC);
         let (units, h) = (units(last), Tangent::splat(self.h));
         let declaration = Declaration::of(self.system);
-        let mut matrix = DMatrix::zeros(all + bound, all);
-        let mut right = DVector::zeros(all + bound);
+        let mut matrix = Matrix::zeros(all + bound, all);
+        let mut right = vec![0.0; all + bound];
         for column in 0..all {
             let part = |k: usize| if k == column { 1.0 } else { 0.0 };
             let moving = Leg {
@@ -173,27 +172,24 @@ fn first_pair<const N: usize>(
 
 /// The least-squares solution of equations of full rank, with rows and unknowns in their own sizes; `None` if the rank is
 /// not full.
-fn solved(mut matrix: DMatrix<f64>, mut right: DVector<f64>) -> Option<DVector<f64>> {
-    for (i, mut row) in matrix.row_iter_mut().enumerate() {
-        let size = row.amax();
+fn solved(mut matrix: Matrix, mut right: Vec<f64>) -> Option<Vec<f64>> {
+    for (i, right) in right.iter_mut().enumerate() {
+        let size = matrix.row(i).fold(0.0_f64, |size, x| size.max(x.abs()));
         if size > 0.0 {
-            row /= size;
-            right[i] /= size;
+            matrix.divide_row(i, size);
+            *right /= size;
         }
     }
-    let sizes: Vec<f64> = matrix.column_iter().map(|column| column.norm()).collect();
-    for (mut column, size) in matrix.column_iter_mut().zip(&sizes) {
-        column /= *size;
-    }
-    if matrix.iter().chain(right.iter()).any(|x| !x.is_finite()) {
+    let sizes = matrix.normalize_columns();
+    if !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let decomposed = matrix.svd(true, true);
-    let values = &decomposed.singular_values;
-    if values.min() <= RANK * values.max() {
+    let decomposed = matrix.decomposed();
+    let [smallest, largest] = decomposed.extremes();
+    if smallest <= RANK * largest {
         return None;
     }
-    let mut change = decomposed.solve(&right, 0.0).ok()?;
+    let mut change = decomposed.solve(&right, 0.0);
     for (change, size) in change.iter_mut().zip(&sizes) {
         *change /= size;
     }

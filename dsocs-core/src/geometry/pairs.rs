@@ -1,11 +1,10 @@
 //! The pairs of nodes, and the states, that constraints of lower order allow.
 
-use nalgebra::DMatrix;
-
 use super::form::Displacement;
 use super::map::Triple;
 use super::units;
 use crate::declaration::Declaration;
+use crate::dense::{Matrix, length};
 use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::Tangent;
@@ -81,19 +80,16 @@ fn kernel<const N: usize>(rows: usize, column: impl Fn(usize) -> Vec<f64>) -> Ve
     // with rows of zeros the decomposition gives a basis of the whole space
     let height = columns.iter().map(Vec::len).fold(2 * N, usize::max);
     let entry = |i: usize, j: usize| columns[j].get(i).copied().unwrap_or(0.0);
-    let mut matrix = DMatrix::from_fn(height, 2 * N, entry);
-    for mut row in matrix.row_iter_mut() {
-        let size = row.norm();
+    let mut matrix = Matrix::from_fn(height, 2 * N, entry);
+    for i in 0..height {
+        let size = length(&matrix.row(i).collect::<Vec<_>>());
         if size > 0.0 {
-            row /= size;
+            matrix.divide_row(i, size);
         }
     }
-    let decomposed = matrix.svd(false, true);
-    let largest = decomposed.singular_values.max();
-    let Some(basis) = decomposed.v_t else {
-        return all();
-    };
-    let kernel = decomposed.singular_values.iter().zip(basis.row_iter());
+    let decomposed = matrix.decomposed();
+    let [_, largest] = decomposed.extremes();
+    let kernel = decomposed.values.iter().zip(&decomposed.right);
     kernel
         .filter(|(value, _)| **value <= INDEPENDENT * largest)
         .map(|(_, row)| Displacement {

@@ -1,12 +1,12 @@
 //! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
+use crate::dense::Matrix;
 use crate::error::SetupError;
 use crate::rounding;
 use crate::scalar::Scalar as _;
+use crate::step::elimination;
 use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 
@@ -182,11 +182,7 @@ fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N]
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-fn inverse_mass<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> DMatrix<f64> {
+fn inverse_mass<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N], v: &[f64; N]) -> Matrix {
     let columns: Vec<[f64; N]> = (0..N)
         .map(|j| {
             let point = Point {
@@ -197,18 +193,21 @@ fn inverse_mass<const N: usize>(
             declaration.continuous_force(&point).map(Tangent::derivative)
         })
         .collect();
-    let mass = DMatrix::from_fn(N, N, |i, j| columns[j][i]);
-    let finite = |matrix: &DMatrix<f64>| matrix.iter().all(|entry| entry.is_finite());
-    mass.try_inverse()
-        .filter(finite)
-        .unwrap_or_else(|| DMatrix::identity(N, N))
+    let mass: [[f64; N]; N] = core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]));
+    let inverse = elimination::inverse::<false, N>(&mass);
+    let inverse = Matrix::from_fn(N, N, |i, j| inverse[j][i]);
+    if inverse.is_finite() {
+        inverse
+    } else {
+        Matrix::from_fn(N, N, |i, j| if i == j { 1.0 } else { 0.0 })
+    }
 }
 
 /// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
 /// matrix. What is sought is rounded like `around`, or like itself.
 fn solve<const N: usize>(
     mut x: [f64; N],
-    inverse: &DMatrix<f64>,
+    inverse: &Matrix,
     around: &[f64; N],
     rows: impl Fn(&[Tangent; N]) -> Vec<Tangent>,
 ) -> Result<[f64; N], SetupError> {
@@ -223,17 +222,16 @@ fn solve<const N: usize>(
             })
             .collect();
         let count = columns.first().map_or(0, Vec::len);
-        let value = DVector::from_fn(count, |i, _| columns[0][i].value());
-        let slope = DMatrix::from_fn(count, N, |i, j| columns[j][i].derivative());
-        if value.iter().chain(&slope).any(|entry| !entry.is_finite()) {
+        let value: Vec<f64> = (0..count).map(|i| columns[0][i].value()).collect();
+        let slope = Matrix::from_fn(count, N, |i, j| columns[j][i].derivative());
+        let forces = inverse.times(&slope.transposed());
+        let metric = slope.times(&forces);
+        if value.iter().any(|entry| !entry.is_finite()) || !metric.is_finite() {
             break;
         }
-        let forces = inverse * slope.transpose();
         // rows may be dependent: the shortest update then
-        let Ok(parts) = (&slope * &forces).svd(true, true).solve(&value, f64::EPSILON) else {
-            break;
-        };
-        let update = forces * parts;
+        let parts = metric.decomposed().solve(&value, f64::EPSILON);
+        let update = forces.times_vector(&parts);
         for (x, update) in x.iter_mut().zip(&update) {
             *x -= update;
         }

@@ -390,7 +390,7 @@ fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: u
 
 /// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for
 /// infinity.
-fn inverse_power_of_two(size: f64) -> f64 {
+pub(crate) fn inverse_power_of_two(size: f64) -> f64 {
     if size == 0.0 {
         return 1.0;
     }

@@ -1,0 +1,278 @@
+//! Small dense matrices and their singular values.
+//!
+//! What is decomposed here has as many rows as a system has equations, and is decomposed where a run starts or is examined, never
+//! in a step. One-sided rotations (Hestenes 1958, de Rijk 1989) find small singular values to full relative accuracy and
+//! take a page; a library of linear algebra takes longer to compile than all else that this crate depends on.
+
+use core::ops::{Index, IndexMut};
+
+use crate::step::elimination::inverse_power_of_two;
+
+/// Two columns are orthogonal if the cosine of their angle is below this.
+const ORTHOGONAL: f64 = 2.0 * f64::EPSILON;
+
+/// So often every pair of columns is rotated, at most: convergence is quadratic.
+const SWEEPS: usize = 60;
+
+/// A matrix, by columns.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Matrix {
+    /// The number of rows.
+    rows: usize,
+    /// The columns.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Matrix {
+    /// The matrix of some entries, by row and column.
+    pub(crate) fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> f64) -> Self {
+        let column = |j| (0..rows).map(|i| entry(i, j)).collect();
+        Self {
+            rows,
+            columns: (0..columns).map(column).collect(),
+        }
+    }
+
+    /// A matrix of zeros.
+    pub(crate) fn zeros(rows: usize, columns: usize) -> Self {
+        Self::from_fn(rows, columns, |_, _| 0.0)
+    }
+
+    /// The entries of a row.
+    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = f64> {
+        self.columns.iter().map(move |column| column[i])
+    }
+
+    /// Divides a row by a number.
+    pub(crate) fn divide_row(&mut self, i: usize, by: f64) {
+        for column in &mut self.columns {
+            column[i] /= by;
+        }
+    }
+
+    /// Divides every column by its length, and tells the lengths.
+    pub(crate) fn normalize_columns(&mut self) -> Vec<f64> {
+        let lengths: Vec<f64> = self.columns.iter().map(|column| length(column)).collect();
+        for (column, length) in self.columns.iter_mut().zip(&lengths) {
+            column.iter_mut().for_each(|x| *x /= length);
+        }
+        lengths
+    }
+
+    /// Whether all entries are finite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.columns.iter().flatten().all(|x| x.is_finite())
+    }
+
+    /// Rows for columns.
+    pub(crate) fn transposed(&self) -> Self {
+        Self::from_fn(self.columns.len(), self.rows, |i, j| self[(j, i)])
+    }
+
+    /// The product with another matrix.
+    pub(crate) fn times(&self, other: &Self) -> Self {
+        let columns = other.columns.iter().map(|column| self.times_vector(column));
+        Self {
+            rows: self.rows,
+            columns: columns.collect(),
+        }
+    }
+
+    /// The product with a vector.
+    pub(crate) fn times_vector(&self, vector: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; self.rows];
+        for (column, &factor) in self.columns.iter().zip(vector) {
+            add(&mut product, factor, column);
+        }
+        product
+    }
+
+    /// The singular values with their vectors. The matrix has to be finite.
+    pub(crate) fn decomposed(&self) -> Singular {
+        if self.rows < self.columns.len() {
+            let Singular { values, left, right } = self.transposed().decomposed();
+            return Singular {
+                values,
+                left: right,
+                right: left,
+            };
+        }
+        let largest = self
+            .columns
+            .iter()
+            .flatten()
+            .fold(0.0_f64, |most, x| most.max(x.abs()));
+        let scale = inverse_power_of_two(largest);
+        let mut left = self.columns.clone();
+        left.iter_mut().flatten().for_each(|x| *x *= scale);
+        let mut right = Self::from_fn(left.len(), left.len(), |i, j| if i == j { 1.0 } else { 0.0 }).columns;
+        for _ in 0..SWEEPS {
+            let mut rotated = false;
+            for q in 1..left.len() {
+                for p in 0..q {
+                    if let Some(rotation) = rotation(&left[p], &left[q]) {
+                        rotate(&mut left, [p, q], rotation);
+                        rotate(&mut right, [p, q], rotation);
+                        rotated = true;
+                    }
+                }
+            }
+            if !rotated {
+                break;
+            }
+        }
+        let mut values = Vec::with_capacity(left.len());
+        for column in &mut left {
+            let value = length(column);
+            if value > 0.0 {
+                column.iter_mut().for_each(|x| *x /= value);
+            }
+            values.push(value / scale);
+        }
+        Singular { values, left, right }
+    }
+}
+
+impl Index<(usize, usize)> for Matrix {
+    type Output = f64;
+
+    fn index(&self, (i, j): (usize, usize)) -> &f64 {
+        &self.columns[j][i]
+    }
+}
+
+impl IndexMut<(usize, usize)> for Matrix {
+    fn index_mut(&mut self, (i, j): (usize, usize)) -> &mut f64 {
+        &mut self.columns[j][i]
+    }
+}
+
+/// A matrix as `Σ σ u vᵀ`, in no order: as many terms as it has rows or columns, of which it has fewer.
+#[derive(Clone, Debug)]
+pub(crate) struct Singular {
+    /// The singular values `σ`.
+    pub(crate) values: Vec<f64>,
+    /// The vectors `u`; zero where `σ` is.
+    left: Vec<Vec<f64>>,
+    /// The vectors `v`. Those of a matrix with at least as many rows as columns are a basis.
+    pub(crate) right: Vec<Vec<f64>>,
+}
+
+impl Singular {
+    /// The smallest and the largest singular value; of no matrix, 1.
+    pub(crate) fn extremes(&self) -> [f64; 2] {
+        let fold = |of: fn(f64, f64) -> f64| self.values.iter().copied().reduce(of).unwrap_or(1.0);
+        [fold(f64::min), fold(f64::max)]
+    }
+
+    /// The shortest vector of those that come nearest to a solution, where singular values up to `zero` count as zero.
+    pub(crate) fn solve(&self, wanted: &[f64], zero: f64) -> Vec<f64> {
+        let mut solution = vec![0.0; self.right.first().map_or(0, Vec::len)];
+        for ((&value, left), right) in self.values.iter().zip(&self.left).zip(&self.right) {
+            if value > zero {
+                add(&mut solution, dot(left, wanted) / value, right);
+            }
+        }
+        solution
+    }
+}
+
+/// The cosine and the sine of the rotation that makes two columns orthogonal; `None` if they are.
+fn rotation(p: &[f64], q: &[f64]) -> Option<[f64; 2]> {
+    let (pp, qq, pq) = (dot(p, p), dot(q, q), dot(p, q));
+    if pq.abs() <= ORTHOGONAL * (pp * qq).sqrt() {
+        return None;
+    }
+    let cotangent = (qq - pp) / (2.0 * pq);
+    let tangent = cotangent.signum() / (cotangent.abs() + 1.0_f64.hypot(cotangent));
+    let cosine = 1.0_f64.hypot(tangent).recip();
+    Some([cosine, cosine * tangent])
+}
+
+/// Rotates two columns.
+fn rotate(columns: &mut [Vec<f64>], [p, q]: [usize; 2], [cosine, sine]: [f64; 2]) {
+    let (before, after) = columns.split_at_mut(q);
+    for (x, y) in before[p].iter_mut().zip(&mut after[0]) {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+    }
+}
+
+/// The inner product.
+fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// The length of a vector, without overflow.
+pub(crate) fn length(x: &[f64]) -> f64 {
+    let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let scale = inverse_power_of_two(largest);
+    x.iter().map(|x| (x * scale) * (x * scale)).sum::<f64>().sqrt() / scale
+}
+
+/// Adds a multiple of a vector to another.
+fn add(sum: &mut [f64], factor: f64, vector: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(vector) {
+        *sum += factor * x;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The entries of Hilbert's matrix.
+    fn hilbert(i: usize, j: usize) -> f64 {
+        1.0 / (i + j + 1) as f64
+    }
+
+    /// The largest difference of two matrices' entries.
+    fn apart(x: &Matrix, y: &Matrix) -> f64 {
+        let pairs = x.columns.iter().flatten().zip(y.columns.iter().flatten());
+        pairs.fold(0.0, |most, (x, y)| most.max((x - y).abs()))
+    }
+
+    #[test]
+    fn the_terms_sum_to_the_matrix() {
+        for (rows, columns) in [(5, 3), (3, 5), (4, 4), (1, 6), (6, 1)] {
+            let matrix = Matrix::from_fn(rows, columns, |i, j| hilbert(i, j) - 0.2 * (3 * i + j) as f64);
+            let Singular { values, left, right } = matrix.decomposed();
+            assert_eq!(values.len(), rows.min(columns));
+            let sum = Matrix::from_fn(rows, columns, |i, j| {
+                (0..values.len())
+                    .map(|k| values[k] * left[k][i] * right[k][j])
+                    .sum()
+            });
+            assert!(apart(&sum, &matrix) < 1e-14, "{rows} × {columns}");
+        }
+    }
+
+    #[test]
+    fn the_smallest_value_of_hilberts_matrix() {
+        // by 40 digits
+        let [smallest, largest] = Matrix::from_fn(8, 8, hilbert).decomposed().extremes();
+        assert!((largest - 1.695_938_996_921_949).abs() < 1e-14, "{largest}");
+        assert!(
+            (smallest - 1.111_538_966_372_442e-10).abs() < 1e-16,
+            "{smallest:e}"
+        );
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        for unit in [1e-200, 1.0, 1e200] {
+            let matrix = Matrix::from_fn(3, 2, |i, j| unit * [[3.0, 0.0], [0.0, 4.0], [0.0, 0.0]][i][j]);
+            let [smallest, largest] = matrix.decomposed().extremes();
+            assert!((smallest / unit - 3.0).abs() < 1e-15 && (largest / unit - 4.0).abs() < 1e-15);
+            assert!((length(&[3.0 * unit, -4.0 * unit]) / unit - 5.0).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_shortest_of_many_solutions() {
+        // x + y = 2, said twice, of which one is wrong by 2
+        let matrix = Matrix::from_fn(2, 2, |_, _| 1.0);
+        let solution = matrix.decomposed().solve(&[1.0, 3.0], f64::EPSILON);
+        assert!(solution.iter().all(|x| (x - 1.0).abs() < 1e-15), "{solution:?}");
+        assert_eq!(Matrix::zeros(2, 2).decomposed().values, [0.0, 0.0]);
+    }
+}
