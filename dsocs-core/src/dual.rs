@@ -1,7 +1,7 @@
 //! The dual numbers that functions of the user's are called with.
 //!
 //! A dual number is a value and a derivative, each a number or a dual number in its turn: nested twice they give second
-//! derivatives. `num-dual` has the interface ([`DualNum`](num_dual::DualNum)) and numbers of its own, but some functions of
+//! derivatives. `num-dual` has such numbers too ([`Real`] takes them), but some functions of
 //! those leave the range of doubles long before their results do (`tanh` is NaN from 355 on, `atan` flat from 1e154 on), or
 //! are NaN where a limit exists (`sqrt` of the constant 0, `powi(3)` at 0 times an infinite slope), or panic (`%`). These
 //! here are right wherever the function and its derivative are numbers, or have limits.
@@ -9,10 +9,10 @@
 mod functions;
 mod numbers;
 
-use num_dual::DualNum;
+use crate::real::Real;
 
 /// What the parts of a dual number may be: real numbers, and dual numbers over them.
-pub trait Part: DualNum<Primitive = f64> + Copy {
+pub trait Part: Real {
     /// Whether every part is zero: a constant's derivative.
     fn vanishes(&self) -> bool;
 }

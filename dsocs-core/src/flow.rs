@@ -276,7 +276,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
                 next(other)
             },
             regularity: Regularity::of(self.system, self.h, &leg, &e),
-            coordinates: S::COORDINATES.to_vec(),
+            coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
             cause,
         })
     }

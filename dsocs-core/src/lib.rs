@@ -79,6 +79,7 @@ pub mod geometry;
 mod lanes;
 mod multipliers;
 pub mod prelude;
+mod real;
 mod regularity;
 mod rounding;
 mod run;
@@ -93,12 +94,12 @@ pub mod taylor;
 mod testing;
 
 pub use dsocs_macros::dsocs;
-pub use num_dual::DualNum;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure};
 pub use flow::{Flow, Roots, multipliers};
+pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
     Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, Node, Observer, Occurrence, OnEvent,
@@ -107,23 +108,8 @@ pub use run::{
 pub use start::Start;
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
-pub use system::{Leg, Parameter, Point, System};
+pub use system::{Leg, Point, Quantity, System};
 pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
-
-/// The number type of functions and methods that a declaration calls: real numbers and dual numbers over them.
-///
-/// ```
-/// use dsocs_core::Real;
-///
-/// fn curvature<R: Real>(x: R, y: R) -> R {
-///     x.sin() * y.cos() * 0.5 + 1.0
-/// }
-///
-/// assert_eq!(curvature(0.0, 0.0), 1.0);
-/// ```
-pub trait Real: DualNum<Primitive = f64> + Copy {}
-
-impl<R: DualNum<Primitive = f64> + Copy> Real for R {}
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]

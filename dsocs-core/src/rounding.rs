@@ -12,7 +12,7 @@ use crate::multipliers::of_step;
 use crate::regularity::stacked;
 use crate::scalar::Scalar;
 use crate::step::unknown::Unknown;
-use crate::system::{Leg, Point, System};
+use crate::system::{Leg, System};
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;

@@ -265,9 +265,9 @@ fn check_vector<S: System<N>, const N: usize>(
         .zip(components)
         .find(|(_, value)| !value.is_finite())
     {
-        Some((&coordinate, &value)) => Err(SetupError::Start {
+        Some((coordinate, &value)) => Err(SetupError::Start {
             vector,
-            coordinate,
+            coordinate: coordinate.name,
             value,
         }),
         None => Ok(()),
@@ -350,8 +350,7 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
 
     fn linearize(&self, z: &U) -> Linearization<f64, U> {
         let multipliers = of_motion::<N>(z.as_ref());
-        self.declaration
-            .linearize_continuous(&self.point(z), multipliers)
+        self.declaration.linearize_continuous(&self.point(z), multipliers)
     }
 
     fn rounding(&self, z: &U) -> U {

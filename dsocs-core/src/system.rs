@@ -28,13 +28,50 @@ pub struct Point<T, const N: usize> {
     pub a: [T; N],
 }
 
-/// A parameter of a system: a field of type `f64` of the declared struct, or an element of an array of them.
+/// A quantity of a declaration, for people: a coordinate, a parameter or an observed expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parameter {
-    /// The field's name; `masses_2` for an element.
+pub struct Quantity {
+    /// The name in the declaration; `masses_2` for an element of an array.
     pub name: &'static str,
-    /// The field's documentation, one paragraph in one line (units stand in brackets at its end, by convention).
+    /// The documentation in one line. By convention the unit stands in brackets at its end, `The mass of the rod \[kg\].`
     pub doc: &'static str,
+}
+
+impl Quantity {
+    /// The unit, if the documentation ends with one in brackets.
+    ///
+    /// ```
+    /// use dsocs_core::Quantity;
+    ///
+    /// let inertia = Quantity { name: "inertia", doc: "The moment of inertia `I` of the wheel [kg m²]." };
+    /// assert_eq!((inertia.meaning(), inertia.unit()), ("The moment of inertia `I` of the wheel", Some("kg m²")));
+    /// // a unit of one word is written `\[kg\]`, since rustdoc takes `[kg]` for a link
+    /// let mass = Quantity { name: "mass", doc: r"The mass \[kg\]" };
+    /// assert_eq!((mass.meaning(), mass.unit()), ("The mass", Some("kg")));
+    /// assert_eq!(Quantity { name: "psi", doc: "The angle." }.unit(), None);
+    /// ```
+    #[must_use]
+    pub fn unit(&self) -> Option<&'static str> {
+        self.parts().1
+    }
+
+    /// The documentation without the unit and the full stop.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        self.parts().0
+    }
+
+    /// The documentation and the unit at its end.
+    fn parts(&self) -> (&'static str, Option<&'static str>) {
+        let doc = self.doc.trim_end().trim_end_matches('.');
+        match doc.strip_suffix(']').and_then(|doc| doc.rsplit_once('[')) {
+            Some((doc, unit)) => (
+                doc.trim_end_matches('\\').trim_end(),
+                Some(unit.trim_end_matches('\\')),
+            ),
+            None => (doc, None),
+        }
+    }
 }
 
 /// A discrete second order constrained Lagrangian system with `N` coordinates; `#[dsocs]` implements it.
@@ -69,13 +106,17 @@ pub struct Parameter {
 /// assert!(stone.residual(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
 /// ```
 pub trait System<const N: usize>: Compiled<N> {
-    /// The coordinates' names, in order; `theta_2` for one of an array.
-    const COORDINATES: [&'static str; N];
+    /// The name of the declared type.
+    const NAME: &'static str;
+    /// The first paragraph of the type's documentation, in one line.
+    const DOC: &'static str = "";
+    /// The coordinates, in order; `theta_2` is the name of one of an array.
+    const COORDINATES: [Quantity; N];
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
     /// listed.
-    const PARAMETERS: &'static [Parameter];
-    /// The names of the observed expressions (`observe = […]`), in order.
-    const OBSERVABLES: &'static [&'static str];
+    const PARAMETERS: &'static [Quantity];
+    /// The observed expressions (`observe = […]`), in order.
+    const OBSERVABLES: &'static [Quantity];
 
     /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
     /// given by fields.
@@ -86,6 +127,9 @@ pub trait System<const N: usize>: Compiled<N> {
 
     /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
     const NONHOLONOMIC: usize = 0;
+
+    /// How many kinematic constraints there are, those imposed on triples of nodes.
+    const KINEMATIC: usize = 0;
 
     /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
     const SYMMETRY: Symmetry = Symmetry::Unknown;

@@ -4,10 +4,8 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use num_dual::DualNum as _;
-use num_traits::Signed as _;
-
 use crate::dual::{Dual, Part};
+use crate::real::Real as _;
 use crate::scalar::Scalar;
 
 /// The weights of the difference quotient of eighth order, of the differences over once to four times the shift.

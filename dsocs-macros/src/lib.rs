@@ -52,6 +52,23 @@ use proc_macro::TokenStream;
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
 /// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
 ///
+/// # Names and units for people
+///
+/// Documentation of the struct, of its fields, of coordinates and of observed `let`s is kept: it is what a command line lists. By
+/// convention a unit stands in brackets at its end.
+///
+/// ```ignore
+/// coordinates(
+///     /// The angle of the rod from the vertical [rad].
+///     theta,
+///     /// The elongation of each spring [m].
+///     x: [3],
+/// );
+/// /// The torque of the motor [N m].
+/// let torque = gain * dot(theta);
+/// observe = [torque];
+/// ```
+///
 /// # Virtual displacements
 ///
 /// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and

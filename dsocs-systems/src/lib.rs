@@ -1,7 +1,21 @@
-//! The systems of the paper, declared with [`dsocs_core::dsocs`], and the command `dsocs` that runs them.
+//! The systems of the paper and more, declared with [`dsocs_core::dsocs`], and the command line over any list of systems.
 //!
-//! A system is one file of [`systems`] with its entry, and one line of [`registry`]. [`experiment`] measures the paper's
-//! errors, [`check`] holds systems against the paper's theorems, [`figure`] draws and knows nothing of mechanics, [`cli`] is what the command does.
+//! # Systems of one's own on the command line
+//!
+//! A crate that depends on this one, `dsocs-systems = { version = "0.1", default-features = false, features = ["cli"] }`, has the
+//! whole command line for its own systems by one line, `cli::main([Entry::new(system)])`: see `cli` and `entry`.
+//!
+//! # Layout
+//!
+//! | module | feature | |
+//! |---|---|---|
+//! | [`systems`] | | a page for each system: the declaration, exact solutions or invariants, its entry |
+//! | `entry` | `cli` | what the command line knows of a system: a value made of it |
+//! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list` |
+//! | `check` | `cli` | the paper's theorems, held against a motion |
+//! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
+//! | `figure` | `cli` | draws, and knows nothing of mechanics |
+//! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cli")]
@@ -9,19 +23,19 @@ pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;
 #[cfg(feature = "cli")]
+pub mod entry;
+#[cfg(feature = "dsocs")]
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod figure;
-#[cfg(feature = "cli")]
+#[cfg(feature = "dsocs")]
 pub mod reference;
-#[cfg(feature = "cli")]
-pub mod registry;
-#[cfg(feature = "cli")]
-pub mod rung;
 #[cfg(feature = "cli")]
 pub mod stability;
 pub mod systems;
 
+#[cfg(feature = "cli")]
+pub use entry::Entry;
 pub use systems::{
     CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, GravityTurn,
     InertiaWheelPendulum, KnifeEdge, MagneticParticle, NonholonomicParticle, PlanarChain2, PlanarChain8,

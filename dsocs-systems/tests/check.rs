@@ -1,26 +1,27 @@
-//! Every system of the registry passes its checks, and what is not so fails them.
+//! Every system of the library passes its checks, and what is not so fails them.
 
 use dsocs_core::dsocs;
 use dsocs_systems::check::{Expected, Finding, Settings, check};
-use dsocs_systems::registry::{Entry, Kind, SYSTEMS, Symmetry};
-use dsocs_systems::{CurvedParticle, GravityTurn, PlanarChain2};
+use dsocs_systems::entry::{Kind, Symmetry};
+use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
 
 /// The default settings of a system.
-fn settings(entry: &Entry) -> Settings<'static> {
+fn settings(entry: &Entry) -> Settings<'_> {
+    let [q0, v0] = entry.default_start().unwrap();
     Settings {
-        h: entry.step,
+        h: entry.default_step(),
         until: None,
-        q0: entry.q0,
-        v0: entry.v0,
+        q0,
+        v0,
     }
 }
 
 #[test]
 fn every_system_passes() {
-    for entry in SYSTEMS {
-        let findings = (entry.build)().check(entry.kind, &settings(entry)).unwrap();
+    for entry in systems::all() {
+        let findings = entry.check(&settings(&entry)).unwrap();
         for finding in &findings {
-            assert!(finding.ok(), "{}: {finding:?}", entry.name);
+            assert!(finding.ok(), "{}: {finding:?}", entry.name());
         }
         for check in [
             "regularity",
@@ -32,7 +33,7 @@ fn every_system_passes() {
             assert!(
                 findings.iter().any(|finding| finding.check == check),
                 "{}: {check}",
-                entry.name
+                entry.name()
             );
         }
     }
@@ -54,9 +55,9 @@ fn a_constrained_system_is_not_symplectic() {
         order: 2.0,
         reversible: true,
     };
-    let entry = Entry::find("particle").unwrap();
+    let entry = systems::particle::entry();
     let start = ([0.0, 0.0], [1.0, 1.0]);
-    let findings = check(&particle, &[], expected, &settings(entry), start).unwrap();
+    let findings = check(&particle, &[], expected, &settings(&entry), start).unwrap();
     let missed = missed(&findings);
     assert_eq!(missed.len(), 2, "{missed:?}");
     assert!(
@@ -67,22 +68,19 @@ fn a_constrained_system_is_not_symplectic() {
 
 #[test]
 fn gravity_has_no_symmetry_of_translation() {
-    let symmetries = [Symmetry {
-        name: "translation along y",
-        generator: |_: &GravityTurn, _: &[f64; 2]| [0.0, 1.0],
-    }];
+    let symmetries = [Symmetry::new("translation along y", |_: &[f64; 2]| [0.0, 1.0])];
     let expected = Expected {
         kind: Kind::SecondOrder,
         order: 2.0,
         reversible: true,
     };
-    let entry = Entry::find("gravity-turn").unwrap();
+    let entry = systems::gravity_turn::entry();
     let start = ([0.0, 0.0], [1.0, 3.0]);
     let findings = check(
         &GravityTurn::default(),
         &symmetries,
         expected,
-        &settings(entry),
+        &settings(&entry),
         start,
     )
     .unwrap();
@@ -101,9 +99,9 @@ fn another_order_is_not_found() {
         order: 3.0,
         reversible: true,
     };
-    let entry = Entry::find("double-pendulum").unwrap();
+    let entry = systems::double_pendulum::entry();
     let start = ([2.0, 1.0], [0.0, 0.0]);
-    let findings = check(&PlanarChain2::default(), &[], expected, &settings(entry), start).unwrap();
+    let findings = check(&PlanarChain2::default(), &[], expected, &settings(&entry), start).unwrap();
     let missed = missed(&findings);
     assert!(missed.len() == 1 && missed[0].0 == "order", "{missed:?}");
 }
@@ -178,10 +176,9 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     let rod = check(&Rod, &[], expected(Kind::Holonomic), &settings(0.02), (q0, v0)).unwrap();
     assert_eq!(missed(&rod), [], "{rod:?}");
     let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
-    let symmetries = [Symmetry {
-        name: "translation along x",
-        generator: |_: &Nonholonomic, _: &[f64; 3]| [1.0, 0.0, 0.0],
-    }];
+    let symmetries = [Symmetry::new("translation along x", |_: &[f64; 3]| {
+        [1.0, 0.0, 0.0]
+    })];
     let settings = settings(0.05);
     let particle = |kind| check(&Nonholonomic, &symmetries, expected(kind), &settings, start).unwrap();
     let found = particle(Kind::Nonholonomic);

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use dsocs_systems::registry::SYSTEMS;
+use dsocs_systems::systems;
 use serde_json::Value;
 
 /// The command with these arguments, in an empty folder.
@@ -132,7 +132,7 @@ fn last_x(options: &[&str]) -> [f64; 2] {
 }
 
 #[test]
-fn order_and_tolerance_choose_the_rung() {
+fn order_and_tolerance_choose_the_method() {
     let error = |options: &[&str]| {
         let [x, exact] = last_x(options);
         (x - exact).abs()
@@ -172,7 +172,7 @@ fn order_and_tolerance_choose_the_rung() {
 }
 
 #[test]
-fn the_error_is_estimated_on_every_rung() {
+fn the_error_is_estimated_with_every_method() {
     for options in [
         &[][..],
         &["--start", "paper"],
@@ -450,7 +450,7 @@ fn list_names_systems_coordinates_and_parameters() {
         (Some("i"), Some(312.5), Some("kg m²"))
     );
     let text = stdout(&["list"]);
-    assert!(SYSTEMS.iter().all(|entry| text.contains(entry.name)));
+    assert!(systems::all().iter().all(|entry| text.contains(entry.name())));
     assert!(text.contains("\nnonholonomic\n"), "kind by kind: {text}");
     let text = stdout(&["list", "pendulum"]);
     assert!(text.contains("pendulum (second-order)") && text.contains("rho"));
@@ -458,15 +458,15 @@ fn list_names_systems_coordinates_and_parameters() {
 
 #[test]
 fn every_system_runs() {
-    for entry in SYSTEMS {
-        let until = (20.0 * entry.step).to_string();
-        let csv = stdout(&["run", entry.name, "--until", &until]);
-        assert_eq!(csv.lines().count(), 22, "{}", entry.name);
+    for entry in systems::all() {
+        let until = (20.0 * entry.default_step()).to_string();
+        let csv = stdout(&["run", entry.name(), "--until", &until]);
+        assert_eq!(csv.lines().count(), 22, "{}", entry.name());
         let rows = rows(&csv);
         assert!(
             rows.iter().flatten().all(|value| value.is_finite()),
             "{}: {csv}",
-            entry.name
+            entry.name()
         );
     }
 }
@@ -489,12 +489,12 @@ fn an_inconsistent_start_is_refused_or_projected() {
         message.contains("violates holonomic constraint 1 by -7.500e-2") && message.contains("--project"),
         "{message}"
     );
-    for rung in [&[][..], &["--tolerance", "1e-10"]] {
-        let csv = stdout(&[&start[..], &["--project"], rung].concat());
+    for method in [&[][..], &["--tolerance", "1e-10"]] {
+        let csv = stdout(&[&start[..], &["--project"], method].concat());
         assert!(csv.lines().next().unwrap().ends_with("angular_momentum,lambda_0"));
         for row in rows(&csv) {
             let [x, y, z] = [row[1], row[2], row[3]];
-            assert!((x.hypot(y).hypot(z) - 1.0).abs() < 1e-9, "{rung:?}: {row:?}");
+            assert!((x.hypot(y).hypot(z) - 1.0).abs() < 1e-9, "{method:?}: {row:?}");
         }
     }
     let projected = stdout(&[&start[..], &["--project"]].concat());
@@ -622,6 +622,85 @@ fn check_prints_the_theorems_and_fails_with_them() {
     assert!(status == 2 && message.contains("magnetic"), "{message}");
     let (status, message) = refused(&["check", "magnetic", "--out", "checks.txt"]);
     assert!(status == 2 && message.contains("checks.txt"), "{message}");
+}
+
+#[test]
+fn stability_is_measured_on_any_system() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["magnetic", "planar-pendulum", "sleigh", "particle"];
+    let arguments = [&["stability", "--quick"], &names[..]].concat();
+    let done = dsocs(folder.path(), &arguments).output().unwrap();
+    let text = String::from_utf8(done.stdout).unwrap();
+    assert!(
+        done.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    let json: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("results/stability.json")).unwrap())
+            .unwrap();
+    for (system, name) in json["systems"].as_array().unwrap().iter().zip(names) {
+        assert_eq!(system["system"], name);
+        let cases = system["cases"].as_array().unwrap();
+        assert!(
+            cases.len() >= 12 && cases.iter().all(|case| case["ok"] == true),
+            "{name}: {system}"
+        );
+    }
+    // forty steps of an orbit that turns far at each of them do not lead back
+    let (options, message) = (["--cases", "5", "--step", "7"], "missed its bar");
+    let failed = output(&[&["stability", "magnetic"], &options[..]].concat());
+    assert_eq!(
+        failed.status.code(),
+        Some(1),
+        "{}",
+        String::from_utf8_lossy(&failed.stdout)
+    );
+    assert!(String::from_utf8_lossy(&failed.stderr).contains(message));
+
+    for (arguments, expected) in [
+        (
+            &["stability", "--cases", "12"][..],
+            "no case 12; the cases are 1, 2",
+        ),
+        (
+            &["stability", "particle", "--cases", "7"],
+            "no case 7; the cases are 1, 2, 3, 4, 5, 6",
+        ),
+        (&["stability", "partical"], "`particle`"),
+        (&["stability", "--q0", "1,2"], "`--q0` is for one system"),
+        (
+            &["check", "particle", "magnetic", "--set", "mass=2"],
+            "`--set` is for one system",
+        ),
+        (&["run"], "which system? known: chain, double-pendulum"),
+    ] {
+        let (status, message) = refused(arguments);
+        assert!(
+            status == 2 && message.contains(expected),
+            "{arguments:?}: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_check_takes_another_start_and_other_parameters() {
+    let text = stdout(&[
+        "check",
+        "magnetic",
+        "--q0",
+        "2,0",
+        "--v0",
+        "0,1",
+        "--set",
+        "field=0.5",
+    ]);
+    assert!(!text.contains("FAILED"), "{text}");
+    let (status, message) = refused(&["check", "magnetic", "--q0", "2,0,0"]);
+    assert!(
+        status == 2 && message.contains("q0 has 3 components"),
+        "{message}"
+    );
 }
 
 /// Whether a file is a picture in PNG.

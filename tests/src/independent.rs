@@ -3,32 +3,31 @@
 //! Nothing is simplified, hoisted or eliminated here. `D₁L_d` and `D₂L_d` are derivatives of `L∘φ⁻¹` by dual numbers, so
 //! that rows over dual numbers are nested ones.
 
-use dsocs_core::Real;
-use num_dual::Dual;
+use num_dual::{Dual, DualNum};
 
 /// A declaration with `N` coordinates, as a user would write it down, but as functions over dual numbers.
 pub trait Declaration<const N: usize> {
     /// The Lagrangian.
-    fn lagrangian<R: Real>(&self, q: [R; N], v: [R; N]) -> R;
+    fn lagrangian<R: Number>(&self, q: [R; N], v: [R; N]) -> R;
 
     /// The kinematic rows.
-    fn kinematic<R: Real>(&self, q: [R; N], v: [R; N], a: [R; N]) -> Vec<R>;
+    fn kinematic<R: Number>(&self, q: [R; N], v: [R; N], a: [R; N]) -> Vec<R>;
 
     /// What each kinematic row is divided by; none by default.
-    fn divide<R: Real>(&self, _q: [R; N], _v: [R; N]) -> Vec<Option<R>> {
+    fn divide<R: Number>(&self, _q: [R; N], _v: [R; N]) -> Vec<Option<R>> {
         Vec::new()
     }
 
     /// The fields that span the virtual displacements.
-    fn variational<R: Real>(&self, q: [R; N], v: [R; N], a: [R; N]) -> Vec<[R; N]>;
+    fn variational<R: Number>(&self, q: [R; N], v: [R; N], a: [R; N]) -> Vec<[R; N]>;
 
     /// `φ_{L_d}⁻¹`, the paper's by default.
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; N], q1: [R; N]) -> ([R; N], [R; N]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; N], q1: [R; N]) -> ([R; N], [R; N]) {
         (q0, map2(q1, q0, |x1, x0| (x1 - x0) / h))
     }
 
     /// `φ_{D_K}⁻¹`, the paper's by default.
-    fn phi_kinematic<R: Real>(&self, h: R, q: [[R; N]; 3]) -> [[R; N]; 3] {
+    fn phi_kinematic<R: Number>(&self, h: R, q: [[R; N]; 3]) -> [[R; N]; 3] {
         let [q0, q1, q2] = q;
         let v = map2(q2, q0, |x2, x0| (x2 - x0) / (h * 2.0));
         let a = core::array::from_fn(|i| (q2[i] - q1[i] * 2.0 + q0[i]) / (h * h));
@@ -36,33 +35,38 @@ pub trait Declaration<const N: usize> {
     }
 
     /// `φ_{D_V}⁻¹`, by default the same as `φ_{D_K}⁻¹`.
-    fn phi_variational<R: Real>(&self, h: R, q: [[R; N]; 3]) -> [[R; N]; 3] {
+    fn phi_variational<R: Number>(&self, h: R, q: [[R; N]; 3]) -> [[R; N]; 3] {
         self.phi_kinematic(h, q)
     }
 }
 
 /// A function of the components of two vectors.
-pub fn map2<R: Real, const N: usize>(x: [R; N], y: [R; N], function: impl Fn(R, R) -> R) -> [R; N] {
+pub fn map2<R: Number, const N: usize>(x: [R; N], y: [R; N], function: impl Fn(R, R) -> R) -> [R; N] {
     core::array::from_fn(|i| function(x[i], y[i]))
 }
 
+/// The numbers of `num-dual`, which nest.
+pub trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<R: DualNum<Primitive = f64> + Copy> Number for R {}
+
 /// A vector as dual numbers that move along `direction`.
-pub fn along<R: Real, const N: usize>(x: [R; N], direction: [R; N]) -> [Dual<R>; N] {
+pub fn along<R: Number, const N: usize>(x: [R; N], direction: [R; N]) -> [Dual<R>; N] {
     core::array::from_fn(|i| Dual::new(x[i], direction[i]))
 }
 
 /// A vector as dual numbers of which component `i` is the variable.
-pub fn variable<R: Real, const N: usize>(x: [R; N], i: usize) -> [Dual<R>; N] {
+pub fn variable<R: Number, const N: usize>(x: [R; N], i: usize) -> [Dual<R>; N] {
     core::array::from_fn(|j| Dual::new(x[j], R::from(f64::from(u8::from(i == j)))))
 }
 
 /// A vector as dual numbers that do not move.
-pub fn fixed<R: Real, const N: usize>(x: [R; N]) -> [Dual<R>; N] {
+pub fn fixed<R: Number, const N: usize>(x: [R; N]) -> [Dual<R>; N] {
     x.map(Dual::from_re)
 }
 
 /// The total time derivative of a function of position and velocity: `d/dt f(q, v)` along `(v, a)`.
-pub fn rate<R: Real, const N: usize>(
+pub fn rate<R: Number, const N: usize>(
     q: [R; N],
     v: [R; N],
     a: [R; N],
@@ -72,7 +76,7 @@ pub fn rate<R: Real, const N: usize>(
 }
 
 /// `L_d(q0, q1)`.
-pub fn discrete_lagrangian<P: Declaration<N>, R: Real, const N: usize>(
+pub fn discrete_lagrangian<P: Declaration<N>, R: Number, const N: usize>(
     declaration: &P,
     h: R,
     q0: [R; N],
@@ -83,7 +87,7 @@ pub fn discrete_lagrangian<P: Declaration<N>, R: Real, const N: usize>(
 }
 
 /// `−(D₁L_d(q1, q2) + D₂L_d(q0, q1))`.
-pub fn force<P: Declaration<N>, R: Real, const N: usize>(declaration: &P, h: R, q: [[R; N]; 3]) -> [R; N] {
+pub fn force<P: Declaration<N>, R: Number, const N: usize>(declaration: &P, h: R, q: [[R; N]; 3]) -> [R; N] {
     let [q0, q1, q2] = q;
     let h = Dual::from_re(h);
     core::array::from_fn(|i| {
@@ -94,7 +98,11 @@ pub fn force<P: Declaration<N>, R: Real, const N: usize>(declaration: &P, h: R, 
 }
 
 /// All rows of a step, none eliminated: kinematic rows, then `⟨u, Q⟩` with the constraint force `Q = −(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
-pub fn rows<P: Declaration<N>, R: Real, const N: usize>(declaration: &P, h: R, nodes: [[R; N]; 3]) -> Vec<R> {
+pub fn rows<P: Declaration<N>, R: Number, const N: usize>(
+    declaration: &P,
+    h: R,
+    nodes: [[R; N]; 3],
+) -> Vec<R> {
     let [q, v, a] = declaration.phi_kinematic(h, nodes);
     let mut rows = divided(declaration, q, v, a);
     let [q, v, a] = declaration.phi_variational(h, nodes);
@@ -106,7 +114,7 @@ pub fn rows<P: Declaration<N>, R: Real, const N: usize>(declaration: &P, h: R, n
 }
 
 /// All rows of the continuous system: kinematic rows, then `⟨u, Q⟩` with `Q = −D_EL L`.
-pub fn continuous_rows<P: Declaration<N>, R: Real, const N: usize>(
+pub fn continuous_rows<P: Declaration<N>, R: Number, const N: usize>(
     declaration: &P,
     q: [R; N],
     v: [R; N],
@@ -121,7 +129,7 @@ pub fn continuous_rows<P: Declaration<N>, R: Real, const N: usize>(
 }
 
 /// `d/dt ∂L/∂v − ∂L/∂q`.
-pub fn continuous_force<P: Declaration<N>, R: Real, const N: usize>(
+pub fn continuous_force<P: Declaration<N>, R: Number, const N: usize>(
     declaration: &P,
     q: [R; N],
     v: [R; N],
@@ -140,7 +148,7 @@ pub fn energy<P: Declaration<N>, const N: usize>(declaration: &P, q: [f64; N], v
 }
 
 /// `∂L/∂vᵢ`.
-fn momentum<P: Declaration<N>, R: Real, const N: usize>(
+fn momentum<P: Declaration<N>, R: Number, const N: usize>(
     declaration: &P,
     q: [R; N],
     v: [R; N],
@@ -150,7 +158,7 @@ fn momentum<P: Declaration<N>, R: Real, const N: usize>(
 }
 
 /// The kinematic rows, divided by their factors.
-fn divided<P: Declaration<N>, R: Real, const N: usize>(
+fn divided<P: Declaration<N>, R: Number, const N: usize>(
     declaration: &P,
     q: [R; N],
     v: [R; N],
@@ -166,7 +174,7 @@ fn divided<P: Declaration<N>, R: Real, const N: usize>(
 }
 
 /// `⟨u, f⟩`.
-fn pairing<R: Real, const N: usize>(u: [R; N], f: [R; N]) -> R {
+fn pairing<R: Number, const N: usize>(u: [R; N], f: [R; N]) -> R {
     let terms = u.into_iter().zip(f).map(|(u, f)| u * f);
     terms.fold(R::from(0.0), |sum, term| sum + term)
 }

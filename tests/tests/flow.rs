@@ -222,7 +222,10 @@ fn a_time_on_the_wrong_side_is_an_error() {
 fn observed_expressions_are_those_of_the_declaration() {
     let pendulum = InertiaWheelPendulum::default();
     let mut flow = Flow::new(&pendulum, 0.1, Start::paper(START.0, START.1)).unwrap();
-    let names = <InertiaWheelPendulum as System<2>>::OBSERVABLES;
+    let names: Vec<_> = <InertiaWheelPendulum as System<2>>::OBSERVABLES
+        .iter()
+        .map(|observed| observed.name)
+        .collect();
     assert_eq!(names[..2], ["lyapunov", "dissipation"]);
     let node = flow.nth(7).unwrap().unwrap();
     let mut observed = vec![f64::NAN; names.len()];

@@ -3,7 +3,7 @@
 #![allow(clippy::float_cmp)] // the flow stands exactly where the event was
 
 use dsocs_core::taylor::{Jet, TaylorFlow, Tolerance};
-use dsocs_core::{DualNum, Event, Events, Node, Occurrence, Real, RunError, Start, Stepper, dsocs, on_event};
+use dsocs_core::{Event, Events, Node, Occurrence, Real, RunError, Start, Stepper, dsocs, on_event};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 
 const Q0: [f64; 2] = [0.0, 0.0];
@@ -73,9 +73,7 @@ fn many_changes_of_sign_within_one_step_are_all_found() {
     // a step of the order 30 makes a good part of a turn, in which sin(40 x) changes its sign some twenty times
     let particle = particle();
     let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10).order(30)).unwrap();
-    let mut events = Events::new(vec![Event::function(|point| {
-        DualNum::sin(&(point.q[0] * 40.0 + 1.0))
-    })]);
+    let mut events = Events::new(vec![Event::function(|point| Real::sin(point.q[0] * 40.0 + 1.0))]);
     let mut found = Vec::new();
     let turn = 2.0 * std::f64::consts::PI / 2.0_f64.sqrt();
     flow.watch(

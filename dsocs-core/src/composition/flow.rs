@@ -409,7 +409,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 q2: next(e),
                 other,
                 regularity: Regularity::of(self.system, stage.h, &stage.leg, &e),
-                coordinates: S::COORDINATES.to_vec(),
+                coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
                 cause,
             })),
         })

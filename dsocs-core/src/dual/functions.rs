@@ -3,16 +3,8 @@
 //! A value is what the function of the parts gives, in the end that of `f64`. A derivative is written so that nothing in it
 //! overflows before it does itself, and in dual numbers again where there are more of them inside.
 
-use num_dual::{DualNum, DualStruct as _};
-use num_traits::One as _;
-
 use super::{Dual, Part, part};
-
-/// Up to this argument spherical Bessel functions are summed up; beyond, nothing cancels in their closed forms.
-const SERIES: f64 = 1.5;
-
-/// Terms of the series: the last is below `1.5³²/32!`.
-const TERMS: u32 = 16;
+use crate::real::Real;
 
 /// `1/(1 + x²)`, also where `x²` leaves the range.
 fn lorentz<D: Part>(x: D) -> D {
@@ -33,21 +25,6 @@ fn below_one<D: Part>(x: D) -> D {
     }
 }
 
-/// The spherical Bessel function of order `order` near 0: `xⁿ Σ (−x²/2)ᵏ / (k! (2n+2k+1)!!)`.
-fn series<D: Part>(x: D, order: u32) -> D {
-    let square = x * x * -0.5;
-    let mut term = D::one();
-    for k in 0..order {
-        term = term * x / f64::from(2 * k + 3);
-    }
-    let mut sum = term;
-    for k in 1..TERMS {
-        term = term * square / f64::from(k * (2 * (order + k) + 1));
-        sum += term;
-    }
-    sum
-}
-
 impl<D: Part> Dual<D> {
     /// The terms of `atan2`, for the larger of the two divided by.
     fn angle(y: Self, x: Self) -> D {
@@ -61,30 +38,28 @@ impl<D: Part> Dual<D> {
     }
 }
 
-impl<D: Part> DualNum for Dual<D> {
-    type Primitive = f64;
-
-    const NDERIV: usize = D::NDERIV + 1;
-
-    type InnerDual = D;
-
-    fn from_re(re: D) -> Self {
-        Self::constant(re)
+impl<D: Part> Real for Dual<D> {
+    fn re(self) -> f64 {
+        self.re.re()
     }
 
-    fn scale(self, factor: &D) -> Self {
-        Self::new(self.re * *factor, part(self.eps, || *factor))
+    fn abs(self) -> Self {
+        if self.re().is_sign_positive() { self } else { -self }
     }
 
-    fn recip(&self) -> Self {
+    fn signum(self) -> Self {
+        Self::constant(self.re.signum())
+    }
+
+    fn recip(self) -> Self {
         let value = self.re.recip();
         self.chain(value, || -(value * value))
     }
 
-    fn powi(&self, exponent: i32) -> Self {
+    fn powi(self, exponent: i32) -> Self {
         match exponent {
             0 => Self::one(),
-            1 => *self,
+            1 => self,
             n => self.chain(self.re.powi(n), || {
                 self.re.powi(n.saturating_sub(1)) * f64::from(n)
             }),
@@ -92,17 +67,17 @@ impl<D: Part> DualNum for Dual<D> {
     }
 
     #[allow(clippy::float_cmp)] // these very exponents
-    fn powf(&self, exponent: f64) -> Self {
+    fn powf(self, exponent: f64) -> Self {
         if exponent == 0.0 {
             Self::one()
         } else if exponent == 1.0 {
-            *self
+            self
         } else {
             self.chain(self.re.powf(exponent), || self.re.powf(exponent - 1.0) * exponent)
         }
     }
 
-    fn powd(&self, exponent: Self) -> Self {
+    fn powd(self, exponent: Self) -> Self {
         if exponent.eps.vanishes() && (exponent.re - exponent.re()).vanishes() {
             return self.powf(exponent.re());
         }
@@ -118,98 +93,98 @@ impl<D: Part> DualNum for Dual<D> {
         Self::new(value, by_base + by_exponent)
     }
 
-    fn sqrt(&self) -> Self {
+    fn sqrt(self) -> Self {
         let value = self.re.sqrt();
         self.chain(value, || value.recip() * 0.5)
     }
 
-    fn cbrt(&self) -> Self {
+    fn cbrt(self) -> Self {
         let value = self.re.cbrt();
         self.chain(value, || (value * value * 3.0).recip())
     }
 
-    fn exp(&self) -> Self {
+    fn exp(self) -> Self {
         let value = self.re.exp();
         self.chain(value, || value)
     }
 
-    fn exp2(&self) -> Self {
+    fn exp2(self) -> Self {
         let value = self.re.exp2();
         self.chain(value, || value * core::f64::consts::LN_2)
     }
 
-    fn exp_m1(&self) -> Self {
+    fn exp_m1(self) -> Self {
         self.chain(self.re.exp_m1(), || self.re.exp())
     }
 
-    fn ln(&self) -> Self {
+    fn ln(self) -> Self {
         self.chain(self.re.ln(), || self.re.recip())
     }
 
-    fn log(&self, base: f64) -> Self {
+    fn log(self, base: f64) -> Self {
         self.chain(self.re.log(base), || self.re.recip() / base.ln())
     }
 
-    fn log2(&self) -> Self {
+    fn log2(self) -> Self {
         self.chain(self.re.log2(), || self.re.recip() / core::f64::consts::LN_2)
     }
 
-    fn log10(&self) -> Self {
+    fn log10(self) -> Self {
         self.chain(self.re.log10(), || self.re.recip() / core::f64::consts::LN_10)
     }
 
-    fn ln_1p(&self) -> Self {
+    fn ln_1p(self) -> Self {
         self.chain(self.re.ln_1p(), || (self.re + 1.0).recip())
     }
 
-    fn sin(&self) -> Self {
+    fn sin(self) -> Self {
         self.chain(self.re.sin(), || self.re.cos())
     }
 
-    fn cos(&self) -> Self {
+    fn cos(self) -> Self {
         self.chain(self.re.cos(), || -self.re.sin())
     }
 
-    fn sin_cos(&self) -> (Self, Self) {
+    fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.re.sin_cos();
         (self.chain(sin, || cos), self.chain(cos, || -sin))
     }
 
-    fn tan(&self) -> Self {
+    fn tan(self) -> Self {
         let value = self.re.tan();
         self.chain(value, || value * value + 1.0)
     }
 
-    fn asin(&self) -> Self {
+    fn asin(self) -> Self {
         self.chain(self.re.asin(), || below_one(self.re).sqrt().recip())
     }
 
-    fn acos(&self) -> Self {
+    fn acos(self) -> Self {
         self.chain(self.re.acos(), || -below_one(self.re).sqrt().recip())
     }
 
-    fn atan(&self) -> Self {
+    fn atan(self) -> Self {
         self.chain(self.re.atan(), || lorentz(self.re))
     }
 
-    fn atan2(&self, x: Self) -> Self {
+    fn atan2(self, x: Self) -> Self {
         let eps = if self.eps.vanishes() && x.eps.vanishes() {
             D::zero()
         } else {
-            Self::angle(*self, x)
+            Self::angle(self, x)
         };
         Self::new(self.re.atan2(x.re), eps)
     }
 
-    fn sinh(&self) -> Self {
+    fn sinh(self) -> Self {
         self.chain(self.re.sinh(), || self.re.cosh())
     }
 
-    fn cosh(&self) -> Self {
+    fn cosh(self) -> Self {
         self.chain(self.re.cosh(), || self.re.sinh())
     }
 
-    fn tanh(&self) -> Self {
+    fn tanh(self) -> Self {
         let value = self.re.tanh();
         self.chain(value, || {
             if self.re.re().abs() <= 0.5 {
@@ -221,7 +196,7 @@ impl<D: Part> DualNum for Dual<D> {
         })
     }
 
-    fn asinh(&self) -> Self {
+    fn asinh(self) -> Self {
         self.chain(self.re.asinh(), || {
             if self.re.re().abs() <= 1.0 {
                 (self.re * self.re + 1.0).sqrt().recip()
@@ -232,7 +207,7 @@ impl<D: Part> DualNum for Dual<D> {
         })
     }
 
-    fn acosh(&self) -> Self {
+    fn acosh(self) -> Self {
         self.chain(self.re.acosh(), || {
             if self.re.re() <= 2.0 {
                 ((self.re - 1.0) * (self.re + 1.0)).sqrt().recip()
@@ -243,32 +218,11 @@ impl<D: Part> DualNum for Dual<D> {
         })
     }
 
-    fn atanh(&self) -> Self {
+    fn atanh(self) -> Self {
         self.chain(self.re.atanh(), || below_one(self.re).recip())
     }
 
-    fn sph_j0(&self) -> Self {
-        if self.re().abs() <= SERIES {
-            return series(*self, 0);
-        }
-        self.sin() / *self
-    }
-
-    fn sph_j1(&self) -> Self {
-        if self.re().abs() <= SERIES {
-            return series(*self, 1);
-        }
-        (self.sph_j0() - self.cos()) / *self
-    }
-
-    fn sph_j2(&self) -> Self {
-        if self.re().abs() <= SERIES {
-            return series(*self, 2);
-        }
-        self.sph_j1() * 3.0 / *self - self.sph_j0()
-    }
-
-    fn mul_add(&self, factor: Self, term: Self) -> Self {
+    fn mul_add(self, factor: Self, term: Self) -> Self {
         Self::new(
             self.re.mul_add(factor.re, term.re),
             part(self.eps, || factor.re) + part(factor.eps, || self.re) + term.eps,

@@ -1,14 +1,12 @@
-//! Arithmetic, comparison and conversion of dual numbers: what [`num_dual::DualNum`] asks for beside functions.
+//! Arithmetic, comparison and conversion of dual numbers: what [`Real`] asks for beside functions.
 
 use core::cmp::Ordering;
 use core::fmt;
 use core::iter::{Product, Sum};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-use num_dual::{DualNum, DualStruct, Mappable};
-use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
-
 use super::{Dual, Part, part};
+use crate::real::Real;
 
 impl<D: Part> Neg for Dual<D> {
     type Output = Self;
@@ -117,14 +115,6 @@ impl<D: Part> Rem<f64> for Dual<D> {
 macro_rules! derived_operators {
     ($($name:ident :: $method:ident, $assign:ident :: $assign_method:ident;)*) => {
         $(
-            impl<D: Part> $name<&Self> for Dual<D> {
-                type Output = Self;
-
-                fn $method(self, other: &Self) -> Self {
-                    $name::$method(self, *other)
-                }
-            }
-
             impl<D: Part> $assign for Dual<D> {
                 fn $assign_method(&mut self, other: Self) {
                     *self = $name::$method(*self, other);
@@ -146,14 +136,6 @@ derived_operators! {
     Mul::mul, MulAssign::mul_assign;
     Div::div, DivAssign::div_assign;
     Rem::rem, RemAssign::rem_assign;
-}
-
-impl<D: Part> Inv for Dual<D> {
-    type Output = Self;
-
-    fn inv(self) -> Self {
-        self.recip()
-    }
 }
 
 impl<D: Part> Sum for Dual<D> {
@@ -194,98 +176,9 @@ impl<D: Part> PartialOrd<f64> for Dual<D> {
     }
 }
 
-impl<D: Part> Zero for Dual<D> {
-    fn zero() -> Self {
-        Self::constant(D::zero())
-    }
-
-    fn is_zero(&self) -> bool {
-        self.re.is_zero()
-    }
-}
-
-impl<D: Part> One for Dual<D> {
-    fn one() -> Self {
-        Self::constant(D::one())
-    }
-}
-
-impl<D: Part> Num for Dual<D> {
-    type FromStrRadixErr = D::FromStrRadixErr;
-
-    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
-        D::from_str_radix(text, radix).map(Self::constant)
-    }
-}
-
-impl<D: Part> Signed for Dual<D> {
-    fn abs(&self) -> Self {
-        if self.is_positive() { *self } else { -*self }
-    }
-
-    fn abs_sub(&self, other: &Self) -> Self {
-        if self.re > other.re {
-            *self - *other
-        } else {
-            Self::zero()
-        }
-    }
-
-    fn signum(&self) -> Self {
-        Self::constant(self.re.signum())
-    }
-
-    fn is_positive(&self) -> bool {
-        self.re.is_positive()
-    }
-
-    fn is_negative(&self) -> bool {
-        self.re.is_negative()
-    }
-}
-
 impl<D: Part> From<f64> for Dual<D> {
     fn from(value: f64) -> Self {
         Self::constant(D::from(value))
-    }
-}
-
-impl<D: Part> FromPrimitive for Dual<D> {
-    fn from_i64(value: i64) -> Option<Self> {
-        f64::from_i64(value).map(Self::from)
-    }
-
-    fn from_u64(value: u64) -> Option<Self> {
-        f64::from_u64(value).map(Self::from)
-    }
-
-    fn from_f32(value: f32) -> Option<Self> {
-        Some(Self::from(f64::from(value)))
-    }
-
-    fn from_f64(value: f64) -> Option<Self> {
-        Some(Self::from(value))
-    }
-}
-
-impl<D: Part> DualStruct for Dual<D> {
-    type Real = f64;
-    type Inner = D;
-
-    fn re(&self) -> f64 {
-        self.re.re()
-    }
-
-    fn from_inner(inner: &D) -> Self {
-        Self::constant(*inner)
-    }
-}
-
-impl<D: Part> Mappable<Self> for Dual<D> {
-    type Output<O> = O;
-
-    fn map_dual<M: Fn(Self) -> O, O>(self, function: M) -> O {
-        function(self)
     }
 }
 

@@ -108,8 +108,7 @@ pub fn variation<S: System<N>, const N: usize>(
     };
     let declaration = Declaration::of(system);
     let multipliers = multipliers::of_point(&declaration, point);
-    let Linearization { jacobian, .. } =
-        declaration.linearize_continuous::<S::Motion>(point, &multipliers);
+    let Linearization { jacobian, .. } = declaration.linearize_continuous::<S::Motion>(point, &multipliers);
     let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
     let rows = declaration.continuous(&at(&[0.0; N]), &fixed);
     let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();

@@ -63,7 +63,7 @@ impl<'e, const N: usize> Event<'e, N> {
         Self::of(Source::Observable(index))
     }
 
-    /// A function of position, velocity and acceleration; the functions of jets are those of [`crate::DualNum`].
+    /// A function of position, velocity and acceleration; the functions of jets are those of [`crate::Real`].
     #[must_use]
     pub fn function(function: impl Fn(&Point<Jet, N>) -> Jet + 'e) -> Self {
         Self::of(Source::Function(Box::new(function)))

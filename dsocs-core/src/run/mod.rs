@@ -4,8 +4,10 @@
 //! an iterator, a [`Trajectory`] or an [`Observer`]; in between it is a [`Polynomial`], on which [`Events`] are found. It ends
 //! early with a [`RunError`].
 
-// times are reached exactly
+// times are reached exactly, and zeros are exact
 #![allow(clippy::float_cmp)]
+// schemes on coefficients are read by index, as they stand in the books
+#![allow(clippy::needless_range_loop)]
 
 mod clock;
 mod error;

@@ -3,16 +3,16 @@
 use super::Node;
 use crate::declaration::Declaration;
 use crate::flow::multipliers;
-use crate::system::{Point, System};
+use crate::system::{Point, Quantity, System};
 use crate::taylor::Jet;
 
 /// What a run tells of its system, whatever the system's type: every [`System`] is one.
 pub trait View<const N: usize> {
-    /// The coordinates' names; see [`System::COORDINATES`].
-    fn coordinates(&self) -> [&'static str; N];
+    /// The coordinates; see [`System::COORDINATES`].
+    fn coordinates(&self) -> [Quantity; N];
 
-    /// The names of the observed expressions; see [`System::OBSERVABLES`].
-    fn observables(&self) -> &'static [&'static str];
+    /// The observed expressions; see [`System::OBSERVABLES`].
+    fn observables(&self) -> &'static [Quantity];
 
     /// The observed expressions at a point, as many as there is room for.
     fn observed(&self, point: &Point<f64, N>, out: &mut [f64]);
@@ -25,11 +25,11 @@ pub trait View<const N: usize> {
 }
 
 impl<S: System<N>, const N: usize> View<N> for S {
-    fn coordinates(&self) -> [&'static str; N] {
+    fn coordinates(&self) -> [Quantity; N] {
         S::COORDINATES
     }
 
-    fn observables(&self) -> &'static [&'static str] {
+    fn observables(&self) -> &'static [Quantity] {
         S::OBSERVABLES
     }
 

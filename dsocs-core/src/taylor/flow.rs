@@ -15,7 +15,7 @@ use crate::run::{Clock, Node, Polynomial, RunError, Search};
 use crate::start::{self, Start};
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
-use crate::system::{Point, System};
+use crate::system::Point;
 
 /// How many steps a motion may take unless [`TaylorFlow::max_steps`] says otherwise.
 const MAX_STEPS: u64 = 10_000_000;
@@ -336,7 +336,7 @@ impl<'s, S: Jets<N>, const N: usize> TaylorFlow<'s, S, N> {
             time: self.t.hi[0],
             q: self.q.hi.to_vec(),
             v: self.v.hi.to_vec(),
-            coordinates: <S as System<N>>::COORDINATES.to_vec(),
+            coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
             cause,
         })
     }

@@ -2,7 +2,7 @@
 //!
 //! `#[dsocs]` generates, beside the step, the recurrences for the Taylor coefficients of the motion of the *continuous*
 //! system ([`Jets`]). A [`TaylorFlow`] steps with them: it expands the motion, goes as far as its [`Tolerance`] lets it, and
-//! expands again. Each step is a [`Polynomial`], which is the motion in between.
+//! expands again. Each step is a [`crate::Polynomial`], which is the motion in between.
 //!
 //! ```
 //! use dsocs_core::prelude::*;

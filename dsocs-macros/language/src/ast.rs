@@ -89,6 +89,8 @@ pub(crate) struct Group {
     pub(crate) first: usize,
     /// How many coordinates it has, if it is an array.
     pub(crate) length: Option<usize>,
+    /// Its documentation in one line.
+    pub(crate) doc: String,
 }
 
 /// `let NAME = EXPR;`
@@ -98,6 +100,8 @@ pub(crate) struct Let {
     pub(crate) name: Ident,
     /// The expression.
     pub(crate) value: Result<Expr, Reported>,
+    /// Its documentation in one line.
+    pub(crate) doc: String,
 }
 
 /// `lagrangian = EXPR;`

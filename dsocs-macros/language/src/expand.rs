@@ -8,26 +8,29 @@ use crate::check::check;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{core_path, emit, lower, parse, stub};
+use crate::{core_path, lower, parse, stub};
 
-/// What `#[dsocs { declaration }] item` becomes.
+/// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
+/// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
 #[must_use]
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
-    match analyze(declaration, item) {
-        Ok(model) => {
-            let code = emit::expand(&model);
-            in_core(code, model.core.as_ref())
-        }
-        Err(Mistakes { errors, stub }) => {
-            let errors = compile_errors(&errors);
-            quote!(#item #errors #stub)
-        }
-    }
+    let refused = match syn::parse2::<Item>(item.clone()) {
+        Ok(item) => match model(declaration, &item) {
+            Ok(model) => return model.code(),
+            Err(refused) => refused,
+        },
+        Err(error) => Refused {
+            errors: vec![error],
+            stub: TokenStream::new(),
+        },
+    };
+    let (errors, stub) = (compile_errors(&refused.errors), refused.stub);
+    quote!(#item #errors #stub)
 }
 
 /// What a wrong declaration leaves.
 #[derive(Debug)]
-pub(crate) struct Mistakes {
+pub(crate) struct Refused {
     /// The mistakes, at least one.
     pub(crate) errors: Vec<syn::Error>,
     /// The implementation without content, if the size of the system is known.
@@ -35,20 +38,11 @@ pub(crate) struct Mistakes {
 }
 
 /// The model of a declaration, or its mistakes.
-pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Model, Mistakes> {
-    let item = match syn::parse2::<Item>(item.clone()) {
-        Ok(item) => item,
-        Err(error) => {
-            return Err(Mistakes {
-                errors: vec![error],
-                stub: TokenStream::new(),
-            });
-        }
-    };
+pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refused> {
     let errors = Errors::new();
     let declaration = parse::declaration(declaration, &errors);
     let coordinates = declaration.coordinates.given();
-    let model = match &item {
+    let model = match item {
         Item::Struct(item) => Fields::read(item, &errors).and_then(|fields| {
             let checked = check(&declaration, &fields, &errors);
             lower::model(&declaration, item, &fields, checked, &errors)
@@ -58,14 +52,14 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
     match (errors.finish(), model) {
         (Ok(()), Ok(model)) => Ok(model),
         (result, _) => {
-            let stub = match (head(&item), coordinates) {
+            let stub = match (head(item), coordinates) {
                 (Some((ident, generics)), Some(coordinates)) => {
                     let stub = stub::stub(ident, generics, coordinates.names.len());
                     in_core(stub, declaration.core.given())
                 }
                 _ => TokenStream::new(),
             };
-            Err(Mistakes {
+            Err(Refused {
                 errors: result.err().unwrap_or_default(),
                 stub,
             })
@@ -74,7 +68,7 @@ pub(crate) fn analyze(declaration: TokenStream, item: &TokenStream) -> Result<Mo
 }
 
 /// Generated code that finds `dsocs-core` where the declaration says.
-fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
+pub(crate) fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
     match path {
         Some(path) => core_path::replaced(code, path),
         None => code,

@@ -3,7 +3,7 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
 use syn::ext::IdentExt;
-use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Meta, Type};
+use syn::{Attribute, Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Meta, Type};
 
 use crate::errors::{Errors, Reported};
 use crate::model::ParameterField;
@@ -213,8 +213,21 @@ fn length(expr: &Expr) -> Option<usize> {
 }
 
 /// The documentation of an item in one line.
-fn doc(attributes: &[syn::Attribute]) -> String {
-    let lines = attributes
+pub(crate) fn doc(attributes: &[Attribute]) -> String {
+    let lines: Vec<_> = lines(attributes).filter(|line| !line.is_empty()).collect();
+    lines.join(" ")
+}
+
+/// The first paragraph of an item's documentation in one line.
+pub(crate) fn first_paragraph(attributes: &[Attribute]) -> String {
+    let lines = lines(attributes).skip_while(String::is_empty);
+    let lines: Vec<_> = lines.take_while(|line| !line.is_empty()).collect();
+    lines.join(" ")
+}
+
+/// The lines of an item's documentation.
+fn lines(attributes: &[Attribute]) -> impl Iterator<Item = String> {
+    attributes
         .iter()
         .filter(|attribute| attribute.path().is_ident("doc"))
         .filter_map(|attribute| match &attribute.meta {
@@ -226,9 +239,7 @@ fn doc(attributes: &[syn::Attribute]) -> String {
                 _ => None,
             },
             _ => None,
-        });
-    let lines: Vec<_> = lines.filter(|line| !line.is_empty()).collect();
-    lines.join(" ")
+        })
 }
 
 /// Reports that the item is not a struct, at the token that says so.

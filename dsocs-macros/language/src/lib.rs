@@ -25,8 +25,11 @@ mod model;
 mod names;
 mod parse;
 mod passes;
+mod source;
 mod stub;
 #[cfg(test)]
 mod tests;
 
 pub use expand::expand;
+pub use model::Model;
+pub use source::{Mistake, Source, analyze};

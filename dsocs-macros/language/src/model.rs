@@ -1,14 +1,20 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
+use std::fmt;
+
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
 use syn::{ItemStruct, Path};
 
+use crate::emit;
+use crate::expand::in_core;
 use crate::graph::{Graph, NodeId};
 
 /// A declaration that has passed every check, its expressions in one graph.
+///
+/// From [`analyze`](crate::analyze).
 #[derive(Clone)]
-pub(crate) struct Model {
+pub struct Model {
     /// Where `dsocs-core` is found, if not under its own name.
     pub(crate) core: Option<Path>,
     /// The struct, as the user wrote it, without the attribute.
@@ -37,9 +43,41 @@ pub(crate) struct Model {
     pub(crate) phi_variational: Option<[Vec<NodeId>; 3]>,
     /// The observed expressions and their names, in `Q`, `V` and `A`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
+    /// What is said of all this for people; the parameters carry theirs themselves.
+    pub(crate) docs: Docs,
 }
 
 impl Model {
+    /// The name of the struct.
+    #[must_use]
+    pub fn name(&self) -> String {
+        plain(&self.item.ident)
+    }
+
+    /// The names of the coordinates, in order: `x`, `theta_0`, `theta_1`.
+    #[must_use]
+    pub fn coordinates(&self) -> Vec<String> {
+        self.coordinates.iter().map(plain).collect()
+    }
+
+    /// The names of the parameters that are numbers, in order: `mass`, `masses_0`, `masses_1`.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<&str> {
+        self.parameters.iter().map(|field| field.name.as_str()).collect()
+    }
+
+    /// The names of what is observed, in order.
+    #[must_use]
+    pub fn observables(&self) -> Vec<String> {
+        self.observe.iter().map(|(name, _)| plain(name)).collect()
+    }
+
+    /// The struct and the implementation of its traits, as the attribute writes them.
+    #[must_use]
+    pub fn code(&self) -> TokenStream {
+        in_core(emit::expand(self), self.core.as_ref())
+    }
+
     /// How many multipliers are unknown, in a step and in the continuous system.
     pub(crate) fn multipliers(&self) -> usize {
         match self.displacements {
@@ -52,6 +90,35 @@ impl Model {
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+/// Documentation, each in one line.
+#[derive(Clone, Debug)]
+pub(crate) struct Docs {
+    /// The first paragraph of the struct's.
+    pub(crate) system: String,
+    /// That of each coordinate.
+    pub(crate) coordinates: Vec<String>,
+    /// That of each observed expression.
+    pub(crate) observe: Vec<String>,
+}
+
+impl fmt::Debug for Model {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Model")
+            .field("name", &self.name())
+            .field("coordinates", &self.coordinates())
+            .field("parameters", &self.parameters())
+            .field("observables", &self.observables())
+            .finish_non_exhaustive()
+    }
+}
+
+/// A name without the mark of a raw identifier.
+pub(crate) fn plain(name: &Ident) -> String {
+    let name = name.to_string();
+    name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
 /// A parameter that can be listed and set by name: a field of type `f64`, or an element of an array of them.
@@ -97,8 +164,10 @@ pub(crate) enum Kind {
 }
 
 /// A constraint `c = 0`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Row {
+    /// What the user wrote, for what is to be said about the row.
+    pub(crate) tokens: TokenStream,
     /// Its kind.
     pub(crate) kind: Kind,
     /// `c`, in `Q`, `V` and `A`.

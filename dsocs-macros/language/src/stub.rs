@@ -12,15 +12,15 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
     let bound = quote!(#scalar: ::dsocs_core::__private::Scalar);
-    let names = (0..n).map(|_| quote!(""));
     let known = quote!(constants: &Self::Constants<#scalar>, known: &Self::Known<#scalar>);
     quote! {
         #[automatically_derived]
         #[allow(unused_variables, clippy::all, clippy::pedantic)]
         impl #generics ::dsocs_core::System<#n> for #ident #arguments #bounds {
-            const COORDINATES: [&'static str; #n] = [#(#names),*];
-            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[];
-            const OBSERVABLES: &'static [&'static str] = &[];
+            const NAME: &'static str = "";
+            const COORDINATES: [::dsocs_core::Quantity; #n] = [::dsocs_core::Quantity { name: "", doc: "" }; #n];
+            const PARAMETERS: &'static [::dsocs_core::Quantity] = &[];
+            const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[];
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
                 ::core::unreachable!()

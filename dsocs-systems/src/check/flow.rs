@@ -1,7 +1,6 @@
 //! Whether there is a discrete flow, and whether time can be turned round.
 
 use dsocs_core::geometry::FlowTheorem;
-use dsocs_core::taylor::Jets;
 
 use super::{Report, Subject, largest};
 use crate::stability::Bar;
@@ -10,11 +9,11 @@ use crate::stability::Bar;
 const REVERSED: f64 = 1e-12;
 
 /// The conditions of the discrete-flow theorem along the motion.
-pub fn regularity<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+pub fn regularity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let theorems: Vec<FlowTheorem> = subject
         .triples
         .iter()
-        .map(|triple| FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e))
+        .map(|triple| subject.probe.theorem(triple))
         .collect();
     let count = |lost: fn(&FlowTheorem) -> bool| {
         let lost = theorems.iter().filter(|theorem| lost(theorem)).count();
@@ -58,14 +57,14 @@ pub fn regularity<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, repor
 }
 
 /// The step with `−h` and the inverse flow along the motion.
-pub fn reversibility<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let bar = if subject.expected.reversible {
         Bar::AtMost(REVERSED)
     } else {
         Bar::Reported
     };
     let turned = largest(&subject.triples, |triple| {
-        Ok(subject.flow.irreversibility(triple)?)
+        Ok(subject.probe.irreversibility(triple)?)
     });
     report.push(
         "distance of the step with −h from the first node, in legs",
@@ -73,7 +72,7 @@ pub fn reversibility<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, re
         turned,
     );
     let inverse = largest(&subject.triples, |triple| {
-        let found = subject.flow.backward(&triple.last())?;
+        let found = subject.probe.backward(&triple.last())?;
         let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
         Ok(apart / norm(triple.leg.d).max(norm(triple.last().d)))

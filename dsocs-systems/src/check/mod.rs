@@ -8,16 +8,19 @@ mod extrapolation;
 mod flow;
 mod momentum;
 mod order;
+mod probe;
 mod symplectic;
 
 use std::error::Error;
 
-use dsocs_core::geometry::{DiscreteFlow, Triple};
+use dsocs_core::Leg;
+use dsocs_core::geometry::Triple;
 use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start, Stepper};
 
-use crate::registry::{CheckFailure, Kind, Symmetry};
+use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
+
+use probe::{Probe, Typed};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -119,29 +122,27 @@ impl Report {
 }
 
 /// A system with the motion that it is checked on.
-struct Subject<'a, S: Jets<N>, const N: usize> {
+struct Subject<'a, const N: usize> {
     /// The system.
-    system: &'a S,
+    probe: &'a dyn Probe<N>,
     /// What is expected.
     expected: Expected,
     /// Symmetries of its Lagrangian.
-    symmetries: &'a [Symmetry<S, N>],
+    symmetries: &'a [Symmetry],
     /// The step.
     h: f64,
     /// The end.
     until: f64,
-    /// The first node.
-    q0: [f64; N],
-    /// The initial velocity.
-    v0: [f64; N],
-    /// The step as a map.
-    flow: DiscreteFlow<'a, S, N>,
-    /// Triples along the motion.
+    /// Position and velocity at the start.
+    start: [[f64; N]; 2],
+    /// The legs of the motion.
+    legs: Vec<Leg<f64, N>>,
+    /// Triples along it, evenly spread.
     triples: Vec<Triple<N>>,
 }
 
 /// Measures the figures of one check.
-type Check<S, const N: usize> = fn(&Subject<'_, S, N>, &mut Report);
+type Check<const N: usize> = fn(&Subject<'_, N>, &mut Report);
 
 /// Checks a system on one of its motions.
 ///
@@ -150,25 +151,35 @@ type Check<S, const N: usize> = fn(&Subject<'_, S, N>, &mut Report);
 /// [`CheckFailure`] if the motion cannot be computed: there is nothing to check.
 pub fn check<S: Jets<N>, const N: usize>(
     system: &S,
-    symmetries: &[Symmetry<S, N>],
+    symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
     (q0, v0): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let flow = DiscreteFlow::new(system, settings.h)?;
-    let triples = triples(&flow, q0, v0, settings.end())?;
+    let probe = Typed::new(system, settings.h)?;
+    findings(&probe, symmetries, expected, settings.end(), [q0, v0])
+}
+
+/// The findings of all checks.
+fn findings<const N: usize>(
+    probe: &dyn Probe<N>,
+    symmetries: &[Symmetry],
+    expected: Expected,
+    until: f64,
+    start: [[f64; N]; 2],
+) -> Result<Vec<Finding>, CheckFailure> {
+    let legs = probe.legs(&start, until)?;
     let subject = Subject {
-        system,
+        probe,
         expected,
         symmetries,
-        h: settings.h,
-        until: settings.end(),
-        q0,
-        v0,
-        flow,
-        triples,
+        h: probe.h(),
+        until,
+        start,
+        triples: triples(probe, &legs)?,
+        legs,
     };
-    let checks: [(&'static str, Check<S, N>); 5] = [
+    let checks: [(&'static str, Check<N>); 5] = [
         ("regularity", flow::regularity),
         ("symplectic law", symplectic::law),
         ("momentum law", momentum::law),
@@ -187,25 +198,16 @@ pub fn check<S: Jets<N>, const N: usize>(
     Ok(findings)
 }
 
-/// Triples along the motion from `(q0, v0)`, evenly spread.
-fn triples<S: Jets<N>, const N: usize>(
-    map: &DiscreteFlow<'_, S, N>,
-    q0: [f64; N],
-    v0: [f64; N],
-    until: f64,
+/// Triples along a motion, evenly spread.
+fn triples<const N: usize>(
+    probe: &dyn Probe<N>,
+    legs: &[Leg<f64, N>],
 ) -> Result<Vec<Triple<N>>, CheckFailure> {
-    let (system, h) = (map.system(), map.h());
-    let mut flow = Flow::new(system, h, Start::second_order(q0, v0))?;
-    let mut legs = vec![flow.leg()];
-    while (flow.time() - until) * h.signum() < 0.0 || legs.len() < 3 {
-        flow.advance()?;
-        legs.push(flow.leg());
-    }
     let every = legs.len().div_ceil(TRIPLES);
     let mut found = Vec::new();
     for pair in legs.windows(2).step_by(every) {
         let e = core::array::from_fn(|i| pair[1].d[i] - pair[0].d[i]);
-        found.push(map.forward_near(&pair[0], &e)?);
+        found.push(probe.forward_near(&pair[0], &e)?);
     }
     Ok(found)
 }

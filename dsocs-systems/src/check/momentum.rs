@@ -1,11 +1,7 @@
 //! Noether's theorem, and the momentum equation.
 
-use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map};
-use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Start, Stepper};
-
-use super::{Measured, Report, Subject, larger, largest};
-use crate::registry::{Kind, Symmetry};
+use super::{Report, Subject, larger, largest};
+use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
 
 /// The discrete Lagrangian may change by this much along a symmetry, and the momentum equation be missed by it, relative to
@@ -16,15 +12,15 @@ const ROUNDING: f64 = 1e-13;
 const DRIFT: f64 = 1e-12;
 
 /// The law of each declared symmetry's momentum along the motion.
-pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     if subject.symmetries.is_empty() {
         report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
     }
     for symmetry in subject.symmetries {
-        let generator = |q: &[f64; N]| (symmetry.generator)(subject.system, q);
-        let name = symmetry.name;
+        let generator = |q: &[f64; N]| symmetry.at(q);
+        let name = symmetry.name();
         let invariance = largest(&subject.triples, |triple| {
-            Ok(asymmetry(&subject.flow, &triple.leg, generator))
+            Ok(subject.probe.asymmetry(&triple.leg, &generator))
         });
         report.push(
             format!("{name}: change of L_d, relative to its terms"),
@@ -32,7 +28,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
             invariance,
         );
         let equation = largest(&subject.triples, |triple| {
-            let [missed, terms] = momentum_equation(&subject.flow, triple, generator);
+            let [missed, terms] = subject.probe.momentum_equation(triple, &generator);
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
         report.push(
@@ -48,7 +44,7 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
         report.push(
             format!("{name}: variation of J along the motion, relative to the largest"),
             bar,
-            drift(subject, symmetry),
+            Ok(drift(subject, symmetry)),
         );
     }
 }
@@ -56,43 +52,32 @@ pub fn law<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
 /// Whether a symmetry is a virtual displacement along the motion, on which no constraint force does work.
 ///
 /// Where the declaration gives the displacements by fields this is not known.
-fn is_allowed<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> bool {
-    S::FORMS > 0
-        && subject.triples.iter().all(|triple| {
-            let forms = constraint_forms(subject.system, subject.h, triple);
-            let generator = (symmetry.generator)(subject.system, &triple.leg.q);
-            forms.iter().all(|form| {
+fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> bool {
+    subject.triples.iter().all(|triple| {
+        let forms = subject.probe.forms(triple);
+        let generator = symmetry.at(&triple.leg.q);
+        !forms.is_empty()
+            && forms.iter().all(|form| {
                 let terms = form.iter().zip(&generator).map(|(form, along)| form * along);
                 let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term| {
                     (sum + term, size + f64::abs(term))
                 });
                 sum.abs() <= ROUNDING * size
             })
-        })
+    })
 }
 
 /// How much the momentum varies along the motion, relative to its largest value.
-fn drift<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, symmetry: &Symmetry<S, N>) -> Measured {
-    let mut flow = Flow::new(
-        subject.system,
-        subject.h,
-        Start::second_order(subject.q0, subject.v0),
-    )?;
+fn drift<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> f64 {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-    loop {
-        let momentum = momentum_map(&subject.flow, &flow.leg(), |q| {
-            (symmetry.generator)(subject.system, q)
-        });
+    for leg in &subject.legs {
+        let momentum = subject.probe.momentum_map(leg, &|q| symmetry.at(q));
         (least, most) = (least.min(momentum), larger(most, momentum));
-        if (flow.time() - subject.until) * subject.h.signum() >= 0.0 {
-            break;
-        }
-        flow.advance()?;
     }
     let size = least.abs().max(most.abs());
-    Ok(if most > least || most.is_nan() {
+    if most > least || most.is_nan() {
         (most - least) / size
     } else {
         0.0
-    })
+    }
 }

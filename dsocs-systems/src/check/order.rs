@@ -1,8 +1,5 @@
 //! The order of the scheme, by a fit of its errors against the Taylor flow.
 
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
-use dsocs_core::{Flow, Start, Stepper};
-
 use super::{Measured, Report, Subject, larger};
 use crate::stability::Bar;
 
@@ -19,7 +16,7 @@ const APART: f64 = 0.1;
 const TOLERANCE: f64 = 1e-15;
 
 /// The order on the system's own motion.
-pub fn order<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let fitted = errors(subject).and_then(|errors| fit(&errors));
     let declared = subject.expected.order;
     let (slope, count) = match &fitted {
@@ -43,25 +40,14 @@ pub fn order<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &m
 }
 
 /// Steps, and the largest error at the nodes of the first, relative to the coordinates' extent.
-fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<Vec<[f64; 2]>> {
-    let Subject {
-        system, h, q0, v0, ..
-    } = *subject;
+fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<Vec<[f64; 2]>> {
+    let (h, [q0, _]) = (subject.h, subject.start);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let coarse = (subject.until / h).round().max(2.0) as u32;
     let times: Vec<f64> = (1..=coarse).map(|k| f64::from(k) * h).collect();
-    let mut exact = TaylorFlow::new(
-        system,
-        Start::second_order(q0, v0),
-        Tolerance::relative(TOLERANCE),
-    )?;
-    if h < 0.0 {
-        exact.reverse()?;
-    }
-    let mut motion = Vec::with_capacity(times.len());
-    exact.sample(&times, &mut |_, point| motion.push(*point))?;
+    let exact = subject.probe.exact(&subject.start, &times, TOLERANCE)?;
     let extent: [f64; N] = core::array::from_fn(|i| {
-        let moved = motion.iter().map(|point| (point.q[i] - q0[i]).abs());
+        let moved = exact.iter().map(|q| (q[i] - q0[i]).abs());
         moved.fold(0.0, larger)
     });
     // a coordinate that stands still is told relative to the one that moves most
@@ -69,20 +55,15 @@ fn errors<S: Jets<N>, const N: usize>(subject: &Subject<'_, S, N>) -> Measured<V
     let mut errors = Vec::new();
     for halving in 0..HALVINGS {
         let parts = 1_u32 << halving;
-        let step = h / f64::from(parts);
-        let mut flow = Flow::new(system, step, Start::second_order(q0, v0))?;
+        let positions = subject.probe.positions(&subject.start, parts, exact.len())?;
         let mut error = 0.0;
-        for (node, exact) in motion.iter().enumerate() {
-            let index = (node as u64 + 1) * u64::from(parts);
-            while flow.index() < index {
-                flow.advance()?;
-            }
-            for ((found, exact), &extent) in flow.position().iter().zip(&exact.q).zip(&extent) {
+        for (found, exact) in positions.iter().zip(&exact) {
+            for ((found, exact), &extent) in found.iter().zip(exact).zip(&extent) {
                 let scale = if extent > 1e-3 * most { extent } else { most };
                 error = larger(error, (found - exact).abs() / scale);
             }
         }
-        errors.push([step.abs(), error]);
+        errors.push([(h / f64::from(parts)).abs(), error]);
     }
     Ok(errors)
 }

@@ -1,11 +1,10 @@
-//! The options that choose a rung of the ladder, and what is said of errors.
+//! The options that choose how a motion is computed, and what is said of its errors.
 
 use clap::Args;
 use dsocs_core::Composition;
 
 use super::CliError;
-use crate::registry::Row;
-use crate::rung::Rung;
+use crate::entry::{Method, Row};
 
 /// The options that choose how a motion is computed.
 #[derive(Args, Debug)]
@@ -31,12 +30,12 @@ fn order(text: &str) -> Result<Composition, String> {
 }
 
 impl AccuracyArguments {
-    /// The rung that is asked for.
-    pub fn rung(&self) -> Rung {
+    /// The method that is asked for.
+    pub fn method(&self) -> Method {
         match (self.tolerance, self.order) {
-            (Some(tolerance), _) => Rung::Tolerance(tolerance),
-            (None, Some(method)) if method.order() > 2 => Rung::Composed(method),
-            (None, _) => Rung::Step,
+            (Some(tolerance), _) => Method::Tolerance(tolerance),
+            (None, Some(method)) if method.order() > 2 => Method::Composed(method),
+            (None, _) => Method::Step,
         }
     }
 
@@ -45,13 +44,13 @@ impl AccuracyArguments {
         self.estimate_error
     }
 
-    /// Refuses options that mean nothing on the rung.
+    /// Refuses options that mean nothing to the method.
     ///
     /// # Errors
     ///
     /// [`CliError::Conflict`].
     pub fn check(&self, nodes: bool, start: bool, certify: bool) -> Result<(), CliError> {
-        let rung = match (self.tolerance, self.order) {
+        let method = match (self.tolerance, self.order) {
             (Some(_), _) => Some("--tolerance".to_owned()),
             (None, Some(method)) if method.order() > 2 => Some(format!("--order {}", method.order())),
             (None, _) => None,
@@ -63,20 +62,20 @@ impl AccuracyArguments {
                 reason,
             })
         };
-        match rung {
-            Some(rung) if nodes => conflict(
+        match method {
+            Some(method) if nodes => conflict(
                 "--q1",
-                rung,
+                method,
                 "it begins with a position and a velocity (--q0, --v0); two nodes begin the step of order 2 alone",
             ),
-            Some(rung) if start => conflict(
+            Some(method) if start => conflict(
                 "--start",
-                rung,
+                method,
                 "it begins with the position and the velocity themselves; only the step of order 2 needs a second node",
             ),
-            Some(rung) if certify => conflict(
+            Some(method) if certify => conflict(
                 "--certify",
-                rung,
+                method,
                 "D₁ and D₃ belong to three nodes at equal distances, which the step of order 2 alone has",
             ),
             None if nodes && self.estimate_error => conflict(
@@ -118,11 +117,11 @@ impl Errors {
     }
 
     /// What is to be said.
-    pub fn note(&self, coordinates: &[&str]) -> Option<String> {
+    pub fn note<'a>(&self, coordinates: impl Iterator<Item = &'a str>) -> Option<String> {
         if self.largest.is_empty() {
             return None;
         }
-        let coordinates = coordinates.iter().zip(&self.largest).zip(&self.last);
+        let coordinates = coordinates.zip(&self.largest).zip(&self.last);
         let parts: Vec<String> = coordinates
             .map(|((name, (largest, t)), last)| {
                 format!("{name} {largest:.1e} (at t = {t}; {last:.1e} at the end)")

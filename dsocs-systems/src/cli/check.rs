@@ -1,4 +1,4 @@
-//! `dsocs check`: the paper's theorems on a system, as figures.
+//! `check`: the paper's theorems on a system, as figures.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,16 +9,16 @@ use serde_json::{Value, json};
 
 use super::output::OutputFile;
 use super::stability::number;
-use super::{CliError, output};
+use super::start::StartArguments;
+use super::{CliError, Program, output};
 use crate::check::{Finding, Settings};
-use crate::registry::{Entry, SYSTEMS};
 use crate::stability::Bar;
 
-/// What `dsocs check` takes.
+/// What `check` takes.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct CheckArguments {
-    /// The systems, of `dsocs list`; all of them unless given
+    /// The systems, of `list`; all of them unless given
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
     #[arg(long, visible_alias = "h", value_name = "H")]
@@ -26,6 +26,9 @@ pub struct CheckArguments {
     /// The end of the motion that is checked, in s [default: 40 steps]
     #[arg(long, value_name = "T")]
     until: Option<f64>,
+    /// Where the motion begins, and the parameters
+    #[command(flatten)]
+    from: StartArguments,
     /// A .json file for the figures
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -36,13 +39,9 @@ pub struct CheckArguments {
 /// # Errors
 ///
 /// [`CliError`] if a system does not exist, its motion cannot be computed, the file cannot be written, or a check fails.
-pub fn check(arguments: &CheckArguments) -> Result<(), CliError> {
-    let entries: Vec<&Entry> = if arguments.systems.is_empty() {
-        SYSTEMS.iter().collect()
-    } else {
-        let named = arguments.systems.iter().map(|name| Entry::find(name));
-        named.collect::<Result<_, _>>()?
-    };
+pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), CliError> {
+    let entries = program.some(&arguments.systems)?;
+    arguments.from.for_systems(entries.len())?;
     if let Some(path) = &arguments.out {
         if path.extension().is_none_or(|extension| extension != "json") {
             return Err(CliError::TableFormat(path.display().to_string()));
@@ -53,15 +52,16 @@ pub fn check(arguments: &CheckArguments) -> Result<(), CliError> {
     let mut encoded = Vec::new();
     let mut text = String::new();
     for entry in entries {
+        arguments.from.set(entry)?;
         let settings = Settings {
-            h: arguments.step.unwrap_or(entry.step),
+            h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
-            q0: entry.q0,
-            v0: entry.v0,
+            q0: &arguments.from.q0(entry)?,
+            v0: &arguments.from.v0(entry)?,
         };
-        let findings = (entry.build)().check(entry.kind, &settings)?;
+        let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
-        let title = format!("{} ({}), h = {}", entry.name, entry.kind, settings.h);
+        let title = format!("{} ({}), h = {}", entry.name(), entry.kind(), settings.h);
         text.extend([title, "\n".into(), table(&findings).to_string(), "\n".into()]);
         for finding in &findings {
             if let Some(failure) = &finding.failure {
@@ -70,8 +70,8 @@ pub fn check(arguments: &CheckArguments) -> Result<(), CliError> {
             }
         }
         encoded.push(json!({
-            "system": entry.name,
-            "kind": entry.kind,
+            "system": entry.name(),
+            "kind": entry.kind(),
             "step": settings.h,
             "checks": findings.iter().map(value).collect::<Vec<_>>(),
         }));

@@ -6,9 +6,10 @@ use std::process::ExitCode;
 
 use thiserror::Error;
 
+use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
+#[cfg(feature = "dsocs")]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use crate::registry::{CheckFailure, RunFailure, UnknownName};
 use dsocs_core::{RunError, SetupError};
 
 /// The options that do what an error advises.
@@ -31,6 +32,16 @@ fn options(failure: &RunFailure) -> &'static str {
     }
 }
 
+/// Options with a place for each number, `--q0 …,… --v0 …,…`.
+fn numbered(options: &[&str], count: usize) -> String {
+    let numbers = vec!["…"; count].join(",");
+    let options: Vec<_> = options
+        .iter()
+        .map(|option| format!("{option} {numbers}"))
+        .collect();
+    format!("`{}`", options.join(" "))
+}
+
 /// A command failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -45,6 +56,45 @@ pub enum CliError {
         name: String,
         /// The value.
         value: f64,
+    },
+    /// The program has no systems.
+    #[error("this program has no systems: `cli::main` was given none")]
+    NoSystems,
+    /// A system's entry contradicts its declaration: a mistake of the program, not of its call.
+    #[error(transparent)]
+    Entry(#[from] EntryError),
+    /// Which of several systems is meant is not said.
+    #[error("which system? known: {}", .known.join(", "))]
+    Which {
+        /// The systems.
+        known: Vec<String>,
+    },
+    /// There is no start to run from.
+    #[error(
+        "`{system}` has no start of its own: give one with {}, a number for each coordinate: {}",
+        numbered(.options, .coordinates.len()), .coordinates.join(", ")
+    )]
+    NoStart {
+        /// The system.
+        system: String,
+        /// The options that are missing.
+        options: Vec<&'static str>,
+        /// The coordinates.
+        coordinates: Vec<&'static str>,
+    },
+    /// There is no such case.
+    #[error("there is no case {number}; the cases are {}", .known.join(", "))]
+    NoCase {
+        /// The number.
+        number: u8,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// An option of one system was given for several.
+    #[error("`{option}` is for one system: say which")]
+    OneSystem {
+        /// The option.
+        option: &'static str,
     },
     /// Options that do not go together.
     #[error("`{option}` does not go with `{other}`: {reason}")]
@@ -103,13 +153,14 @@ pub enum CliError {
     /// A system could not be checked.
     #[error(transparent)]
     Check(#[from] CheckFailure),
-    /// Figures of `dsocs stability` or `dsocs check` miss their bars.
+    /// Figures of `stability` or `check` miss their bars.
     #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]
     Bars {
         /// How many.
         missed: usize,
     },
     /// An experiment of the paper failed.
+    #[cfg(feature = "dsocs")]
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     /// A figure could not be drawn.
@@ -138,6 +189,10 @@ impl CliError {
             | Self::Parameter { .. }
             | Self::TableFormat(_)
             | Self::Conflict { .. }
+            | Self::Which { .. }
+            | Self::NoStart { .. }
+            | Self::OneSystem { .. }
+            | Self::NoCase { .. }
             | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
                 failure:

@@ -1,15 +1,16 @@
-//! `dsocs list`: the systems.
+//! `list`: the systems.
 
 use std::io::Write;
 
 use clap::{Args, ValueEnum};
 use comfy_table::{Table, presets};
+use dsocs_core::Quantity;
 use serde::Serialize;
 
-use super::CliError;
-use crate::registry::{Entry, Kind, SYSTEMS};
+use super::{CliError, Program};
+use crate::entry::{Entry, Kind};
 
-/// What `dsocs list` takes.
+/// What `list` takes.
 #[derive(Args, Debug)]
 pub struct ListArguments {
     /// A system, to be told all of it: coordinates, parameters, defaults; without one, a line for each
@@ -31,25 +32,31 @@ enum Format {
 
 /// A system, as it is listed.
 #[derive(Serialize)]
-struct Listed {
-    /// The name that `dsocs run` takes.
-    name: &'static str,
+struct Listed<'a> {
+    /// The name that `run` takes.
+    name: &'a str,
     /// The kind of its constraints.
     kind: Kind,
     /// What it is.
-    summary: &'static str,
+    summary: &'a str,
     /// Where it comes from.
-    source: &'static str,
+    source: Option<&'a str>,
     /// The coordinates.
-    coordinates: &'static [&'static str],
+    coordinates: Vec<&'static str>,
     /// The coordinates' units.
-    units: &'static [&'static str],
+    units: Vec<Option<&'static str>>,
+    /// What the coordinates are.
+    meanings: Vec<&'static str>,
     /// The parameters.
     parameters: Vec<ListedParameter>,
     /// The observed expressions.
-    observables: &'static [&'static str],
+    observables: Vec<&'static str>,
+    /// Their units.
+    observable_units: Vec<Option<&'static str>>,
+    /// What they are.
+    observable_meanings: Vec<&'static str>,
     /// What a run takes unless told otherwise.
-    defaults: Defaults,
+    defaults: Defaults<'a>,
 }
 
 /// A parameter, as it is listed.
@@ -59,49 +66,70 @@ struct ListedParameter {
     name: &'static str,
     /// The value unless set.
     default: f64,
-    /// The unit.
-    unit: &'static str,
+    /// The unit, if the declaration tells it.
+    unit: Option<&'static str>,
     /// What it is.
     description: &'static str,
 }
 
 /// What a run takes unless told otherwise.
 #[derive(Serialize)]
-struct Defaults {
+struct Defaults<'a> {
     /// The step.
     step: f64,
     /// The end.
     until: f64,
-    /// The first node.
-    q0: &'static [f64],
-    /// The initial velocity.
-    v0: &'static [f64],
+    /// The first node, if there is one.
+    q0: Option<&'a [f64]>,
+    /// The initial velocity, if there is one.
+    v0: Option<&'a [f64]>,
 }
 
-impl Listed {
+/// The names of quantities.
+fn names(quantities: &[Quantity]) -> Vec<&'static str> {
+    quantities.iter().map(|quantity| quantity.name).collect()
+}
+
+/// Their units.
+fn units(quantities: &[Quantity]) -> Vec<Option<&'static str>> {
+    quantities.iter().map(Quantity::unit).collect()
+}
+
+/// What they are.
+fn meanings(quantities: &[Quantity]) -> Vec<&'static str> {
+    quantities.iter().map(Quantity::meaning).collect()
+}
+
+impl<'a> Listed<'a> {
     /// What is listed of a system.
-    fn new(entry: &Entry) -> Self {
-        let mut system = (entry.build)();
-        let parameters = system.parameters().into_iter().map(|parameter| ListedParameter {
+    fn new(entry: &'a mut Entry) -> Self {
+        let parameters = entry.parameters().into_iter();
+        let parameters = parameters.map(|(parameter, default)| ListedParameter {
             name: parameter.name,
-            default: parameter.value,
-            unit: parameter.unit,
-            description: parameter.description,
+            default,
+            unit: parameter.unit(),
+            description: parameter.meaning(),
         });
+        let parameters = parameters.collect();
+        let description = entry.description();
+        let start = entry.default_start();
         Self {
-            name: entry.name,
-            kind: entry.kind,
-            summary: entry.summary,
-            source: entry.source,
-            coordinates: system.coordinates(),
-            units: entry.units,
-            parameters: parameters.collect(),
-            observables: system.observables(),
+            name: entry.name(),
+            kind: entry.kind(),
+            summary: entry.summary(),
+            source: entry.origin(),
+            coordinates: names(&description.coordinates),
+            units: units(&description.coordinates),
+            meanings: meanings(&description.coordinates),
+            parameters,
+            observables: names(&description.observables),
+            observable_units: units(&description.observables),
+            observable_meanings: meanings(&description.observables),
             defaults: Defaults {
-                step: entry.step,
-                until: entry.until,
-                q0: entry.q0,
-                v0: entry.v0,
+                step: entry.default_step(),
+                until: entry.default_until(),
+                q0: start.map(|[q0, _]| q0.as_slice()),
+                v0: start.map(|[_, v0]| v0.as_slice()),
             },
         }
     }
@@ -112,18 +140,19 @@ impl Listed {
 /// # Errors
 ///
 /// [`CliError`] if there is no system of the name, or if the list cannot be written.
-pub fn list(arguments: &ListArguments) -> Result<(), CliError> {
+pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliError> {
     let text = match (&arguments.system, arguments.format) {
-        (Some(name), format) => {
-            let system = Listed::new(Entry::find(name)?);
-            match format {
-                Format::Text => text(&system),
-                Format::Json => format!("{:#}\n", serde_json::json!(system)),
-            }
+        (Some(name), Format::Text) => text(program.find(name)?),
+        (Some(name), Format::Json) => {
+            let system = Listed::new(program.find(name)?);
+            format!("{:#}\n", serde_json::json!(system))
         }
-        (None, Format::Text) => by_kind(),
+        (None, Format::Text) => match program.entries.as_mut_slice() {
+            [only] => text(only),
+            _ => by_kind(program),
+        },
         (None, Format::Json) => {
-            let systems: Vec<Listed> = SYSTEMS.iter().map(Listed::new).collect();
+            let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
             format!("{:#}\n", serde_json::json!(systems))
         }
     };
@@ -133,65 +162,84 @@ pub fn list(arguments: &ListArguments) -> Result<(), CliError> {
 }
 
 /// The systems kind by kind, a line for each.
-fn by_kind() -> String {
-    let width = SYSTEMS.iter().map(|entry| entry.name.len()).max().unwrap_or(0);
+fn by_kind(program: &Program) -> String {
+    let entries = &program.entries;
+    let width = entries.iter().map(|entry| entry.name().len()).max().unwrap_or(0);
     let mut list = String::new();
     for kind in Kind::ALL {
-        let of_kind: Vec<String> = SYSTEMS
+        let of_kind: Vec<String> = entries
             .iter()
-            .filter(|entry| entry.kind == kind)
-            .map(|entry| format!("  {:width$}  {}\n", entry.name, entry.summary))
+            .filter(|entry| entry.kind() == kind)
+            .map(|entry| format!("  {:width$}  {}\n", entry.name(), entry.summary()))
             .collect();
         if !of_kind.is_empty() {
             list.extend([format!("{kind}\n"), of_kind.concat(), "\n".to_owned()]);
         }
     }
-    list + "Coordinates, parameters and defaults of one: `dsocs list SYSTEM`.\n"
+    list + &format!(
+        "Coordinates, parameters and defaults of one: `{} list SYSTEM`.\n",
+        program.name
+    )
 }
 
 /// A system, for people.
-fn text(system: &Listed) -> String {
-    let coordinates: Vec<String> = system
-        .coordinates
-        .iter()
-        .zip(system.units)
-        .map(|(name, unit)| format!("{name} [{unit}]"))
-        .collect();
+fn text(entry: &mut Entry) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    table.set_header(["  parameter", "default", "unit", "meaning"]);
-    for parameter in &system.parameters {
-        let name = format!("  {}", parameter.name);
-        table.add_row([
-            name,
-            parameter.default.to_string(),
-            parameter.unit.into(),
-            parameter.description.into(),
-        ]);
+    let parameters = entry.parameters();
+    let description = entry.description();
+    let parts = [
+        ("coordinate", "", plain(&description.coordinates)),
+        ("parameter", "default", parameters_with_values(&parameters)),
+        ("observed", "", plain(&description.observables)),
+    ];
+    for (what, value, rows) in parts {
+        if !rows.is_empty() {
+            table.add_row(["", "", "", ""]);
+            table.add_row([&format!("  {what}"), value, "unit", "meaning"]);
+            for (quantity, value) in rows {
+                table.add_row([
+                    &format!("  {}", quantity.name),
+                    value.as_str(),
+                    quantity.unit().unwrap_or(""),
+                    quantity.meaning(),
+                ]);
+            }
+        }
     }
-    let defaults = &system.defaults;
+    let source = entry
+        .origin()
+        .map_or_else(String::new, |source| format!("  source: {source}\n"));
+    let start = entry.default_start().map_or_else(
+        || " (and a start, `--q0` and `--v0`)".to_owned(),
+        |[q0, v0]| format!(" --q0 {} --v0 {}", joined(q0), joined(v0)),
+    );
+    let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{} ({}): {}\n  source: {}\n  coordinates: {}\n  observed: {}\n  a run: --step {} --until {} --q0 {} --v0 {}\n{}\n",
-        system.name,
-        system.kind,
-        system.summary,
-        system.source,
-        coordinates.join(", "),
-        if system.observables.is_empty() {
-            "nothing".to_owned()
-        } else {
-            system.observables.join(", ")
-        },
-        defaults.step,
-        defaults.until,
-        joined(defaults.q0),
-        joined(defaults.v0),
-        table
-            .lines()
-            .map(|line| line.trim_end().to_owned())
-            .collect::<Vec<_>>()
-            .join("\n"),
+        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}\n{}\n",
+        entry.name(),
+        entry.kind(),
+        entry.summary(),
+        entry.default_step(),
+        entry.default_until(),
+        lines.join("\n"),
     )
+}
+
+/// Quantities without values.
+fn plain(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
+    quantities
+        .iter()
+        .map(|quantity| (*quantity, String::new()))
+        .collect()
+}
+
+/// Parameters with their values.
+fn parameters_with_values(parameters: &[(Quantity, f64)]) -> Vec<(Quantity, String)> {
+    parameters
+        .iter()
+        .map(|(parameter, value)| (*parameter, value.to_string()))
+        .collect()
 }
 
 /// Numbers as `--q0` takes them.

@@ -1,44 +1,75 @@
-//! The command `dsocs`.
+//! The command line over any list of systems.
+//!
+//! In a crate with systems of its own this is all of `main.rs` beside the declarations:
+//!
+//! ```no_run
+//! use std::process::ExitCode;
+//!
+//! use dsocs_core::dsocs;
+//! use dsocs_systems::{Entry, cli};
+//!
+//! /// A mass on a spring.
+//! #[dsocs {
+//!     coordinates(
+//!         /// The elongation [m].
+//!         x,
+//!     );
+//!     lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * x.powi(2);
+//! }]
+//! struct MassOnSpring {
+//!     /// The mass \[kg\].
+//!     mass: f64,
+//!     /// The stiffness of the spring [N/m].
+//!     stiffness: f64,
+//! }
+//!
+//! fn main() -> ExitCode {
+//!     cli::main([Entry::new(MassOnSpring { mass: 1.0, stiffness: 4.0 }).start([1.0], [0.0])])
+//! }
+//! ```
+//!
+//! `cargo run -- list` then lists it, `run --plot x.svg` runs it, `check` checks the paper's theorems on it and `stability` its
+//! numerics; `--help` says more. Where there is one system its name can be left out.
 
 mod accuracy;
 mod check;
 mod destination;
+#[cfg(feature = "dsocs")]
+pub mod dsocs;
 mod error;
 mod interrupt;
 mod list;
 mod output;
+#[cfg(feature = "dsocs")]
 mod paper;
 mod plot;
 mod progress;
 mod run;
 mod stability;
+mod start;
 mod table;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::entry::{Entry, EntryError, Mistake, UnknownName};
+
 pub use error::CliError;
 
-/// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
-///
-/// Without a command, `dsocs` reproduces the paper's figures (`dsocs paper`).
+/// Discrete second order constrained Lagrangian systems: single runs, checks, the list of systems.
 #[derive(Debug, Parser)]
-#[command(name = "dsocs", version, args_conflicts_with_subcommands = true)]
+#[command(subcommand_required = true, arg_required_else_help = true)]
 struct Arguments {
     /// What to do.
     #[command(subcommand)]
-    command: Option<Command>,
-    /// What `dsocs paper` takes.
-    #[command(flatten)]
-    paper: paper::PaperArguments,
+    command: Command,
 }
 
-/// What to do.
+/// What every program does.
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Reproduce the paper's figures and tables (the default)
-    Paper(paper::PaperArguments),
     /// Run one system and write its trajectory
     Run(Box<run::RunArguments>),
     /// Measure numerical stability on hard cases and hold it against the bars
@@ -49,18 +80,43 @@ enum Command {
     List(list::ListArguments),
 }
 
-/// Reads the command line, does what it says and reports what went wrong on standard error.
+impl Command {
+    /// Does it.
+    fn execute(&self, program: &mut Program) -> Result<(), CliError> {
+        match self {
+            Self::Run(arguments) => run::run(arguments, program),
+            Self::Stability(arguments) => stability::stability(arguments, program),
+            Self::Check(arguments) => check::check(arguments, program),
+            Self::List(arguments) => list::list(arguments, program),
+        }
+    }
+}
+
+/// The systems that the command line was given, and how it was called.
+struct Program {
+    /// The program's name.
+    name: String,
+    /// The systems, at least one.
+    entries: Vec<Entry>,
+    /// Whether it is `dsocs`, whose systems have hard cases with known answers.
+    #[cfg(feature = "dsocs")]
+    is_dsocs: bool,
+}
+
+/// The command line over some systems: reads the arguments, does what they say and reports what went wrong on standard error.
 #[must_use]
-pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let result = match arguments.command {
-        None => paper::paper(&arguments.paper),
-        Some(Command::Paper(arguments)) => paper::paper(&arguments),
-        Some(Command::Run(arguments)) => run::run(&arguments),
-        Some(Command::Stability(arguments)) => stability::stability(&arguments),
-        Some(Command::Check(arguments)) => check::check(&arguments),
-        Some(Command::List(arguments)) => list::list(&arguments),
-    };
+pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
+    let program = Program::new(entries);
+    let Arguments { command } = Arguments::parse();
+    finish(
+        program
+            .verified()
+            .and_then(|mut program| command.execute(&mut program)),
+    )
+}
+
+/// Reports what went wrong.
+fn finish(result: Result<(), CliError>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(CliError::Closed) => CliError::Closed.exit_code(),
@@ -68,6 +124,77 @@ pub fn main() -> ExitCode {
             eprintln!("error: {error}");
             error.exit_code()
         }
+    }
+}
+
+impl Program {
+    /// The program as it was called.
+    fn new(entries: impl IntoIterator<Item = Entry>) -> Self {
+        let called = std::env::args_os().next();
+        let stem = called.as_deref().and_then(|path| Path::new(path).file_stem());
+        Self {
+            #[cfg(feature = "dsocs")]
+            is_dsocs: false,
+            name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
+            entries: entries.into_iter().collect(),
+        }
+    }
+
+    /// Looks for mistakes in the entries.
+    fn verified(self) -> Result<Self, CliError> {
+        if self.entries.is_empty() {
+            return Err(CliError::NoSystems);
+        }
+        for (place, entry) in self.entries.iter().enumerate() {
+            entry.verify()?;
+            if self.entries[..place]
+                .iter()
+                .any(|other| other.name() == entry.name())
+            {
+                return Err(CliError::Entry(EntryError {
+                    name: entry.name().to_owned(),
+                    cause: Mistake::Twice,
+                }));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The system of a name.
+    fn find(&mut self, name: &str) -> Result<&mut Entry, UnknownName> {
+        match self.entries.iter().position(|entry| entry.name() == name) {
+            Some(place) => Ok(&mut self.entries[place]),
+            None => {
+                let known = self.entries.iter().map(Entry::name);
+                Err(UnknownName::new("system", name, known))
+            }
+        }
+    }
+
+    /// The system of a name; without one, the only system that there is.
+    fn one(&mut self, name: Option<&str>) -> Result<&mut Entry, CliError> {
+        match name {
+            Some(name) => Ok(self.find(name)?),
+            None if self.entries.len() == 1 => Ok(&mut self.entries[0]),
+            None => Err(CliError::Which {
+                known: self.entries.iter().map(|entry| entry.name().to_owned()).collect(),
+            }),
+        }
+    }
+
+    /// The systems of some names; without any, all that there are.
+    fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, UnknownName> {
+        for name in names {
+            self.find(name)?;
+        }
+        let place = |entry: &Entry| names.iter().position(|name| name == entry.name());
+        let mut chosen: Vec<&mut Entry> = self
+            .entries
+            .iter_mut()
+            .filter(|entry| names.is_empty() || place(entry).is_some())
+            .collect();
+        chosen.sort_by_key(|entry| place(entry));
+        Ok(chosen)
     }
 }
 

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::CliError;
 use super::output::OutputFile;
+use crate::entry::{Column, Row};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Format, Panel, Style};
-use crate::registry::{Entry, Row};
 
 /// Width of the figure, in pixels.
 const WIDTH: f64 = 900.0;
@@ -40,14 +40,14 @@ impl Plot {
     /// # Errors
     ///
     /// [`CliError`] if the name asks for no known format or the file cannot be written.
-    pub fn create(path: &Path, entry: &Entry, all: &[String], shown: &[usize]) -> Result<Self, CliError> {
+    pub fn create(path: &Path, all: &[Column], shown: &[usize]) -> Result<Self, CliError> {
         let format = Format::of(path)?;
         let curves = shown
             .iter()
             .filter(|&&column| column != 0)
             .map(|&column| PlottedColumn {
                 column,
-                label: label(entry, column, &all[column]),
+                label: label(&all[column]),
                 points: Envelope::new(),
             });
         Ok(Self {
@@ -123,26 +123,12 @@ impl Plot {
 }
 
 /// The label of a column, with its unit where it is known.
-fn label(entry: &Entry, column: usize, name: &str) -> String {
-    let count = entry.units.len();
-    let name = name.split('_').map(greek).collect::<Vec<_>>().join(" ");
-    if !(1..=3 * count + 1).contains(&column) {
-        return name;
+fn label(column: &Column) -> String {
+    let name = column.name.split('_').map(greek).collect::<Vec<_>>().join(" ");
+    match &column.unit {
+        Some(unit) => format!("{name} [{unit}]"),
+        None => name,
     }
-    let unit = match (column - 1) / count {
-        3.. => "J".to_owned(),
-        kind => {
-            let unit = entry.units[(column - 1) % count];
-            match (kind, unit) {
-                (0, unit) => unit.to_owned(),
-                (1, unit) => format!("{unit}/s"),
-                (_, "rad") => "N m".to_owned(),
-                (_, "m") => "N".to_owned(),
-                (_, unit) => format!("J/{unit}"),
-            }
-        }
-    };
-    format!("{name} [{unit}]")
 }
 
 /// The Greek letter of a name.

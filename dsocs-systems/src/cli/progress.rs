@@ -5,13 +5,13 @@ use std::io::IsTerminal;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A bar for `length` units of work.
-pub fn bar(length: u64, message: &'static str) -> ProgressBar {
+pub fn bar(length: u64, message: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()
     };
-    let bar = ProgressBar::with_draw_target(Some(length), target).with_message(message);
+    let bar = ProgressBar::with_draw_target(Some(length), target).with_message(message.to_owned());
     // the template is fixed; if a later version of the crate does not take it, its own will do
     match ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} % {eta:>4}") {
         Ok(style) => bar.with_style(style),

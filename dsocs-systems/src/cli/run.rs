@@ -1,4 +1,4 @@
-//! `dsocs run`: one trajectory.
+//! `run`: one trajectory.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -11,32 +11,29 @@ use serde_json::{Map, Value, json};
 use super::accuracy::{AccuracyArguments, Errors};
 use super::destination::Destination;
 use super::plot::Plot;
+use super::start::StartArguments;
 use super::table::TableWriter;
-use super::{CliError, interrupt, progress};
-use crate::registry::{self, AnySystem, Beginning, Entry, Row, RunFailure, UnknownName};
-use crate::rung::{Plan, Rung};
+use super::{CliError, Program, interrupt, progress};
+use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 
 /// How many nodes there are between two signs of progress.
 const PROGRESS: u64 = 1024;
 
-/// What `dsocs run` takes.
+/// What `run` takes.
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
-    /// The system, one of `dsocs list`
-    system: String,
+    /// The system, one of `list`; may be left out where there is one
+    system: Option<String>,
     /// The step h, in s; negative to run back in time
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     step: Option<f64>,
     /// The time to run to, in s
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     until: Option<f64>,
-    /// The first node, a number for each coordinate
-    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',')]
-    q0: Option<Vec<f64>>,
-    /// The initial velocity, a number for each coordinate
-    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',')]
-    v0: Option<Vec<f64>>,
+    /// Where it begins, and the parameters
+    #[command(flatten)]
+    from: StartArguments,
     /// The second node, instead of a velocity
     #[arg(
         long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',',
@@ -50,9 +47,6 @@ pub struct RunArguments {
     /// violates them
     #[arg(long)]
     project: bool,
-    /// A parameter's value; may be given several times
-    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
-    set: Vec<(String, f64)>,
     /// Write every N-th node
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
@@ -83,63 +77,44 @@ enum StartOption {
     SecondOrder,
 }
 
-/// Reads `name=value`.
-fn assignment(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let value = value
-        .trim()
-        .parse()
-        .map_err(|_| format!("`{value}` is not a number"))?;
-    Ok((name.trim().to_owned(), value))
-}
-
 /// Runs one system and writes its trajectory.
 ///
 /// # Errors
 ///
 /// [`CliError`] if what was asked for does not exist, cannot be written or cannot be computed. What was computed is
 /// written all the same.
-pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
-    let entry = Entry::find(&arguments.system)?;
-    let mut system = (entry.build)();
-    for (name, value) in &arguments.set {
-        system.set(name, *value)?;
-        if !value.is_finite() {
-            return Err(CliError::Parameter {
-                name: name.clone(),
-                value: *value,
-            });
-        }
-    }
+pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliError> {
+    let entry = program.one(arguments.system.as_deref())?;
+    arguments.from.set(entry)?;
     let plan = plan(arguments, entry)?;
-    let beginning = beginning(arguments, entry);
-    let all = columns(system.as_ref(), &plan);
+    let beginning = beginning(arguments, entry)?;
+    let all = columns(entry.description(), &plan);
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
     let mut plot = match &arguments.plot {
         Some(path) => {
-            let coordinates = 1..=system.coordinates().len();
+            let coordinates = 1..=entry.description().coordinates.len();
             let shown = if arguments.columns.is_some() {
                 chosen.clone()
             } else {
                 coordinates.collect()
             };
-            Some(Plot::create(path, entry, &all, &shown)?)
+            Some(Plot::create(path, &all, &shown)?)
         }
         None => None,
     };
     let (format, destination) = Destination::new(arguments.out.as_deref(), plot.is_none())?;
-    let about = about(entry, system.as_mut(), &plan, &beginning);
-    let names = chosen.iter().map(|&column| all[column].clone()).collect();
+    let about = about(entry, &plan, &beginning);
+    let names = chosen.iter().map(|&column| all[column].name.clone()).collect();
     let mut table = TableWriter::new(format, destination, about, names);
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
-    let bar = progress::bar((plan.until / plan.h).abs() as u64, entry.name);
+    let bar = progress::bar((plan.until / plan.h).abs() as u64, entry.name());
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors) = (Lost::default(), Errors::default());
     let interrupted = interrupt::watch();
-    let result = system.run(&plan, &beginning, &mut |row| {
+    let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         if interrupted.load(Ordering::Relaxed) {
@@ -168,7 +143,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), CliError> {
         }
     });
     bar.finish_and_clear();
-    let notes = [lost.note(), errors.note(system.coordinates())];
+    let notes = [lost.note(), errors.note(entry.description().names())];
     for note in notes.into_iter().flatten() {
         eprintln!("{note}");
     }
@@ -197,30 +172,18 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     let accuracy = &arguments.accuracy;
     let (nodes, start) = (arguments.q1.is_some(), arguments.start.is_some());
     accuracy.check(nodes, start, arguments.certify)?;
-    let h = arguments.step.unwrap_or(entry.step);
-    let until = arguments.until.unwrap_or(entry.until.copysign(h));
+    let h = arguments.step.unwrap_or(entry.default_step());
+    let until = arguments.until.unwrap_or(entry.default_until().copysign(h));
     if until.is_infinite() {
         return Err(RunFailure::from(RunError::Until { until }).into());
     }
     Ok(Plan {
         h,
         until,
-        rung: accuracy.rung(),
+        method: accuracy.method(),
         certify: arguments.certify,
         estimate: accuracy.estimates(),
     })
-}
-
-/// The names of all columns that a run has.
-fn columns(system: &dyn AnySystem, plan: &Plan) -> Vec<String> {
-    let mut all = registry::columns(system);
-    if plan.certify {
-        all.extend(registry::CERTIFIED.map(str::to_owned));
-    }
-    if plan.estimate {
-        all.extend(registry::error_columns(system));
-    }
-    all
 }
 
 /// The nodes at which a certified run is not regular.
@@ -282,23 +245,23 @@ fn finish(table: TableWriter<Destination>) -> Result<(), CliError> {
 }
 
 /// The start that was asked for.
-fn beginning(arguments: &RunArguments, entry: &Entry) -> Beginning {
-    let q0 = arguments.q0.clone().unwrap_or_else(|| entry.q0.to_vec());
-    let v0 = arguments.v0.clone().unwrap_or_else(|| entry.v0.to_vec());
+fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliError> {
+    let q0 = arguments.from.q0(entry)?;
+    let v0 = || arguments.from.v0(entry);
     let given = match (&arguments.q1, arguments.start) {
         (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
-        (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0 },
-        (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0 },
+        (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
+        (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0: v0()? },
     };
-    if arguments.project {
+    Ok(if arguments.project {
         Beginning::Projected(Box::new(given))
     } else {
         given
-    }
+    })
 }
 
 /// The numbers of the columns that were asked for.
-fn chosen(names: Option<&[String]>, all: &[String]) -> Result<Vec<usize>, UnknownName> {
+fn chosen(names: Option<&[String]>, all: &[Column]) -> Result<Vec<usize>, UnknownName> {
     let Some(names) = names else {
         return Ok((0..all.len()).collect());
     };
@@ -306,8 +269,8 @@ fn chosen(names: Option<&[String]>, all: &[String]) -> Result<Vec<usize>, Unknow
         .iter()
         .map(|name| {
             all.iter()
-                .position(|column| column == name)
-                .ok_or_else(|| UnknownName::new("column", name, all.iter().cloned()))
+                .position(|column| column.name == *name)
+                .ok_or_else(|| UnknownName::new("column", name, all.iter().map(|column| column.name.clone())))
         })
         .collect()
 }
@@ -327,28 +290,23 @@ fn start(beginning: &Beginning) -> Value {
 }
 
 /// What is said of a run before its rows, where the format has a place for it.
-fn about(
-    entry: &Entry,
-    system: &mut dyn AnySystem,
-    plan: &Plan,
-    beginning: &Beginning,
-) -> Map<String, Value> {
+fn about(entry: &mut Entry, plan: &Plan, beginning: &Beginning) -> Map<String, Value> {
     let start = start(beginning);
-    let rung = match plan.rung {
-        Rung::Step => json!({"order": 2}),
-        Rung::Composed(method) => json!({"order": method.order()}),
-        Rung::Tolerance(tolerance) => json!({"tolerance": tolerance}),
+    let accuracy = match plan.method {
+        Method::Step => json!({"order": 2}),
+        Method::Composed(method) => json!({"order": method.order()}),
+        Method::Tolerance(tolerance) => json!({"tolerance": tolerance}),
     };
-    let parameters: Map<String, Value> = system
+    let parameters: Map<String, Value> = entry
         .parameters()
         .into_iter()
-        .map(|parameter| (parameter.name.to_owned(), parameter.value.into()))
+        .map(|(parameter, value)| (parameter.name.to_owned(), value.into()))
         .collect();
     [
-        ("system", entry.name.into()),
+        ("system", entry.name().into()),
         ("step", plan.h.into()),
         ("until", plan.until.into()),
-        ("accuracy", rung),
+        ("accuracy", accuracy),
         ("start", start),
         ("parameters", parameters.into()),
     ]

@@ -1,4 +1,4 @@
-//! `dsocs stability`: hard cases, the figure reached in each, and the bar.
+//! `stability`: hard cases, the figure reached in each, and the bar.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -7,15 +7,32 @@ use clap::Args;
 use comfy_table::{Cell, CellAlignment, Color, Table, presets};
 use serde_json::{Value, json};
 
-use super::{CliError, output, progress};
-use crate::stability::{Bar, CASES, Row};
+use super::start::StartArguments;
+use super::{CliError, Program, output, progress};
+use crate::check::Settings;
+#[cfg(feature = "dsocs")]
+use crate::stability::CASES;
+use crate::stability::{Bar, Row, any};
 
 /// The case whose rival is not built unless the feature `peers` is on.
+#[cfg(feature = "dsocs")]
 const BESIDE: u8 = 11;
 
-/// What `dsocs stability` takes.
+/// What `stability` takes.
 #[derive(Args, Debug)]
+#[command(allow_negative_numbers = true)]
 pub struct StabilityArguments {
+    /// The systems, of `list`, to be measured on their own motions; all of them unless given
+    systems: Vec<String>,
+    /// The step h, in s [default: the system's own]
+    #[arg(long, value_name = "H")]
+    step: Option<f64>,
+    /// The end of the long run, in s [default: the system's own]
+    #[arg(long, value_name = "T")]
+    until: Option<f64>,
+    /// Where the motion begins, and the parameters
+    #[command(flatten)]
+    from: StartArguments,
     /// The folder for stability.json
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
@@ -23,33 +40,61 @@ pub struct StabilityArguments {
     #[arg(long)]
     quick: bool,
     /// Run the cases of these numbers alone
-    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = case_number)]
+    #[arg(long, value_name = "N,N", value_delimiter = ',')]
     cases: Option<Vec<u8>>,
 }
 
-/// The number of a case: an unknown one would measure nothing, and nothing would be below its bar.
-fn case_number(text: &str) -> Result<u8, String> {
-    let known = |number: &u8| CASES.iter().any(|case| case.number == *number);
-    text.parse().ok().filter(known).ok_or_else(|| {
-        let numbers: Vec<String> = CASES.iter().map(|case| case.number.to_string()).collect();
-        format!("the cases are {}", numbers.join(", "))
-    })
-}
-
-/// Measures the hard cases.
+/// Measures the hard cases: of the systems that are named, or of all; in `dsocs`, where none is named, those that the systems of
+/// the library have beside.
 ///
 /// # Errors
 ///
-/// [`CliError`] if the folder cannot be written (which is tried before anything is computed), or if a bar is missed.
-pub fn stability(arguments: &StabilityArguments) -> Result<(), CliError> {
+/// [`CliError`] if a system or a case does not exist, the folder cannot be written (which is tried before anything is computed),
+/// or if a bar is missed.
+pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Result<(), CliError> {
+    #[cfg(feature = "dsocs")]
+    if program.is_dsocs && arguments.systems.is_empty() {
+        return library(arguments);
+    }
+    let entries = program.some(&arguments.systems)?;
+    arguments.from.for_systems(entries.len())?;
+    let chosen = arguments.chosen(any::CASES, |case| case.number)?;
     output::check_folder(&arguments.out)?;
-    let chosen: Vec<_> = CASES
-        .iter()
-        .filter(|case| {
-            let numbers = arguments.cases.as_ref();
-            numbers.is_none_or(|numbers| numbers.contains(&case.number))
-        })
-        .collect();
+    let bar = progress::bar((chosen.len() * entries.len()) as u64, "hard cases");
+    let (mut text, mut systems, mut all) = (String::new(), Vec::new(), Vec::new());
+    for entry in entries {
+        arguments.from.set(entry)?;
+        let settings = Settings {
+            h: arguments.step.unwrap_or(entry.default_step()),
+            until: arguments.until,
+            q0: &arguments.from.q0(entry)?,
+            v0: &arguments.from.v0(entry)?,
+        };
+        let mut rows = Vec::new();
+        for case in &chosen {
+            rows.extend(case.run(entry, &settings, arguments.quick, &mut |_| bar.tick()));
+            bar.inc(1);
+        }
+        let title = format!("{} ({}), h = {}", entry.name(), entry.kind(), settings.h);
+        text.extend([title, "\n".into(), table(&rows).to_string(), "\n".into()]);
+        systems.push(json!({
+            "system": entry.name(),
+            "kind": entry.kind(),
+            "step": settings.h,
+            "cases": encoded(&rows),
+        }));
+        all.extend(rows);
+    }
+    bar.finish_and_clear();
+    arguments.finish(&text, &json!({ "systems": systems }), &all)
+}
+
+/// Measures the hard cases of the library's systems.
+#[cfg(feature = "dsocs")]
+fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
+    arguments.for_systems_alone()?;
+    let chosen = arguments.chosen(CASES, |case| case.number)?;
+    output::check_folder(&arguments.out)?;
     let bar = progress::bar(chosen.len() as u64, "hard cases");
     let mut rows = Vec::new();
     for case in chosen {
@@ -62,32 +107,69 @@ pub fn stability(arguments: &StabilityArguments) -> Result<(), CliError> {
             "note: case {BESIDE} is without the general method's own figures: they need `--features peers`"
         );
     }
-    let path = arguments.out.join("stability.json");
-    output::write(&path, &encoded(&rows))?;
-    let missed = rows.iter().filter(|row| !row.ok()).count();
-    let text = format!(
-        "{}\n{} figures, {missed} below their bar. Every figure: {}.\n",
-        table(&rows),
-        rows.len(),
-        path.display()
-    );
-    std::io::stdout()
-        .write_all(text.as_bytes())
-        .map_err(CliError::stdout)?;
-    if missed > 0 {
-        return Err(CliError::Bars { missed });
+    let text = format!("{}\n", table(&rows));
+    arguments.finish(&text, &json!({ "cases": encoded(&rows) }), &rows)
+}
+
+impl StabilityArguments {
+    /// The cases that are asked for.
+    fn chosen<'a, C>(&self, cases: &'a [C], number: fn(&C) -> u8) -> Result<Vec<&'a C>, CliError> {
+        // an unknown number would measure nothing, and nothing would be below its bar
+        let asked = self.cases.iter().flatten();
+        for asked in asked {
+            if cases.iter().all(|case| number(case) != *asked) {
+                return Err(CliError::NoCase {
+                    number: *asked,
+                    known: cases.iter().map(|case| number(case).to_string()).collect(),
+                });
+            }
+        }
+        let chosen = |case: &&C| {
+            let numbers = self.cases.as_ref();
+            numbers.is_none_or(|numbers| numbers.contains(&number(case)))
+        };
+        Ok(cases.iter().filter(chosen).collect())
     }
-    Ok(())
+
+    /// Refuses options that are meant for the motion of a system where none is named.
+    #[cfg(feature = "dsocs")]
+    fn for_systems_alone(&self) -> Result<(), CliError> {
+        self.from.for_systems(usize::MAX)?;
+        for (option, given) in [("--step", self.step), ("--until", self.until)] {
+            if given.is_some() {
+                return Err(CliError::OneSystem { option });
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes what was measured.
+    fn finish(&self, text: &str, json: &Value, rows: &[Row]) -> Result<(), CliError> {
+        let path = self.out.join("stability.json");
+        output::write(&path, format!("{json:#}\n").as_bytes())?;
+        let missed = rows.iter().filter(|row| !row.ok()).count();
+        let text = format!(
+            "{text}{} figures, {missed} below their bar. Every figure: {}.\n",
+            rows.len(),
+            path.display()
+        );
+        std::io::stdout()
+            .write_all(text.as_bytes())
+            .map_err(CliError::stdout)?;
+        if missed > 0 {
+            return Err(CliError::Bars { missed });
+        }
+        Ok(())
+    }
 }
 
 /// What stands for the measurement of the row above; in JSON every row speaks for itself.
 const SAME: &str = "the same";
 
 /// The rows as JSON.
-fn encoded(rows: &[Row]) -> Vec<u8> {
+fn encoded(rows: &[Row]) -> Vec<Value> {
     let mut before = "";
-    let cases: Vec<Value> = rows
-        .iter()
+    rows.iter()
         .map(|row| {
             let what = if let Some(rest) = row.what.strip_prefix(SAME) {
                 format!("{before}{rest}")
@@ -111,8 +193,7 @@ fn encoded(rows: &[Row]) -> Vec<u8> {
                 "failure": row.failure,
             })
         })
-        .collect();
-    format!("{:#}\n", json!({ "cases": cases })).into_bytes()
+        .collect()
 }
 
 /// The rows as a table.

@@ -1,22 +1,20 @@
 //! Hard cases: what is measured there, and the bar for it. `dsocs stability` prints the table.
 //!
+//! `CASES` are those of the systems of this crate, with their exact solutions and constants; [`any`] has those that can be measured
+//! on any system.
+//!
 //! Every case is a function that measures one figure after the other and hands each to a `Report`. Nothing is drawn at
 //! random but by a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
 
-mod backward;
-mod functions;
-mod garbage;
-mod long;
-mod peers;
-mod roots;
-mod scales;
-mod singular;
-mod small;
-mod switch;
-mod turns;
+pub mod any;
+#[cfg(feature = "dsocs")]
+mod library;
 
 use std::error::Error;
 use std::time::Instant;
+
+#[cfg(feature = "dsocs")]
+pub use library::{CASES, Case};
 
 /// A figure is held against this.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,8 +71,10 @@ type Measured = Result<f64, Box<dyn Error>>;
 
 /// The figures of one case.
 struct Report<'a> {
-    /// The case.
-    case: &'a Case,
+    /// The number of the case.
+    number: u8,
+    /// Its name.
+    case: &'static str,
     /// Whether cases that take more than seconds are shortened.
     quick: bool,
     /// The figures so far.
@@ -92,6 +92,7 @@ impl Report<'_> {
     }
 
     /// Measures several figures in one go; the time is told of each.
+    #[cfg(feature = "dsocs")]
     fn measure_all<const K: usize>(
         &mut self,
         whats: [(String, Bar); K],
@@ -116,8 +117,8 @@ impl Report<'_> {
             Err(error) => (f64::NAN, Some(error.to_string())),
         };
         let row = Row {
-            number: self.case.number,
-            case: self.case.name,
+            number: self.number,
+            case: self.case,
             what,
             figure,
             bar,
@@ -127,95 +128,6 @@ impl Report<'_> {
         (self.done)(&row);
         self.rows.push(row);
     }
-}
-
-/// A hard case.
-#[derive(Clone, Copy, Debug)]
-pub struct Case {
-    /// Its number.
-    pub number: u8,
-    /// Its name.
-    pub name: &'static str,
-    /// What is measured.
-    run: fn(&mut Report<'_>),
-}
-
-impl Case {
-    /// Measures all figures of the case; `done` is told of each. Quick cases take seconds.
-    pub fn run(&self, quick: bool, done: &mut dyn FnMut(&Row)) -> Vec<Row> {
-        let mut report = Report {
-            case: self,
-            quick,
-            rows: Vec::new(),
-            done,
-        };
-        (self.run)(&mut report);
-        report.rows
-    }
-}
-
-/// All cases.
-pub const CASES: &[Case] = &[
-    Case {
-        number: 1,
-        name: "long runs",
-        run: long::run,
-    },
-    Case {
-        number: 2,
-        name: "small steps",
-        run: small::run,
-    },
-    Case {
-        number: 3,
-        name: "large turns",
-        run: turns::run,
-    },
-    Case {
-        number: 4,
-        name: "scales",
-        run: scales::run,
-    },
-    Case {
-        number: 5,
-        name: "close roots",
-        run: roots::run,
-    },
-    Case {
-        number: 6,
-        name: "singular points",
-        run: singular::run,
-    },
-    Case {
-        number: 7,
-        name: "stiff switch",
-        run: switch::run,
-    },
-    Case {
-        number: 8,
-        name: "backward",
-        run: backward::run,
-    },
-    Case {
-        number: 9,
-        name: "garbage",
-        run: garbage::run,
-    },
-    Case {
-        number: 10,
-        name: "library functions",
-        run: functions::run,
-    },
-    Case {
-        number: 11,
-        name: "beside a general method",
-        run: peers::run,
-    },
-];
-
-/// The largest absolute difference of two vectors' components.
-fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
 }
 
 /// The larger of two numbers; NaN if either is, which `f64::max` would forget.

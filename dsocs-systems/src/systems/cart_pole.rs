@@ -2,26 +2,19 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A pole that swings up from near the bottom.
-pub const ENTRY: Entry = Entry {
-    name: "cart-pole",
-    kind: Kind::SecondOrder,
-    summary: "a cart-pole that a Lyapunov constraint on the pole's energy swings up",
-    source: "the law: Åström and Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000)",
-    units: &["m", "rad"],
-    q0: &[0.0, 2.8],
-    v0: &[0.0, 0.0],
-    step: 0.01,
-    until: 10.0,
-    build: || {
-        Box::new(Erased::new(CartPole::default()).symmetries(&[Symmetry {
-            name: "translation of the cart",
-            generator: |_, _| [1.0, 0.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(CartPole::default())
+        .named("cart-pole")
+        .described("a cart-pole that a Lyapunov constraint on the pole's energy swings up")
+        .source("the law: Åström and Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000)")
+        .start([0.0, 2.8], [0.0, 0.0])
+        .step(0.01)
+        .until(10.0)
+        .symmetry("translation of the cart", |_: &[f64; 2]| [1.0, 0.0])
+}
 
 /// A pole on a cart, whose motor makes the pole's energy that of the upright position.
 ///
@@ -35,7 +28,12 @@ pub const ENTRY: Entry = Entry {
 /// itself. There is no saturation, nothing brings the cart back, and near the upright the pole slows down along its
 /// separatrix: catching it there is another law's part.
 #[dsocs {
-    coordinates(x, theta);
+    coordinates(
+        /// The position of the cart [m].
+        x,
+        /// The angle of the pole from the upright [rad].
+        theta,
+    );
     let arm = mass * length;
     let kinetic = (cart + mass) / 2 * dot(x).powi(2) + arm * theta.cos() * dot(x) * dot(theta)
         + inertia / 2 * dot(theta).powi(2);
@@ -43,7 +41,9 @@ pub const ENTRY: Entry = Entry {
     phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
 
     let energy = inertia / 2 * dot(theta).powi(2) + arm * gravity * (theta.cos() - 1);
+    /// The Lyapunov function `V`, half the square of the energy `E` [J²].
     let lyapunov = energy.powi(2) / 2;
+    /// The rate `F` at which `V` falls [J²/s].
     let dissipation = gain * arm * (energy * dot(theta) * theta.cos()).powi(2);
     kinematic = ddot(x) - gain * energy * dot(theta) * theta.cos(); // (dV/dt + F) / (−m l E θ̇ cos θ)
     forces = [(1, 0)];                                              // the motor drives the cart

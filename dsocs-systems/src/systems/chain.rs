@@ -1,20 +1,17 @@
 //! Planar chains of point masses on massless rods, of any number of links.
 
-use crate::registry::{Entry, Erased, Kind};
-
 /// A chain of eight links.
-pub const ENTRY: Entry = Entry {
-    name: "chain",
-    kind: Kind::Unconstrained,
-    summary: "a planar chain of eight links, hanging from a pivot",
-    source: "textbooks, with two links as the double pendulum",
-    units: &["rad"; 8],
-    q0: &[1.0; 8],
-    v0: &[0.0; 8],
-    step: 0.005,
-    until: 20.0,
-    build: || Box::new(Erased::new(PlanarChain8::default())),
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(PlanarChain8::default())
+        .named("chain")
+        .described("a planar chain of eight links, hanging from a pivot")
+        .source("textbooks, with two links as the double pendulum")
+        .start([1.0; 8], [0.0; 8])
+        .step(0.005)
+        .until(20.0)
+}
 
 /// Declares a planar chain of a literal number of links: point masses on massless rods, hanging from a fixed pivot.
 ///
@@ -47,7 +44,10 @@ pub const ENTRY: Entry = Entry {
 macro_rules! planar_chain {
     ($(#[$meta:meta])* $visibility:vis struct $name:ident; $n:literal) => {
         #[::dsocs_core::dsocs {
-            coordinates(theta: [$n]);
+            coordinates(
+                /// The angle of each rod against the downward vertical, from the pivot outwards [rad].
+                theta: [$n],
+            );
 
             // the mass that rod i moves
             let beyond = |i| sum(i..$n, |k| masses[k]);
@@ -99,14 +99,15 @@ planar_chain! {
 
 #[cfg(test)]
 mod tests {
-    use dsocs_core::Point;
     use dsocs_core::geometry::constraint_force;
+    use dsocs_core::{Point, System};
 
     use super::*;
 
     #[test]
     fn angles_and_parameters_have_names() {
-        assert_eq!(PlanarChain2::COORDINATES, ["theta_0", "theta_1"]);
+        let angles = PlanarChain2::COORDINATES.map(|angle| (angle.name, angle.unit()));
+        assert_eq!(angles, [("theta_0", Some("rad")), ("theta_1", Some("rad"))]);
         let names: Vec<_> = PlanarChain2::PARAMETERS
             .iter()
             .map(|parameter| parameter.name)

@@ -2,22 +2,21 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind};
-
 /// A motion whose energy drifts in a long run.
-pub const ENTRY: Entry = Entry {
-    name: "contact-oscillator",
-    kind: Kind::Nonholonomic,
-    summary: "an oscillator with the constraint z' = y x', made irreversible by a magnetic field",
-    source: "after McLachlan and Perlmutter, Integrators for nonholonomic mechanical systems (2006); \
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(ContactOscillator::default())
+        .named("contact-oscillator")
+        .described("an oscillator with the constraint z' = y x', made irreversible by a magnetic field")
+        .source(
+            "after McLachlan and Perlmutter, Integrators for nonholonomic mechanical systems (2006); \
              Modin and Verdier, What makes nonholonomic integrators work? (2020)",
-    units: &["1", "1", "1"],
-    q0: &[1.0, 0.5, 0.3],
-    v0: &[0.4, 0.2, 0.2],
-    step: 0.1,
-    until: 100.0,
-    build: || Box::new(Erased::new(ContactOscillator::default())),
-};
+        )
+        .start([1.0, 0.5, 0.3], [0.4, 0.2, 0.2])
+        .step(0.1)
+        .until(100.0)
+}
 
 /// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
 ///
@@ -28,7 +27,14 @@ pub const ENTRY: Entry = Entry {
 /// mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2, −9.7 and −9.6 % up to `t = 100 000`;
 /// with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
 #[dsocs {
-    coordinates(x, y, z);
+    coordinates(
+        /// The first position [1].
+        x,
+        /// The second position [1].
+        y,
+        /// The position that the constraint ties to the others [1].
+        z,
+    );
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2
         - (x.powi(2) + stiffness_y * y.powi(2) + stiffness_z * z.powi(2)) / 2
         + field / 2 * ((x * dot(y) - y * dot(x)) + (y * dot(z) - z * dot(y)) + (z * dot(x) - x * dot(z)));

@@ -2,19 +2,15 @@
 //!
 //! Its motion is chaotic at large angles; the energy is its only invariant.
 
-use crate::chain::PlanarChain2;
-use crate::registry::{Entry, Erased, Kind};
-
 /// Both links at an angle where the motion is far from linear.
-pub const ENTRY: Entry = Entry {
-    name: "double-pendulum",
-    kind: Kind::Unconstrained,
-    summary: "the planar double pendulum, two point masses on massless rods",
-    source: "textbooks, e.g. Landau and Lifshitz, Mechanics, section 5, problem 1",
-    units: &["rad", "rad"],
-    q0: &[2.0, 1.0],
-    v0: &[0.0, 0.0],
-    step: 0.005,
-    until: 20.0,
-    build: || Box::new(Erased::new(PlanarChain2::default())),
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(crate::PlanarChain2::default())
+        .named("double-pendulum")
+        .described("the planar double pendulum, two point masses on massless rods")
+        .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 5, problem 1")
+        .start([2.0, 1.0], [0.0, 0.0])
+        .step(0.005)
+        .until(20.0)
+}

@@ -3,26 +3,21 @@
 use dsocs_core::dsocs;
 
 use super::InertiaWheelPendulum;
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// The paper's example.
-pub const ENTRY: Entry = Entry {
-    name: "exact-decrease",
-    kind: Kind::SecondOrder,
-    summary: "the inertia wheel pendulum, with a discrete constraint by which V falls exactly in every step",
-    source: "Borda, Fernández and Grillo, section 5.2, with another discretization of the constraint",
-    units: &["rad", "rad"],
-    q0: &[0.5, 0.0],
-    v0: &[0.0, 0.5],
-    step: 0.001,
-    until: 100.0,
-    build: || {
-        Box::new(Erased::new(ExactDecrease::default()).symmetries(&[Symmetry {
-            name: "turning the wheel",
-            generator: |_, _| [0.0, 1.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(ExactDecrease::default())
+        .named("exact-decrease")
+        .described(
+            "the inertia wheel pendulum, with a discrete constraint by which V falls exactly in every step",
+        )
+        .source("Borda, Fernández and Grillo, section 5.2, with another discretization of the constraint")
+        .start([0.5, 0.0], [0.0, 0.5])
+        .step(0.001)
+        .until(100.0)
+        .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
+}
 
 /// [`InertiaWheelPendulum`] with the discrete constraint `V(q1, q2) − V(q0, q1) = −h F(q0, q1, q2)` in the place of the paper's
 /// `dV/dt = −F` at a triple: `V` falls in every step by exactly what it should, at any `h`.
@@ -35,7 +30,12 @@ pub const ENTRY: Entry = Entry {
 /// is 262.939 (263 on the continuous motion). Without the factor two roots come too close to tell them apart, for `h = 0.001` at
 /// `t = 64.0`.
 #[dsocs {
-    coordinates(theta, psi);
+    coordinates(
+        /// The angle of the pendulum from the upright [rad].
+        theta,
+        /// The angle of the wheel relative to the pendulum [rad].
+        psi,
+    );
     lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
 
     let a = 1 / i;
@@ -46,10 +46,13 @@ pub const ENTRY: Entry = Entry {
     let f = (g_c.powi(2) + e) / h_c;
     let p1 = (i + j) * dot(theta) + j * dot(psi);
     let p2 = j * (dot(theta) + dot(psi));
+    /// The factor of the constraint [1/s].
     let w = g_c * p1 + h_c * p2;
+    /// The Lyapunov function `V` [J].
     let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
         + chi * (1 - (psi - n * theta).cos())
         + m * e / d * (1 - theta.cos());
+    /// The rate `F` at which `V` falls [J/s].
     let dissipation = rho * w * w.tanh();
 
     kinematic = dot(lyapunov) + dissipation; // dV/dt = −F

@@ -2,26 +2,19 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A climb that bends over while the speed grows.
-pub const ENTRY: Entry = Entry {
-    name: "gravity-turn",
-    kind: Kind::SecondOrder,
-    summary: "a particle with prescribed tangential acceleration under gravity, by Chetaev's rule",
-    source: "constraints of this kind: Swaczyna (cited in the paper, section 2); the exact solution is elementary",
-    units: &["m", "m"],
-    q0: &[0.0, 0.0],
-    v0: &[1.0, 3.0],
-    step: 0.05,
-    until: 20.0,
-    build: || {
-        Box::new(Erased::new(GravityTurn::default()).symmetries(&[Symmetry {
-            name: "translation along x",
-            generator: |_, _| [1.0, 0.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(GravityTurn::default())
+        .named("gravity-turn")
+        .described("a particle with prescribed tangential acceleration under gravity, by Chetaev's rule")
+        .source("constraints of this kind: Swaczyna (cited in the paper, section 2); the exact solution is elementary")
+        .start([0.0, 0.0], [1.0, 3.0])
+        .step(0.05)
+        .until(20.0)
+        .symmetry("translation along x", |_: &[f64; 2]| [1.0, 0.0])
+}
 
 /// A particle in the plane whose speed grows at a prescribed rate, whatever gravity does: thrust or brake along the path.
 ///
@@ -29,9 +22,15 @@ pub const ENTRY: Entry = Entry {
 /// they are written out. So the force is along the velocity, and gravity alone bends the path. The speed is exactly
 /// `s = s₀ + τ t`, and with the path's angle `γ` the quantity `artanh(sin γ) + (g/τ) ln s` is invariant.
 #[dsocs {
-    coordinates(x, y);
+    coordinates(
+        /// The position along the ground [m].
+        x,
+        /// The height [m].
+        y,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;
 
+    /// The speed [m/s].
     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
     kinematic = (dot(x) * ddot(x) + dot(y) * ddot(y)) / speed - acceleration;
     variational = [(-dot(y), dot(x))]; // ker ∂c/∂q̈

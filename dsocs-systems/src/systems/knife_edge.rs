@@ -2,32 +2,20 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// The classical start: at rest, but for its turning. It does not slide down.
-pub const ENTRY: Entry = Entry {
-    name: "knife-edge",
-    kind: Kind::Nonholonomic,
-    summary: "a knife edge on an inclined plane",
-    source: "Bloch, Nonholonomic Mechanics and Control, section 1.6",
-    units: &["m", "m", "rad"],
-    q0: &[0.0, 0.0, 0.0],
-    v0: &[0.0, 0.0, 1.0],
-    step: 0.05,
-    until: 50.0,
-    build: || {
-        Box::new(Erased::new(KnifeEdge::default()).symmetries(&[
-            Symmetry {
-                name: "turning the edge",
-                generator: |_, _| [0.0, 0.0, 1.0],
-            },
-            Symmetry {
-                name: "translation across the slope",
-                generator: |_, _| [0.0, 1.0, 0.0],
-            },
-        ]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(KnifeEdge::default())
+        .named("knife-edge")
+        .described("a knife edge on an inclined plane")
+        .source("Bloch, Nonholonomic Mechanics and Control, section 1.6")
+        .start([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+        .step(0.05)
+        .until(50.0)
+        .symmetry("turning the edge", |_: &[f64; 3]| [0.0, 0.0, 1.0])
+        .symmetry("translation across the slope", |_: &[f64; 3]| [0.0, 1.0, 0.0])
+}
 
 /// A knife edge that moves on an inclined plane in its own direction alone.
 ///
@@ -36,7 +24,15 @@ pub const ENTRY: Entry = Entry {
 /// ([`KnifeEdge::exact`]): from rest at `φ = 0` it is a cycloid across the slope, and the edge never gets lower than
 /// `g sin α / 2ω²`.
 #[dsocs {
-    coordinates(x, y, phi);
+    coordinates(
+        /// The position down the slope [m].
+        x,
+        /// The position across the slope [m].
+        y,
+        /// The angle of the edge with `x` [rad].
+        phi,
+    );
+    /// The speed along the edge [m/s].
     let speed = dot(x) * phi.cos() + dot(y) * phi.sin();
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + inertia / 2 * dot(phi).powi(2)
         + mass * gravity * incline.sin() * x;

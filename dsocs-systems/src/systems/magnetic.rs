@@ -2,26 +2,19 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A particle that drifts about the centre of a field that grows outwards.
-pub const ENTRY: Entry = Entry {
-    name: "magnetic",
-    kind: Kind::Unconstrained,
-    summary: "a charged particle in a magnetic field, the unconstrained twin of `particle`",
-    source: "textbooks, e.g. Landau and Lifshitz, The Classical Theory of Fields, section 21",
-    units: &["m", "m"],
-    q0: &[1.0, 0.0],
-    v0: &[0.3, 0.8],
-    step: 0.05,
-    until: 200.0,
-    build: || {
-        Box::new(Erased::new(MagneticParticle::default()).symmetries(&[Symmetry {
-            name: "rotation about the origin",
-            generator: |_, [x, y]| [-y, *x],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(MagneticParticle::default())
+        .named("magnetic")
+        .described("a charged particle in a magnetic field, the unconstrained twin of `particle`")
+        .source("textbooks, e.g. Landau and Lifshitz, The Classical Theory of Fields, section 21")
+        .start([1.0, 0.0], [0.3, 0.8])
+        .step(0.05)
+        .until(200.0)
+        .symmetry("rotation about the origin", |[x, y]| [-y, *x])
+}
 
 /// A charged particle in the plane, in a magnetic field `B(r) = B (1 + g r²)` across it.
 ///
@@ -33,11 +26,17 @@ pub const ENTRY: Entry = Entry {
 ///
 /// `L` is linear in `v` beside the kinetic energy, with coefficients that depend on the position: the discrete Lagrangian is taken at the midpoint.
 #[dsocs {
-    coordinates(x, y);
+    coordinates(
+        /// The first position in the plane [m].
+        x,
+        /// The second position in the plane [m].
+        y,
+    );
     let potential = charge * field / 2 * (1 + gradient / 2 * (x.powi(2) + y.powi(2)));
     let turning = x * dot(y) - y * dot(x);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + potential * turning;
     phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
+    /// The invariant that belongs to the rotation [kg m²/s].
     let angular_momentum = mass * turning + potential * (x.powi(2) + y.powi(2));
     observe = [angular_momentum];
 }]

@@ -36,3 +36,80 @@ pub use sleigh::Sleigh;
 pub use snakeboard::Snakeboard;
 pub use sphere::Sphere;
 pub use spherical_pendulum::SphericalPendulum;
+
+/// The entries of all systems, kind by kind.
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn all() -> Vec<crate::Entry> {
+    vec![
+        chain::entry(),
+        double_pendulum::entry(),
+        spherical_pendulum::entry(),
+        magnetic::entry(),
+        planar_pendulum::entry(),
+        sphere::entry(),
+        nonholonomic_particle::entry(),
+        knife_edge::entry(),
+        rolling_disk::entry(),
+        sleigh::entry(),
+        snakeboard::entry(),
+        contact_oscillator::entry(),
+        particle::entry(),
+        pendulum::entry(),
+        gravity_turn::entry(),
+        cart_pole::entry(),
+        exact_decrease::entry(),
+        rod_and_wheel::entry(),
+    ]
+}
+
+#[cfg(all(test, feature = "dsocs"))]
+mod tests {
+    use super::*;
+    use crate::entry::Kind;
+
+    #[test]
+    fn every_entry_is_consistent() {
+        for mut entry in all() {
+            entry.verify().unwrap();
+            assert!(entry.default_start().is_some() && entry.origin().is_some());
+            let description = entry.description().clone();
+            let said = [
+                &description.coordinates,
+                &description.parameters,
+                &description.observables,
+            ];
+            for quantity in said.into_iter().flatten() {
+                assert!(
+                    !quantity.meaning().is_empty() && quantity.unit().is_some(),
+                    "{}: {quantity:?}",
+                    entry.name()
+                );
+            }
+            for (parameter, value) in entry.parameters() {
+                entry.set(parameter.name, value + 1.0).unwrap();
+                let parameters = entry.parameters();
+                let mut set = parameters.iter().filter(|(other, _)| *other == parameter);
+                assert_eq!(set.next().map(|(_, value)| *value), Some(value + 1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn kinds_follow_from_the_declarations() {
+        let kinds: Vec<_> = all()
+            .iter()
+            .map(|entry| (entry.name().to_owned(), entry.kind()))
+            .collect();
+        for (name, kind) in [
+            ("chain", Kind::Unconstrained),
+            ("sphere", Kind::Holonomic),
+            ("snakeboard", Kind::Nonholonomic),
+            ("particle", Kind::SecondOrder),
+            ("exact-decrease", Kind::SecondOrder),
+            ("rod-and-wheel", Kind::Mixed),
+        ] {
+            assert!(kinds.contains(&(name.to_owned(), kind)), "{name}");
+        }
+    }
+}

@@ -2,32 +2,20 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A particle that crosses the plane `y = 0`.
-pub const ENTRY: Entry = Entry {
-    name: "nonholonomic-particle",
-    kind: Kind::Nonholonomic,
-    summary: "a free particle with the constraint z' = s y x'",
-    source: "Rosenberg, Analytical Dynamics of Discrete Systems (1977); Bates and Śniatycki, Nonholonomic reduction (1993)",
-    units: &["m", "m", "m"],
-    q0: &[0.0, -1.0, 0.0],
-    v0: &[1.0, 0.5, -1.0],
-    step: 0.05,
-    until: 20.0,
-    build: || {
-        Box::new(Erased::new(NonholonomicParticle::default()).symmetries(&[
-            Symmetry {
-                name: "translation along x",
-                generator: |_, _| [1.0, 0.0, 0.0],
-            },
-            Symmetry {
-                name: "translation along y",
-                generator: |_, _| [0.0, 1.0, 0.0],
-            },
-        ]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(NonholonomicParticle::default())
+        .named("nonholonomic-particle")
+        .described("a free particle with the constraint z' = s y x'")
+        .source("Rosenberg, Analytical Dynamics of Discrete Systems (1977); Bates and Śniatycki, Nonholonomic reduction (1993)")
+        .start([0.0, -1.0, 0.0], [1.0, 0.5, -1.0])
+        .step(0.05)
+        .until(20.0)
+        .symmetry("translation along x", |_: &[f64; 3]| [1.0, 0.0, 0.0])
+        .symmetry("translation along y", |_: &[f64; 3]| [0.0, 1.0, 0.0])
+}
 
 /// A free particle whose height changes with its way along `x` by `ż = s y ẋ`: the simplest nonholonomic constraint.
 ///
@@ -36,10 +24,18 @@ pub const ENTRY: Entry = Entry {
 /// along `x` is none, and its momentum follows the momentum equation. The discrete Lagrangian is taken at the midpoint, where
 /// the constraint is imposed on a leg.
 #[dsocs {
-    coordinates(x, y, z);
+    coordinates(
+        /// The first horizontal position [m].
+        x,
+        /// The second horizontal position [m].
+        y,
+        /// The height [m].
+        z,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
     nonholonomic = dot(z) - slope * y * dot(x);
     phi_lagrangian = midpoint;
+    /// `ẋ √(1 + s² y²)`, which does not change [m/s].
     let invariant = dot(x) * (1 + (slope * y).powi(2)).sqrt();
     observe = [invariant];
 }]

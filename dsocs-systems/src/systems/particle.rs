@@ -2,38 +2,25 @@
 
 use dsocs_core::{Real, dsocs};
 
-use crate::registry::{Entry, Erased, Extra, Kind, Symmetry};
-
 /// The paper's example.
-pub const ENTRY: Entry = Entry {
-    name: "particle",
-    kind: Kind::SecondOrder,
-    summary: "a particle in the plane with prescribed signed curvature",
-    source: "Borda, Fernández and Grillo, section 5.1",
-    units: &["m", "m"],
-    q0: &[0.0, 0.0],
-    v0: &[1.0, 1.0],
-    step: 0.1,
-    until: 500.0,
-    build: || {
-        let symmetries = &[
-            Symmetry {
-                name: "translation along x",
-                generator: |_, _| [1.0, 0.0],
-            },
-            Symmetry {
-                name: "rotation about the origin",
-                generator: |_, [x, y]| [-y, *x],
-            },
-        ];
-        let erased = Erased::new(CurvedParticle::default()).symmetries(symmetries);
-        Box::new(erased.extra(&[Extra {
-            name: "curvature",
-            doc: "The prescribed curvature, positive to the left [1/m].",
-            place: |particle: &mut CurvedParticle<Constant>| &mut particle.curvature.0,
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    let curvature = crate::entry::Extra {
+        name: "curvature",
+        doc: "The prescribed curvature, positive to the left [1/m].",
+        place: |particle: &mut CurvedParticle<Constant>| &mut particle.curvature.0,
+    };
+    crate::Entry::with_parameters(CurvedParticle::default(), [curvature])
+        .named("particle")
+        .described("a particle in the plane with prescribed signed curvature")
+        .source("Borda, Fernández and Grillo, section 5.1")
+        .start([0.0, 0.0], [1.0, 1.0])
+        .step(0.1)
+        .until(500.0)
+        .symmetry("translation along x", |_: &[f64; 2]| [1.0, 0.0])
+        .symmetry("rotation about the origin", |[x, y]| [-y, *x])
+}
 
 /// A signed curvature κ, prescribed at every point of the plane.
 ///
@@ -98,7 +85,12 @@ impl Curvature for Wavy {
 
 /// A particle in the plane that turns with a prescribed signed curvature, by a force orthogonal to its velocity.
 #[dsocs {
-    coordinates(x, y);
+    coordinates(
+        /// The first position in the plane [m].
+        x,
+        /// The second position in the plane [m].
+        y,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
 
     // C_K: the polar angle of the velocity turns by the curvature per unit length.

@@ -2,28 +2,19 @@
 
 use dsocs_core::{Point, System, dsocs};
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// The paper's example.
-pub const ENTRY: Entry = Entry {
-    name: "pendulum",
-    kind: Kind::SecondOrder,
-    summary: "the inertia wheel pendulum with a Lyapunov constraint",
-    source: "Borda, Fernández and Grillo, section 5.2",
-    units: &["rad", "rad"],
-    q0: &[0.5, 0.0],
-    v0: &[0.0, 0.5],
-    step: 0.1,
-    until: 2000.0,
-    build: || {
-        Box::new(
-            Erased::new(InertiaWheelPendulum::default()).symmetries(&[Symmetry {
-                name: "turning the wheel",
-                generator: |_, _| [0.0, 1.0],
-            }]),
-        )
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(InertiaWheelPendulum::default())
+        .named("pendulum")
+        .described("the inertia wheel pendulum with a Lyapunov constraint")
+        .source("Borda, Fernández and Grillo, section 5.2")
+        .start([0.5, 0.0], [0.0, 0.5])
+        .step(0.1)
+        .until(2000.0)
+        .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
+}
 
 /// The inertia wheel pendulum, stabilised upright by the Lyapunov constraint `dV/dt = −F`.
 ///
@@ -34,7 +25,12 @@ pub const ENTRY: Entry = Entry {
 /// After the variational equation the constraint has a factor `w`; its root `w = 0` is a smooth motion that is not the
 /// pendulum's, and is divided out.
 #[dsocs {
-    coordinates(theta, psi);
+    coordinates(
+        /// The angle of the pendulum from the upright [rad].
+        theta,
+        /// The angle of the wheel relative to the pendulum [rad].
+        psi,
+    );
     lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
 
     // The inverse mass matrix [[a, b], [b, c]], whose determinant is 1 / (i j).
@@ -48,11 +44,14 @@ pub const ENTRY: Entry = Entry {
     // The momenta, and the factor of the constraint.
     let p1 = (i + j) * dot(theta) + j * dot(psi);
     let p2 = j * (dot(theta) + dot(psi));
+    /// The factor of the constraint [1/s].
     let w = g_c * p1 + h_c * p2;
 
+    /// The Lyapunov function `V` [J].
     let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
         + chi * (1 - (psi - n * theta).cos())
         + m * e / d * (1 - theta.cos());
+    /// The rate `F` at which `V` falls [J/s].
     let dissipation = rho * w * w.tanh();
 
     kinematic = dot(lyapunov) + dissipation; // dV/dt = −F

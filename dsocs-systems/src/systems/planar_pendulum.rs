@@ -2,21 +2,18 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind};
-
 /// A swing to beyond the level of the pivot.
-pub const ENTRY: Entry = Entry {
-    name: "planar-pendulum",
-    kind: Kind::Holonomic,
-    summary: "the planar pendulum in Cartesian coordinates, its rod a constraint",
-    source: "textbooks, e.g. Landau and Lifshitz, Mechanics, section 11, problem 1",
-    units: &["m", "m"],
-    q0: &[0.6, -0.8],
-    v0: &[4.0, 3.0],
-    step: 0.01,
-    until: 20.0,
-    build: || Box::new(Erased::new(PlanarPendulum::default())),
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(PlanarPendulum::default())
+        .named("planar-pendulum")
+        .described("the planar pendulum in Cartesian coordinates, its rod a constraint")
+        .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 11, problem 1")
+        .start([0.6, -0.8], [4.0, 3.0])
+        .step(0.01)
+        .until(20.0)
+}
 
 /// A point mass on a massless rod, in a vertical plane.
 ///
@@ -27,9 +24,15 @@ pub const ENTRY: Entry = Entry {
 /// With the paper's maps the step is that of Störmer and Verlet with the constraint at every node, known as SHAKE (Ryckaert,
 /// Ciccotti and Berendsen 1977).
 #[dsocs {
-    coordinates(x, y);
+    coordinates(
+        /// The horizontal position [m].
+        x,
+        /// The height above the pivot [m].
+        y,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;
     holonomic = (x.powi(2) + y.powi(2) - length.powi(2)) / (2 * length);
+    /// The angle from the lowest point [rad].
     let angle = x.atan2(-y);
     observe = [angle];
 }]

@@ -3,27 +3,23 @@
 use dsocs_core::dsocs;
 
 use super::InertiaWheelPendulum;
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// The paper's start, in Cartesian coordinates.
-pub const ENTRY: Entry = Entry {
-    name: "rod-and-wheel",
-    kind: Kind::Mixed,
-    summary: "the inertia wheel pendulum with a Lyapunov constraint, its rod a constraint too",
-    source: "Borda, Fernández and Grillo, section 5.2, in Cartesian coordinates",
-    units: &["1", "1", "rad"],
-    // the sine and the cosine of 0.5, at rest but for the wheel
-    q0: &[0.479_425_538_604_203, 0.877_582_561_890_372_8, 0.0],
-    v0: &[0.0, 0.0, 0.5],
-    step: 0.001,
-    until: 10.0,
-    build: || {
-        Box::new(Erased::new(RodAndWheel::default()).symmetries(&[Symmetry {
-            name: "turning the wheel",
-            generator: |_, _| [0.0, 0.0, 1.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(RodAndWheel::default())
+        .named("rod-and-wheel")
+        .described("the inertia wheel pendulum with a Lyapunov constraint, its rod a constraint too")
+        .source("Borda, Fernández and Grillo, section 5.2, in Cartesian coordinates")
+        // the sine and the cosine of 0.5, at rest but for the wheel
+        .start(
+            [0.479_425_538_604_203, 0.877_582_561_890_372_8, 0.0],
+            [0.0, 0.0, 0.5],
+        )
+        .step(0.001)
+        .until(10.0)
+        .symmetry("turning the wheel", |_: &[f64; 3]| [0.0, 0.0, 1.0])
+}
 
 /// [`InertiaWheelPendulum`] with the end of its rod at `(x, y)`, in units of the rod's length: constraints of two orders in one
 /// declaration, each with its own rule.
@@ -34,7 +30,15 @@ pub const ENTRY: Entry = Entry {
 /// position. The pair of roots that the paper's Lyapunov constraint has in a step is there as well, but here the factor `w` is
 /// not divided out.
 #[dsocs {
-    coordinates(x, y, psi);
+    coordinates(
+        /// The horizontal position of the rod's end, in lengths of the rod [1].
+        x,
+        /// The height of the rod's end above the pivot, in lengths of the rod [1].
+        y,
+        /// The angle of the wheel relative to the rod [rad].
+        psi,
+    );
+    /// The angle of the rod from the upright [rad].
     let theta = x.atan2(y);
     let theta_rate = (y * dot(x) - x * dot(y)) / (x.powi(2) + y.powi(2));
     lagrangian = i / 2 * (dot(x).powi(2) + dot(y).powi(2)) + j / 2 * (theta_rate + dot(psi)).powi(2) - m * (1 + y);
@@ -47,7 +51,9 @@ pub const ENTRY: Entry = Entry {
     let f = (g_c.powi(2) + e) / h_c;
     let p1 = (i + j) * theta_rate + j * dot(psi);
     let p2 = j * (theta_rate + dot(psi));
+    /// The factor of the constraint [1/s].
     let w = g_c * p1 + h_c * p2;
+    /// The Lyapunov function `V` [J].
     let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
         + chi * (1 - (psi - n * theta).cos())
         + m * e / d * (1 - y);

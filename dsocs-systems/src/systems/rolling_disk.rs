@@ -2,33 +2,24 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A disk that rolls on a circle.
-pub const ENTRY: Entry = Entry {
-    name: "rolling-disk",
-    kind: Kind::Nonholonomic,
-    summary: "a vertical disk that rolls on a plane without slipping",
-    source: "Bloch, Nonholonomic Mechanics and Control, section 1.4",
-    units: &["m", "m", "rad", "rad"],
-    q0: &[0.0, 0.0, 0.0, 0.3],
-    // on the constraint: x' = R θ' cos φ, y' = R θ' sin φ
-    v0: &[0.955_336_489_125_606, 0.295_520_206_661_339_55, 2.0, 0.7],
-    step: 0.1,
-    until: 50.0,
-    build: || {
-        Box::new(Erased::new(RollingDisk::default()).symmetries(&[
-            Symmetry {
-                name: "turning the heading",
-                generator: |_, _| [0.0, 0.0, 0.0, 1.0],
-            },
-            Symmetry {
-                name: "rolling without moving on",
-                generator: |_, _| [0.0, 0.0, 1.0, 0.0],
-            },
-        ]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(RollingDisk::default())
+        .named("rolling-disk")
+        .described("a vertical disk that rolls on a plane without slipping")
+        .source("Bloch, Nonholonomic Mechanics and Control, section 1.4")
+        // on the constraint: x' = R θ' cos φ, y' = R θ' sin φ
+        .start(
+            [0.0, 0.0, 0.0, 0.3],
+            [0.955_336_489_125_606, 0.295_520_206_661_339_55, 2.0, 0.7],
+        )
+        .step(0.1)
+        .until(50.0)
+        .symmetry("turning the heading", |_: &[f64; 4]| [0.0, 0.0, 0.0, 1.0])
+        .symmetry("rolling without moving on", |_: &[f64; 4]| [0.0, 0.0, 1.0, 0.0])
+}
 
 /// A disk that stays upright on a horizontal plane and rolls without slipping.
 ///
@@ -37,7 +28,16 @@ pub const ENTRY: Entry = Entry {
 /// ([`RollingDisk::exact`]). So does the discrete motion, at a radius that is larger by the factor `(h φ̇/2) / sin(h φ̇/2)` for
 /// the same rates.
 #[dsocs {
-    coordinates(x, y, theta, phi);
+    coordinates(
+        /// The first position of the point of contact [m].
+        x,
+        /// The second position of the point of contact [m].
+        y,
+        /// The angle by which the disk has rolled [rad].
+        theta,
+        /// The heading [rad].
+        phi,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2))
         + inertia / 2 * dot(theta).powi(2) + turning / 2 * dot(phi).powi(2);
     nonholonomic = [dot(x) - radius * phi.cos() * dot(theta), dot(y) - radius * phi.sin() * dot(theta)];

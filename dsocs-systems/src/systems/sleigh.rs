@@ -2,32 +2,20 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A sleigh that is pushed backwards and turns round.
-pub const ENTRY: Entry = Entry {
-    name: "sleigh",
-    kind: Kind::Nonholonomic,
-    summary: "the Chaplygin sleigh: a body on a plane, with a blade behind its centre of mass",
-    source: "Bloch, Nonholonomic Mechanics and Control, section 1.7; Neimark and Fufaev, Dynamics of Nonholonomic Systems",
-    units: &["m", "m", "rad"],
-    q0: &[0.0, 0.0, 0.0],
-    v0: &[-1.0, 0.0, 0.3],
-    step: 0.05,
-    until: 40.0,
-    build: || {
-        Box::new(Erased::new(Sleigh::default()).symmetries(&[
-            Symmetry {
-                name: "translation along x",
-                generator: |_, _| [1.0, 0.0, 0.0],
-            },
-            Symmetry {
-                name: "rotation about the origin",
-                generator: |_, [x, y, _]| [-y, *x, 1.0],
-            },
-        ]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Sleigh::default())
+        .named("sleigh")
+        .described("the Chaplygin sleigh: a body on a plane, with a blade behind its centre of mass")
+        .source("Bloch, Nonholonomic Mechanics and Control, section 1.7; Neimark and Fufaev, Dynamics of Nonholonomic Systems")
+        .start([0.0, 0.0, 0.0], [-1.0, 0.0, 0.3])
+        .step(0.05)
+        .until(40.0)
+        .symmetry("translation along x", |_: &[f64; 3]| [1.0, 0.0, 0.0])
+        .symmetry("rotation about the origin", |[x, y, _]| [-y, *x, 1.0])
+}
 
 /// A body that slides on a horizontal plane, with a blade at the distance `a` behind its centre of mass.
 ///
@@ -37,7 +25,15 @@ pub const ENTRY: Entry = Entry {
 /// closed form
 /// `u = V tanh s`, `ω = ± (V/k) sech s`, `s = (a V/k²)(t − t₀)` ([`Sleigh::exact`]).
 #[dsocs {
-    coordinates(x, y, theta);
+    coordinates(
+        /// The first position of the blade's point of contact [m].
+        x,
+        /// The second position of the blade's point of contact [m].
+        y,
+        /// The direction of the blade [rad].
+        theta,
+    );
+    /// The speed along the blade [m/s].
     let speed = dot(x) * theta.cos() + dot(y) * theta.sin();
     let across = dot(y) * theta.cos() - dot(x) * theta.sin();
     lagrangian = mass / 2 * (speed.powi(2) + (across + offset * dot(theta)).powi(2))

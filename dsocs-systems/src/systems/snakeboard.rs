@@ -2,33 +2,25 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A board at rest whose springs are wound up, both at the same frequency: it drives off.
-pub const ENTRY: Entry = Entry {
-    name: "snakeboard",
-    kind: Kind::Nonholonomic,
-    summary: "the snakeboard, with springs on its rotor and its axles",
-    source: "Bloch, Krishnaprasad, Marsden and Murray, Nonholonomic mechanical systems with symmetry (1996); \
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Snakeboard::default())
+        .named("snakeboard")
+        .described("the snakeboard, with springs on its rotor and its axles")
+        .source(
+            "Bloch, Krishnaprasad, Marsden and Murray, Nonholonomic mechanical systems with symmetry (1996); \
              controlled there, driven by springs here",
-    units: &["m", "m", "rad", "rad", "rad"],
-    q0: &[0.0, 0.0, 0.0, 1.0, 0.5],
-    v0: &[0.0, 0.0, 0.0, 0.0, 0.0],
-    step: 0.02,
-    until: 40.0,
-    build: || {
-        Box::new(Erased::new(Snakeboard::default()).symmetries(&[
-            Symmetry {
-                name: "translation along x",
-                generator: |_, _| [1.0, 0.0, 0.0, 0.0, 0.0],
-            },
-            Symmetry {
-                name: "rotation about the origin",
-                generator: |_, [x, y, ..]| [-y, *x, 1.0, 0.0, 0.0],
-            },
-        ]))
-    },
-};
+        )
+        .start([0.0, 0.0, 0.0, 1.0, 0.5], [0.0, 0.0, 0.0, 0.0, 0.0])
+        .step(0.02)
+        .until(40.0)
+        .symmetry("translation along x", |_: &[f64; 5]| [1.0, 0.0, 0.0, 0.0, 0.0])
+        .symmetry("rotation about the origin", |[x, y, ..]: &[f64; 5]| {
+            [-y, *x, 1.0, 0.0, 0.0]
+        })
+}
 
 /// A board on two axles with wheels, which turn by `φ` in front and `−φ` behind, and a rotor on top.
 ///
@@ -41,7 +33,18 @@ pub const ENTRY: Entry = Entry {
 /// energy is an invariant: where both swing at about the same frequency the board gains speed on the way. The constraints are
 /// those of a speed `u` along the board alone, with `θ̇ = u tan φ / l`, which gives the equations of [`Snakeboard::reduced`].
 #[dsocs {
-    coordinates(x, y, theta, psi, phi);
+    coordinates(
+        /// The first position of the middle of the board [m].
+        x,
+        /// The second position of the middle of the board [m].
+        y,
+        /// The direction of the board [rad].
+        theta,
+        /// The angle of the rotor relative to the board [rad].
+        psi,
+        /// The angle of the front axle relative to the board [rad].
+        phi,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2))
         + inertia / 2 * dot(theta).powi(2)
         + rotor / 2 * (dot(theta) + dot(psi)).powi(2)
@@ -53,6 +56,7 @@ pub const ENTRY: Entry = Entry {
         -(theta - phi).sin() * dot(x) + (theta - phi).cos() * dot(y) - length * phi.cos() * dot(theta),
     ];
     phi_lagrangian = midpoint;
+    /// The speed along the board [m/s].
     let speed = dot(x) * theta.cos() + dot(y) * theta.sin();
     observe = [speed];
 }]

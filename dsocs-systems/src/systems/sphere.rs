@@ -2,26 +2,19 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A bob that swings out of the plane, through the level of the pivot.
-pub const ENTRY: Entry = Entry {
-    name: "sphere",
-    kind: Kind::Holonomic,
-    summary: "the spherical pendulum in Cartesian coordinates, its rod a constraint",
-    source: "textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1",
-    units: &["m", "m", "m"],
-    q0: &[0.6, 0.0, -0.8],
-    v0: &[2.0, 2.5, 1.5],
-    step: 0.01,
-    until: 20.0,
-    build: || {
-        Box::new(Erased::new(Sphere::default()).symmetries(&[Symmetry {
-            name: "rotation about the vertical",
-            generator: |_, [x, y, _]| [-y, *x, 0.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(Sphere::default())
+        .named("sphere")
+        .described("the spherical pendulum in Cartesian coordinates, its rod a constraint")
+        .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1")
+        .start([0.6, 0.0, -0.8], [2.0, 2.5, 1.5])
+        .step(0.01)
+        .until(20.0)
+        .symmetry("rotation about the vertical", |[x, y, _]| [-y, *x, 0.0])
+}
 
 /// A point mass on a massless rod that may swing in any direction.
 ///
@@ -31,9 +24,17 @@ pub const ENTRY: Entry = Entry {
 /// since the rotation is a virtual displacement. The same motion in angles, which have no value on the vertical, is
 /// [`SphericalPendulum`](crate::SphericalPendulum)'s.
 #[dsocs {
-    coordinates(x, y, z);
+    coordinates(
+        /// The first horizontal position [m].
+        x,
+        /// The second horizontal position [m].
+        y,
+        /// The height above the pivot [m].
+        z,
+    );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) - mass * gravity * z;
     holonomic = (x.powi(2) + y.powi(2) + z.powi(2) - length.powi(2)) / (2 * length);
+    /// The angular momentum about the vertical [kg m²/s].
     let angular_momentum = mass * (x * dot(y) - y * dot(x));
     observe = [angular_momentum];
 }]

@@ -2,26 +2,19 @@
 
 use dsocs_core::dsocs;
 
-use crate::registry::{Entry, Erased, Kind, Symmetry};
-
 /// A bob that swings out of the plane.
-pub const ENTRY: Entry = Entry {
-    name: "spherical-pendulum",
-    kind: Kind::Unconstrained,
-    summary: "the spherical pendulum, by its angles from and about the vertical",
-    source: "textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1",
-    units: &["rad", "rad"],
-    q0: &[1.0, 0.0],
-    v0: &[0.0, 2.0],
-    step: 0.02,
-    until: 50.0,
-    build: || {
-        Box::new(Erased::new(SphericalPendulum::default()).symmetries(&[Symmetry {
-            name: "rotation about the vertical",
-            generator: |_, _| [0.0, 1.0],
-        }]))
-    },
-};
+#[cfg(feature = "dsocs")]
+#[must_use]
+pub fn entry() -> crate::Entry {
+    crate::Entry::new(SphericalPendulum::default())
+        .named("spherical-pendulum")
+        .described("the spherical pendulum, by its angles from and about the vertical")
+        .source("textbooks, e.g. Landau and Lifshitz, Mechanics, section 14, problem 1")
+        .start([1.0, 0.0], [0.0, 2.0])
+        .step(0.02)
+        .until(50.0)
+        .symmetry("rotation about the vertical", |_: &[f64; 2]| [0.0, 1.0])
+}
 
 /// A point mass on a rod that may swing in any direction.
 ///
@@ -30,10 +23,16 @@ pub const ENTRY: Entry = Entry {
 /// vertical, `m l² sin²θ φ̇`; the discrete motion keeps the second one exactly, in the form of its discrete momentum.
 /// The angles have no value at `θ = 0`.
 #[dsocs {
-    coordinates(theta, phi);
+    coordinates(
+        /// The angle from the downward vertical [rad].
+        theta,
+        /// The angle about the vertical [rad].
+        phi,
+    );
     let kinetic = mass * length.powi(2) / 2 * (dot(theta).powi(2) + theta.sin().powi(2) * dot(phi).powi(2));
     lagrangian = kinetic + mass * gravity * length * theta.cos();
     phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
+    /// The angular momentum about the vertical [kg m²/s].
     let angular_momentum = mass * length.powi(2) * theta.sin().powi(2) * dot(phi);
     observe = [angular_momentum];
 }]

@@ -41,7 +41,7 @@ oscillators!(Four; 4);
 
 fn main() {
     let row = Row { masses: [1.0, 2.0, 3.0], springs: [1.0; 3] };
-    assert_eq!(Row::<3>::COORDINATES, ["x", "y_0", "y_1", "y_2", "z"]);
+    assert_eq!(Row::<3>::COORDINATES.map(|coordinate| coordinate.name), ["x", "y_0", "y_1", "y_2", "z"]);
     assert_eq!(row.lagrangian(&[0.0, 1.0, 1.0, 2.0, 0.0], &[1.0; 5]), 4.0 - (0.5 + 1.0) - (0.5 + 3.0));
     let four = Four { stiffness: [1.0, 2.0, 3.0, 4.0] };
     assert_eq!(four.energy(&[1.0; 4], &[1.0; 4]), 7.0);

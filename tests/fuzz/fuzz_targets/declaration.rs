@@ -15,12 +15,30 @@ const ITEM: &str = "struct Body<K: Curvature> {
 
 fuzz_target!(|text: &str| {
     let (declaration, item) = text.split_once(SEPARATOR).unwrap_or((text, ITEM));
-    let (Ok(declaration), Ok(item)) = (declaration.parse::<TokenStream>(), item.parse::<TokenStream>()) else {
+    let (Ok(declaration), Ok(item)) = (declaration.parse::<TokenStream>(), item.parse::<TokenStream>())
+    else {
         return; // rustc's lexer refuses it before the attribute is asked
     };
-    let readable = syn::parse2::<syn::Item>(item.clone()).is_ok();
-    let code = dsocs_language::expand(declaration, &item);
-    if readable && let Err(error) = syn::parse2::<syn::File>(code.clone()) {
-        panic!("no Rust: {error}\n{code}");
+    let source = format!("#[dsocs {{\n{declaration}\n}}]\n{item}");
+    match dsocs_language::analyze(source.as_str()) {
+        Ok(model) => assert_rust(model.code()),
+        Err(mistakes) => {
+            assert!(!mistakes.is_empty(), "refused without a word");
+            let lines = 1..=source.lines().count() + 1;
+            let outside = mistakes
+                .iter()
+                .find(|mistake| !lines.contains(&mistake.line) || mistake.column == 0);
+            assert!(outside.is_none(), "no place in {source}: {outside:?}");
+            if syn::parse2::<syn::Item>(item.clone()).is_ok() {
+                assert_rust(dsocs_language::expand(declaration, &item));
+            }
+        }
     }
 });
+
+/// What the compiler is handed is Rust.
+fn assert_rust(code: TokenStream) {
+    if let Err(error) = syn::parse2::<syn::File>(code.clone()) {
+        panic!("no Rust: {error}\n{code}");
+    }
+}

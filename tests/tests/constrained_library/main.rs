@@ -14,7 +14,7 @@ mod sphere;
 
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Start, Stepper, System};
-use dsocs_systems::registry::Entry;
+use dsocs_systems::systems;
 use dsocs_tests::fit::slope;
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector};
@@ -22,10 +22,12 @@ use ode_solvers::{Dop853, SVector};
 /// Errors below this are left out of a fit: rounding may be a part of them.
 const PLATEAU: f64 = 1e-11;
 
-/// A system's start in the registry.
+/// The start that a system's entry gives.
 fn start<const N: usize>(name: &str) -> ([f64; N], [f64; N]) {
-    let entry = Entry::find(name).unwrap();
-    (entry.q0.try_into().unwrap(), entry.v0.try_into().unwrap())
+    let mut entries = systems::all().into_iter();
+    let entry = entries.find(|entry| entry.name() == name).unwrap();
+    let [q0, v0] = entry.default_start().unwrap().clone();
+    (q0.try_into().unwrap(), v0.try_into().unwrap())
 }
 
 /// The last position of the discrete motion.

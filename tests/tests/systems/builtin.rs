@@ -3,21 +3,21 @@
 #![allow(clippy::unused_self)] // some of these systems have no use for their parameter here
 
 use dsocs_core::{Real, dsocs};
-use dsocs_tests::independent::{Declaration, rate};
+use dsocs_tests::independent::{Declaration, Number, rate};
 
 /// Fields and rows that all of this file's systems share: one row, one field.
 macro_rules! one_row {
     ($name:ident) => {
         impl Declaration<2> for $name {
-            fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+            fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
                 (v[0] * v[0] + v[1] * v[1]) / 2.0 + self.coupling(q, v)
             }
 
-            fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+            fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
                 vec![a[0] + rate(q, v, a, |q, v| self.row(q, v))]
             }
 
-            fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+            fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
                 vec![[R::from(1.0), R::from(1.0)]]
             }
         }
@@ -147,11 +147,11 @@ impl Branches {
 }
 
 impl Declaration<2> for Branches {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         (v[0] * v[0] + v[1] * v[1]) / 2.0 - self.slope(q[0])
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         let fast = v[0] - v[1];
         let drag = if fast > R::from(0.0) {
             if q[1] >= R::from(self.edge) {
@@ -165,7 +165,7 @@ impl Declaration<2> for Branches {
         vec![a[0] + rate(q, v, a, |q, _| self.slope(q[0])) + drag]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![[R::from(1.0), R::from(1.0)]]
     }
 }

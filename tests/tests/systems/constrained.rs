@@ -1,7 +1,7 @@
 //! More coordinates, several rows, forces instead of fields, and a factor on one row of two.
 
 use dsocs_core::{Real, dsocs};
-use dsocs_tests::independent::Declaration;
+use dsocs_tests::independent::{Declaration, Number};
 
 /// Two rows and one field in space.
 #[dsocs {
@@ -15,15 +15,15 @@ pub struct Two {
 }
 
 impl Declaration<3> for Two {
-    fn lagrangian<R: Real>(&self, q: [R; 3], v: [R; 3]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 3], v: [R; 3]) -> R {
         (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * (self.mass / 2.0) - q[2]
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
         vec![a[0] + v[1] * v[2] - q[0], a[2] * v[0] - v[1] * a[1]]
     }
 
-    fn variational<R: Real>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
+    fn variational<R: Number>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
         vec![[v[0], v[1] + 1.0, v[2]]]
     }
 }
@@ -41,15 +41,15 @@ pub struct Forces {
 }
 
 impl Declaration<3> for Forces {
-    fn lagrangian<R: Real>(&self, q: [R; 3], v: [R; 3]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 3], v: [R; 3]) -> R {
         (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * (self.mass / 2.0) + q[0] * q[1] * q[2]
     }
 
-    fn kinematic<R: Real>(&self, _: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, _: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
         vec![a[0] + v[1] * a[2] + v[0] * v[0] * v[0]]
     }
 
-    fn variational<R: Real>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
+    fn variational<R: Number>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
         let (zero, one) = (R::from(0.0), R::from(1.0));
         vec![[zero, one, zero], [-v[1], zero, one]]
     }
@@ -69,19 +69,19 @@ pub struct Divided {
 }
 
 impl Declaration<3> for Divided {
-    fn lagrangian<R: Real>(&self, _: [R; 3], v: [R; 3]) -> R {
+    fn lagrangian<R: Number>(&self, _: [R; 3], v: [R; 3]) -> R {
         (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * (self.mass / 2.0)
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
         vec![(a[1] + q[2]) * (v[0] + 4.0) + v[2].sin(), a[2] + q[0]]
     }
 
-    fn divide<R: Real>(&self, _: [R; 3], v: [R; 3]) -> Vec<Option<R>> {
+    fn divide<R: Number>(&self, _: [R; 3], v: [R; 3]) -> Vec<Option<R>> {
         vec![Some(v[0] + 4.0), None]
     }
 
-    fn variational<R: Real>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
+    fn variational<R: Number>(&self, _: [R; 3], v: [R; 3], _: [R; 3]) -> Vec<[R; 3]> {
         vec![[R::from(1.0), v[1], v[0]]]
     }
 }

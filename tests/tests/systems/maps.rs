@@ -1,7 +1,7 @@
 //! Declarations with each of the maps overridden.
 
 use dsocs_core::{Real, dsocs};
-use dsocs_tests::independent::{Declaration, map2};
+use dsocs_tests::independent::{Declaration, Number, map2};
 
 /// A particle in a potential; the midpoint rule for `φ_{L_d}`.
 #[dsocs {
@@ -17,19 +17,19 @@ pub struct Midpoint {
 }
 
 impl Declaration<2> for Midpoint {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         (v[0] * v[0] + v[1] * v[1]) * (self.mass / 2.0) - (q[0] * q[0] * q[1]).sin() * self.stiffness
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         vec![v[0] * a[1] - a[0] * v[1] - (q[0] * q[0] + 1.0)]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![v]
     }
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
         (
             map2(q0, q1, |x0, x1| (x0 + x1) / 2.0),
             map2(q0, q1, |x0, x1| (x1 - x0) / h),
@@ -52,20 +52,20 @@ pub struct Weighted {
 }
 
 impl Declaration<2> for Weighted {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         (v[0] * v[0] + v[1] * v[1] * 2.0) / 2.0 + q[0] * q[1] * v[0] - q[0].cos() * q[1].exp()
     }
 
-    fn kinematic<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<R> {
         Vec::new()
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         let (zero, one) = (R::from(0.0), R::from(1.0));
         vec![[one, zero], [zero, one]]
     }
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
         let middle = map2(q0, q1, |x0, x1| x0 * self.weight + x1 * (1.0 - self.weight));
         let v = core::array::from_fn(|i| (q1[i] - q0[i]) / h + middle[i] * 0.05);
         ([q0[0] + middle[0] * 0.1, q1[1]], v)
@@ -75,16 +75,16 @@ impl Declaration<2> for Weighted {
 /// The rows of a particle with constant curvature, multiplied out, and a potential.
 macro_rules! curve {
     ($name:ident) => {
-        fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+        fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
             (v[0] * v[0] + v[1] * v[1]) / 2.0 - q[0] * q[1]
         }
 
-        fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+        fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
             let squared = v[0] * v[0] + v[1] * v[1] + 0.5;
             vec![v[0] * a[1] - a[0] * v[1] - squared * squared.sqrt() * self.curvature * q[0].cos()]
         }
 
-        fn variational<R: Real>(&self, q: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+        fn variational<R: Number>(&self, q: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
             vec![[v[0] + q[1], v[1]]]
         }
     };
@@ -106,7 +106,7 @@ pub struct Forward {
 impl Declaration<2> for Forward {
     curve!(Forward);
 
-    fn phi_kinematic<R: Real>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
+    fn phi_kinematic<R: Number>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
         let a = core::array::from_fn(|i| (q2[i] - q1[i] * 2.0 + q0[i]) / (h * h));
         [q2, map2(q1, q2, |x1, x2| (x2 - x1) / h), a]
     }
@@ -128,7 +128,7 @@ pub struct Mixed {
 impl Declaration<2> for Mixed {
     curve!(Mixed);
 
-    fn phi_variational<R: Real>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
+    fn phi_variational<R: Number>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
         let a = core::array::from_fn(|i| (q2[i] - q1[i] * 2.0 + q0[i]) / (h * h));
         [
             map2(q0, q1, |x0, x1| (x0 + x1) / 2.0),
@@ -160,11 +160,11 @@ pub struct Averaged {
 impl Declaration<2> for Averaged {
     curve!(Averaged);
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
         (q1, map2(q0, q1, |x0, x1| (x1 - x0) / h))
     }
 
-    fn phi_kinematic<R: Real>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
+    fn phi_kinematic<R: Number>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
         let q = core::array::from_fn(|i| (q0[i] + q1[i] + q2[i]) / 3.0);
         let v = [(q2[0] - q0[0]) / (h * 2.0), (q2[1] - q1[1]) / h];
         [
@@ -174,7 +174,7 @@ impl Declaration<2> for Averaged {
         ]
     }
 
-    fn phi_variational<R: Real>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
+    fn phi_variational<R: Number>(&self, h: R, [q0, q1, q2]: [[R; 2]; 3]) -> [[R; 2]; 3] {
         let a = core::array::from_fn(|i| (q0[0] - q1[i] + q2[i] - q1[0]) / h);
         [q1, map2(q0, q2, |x0, x2| (x2 - x0) / (h * 2.0)), a]
     }

@@ -1,7 +1,7 @@
 //! Lagrangians whose mass matrix depends on the configuration.
 
 use dsocs_core::{Real, dsocs};
-use dsocs_tests::independent::{Declaration, map2, rate};
+use dsocs_tests::independent::{Declaration, Number, map2, rate};
 
 /// The planar double pendulum, free.
 #[dsocs {
@@ -54,15 +54,15 @@ fn potential<R: Real>(ratio: f64, gravity: f64, q: [R; 2]) -> R {
 
 macro_rules! free {
     () => {
-        fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+        fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
             kinetic(self.ratio, q, v) - potential(self.ratio, self.gravity, q)
         }
 
-        fn kinematic<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<R> {
+        fn kinematic<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<R> {
             Vec::new()
         }
 
-        fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+        fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
             let (zero, one) = (R::from(0.0), R::from(1.0));
             vec![[one, zero], [zero, one]]
         }
@@ -76,7 +76,7 @@ impl Declaration<2> for DoublePendulum {
 impl Declaration<2> for DoublePendulumMidpoint {
     free!();
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
         (
             map2(q0, q1, |x0, x1| (x0 + x1) / 2.0),
             map2(q0, q1, |x0, x1| (x1 - x0) / h),
@@ -85,11 +85,11 @@ impl Declaration<2> for DoublePendulumMidpoint {
 }
 
 impl Declaration<2> for Constrained {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         kinetic(self.ratio, q, v) - potential(self.ratio, self.gravity, q)
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         let power = rate(q, v, a, |q, v| {
             kinetic(self.ratio, q, v) + potential(self.ratio, self.gravity, q)
         });
@@ -97,7 +97,7 @@ impl Declaration<2> for Constrained {
         vec![power + slip * slip]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![[R::from(1.0); 2]]
     }
 }

@@ -1,7 +1,7 @@
 //! Functions and methods of the user's, of which the macro knows nothing but that they take dual numbers.
 
 use dsocs_core::{Real, dsocs};
-use dsocs_tests::independent::{Declaration, rate};
+use dsocs_tests::independent::{Declaration, Number, rate};
 
 /// A potential of two variables.
 fn saddle<R: Real>(x: R, y: R) -> R {
@@ -50,16 +50,16 @@ pub struct Landscape {
 }
 
 impl Declaration<2> for Landscape {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         (v[0] * v[0] + v[1] * v[1]) / 2.0 - saddle(q[0], q[1]) - self.hill.height(q[0], q[1] * 2.0)
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         let rate = rate(q, v, a, |q, v| saddle(q[0], q[1]) + v[0]);
         vec![rate + self.hill.height(q[1], q[0]) + q[0].soft()]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![[v[1], R::from(1.0)]]
     }
 }
@@ -78,19 +78,19 @@ pub struct Metric {
 }
 
 impl Declaration<2> for Metric {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         self.hill.stretch(q[0], q[1]) * (v[0] * v[0] + v[1] * v[1]) / 2.0 - saddle(q[0], q[1])
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         vec![rate(q, v, a, |q, v| v[0] * self.hill.stretch(q[0], q[1])) - v[1]]
     }
 
-    fn variational<R: Real>(&self, q: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, q: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![[self.hill.stretch(q[1], q[0]), v[0]]]
     }
 
-    fn phi_lagrangian<R: Real>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
+    fn phi_lagrangian<R: Number>(&self, h: R, q0: [R; 2], q1: [R; 2]) -> ([R; 2], [R; 2]) {
         (
             core::array::from_fn(|i| (q0[i] + q1[i]) / 2.0),
             core::array::from_fn(|i| (q1[i] - q0[i]) / h),
@@ -108,15 +108,15 @@ pub struct Speed {
 }
 
 impl Declaration<1> for Speed {
-    fn lagrangian<R: Real>(&self, q: [R; 1], v: [R; 1]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 1], v: [R; 1]) -> R {
         v[0].soft() + v[0] * v[0] - saddle(q[0], v[0]) * self.gain
     }
 
-    fn kinematic<R: Real>(&self, _: [R; 1], _: [R; 1], _: [R; 1]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, _: [R; 1], _: [R; 1], _: [R; 1]) -> Vec<R> {
         Vec::new()
     }
 
-    fn variational<R: Real>(&self, _: [R; 1], _: [R; 1], _: [R; 1]) -> Vec<[R; 1]> {
+    fn variational<R: Number>(&self, _: [R; 1], _: [R; 1], _: [R; 1]) -> Vec<[R; 1]> {
         vec![[R::from(1.0)]]
     }
 }

@@ -2,22 +2,22 @@
 
 use dsocs_core::Real;
 use dsocs_systems::{Curvature, CurvedParticle, InertiaWheelPendulum};
-use dsocs_tests::independent::{Declaration, rate};
+use dsocs_tests::independent::{Declaration, Number, rate};
 
 /// The particle with prescribed curvature.
 pub struct Particle<'a, K: Curvature>(pub &'a CurvedParticle<K>);
 
 impl<K: Curvature> Declaration<2> for Particle<'_, K> {
-    fn lagrangian<R: Real>(&self, _: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, _: [R; 2], v: [R; 2]) -> R {
         (v[0] * v[0] + v[1] * v[1]) * (0.5 * self.0.mass)
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         let squared = v[0] * v[0] + v[1] * v[1];
         vec![(v[0] * a[1] - a[0] * v[1]) / (squared * squared.sqrt()) - self.0.curvature.at(q[0], q[1])]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], v: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![v]
     }
 }
@@ -68,22 +68,22 @@ impl Pendulum<'_> {
 }
 
 impl Declaration<2> for Pendulum<'_> {
-    fn lagrangian<R: Real>(&self, q: [R; 2], v: [R; 2]) -> R {
+    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
         let &InertiaWheelPendulum { i, j, m, .. } = self.0;
         let wheel = v[0] + v[1];
         v[0] * v[0] * (i / 2.0) + wheel * wheel * (j / 2.0) - (q[0].cos() + 1.0) * m
     }
 
-    fn kinematic<R: Real>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
+    fn kinematic<R: Number>(&self, q: [R; 2], v: [R; 2], a: [R; 2]) -> Vec<R> {
         let w = self.factor(v);
         vec![rate(q, v, a, |q, v| self.lyapunov(q, v)) + w * tanh(w) * self.0.rho]
     }
 
-    fn divide<R: Real>(&self, _: [R; 2], v: [R; 2]) -> Vec<Option<R>> {
+    fn divide<R: Number>(&self, _: [R; 2], v: [R; 2]) -> Vec<Option<R>> {
         vec![Some(self.factor(v))]
     }
 
-    fn variational<R: Real>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
+    fn variational<R: Number>(&self, _: [R; 2], _: [R; 2], _: [R; 2]) -> Vec<[R; 2]> {
         vec![[R::from(1.0), R::from(0.0)]]
     }
 }

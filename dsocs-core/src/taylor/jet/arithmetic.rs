@@ -1,11 +1,9 @@
-//! The arithmetic of jets, and what the traits of numbers ask for.
+//! The arithmetic of jets, and what [`Real`](crate::Real) asks for beside functions.
 
 use core::cmp::Ordering;
 use core::fmt;
 use core::iter::{Product, Sum};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
-
-use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
 
 use super::Jet;
 use super::tape::Op;
@@ -90,18 +88,10 @@ impl Neg for Jet {
     }
 }
 
-/// The same operation with a reference, a plain number, and in place.
+/// The same operation with a plain number, and in place.
 macro_rules! others {
     ($($trait:ident $method:ident $assign:ident $in_place:ident),* $(,)?) => {
         $(
-            impl $trait<&Self> for Jet {
-                type Output = Self;
-
-                fn $method(self, other: &Self) -> Self {
-                    $trait::$method(self, *other)
-                }
-            }
-
             impl $trait<f64> for Jet {
                 type Output = Self;
 
@@ -133,14 +123,6 @@ others!(
     Rem rem RemAssign rem_assign,
 );
 
-impl Inv for Jet {
-    type Output = Self;
-
-    fn inv(self) -> Self {
-        Self::from(1.0) / self
-    }
-}
-
 impl Sum for Jet {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::from(0.0), Add::add)
@@ -162,71 +144,6 @@ impl Product for Jet {
 impl<'a> Product<&'a Self> for Jet {
     fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
         factors.copied().product()
-    }
-}
-
-impl Zero for Jet {
-    fn zero() -> Self {
-        Self::from(0.0)
-    }
-
-    fn is_zero(&self) -> bool {
-        self.value == 0.0
-    }
-}
-
-impl One for Jet {
-    fn one() -> Self {
-        Self::from(1.0)
-    }
-}
-
-impl Num for Jet {
-    type FromStrRadixErr = <f64 as Num>::FromStrRadixErr;
-
-    fn from_str_radix(text: &str, radix: u32) -> Result<Self, Self::FromStrRadixErr> {
-        f64::from_str_radix(text, radix).map(Self::from)
-    }
-}
-
-impl FromPrimitive for Jet {
-    fn from_i64(n: i64) -> Option<Self> {
-        f64::from_i64(n).map(Self::from)
-    }
-
-    fn from_u64(n: u64) -> Option<Self> {
-        f64::from_u64(n).map(Self::from)
-    }
-
-    fn from_f64(n: f64) -> Option<Self> {
-        Some(Self::from(n))
-    }
-}
-
-/// With the sign of order 0.
-impl Signed for Jet {
-    fn abs(&self) -> Self {
-        self.affine(self.value.signum(), 0.0)
-    }
-
-    fn abs_sub(&self, other: &Self) -> Self {
-        if self.value > other.value {
-            *self - *other
-        } else {
-            Self::from(0.0)
-        }
-    }
-
-    fn signum(&self) -> Self {
-        Self::from(self.value.signum())
-    }
-
-    fn is_positive(&self) -> bool {
-        self.value > 0.0
-    }
-
-    fn is_negative(&self) -> bool {
-        self.value < 0.0
     }
 }
 

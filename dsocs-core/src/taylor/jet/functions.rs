@@ -1,36 +1,14 @@
-//! The functions of jets: the trait of dual numbers.
-
-use num_dual::{DualNum, DualStruct, Mappable};
+//! The functions of jets: what [`Real`] asks for.
 
 use super::Jet;
 use super::tape::Op;
 use crate::dual::Part;
-
-impl DualStruct for Jet {
-    type Real = f64;
-    type Inner = f64;
-
-    fn re(&self) -> f64 {
-        self.value
-    }
-
-    fn from_inner(inner: &f64) -> Self {
-        Self::from(*inner)
-    }
-}
+use crate::real::Real;
 
 impl Part for Jet {
     /// Whether it is zero for all time.
     fn vanishes(&self) -> bool {
         self.node.is_none() && self.value == 0.0
-    }
-}
-
-impl Mappable<Self> for Jet {
-    type Output<O> = O;
-
-    fn map_dual<M: Fn(Self) -> O, O>(self, f: M) -> O {
-        f(self)
     }
 }
 
@@ -102,29 +80,32 @@ impl Jet {
     }
 }
 
-impl DualNum for Jet {
-    type Primitive = f64;
-
-    const NDERIV: usize = usize::MAX;
-
-    type InnerDual = f64;
-
-    fn from_re(re: f64) -> Self {
-        Self::from(re)
+impl Real for Jet {
+    fn re(self) -> f64 {
+        self.value
     }
 
-    fn scale(self, factor: &f64) -> Self {
-        self.affine(*factor, 0.0)
+    /// With the sign of order 0.
+    fn abs(self) -> Self {
+        self.affine(self.value.signum(), 0.0)
     }
 
-    fn recip(&self) -> Self {
+    fn signum(self) -> Self {
+        Self::from(self.value.signum())
+    }
+
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        self * factor + term
+    }
+
+    fn recip(self) -> Self {
         self.unary(Op::Recip, 1.0 / self.value)
     }
 
-    fn powi(&self, n: i32) -> Self {
+    fn powi(self, n: i32) -> Self {
         // by products: a power of zero is none of a logarithm
         let mut result: Option<Self> = None;
-        let (mut square, mut rest) = (*self, n.unsigned_abs());
+        let (mut square, mut rest) = (self, n.unsigned_abs());
         while rest > 0 {
             if rest & 1 == 1 {
                 result = Some(result.map_or(square, |product| product * square));
@@ -136,105 +117,105 @@ impl DualNum for Jet {
         }
         match result {
             None => Self::from(1.0),
-            Some(power) if n < 0 => DualNum::recip(&power),
+            Some(power) if n < 0 => Real::recip(power),
             Some(power) => power,
         }
     }
 
-    fn powf(&self, n: f64) -> Self {
+    fn powf(self, n: f64) -> Self {
         #[allow(clippy::cast_possible_truncation)] // a small integer
         if n.fract() == 0.0 && n.abs() <= 64.0 {
-            return DualNum::powi(self, n as i32);
+            return Real::powi(self, n as i32);
         }
         self.unary(|u| Op::Power(u, n), self.value.powf(n))
     }
 
-    fn powd(&self, exp: Self) -> Self {
+    fn powd(self, exp: Self) -> Self {
         if exp.node.is_none() {
-            return DualNum::powf(self, exp.value);
+            return Real::powf(self, exp.value);
         }
-        DualNum::exp(&(DualNum::ln(self) * exp))
+        Real::exp(Real::ln(self) * exp)
     }
 
-    fn sqrt(&self) -> Self {
+    fn sqrt(self) -> Self {
         self.unary(Op::Sqrt, self.value.sqrt())
     }
 
-    fn cbrt(&self) -> Self {
+    fn cbrt(self) -> Self {
         self.unary(|u| Op::Power(u, 1.0 / 3.0), self.value.cbrt())
     }
 
-    fn exp(&self) -> Self {
+    fn exp(self) -> Self {
         self.unary(|u| Op::Exp(u, 0.0), self.value.exp())
     }
 
-    fn exp2(&self) -> Self {
-        DualNum::exp(&self.affine(core::f64::consts::LN_2, 0.0))
+    fn exp2(self) -> Self {
+        Real::exp(self.affine(core::f64::consts::LN_2, 0.0))
     }
 
-    fn exp_m1(&self) -> Self {
+    fn exp_m1(self) -> Self {
         self.unary(|u| Op::Exp(u, 1.0), self.value.exp_m1())
     }
 
-    fn ln(&self) -> Self {
+    fn ln(self) -> Self {
         self.unary(|u| Op::Ln(u, 0.0), self.value.ln())
     }
 
-    fn log(&self, base: f64) -> Self {
-        DualNum::ln(self).affine(1.0 / base.ln(), 0.0)
+    fn log(self, base: f64) -> Self {
+        Real::ln(self).affine(1.0 / base.ln(), 0.0)
     }
 
-    fn log2(&self) -> Self {
-        DualNum::ln(self).affine(core::f64::consts::LOG2_E, 0.0)
+    fn log2(self) -> Self {
+        Real::ln(self).affine(core::f64::consts::LOG2_E, 0.0)
     }
 
-    fn log10(&self) -> Self {
-        DualNum::ln(self).affine(core::f64::consts::LOG10_E, 0.0)
+    fn log10(self) -> Self {
+        Real::ln(self).affine(core::f64::consts::LOG10_E, 0.0)
     }
 
-    fn ln_1p(&self) -> Self {
+    fn ln_1p(self) -> Self {
         self.unary(|u| Op::Ln(u, 1.0), self.value.ln_1p())
     }
 
-    fn sin(&self) -> Self {
-        DualNum::sin_cos(self).0
+    fn sin(self) -> Self {
+        Real::sin_cos(self).0
     }
 
-    fn cos(&self) -> Self {
-        DualNum::sin_cos(self).1
+    fn cos(self) -> Self {
+        Real::sin_cos(self).1
     }
 
-    fn tan(&self) -> Self {
+    fn tan(self) -> Self {
         let value = self.value.tan();
         self.tangent(value, 1.0 + value * value, 1.0)
     }
 
-    fn sin_cos(&self) -> (Self, Self) {
+    fn sin_cos(self) -> (Self, Self) {
         let (sine, cosine) = self.value.sin_cos();
         self.pair([sine, cosine], -1.0)
     }
 
-    fn asin(&self) -> Self {
-        let slope = DualNum::sqrt(&self.conjugate());
+    fn asin(self) -> Self {
+        let slope = Real::sqrt(self.conjugate());
         self.inverse(slope, 1.0, self.value.asin())
     }
 
-    fn acos(&self) -> Self {
-        let slope = DualNum::sqrt(&self.conjugate());
+    fn acos(self) -> Self {
+        let slope = Real::sqrt(self.conjugate());
         self.inverse(slope, -1.0, self.value.acos())
     }
 
-    fn atan(&self) -> Self {
-        let slope = *self * *self + 1.0;
+    fn atan(self) -> Self {
+        let slope = self * self + 1.0;
         self.inverse(slope, 1.0, self.value.atan())
     }
 
-    fn atan2(&self, other: Self) -> Self {
+    fn atan2(self, other: Self) -> Self {
         let value = self.value.atan2(other.value);
         match (self.node, other.node) {
             (None, None) => Self::from(value),
             (Some(y), Some(x)) => {
-                let radius = *self * *self + other * other;
+                let radius = self * self + other * other;
                 match radius.node {
                     Some(radius) => Self::of(Op::Atan2 { y, x, radius }, value),
                     None => Self::from(value),
@@ -242,56 +223,41 @@ impl DualNum for Jet {
             }
             // atan2(y, x) = atan(y/x) + const = const - atan(x/y)
             (Some(_), None) if other.value != 0.0 => {
-                let angle = DualNum::atan(&(*self / other));
+                let angle = Real::atan(self / other);
                 angle.affine(1.0, value - angle.value)
             }
             _ => {
-                let angle = DualNum::atan(&(other / *self));
+                let angle = Real::atan(other / self);
                 angle.affine(-1.0, value + angle.value)
             }
         }
     }
 
-    fn sinh(&self) -> Self {
+    fn sinh(self) -> Self {
         self.pair([self.value.sinh(), self.value.cosh()], 1.0).0
     }
 
-    fn cosh(&self) -> Self {
+    fn cosh(self) -> Self {
         self.pair([self.value.sinh(), self.value.cosh()], 1.0).1
     }
 
-    fn tanh(&self) -> Self {
+    fn tanh(self) -> Self {
         let value = self.value.tanh();
         self.tangent(value, (1.0 - value) * (1.0 + value), -1.0)
     }
 
-    fn asinh(&self) -> Self {
-        let slope = DualNum::sqrt(&(*self * *self + 1.0));
+    fn asinh(self) -> Self {
+        let slope = Real::sqrt(self * self + 1.0);
         self.inverse(slope, 1.0, self.value.asinh())
     }
 
-    fn acosh(&self) -> Self {
-        let slope = DualNum::sqrt(&-self.conjugate());
+    fn acosh(self) -> Self {
+        let slope = Real::sqrt(-self.conjugate());
         self.inverse(slope, 1.0, self.value.acosh())
     }
 
-    fn atanh(&self) -> Self {
+    fn atanh(self) -> Self {
         let slope = self.conjugate();
         self.inverse(slope, 1.0, self.value.atanh())
-    }
-
-    fn sph_j0(&self) -> Self {
-        DualNum::sin(self) / *self
-    }
-
-    fn sph_j1(&self) -> Self {
-        let (sine, cosine) = DualNum::sin_cos(self);
-        (sine / *self - cosine) / *self
-    }
-
-    fn sph_j2(&self) -> Self {
-        let (sine, cosine) = DualNum::sin_cos(self);
-        let square = *self * *self;
-        ((-square + 3.0) * sine / *self - cosine * 3.0) / square
     }
 }

@@ -1,9 +1,7 @@
 //! Jets in generated code: the observed expressions of a declaration as functions of time.
 
-use num_dual::DualNum;
-use num_traits::Signed;
-
 use super::Jet;
+use crate::real::Real;
 use crate::scalar::Scalar;
 
 /// The functions that both traits have.
@@ -11,7 +9,7 @@ macro_rules! forward {
     ($($name:ident),* $(,)?) => {
         $(
             fn $name(self) -> Self {
-                DualNum::$name(&self)
+                Real::$name(self)
             }
         )*
     };
@@ -43,11 +41,11 @@ impl Scalar for Jet {
     }
 
     fn abs(self) -> Self {
-        Signed::abs(&self)
+        Real::abs(self)
     }
 
     fn signum(self) -> Self {
-        Signed::signum(&self)
+        Real::signum(self)
     }
 
     forward!(
@@ -56,14 +54,14 @@ impl Scalar for Jet {
     );
 
     fn powf(self, exponent: Self) -> Self {
-        DualNum::powd(&self, exponent)
+        Real::powd(self, exponent)
     }
 
     fn powi(self, exponent: i32) -> Self {
-        DualNum::powi(&self, exponent)
+        Real::powi(self, exponent)
     }
 
     fn atan2(self, x: Self) -> Self {
-        DualNum::atan2(&self, x)
+        Real::atan2(self, x)
     }
 }

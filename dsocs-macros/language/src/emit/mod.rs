@@ -11,14 +11,14 @@ mod jets;
 mod program;
 mod stages;
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use self::cold::Expressions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField};
+use crate::model::{Kind, Model, ParameterField, plain};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -37,7 +37,7 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
 fn system(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
-    let unknowns = passes::choose(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
+    let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
     let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
     let expressions = Expressions::new(model);
     let energy = Energy::new(expressions.graph(), expressions.energy);
@@ -57,17 +57,20 @@ fn metadata(model: &Model) -> TokenStream {
     let name = &model.item.ident;
     let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let coordinates = model.coordinates.iter().map(plain);
-    let observables = model.observe.iter().map(|(name, _)| plain(name));
-    let parameters = model.parameters.iter().map(|field| {
-        let (name, doc) = (&field.name, &field.doc);
-        quote!(::dsocs_core::Parameter { name: #name, doc: #doc })
-    });
+    let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity { name: #name, doc: #doc });
+    let coordinates = model.coordinates.iter().zip(&model.docs.coordinates);
+    let coordinates = coordinates.map(|(name, doc)| quantity(&plain(name), doc));
+    let observables = model.observe.iter().zip(&model.docs.observe);
+    let observables = observables.map(|((name, _), doc)| quantity(&plain(name), doc));
+    let parameters = model.parameters.iter();
+    let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
+    let (own_name, doc) = (plain(name), &model.docs.system);
     let symmetry = symmetry(model);
-    let [forms, holonomic, nonholonomic] = [
+    let [forms, holonomic, nonholonomic, kinematic] = [
         model.forms.len(),
         model.count(Kind::Holonomic),
         model.count(Kind::Nonholonomic),
+        model.count(Kind::Kinematic),
     ]
     .map(Literal::usize_unsuffixed);
     let indices: Vec<_> = (0..model.parameters.len())
@@ -78,12 +81,15 @@ fn metadata(model: &Model) -> TokenStream {
         #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
-            const COORDINATES: [&'static str; #n] = [#(#coordinates),*];
-            const PARAMETERS: &'static [::dsocs_core::Parameter] = &[#(#parameters),*];
-            const OBSERVABLES: &'static [&'static str] = &[#(#observables),*];
+            const NAME: &'static str = #own_name;
+            const DOC: &'static str = #doc;
+            const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
+            const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
+            const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[#(#observables),*];
             const FORMS: usize = #forms;
             const HOLONOMIC: usize = #holonomic;
             const NONHOLONOMIC: usize = #nonholonomic;
+            const KINEMATIC: usize = #kinematic;
             const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
@@ -113,12 +119,6 @@ fn symmetry(model: &Model) -> TokenStream {
         Symmetry::KinematicMap => quote!(KinematicMap),
         Symmetry::VariationalMap => quote!(VariationalMap),
     }
-}
-
-/// A name without the mark of a raw identifier.
-fn plain(name: &Ident) -> String {
-    let name = name.to_string();
-    name.strip_prefix("r#").unwrap_or(&name).to_owned()
 }
 
 /// `[[a, b], [c, d]]` of rows.

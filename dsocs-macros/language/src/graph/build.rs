@@ -2,7 +2,7 @@
 
 #![allow(clippy::float_cmp)] // coefficients are compared with exact ones and zeros
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use proc_macro2::TokenStream;
 
@@ -301,59 +301,6 @@ impl Graph {
 
     pub(crate) fn call_partial(&mut self, callee: usize, args: Vec<NodeId>, wrt: Vec<usize>) -> NodeId {
         self.intern(Node::Call { callee, args, wrt })
-    }
-
-    /// The same operation on other parts (in the order of [`Graph::parts`]).
-    pub(crate) fn rebuild(&mut self, id: NodeId, parts: &[NodeId]) -> NodeId {
-        match self.node(id).clone() {
-            Node::Constant(_) | Node::Leaf(_) | Node::Param(_) => id,
-            Node::Sum(constant, terms) => {
-                let terms: Vec<_> = parts
-                    .iter()
-                    .zip(&terms)
-                    .map(|(&part, term)| (part, term.1.get()))
-                    .collect();
-                self.linear(constant.get(), &terms)
-            }
-            Node::Product(factors) => {
-                let factors: Vec<_> = parts.iter().zip(&factors).map(|(&part, f)| (part, f.1)).collect();
-                self.product(&factors)
-            }
-            Node::Unary(op, _) => self.unary(op, parts[0]),
-            Node::Powf(..) => self.powf(parts[0], parts[1]),
-            Node::Atan2(..) => self.atan2(parts[0], parts[1]),
-            Node::Select(op, _) => self.select(op, parts[0], parts[1], parts[2], parts[3]),
-            Node::Call { callee, wrt, .. } => self.call_partial(callee, parts.to_vec(), wrt),
-        }
-    }
-
-    /// Puts expressions in the place of leaves.
-    pub(crate) fn substitute(&mut self, id: NodeId, map: &HashMap<Leaf, NodeId>) -> NodeId {
-        self.substitute_in(id, map, &mut HashMap::new())
-    }
-
-    /// As [`Graph::substitute`], with the memory of former calls for the same map.
-    pub(crate) fn substitute_in(
-        &mut self,
-        id: NodeId,
-        map: &HashMap<Leaf, NodeId>,
-        done: &mut HashMap<NodeId, NodeId>,
-    ) -> NodeId {
-        if let Some(&result) = done.get(&id) {
-            return result;
-        }
-        let result = if let Node::Leaf(leaf) = self.node(id) {
-            map.get(leaf).copied().unwrap_or(id)
-        } else {
-            let parts: Vec<_> = self
-                .parts(id)
-                .into_iter()
-                .map(|part| self.substitute_in(part, map, done))
-                .collect();
-            self.rebuild(id, &parts)
-        };
-        done.insert(id, result);
-        result
     }
 }
 

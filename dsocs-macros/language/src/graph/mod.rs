@@ -4,6 +4,7 @@
 //! coefficients, products with collected exponents, constants folded) and share equal nodes. The set of nodes is
 //! small on purpose, because every way to walk the graph has to know each of them:
 //!
+//! - [`rewrite`](Graph::rewrite): the walk of every pass that makes one expression of another ([`mod@rewrite`]);
 //! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
@@ -14,12 +15,14 @@ mod build;
 mod derivative;
 mod difference;
 mod identity;
+mod rewrite;
 
 use std::collections::HashMap;
 
 use proc_macro2::{Ident, Span, TokenStream};
 
 pub(crate) use difference::Change;
+pub(crate) use rewrite::{Memory, Pass, Substitution};
 
 /// What a [`Node::Param`] is.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,6 @@
 //! Constraints of every order, and the virtual displacements that belong to them.
 
+use quote::ToTokens;
 use syn::Expr;
 
 use super::{Lowered, Lowering};
@@ -33,6 +34,7 @@ impl Lowering<'_> {
         let message = match (kind, order) {
             (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(1..)) => {
                 return Ok(Row {
+                    tokens: row.to_token_stream(),
                     kind,
                     value,
                     order: order.unwrap_or(0),
@@ -132,7 +134,7 @@ impl Lowering<'_> {
                 let written = own[..row].iter().filter(|&&own| !own).count();
                 return Err(match directions {
                     Some(directions) if !own[row] => self.dependent(directions, written),
-                    _ => self.without_force(declaration, constraints, row),
+                    _ => self.without_force(&constraints[row]),
                 });
             }
             Ok(fields) if !(elsewhere && forms.iter().any(|form| form.at_node)) => {
@@ -171,26 +173,9 @@ impl Lowering<'_> {
     }
 
     /// Reports a constraint whose force is a combination of the others'.
-    fn without_force(&self, declaration: &Declaration, constraints: &[Row], row: usize) -> Reported {
+    fn without_force(&self, row: &Row) -> Reported {
         let message = "expected independent constraints; the force that belongs to this one is zero or a \
                        combination of the others'";
-        let parts = [
-            (Kind::Holonomic, &declaration.holonomic),
-            (Kind::Nonholonomic, &declaration.nonholonomic),
-            (Kind::Kinematic, &declaration.kinematic),
-        ];
-        let kind = constraints[row].kind;
-        let place = constraints[..row]
-            .iter()
-            .filter(|other| other.kind == kind)
-            .count();
-        let found = parts
-            .iter()
-            .find(|(own, _)| *own == kind)
-            .and_then(|(_, part)| part.given());
-        match found.and_then(|constraints| constraints.rows.get(place)) {
-            Some(expr) => self.errors.at(expr, message),
-            None => self.errors.missing("independent constraints"),
-        }
+        self.errors.at(&row.tokens, message)
     }
 }

@@ -19,8 +19,8 @@ use crate::ast::{
 };
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
-use crate::input::Fields;
-use crate::model::{Kind, Model, ParameterField};
+use crate::input::{Fields, first_paragraph};
+use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
 
@@ -143,7 +143,9 @@ pub(crate) fn model(
     let parameters = fields.parameters();
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
+    let observe = observe?.unwrap_or_default();
     Ok(Model {
+        docs: docs(declaration, item, &observe),
         core: declaration.core.given().cloned(),
         item: item.clone(),
         coordinates: coordinates.clone(),
@@ -156,9 +158,26 @@ pub(crate) fn model(
         phi_lagrangian: phi_lagrangian?,
         phi_variational,
         phi_kinematic,
-        observe: observe?.unwrap_or_default(),
+        observe,
         graph,
     })
+}
+
+/// What the user says for people.
+fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[(Ident, NodeId)]) -> Docs {
+    let groups = declaration.coordinates.given().into_iter();
+    let groups = groups.flat_map(|coordinates| &coordinates.groups);
+    let of_let = |name: &Ident| {
+        let binding = declaration.lets.iter().find(|binding| binding.name == *name);
+        binding.map_or_else(String::new, |binding| binding.doc.clone())
+    };
+    Docs {
+        system: first_paragraph(&item.attrs),
+        coordinates: groups
+            .flat_map(|group| vec![group.doc.clone(); group.length.unwrap_or(1)])
+            .collect(),
+        observe: observe.iter().map(|(name, _)| of_let(name)).collect(),
+    }
 }
 
 /// A statement that may use the `let`s before it.

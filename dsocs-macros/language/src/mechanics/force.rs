@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::nodes::{LeafOf, Nodes, on_pair, places};
 use super::works::Force;
-use crate::graph::{Change, Graph, Leaf, NodeId};
+use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::Model;
 
 /// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
@@ -53,11 +53,11 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         );
     }
     let mut changes = HashMap::new();
-    let (mut on_first, mut on_second) = (HashMap::new(), HashMap::new());
+    let (mut on_first, mut on_second) = (Substitution::new(&first), Substitution::new(&second));
     let (mut value, mut plain) = (Vec::new(), Vec::new());
     for i in 0..n {
-        let rest = graph.substitute_in(parts.rest[i], &second, &mut on_second);
-        let f2 = graph.substitute_in(parts.second[i], &first, &mut on_first);
+        let rest = graph.rewrite(parts.rest[i], &mut on_second);
+        let f2 = graph.rewrite(parts.second[i], &mut on_first);
         let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
         let momentum = graph.difference(parts.momentum[i], &change, &late, &mut changes);
         value.push(graph.linear(0.0, &[(momentum.delta, 1.0), (rest, -1.0), (f2, -1.0)]));
@@ -86,12 +86,12 @@ impl Parts {
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
         for [q, v] in &model.phi_lagrangian {
             let point = places([(Leaf::Q as LeafOf, q), (Leaf::V, v)]);
-            let mut moved = HashMap::new();
+            let mut moved = Substitution::new(&point);
             let mut slopes = |leaf: LeafOf| -> Vec<NodeId> {
                 (0..n)
                     .map(|i| {
                         let slope = graph.derivative(model.lagrangian, leaf(i));
-                        graph.substitute_in(slope, &point, &mut moved)
+                        graph.rewrite(slope, &mut moved)
                     })
                     .collect()
             };

@@ -6,7 +6,7 @@ use super::Equation;
 use super::force::discrete_force;
 use super::nodes::{LeafOf, Nodes, PointNodes, map_point, on_pair, places};
 use super::works::works;
-use crate::graph::{Change, Graph, Leaf, NodeId};
+use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Displacements, Kind, Model};
 
 /// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`.
@@ -56,11 +56,8 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     }
     let fields = match &model.displacements {
         Displacements::Fields(fields) => Some(fields.iter().map(|field| {
-            let mut done = HashMap::new();
-            let components = field.iter();
-            components
-                .map(|&u| graph.substitute_in(u, &displacements, &mut done))
-                .collect()
+            let mut pass = Substitution::new(&displacements);
+            field.iter().map(|&u| graph.rewrite(u, &mut pass)).collect()
         })),
         Displacements::Annihilated => None,
     };

@@ -7,7 +7,7 @@
 
 use std::collections::HashMap;
 
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::model::Model;
 use crate::passes::Merge;
 
@@ -37,11 +37,12 @@ impl Symmetry {
         let continuous = super::continuous(model, &mut graph);
         let point = parabola(&mut graph, model.coordinates.len());
         let mut merge = Merge::default();
+        let mut at_point = Substitution::new(&point);
         let mut same = |step: NodeId, continuous: NodeId| {
-            let step = graph.substitute(step, &point);
+            let step = graph.rewrite(step, &mut at_point);
             // functions of equal arguments become one function
-            let continuous = merge.rewrite(&mut graph, continuous);
-            let step = merge.rewrite(&mut graph, step);
+            let continuous = graph.rewrite(continuous, &mut merge);
+            let step = graph.rewrite(step, &mut merge);
             let difference = graph.sub(step, continuous);
             graph.vanishes(difference)
         };

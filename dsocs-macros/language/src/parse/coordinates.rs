@@ -5,27 +5,34 @@ use quote::{ToTokens, format_ident};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
-use syn::{Expr, Lit, Token, parenthesized, token};
+use syn::{Attribute, Expr, Lit, Token, parenthesized, token};
 
-use super::{bare, plain_name};
+use super::{bare, only_documentation, plain_name};
 use crate::ast::{Coordinates, Group};
 use crate::errors::{Errors, Reported};
+use crate::input::doc;
 
 /// The most coordinates that a system may have: its code grows at least with their number's square.
 const MOST: usize = 1000;
 
-/// `x` or `theta: [3]`.
+/// `x` or `theta: [3]`, with its documentation.
 pub(super) struct Argument {
+    attributes: Vec<Attribute>,
     name: Expr,
     length: Option<Expr>,
 }
 
 impl Parse for Argument {
     fn parse(input: ParseStream) -> syn::Result<Self> {
+        let attributes = Attribute::parse_outer(input)?;
         let name = input.parse()?;
         let colon: Option<Token![:]> = input.parse()?;
         let length = colon.map(|_| input.parse()).transpose()?;
-        Ok(Self { name, length })
+        Ok(Self {
+            attributes,
+            name,
+            length,
+        })
     }
 }
 
@@ -58,13 +65,14 @@ pub(super) fn read(
     };
     let mut wrong = None;
     for argument in arguments {
+        only_documentation(&argument.attributes, errors);
         let name = name(&argument.name, errors);
         let length = argument
             .length
             .map(|brackets| length(&brackets, errors))
             .transpose();
         match (name, length) {
-            (Ok(name), Ok(length)) => coordinates.add(name, length),
+            (Ok(name), Ok(length)) => coordinates.add(name, length, doc(&argument.attributes)),
             (Err(reported), _) | (_, Err(reported)) => wrong = Some(reported),
         }
         if coordinates.names.len() > MOST {
@@ -82,7 +90,7 @@ pub(super) fn read(
 }
 
 impl Coordinates {
-    fn add(&mut self, name: Ident, length: Option<usize>) {
+    fn add(&mut self, name: Ident, length: Option<usize>, doc: String) {
         let first = self.names.len();
         match length {
             None => self.names.push(name.clone()),
@@ -91,7 +99,12 @@ impl Coordinates {
                 self.names.extend(names);
             }
         }
-        self.groups.push(Group { name, first, length });
+        self.groups.push(Group {
+            name,
+            first,
+            length,
+            doc,
+        });
     }
 }
 

@@ -8,6 +8,7 @@ use crate::ast::{
     Branch, Constraints, Declaration, Directions, Let, Map, MapRule, Observe, Part, Scalar, Side,
 };
 use crate::errors::{Errors, Reported};
+use crate::input::doc;
 use crate::names::{did_you_mean, nearest};
 
 mod coordinates;
@@ -44,15 +45,7 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
         }
         match statement.parse2(chunk.clone()) {
             Ok((attributes, statement)) => {
-                for attribute in attributes
-                    .iter()
-                    .filter(|attribute| !attribute.path().is_ident("doc"))
-                {
-                    errors.at(
-                        attribute,
-                        "attributes other than documentation have no meaning in a declaration",
-                    );
-                }
+                only_documentation(&attributes, errors);
                 match statement {
                     Statement::Coordinates(keyword, arguments) => {
                         let lets_before = declaration.lets.len();
@@ -65,7 +58,7 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                     }
                     Statement::Rust(statements) => {
                         for statement in statements {
-                            read(&mut declaration, statement, errors);
+                            read(&mut declaration, statement, &attributes, errors);
                         }
                     }
                 }
@@ -77,6 +70,18 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
         }
     }
     declaration
+}
+
+/// Refuses attributes that are no documentation.
+fn only_documentation(attributes: &[Attribute], errors: &Errors) {
+    for attribute in attributes {
+        if !attribute.path().is_ident("doc") {
+            errors.at(
+                attribute,
+                "attributes other than documentation have no meaning in a declaration",
+            );
+        }
+    }
 }
 
 /// Splits after every `;` outside parentheses; the last statement gets one if it has none.
@@ -166,6 +171,7 @@ fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Rep
                     declaration.lets.push(Let {
                         name: ident.clone(),
                         value: Err(reported),
+                        doc: String::new(),
                     });
                 }
                 last = Some(ident);
@@ -206,9 +212,9 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
     }
 }
 
-fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
+fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute], errors: &Errors) {
     match statement {
-        Stmt::Local(local) => read_let(declaration, local, errors),
+        Stmt::Local(local) => read_let(declaration, local, attributes, errors),
         Stmt::Expr(Expr::Assign(assign), _) => match plain_name(&assign.left) {
             Some(keyword) => read_assignment(declaration, keyword.clone(), *assign.right, errors),
             None => {
@@ -233,7 +239,7 @@ fn read(declaration: &mut Declaration, statement: Stmt, errors: &Errors) {
     }
 }
 
-fn read_let(declaration: &mut Declaration, local: Local, errors: &Errors) {
+fn read_let(declaration: &mut Declaration, local: Local, attributes: &[Attribute], errors: &Errors) {
     let name = match &local.pat {
         Pat::Ident(pattern) => Some(pattern.ident.clone()),
         Pat::Type(typed) => match &*typed.pat {
@@ -244,7 +250,8 @@ fn read_let(declaration: &mut Declaration, local: Local, errors: &Errors) {
     };
     let value = plain_let(local, errors).map(|(_, value)| value);
     if let Some(name) = name {
-        declaration.lets.push(Let { name, value });
+        let doc = doc(attributes);
+        declaration.lets.push(Let { name, value, doc });
     }
 }
 

@@ -9,7 +9,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::graph::{Bits, Graph, Leaf, Memory, Node, NodeId, Pass};
 
 /// Polynomials with more terms are left alone.
 const MOST_TERMS: usize = 64;
@@ -21,7 +21,7 @@ type Polynomial = BTreeMap<Vec<(NodeId, u32)>, NodeId>;
 
 /// In what an expression is to be affine.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Variables {
+pub(super) enum Variables {
     /// The unknowns of the step.
     Unknowns,
     /// The components of the leg and functions of them.
@@ -31,26 +31,44 @@ pub(crate) enum Variables {
 }
 
 /// Rewrites expressions so that everything affine in the variables is in the form `c₀ + Σ cⱼ xⱼ`.
-pub(crate) struct Collapse<'g> {
-    graph: &'g mut Graph,
+pub(super) struct Collapse {
     variables: Variables,
     polynomials: HashMap<NodeId, Option<Polynomial>>,
-    done: HashMap<NodeId, NodeId>,
+    memory: Memory,
 }
 
-impl<'g> Collapse<'g> {
-    pub(crate) fn new(graph: &'g mut Graph, variables: Variables) -> Self {
+impl Pass for Collapse {
+    fn memory(&mut self) -> &mut Memory {
+        &mut self.memory
+    }
+
+    fn before(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
+        if !self.varies(graph, id) {
+            return Some(id);
+        }
+        if let Some(affine) = self.affine(graph, id) {
+            return Some(affine);
+        }
+        match graph.node(id).clone() {
+            Node::Sum(constant, terms) => Some(self.sum(graph, constant.get(), &terms)),
+            _ => None,
+        }
+    }
+}
+
+impl Collapse {
+    /// The pass for some variables.
+    pub(super) fn new(variables: Variables) -> Self {
         Self {
-            graph,
             variables,
             polynomials: HashMap::new(),
-            done: HashMap::new(),
+            memory: Memory::new(),
         }
     }
 
     /// Whether an expression contains variables.
-    fn varies(&self, id: NodeId) -> bool {
-        self.graph.leaves(id).any(|leaf| match self.variables {
+    fn varies(&self, graph: &Graph, id: NodeId) -> bool {
+        graph.leaves(id).any(|leaf| match self.variables {
             Variables::Unknowns => matches!(leaf, Leaf::Z(_)),
             Variables::Leg => matches!(leaf, Leaf::N(_) | Leaf::D(_)),
             Variables::Motion => matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::Lambda(_)),
@@ -58,162 +76,137 @@ impl<'g> Collapse<'g> {
     }
 
     /// Whether an expression depends on what is known only after the variables.
-    fn beyond(&self, id: NodeId) -> bool {
+    fn beyond(&self, graph: &Graph, id: NodeId) -> bool {
         self.variables == Variables::Leg
-            && self
-                .graph
+            && graph
                 .leaves(id)
                 .any(|leaf| matches!(leaf, Leaf::Z(_) | Leaf::E(_)))
     }
 
-    fn rewrite_parts(&mut self, id: NodeId) -> NodeId {
-        let parts: Vec<_> = self
-            .graph
-            .parts(id)
-            .into_iter()
-            .map(|part| self.rewrite(part))
-            .collect();
-        self.graph.rebuild(id, &parts)
-    }
-
-    /// The expression with its affine parts gathered.
-    pub(crate) fn rewrite(&mut self, id: NodeId) -> NodeId {
-        if let Some(&done) = self.done.get(&id) {
-            return done;
-        }
-        let result = if !self.varies(id) {
-            id
-        } else if let Some(affine) = self.affine(id) {
-            affine
-        } else if let Node::Sum(constant, terms) = self.graph.node(id).clone() {
-            // several terms may be affine together
-            let mut whole: Polynomial = BTreeMap::new();
-            let mut rest = Vec::new();
-            for (term, c) in terms {
-                match self.polynomial(term) {
-                    Some(polynomial) => {
-                        for (monomial, coefficient) in polynomial {
-                            let coefficient = self.graph.scale(c.get(), coefficient);
-                            add(self.graph, &mut whole, monomial, coefficient);
-                        }
-                        rest.push((term, c.get(), true));
+    /// A sum that is not affine itself: several of its terms may be affine together.
+    fn sum(&mut self, graph: &mut Graph, constant: f64, terms: &[(NodeId, Bits)]) -> NodeId {
+        let mut whole: Polynomial = BTreeMap::new();
+        let mut rest = Vec::new();
+        for &(term, c) in terms {
+            match self.polynomial(graph, term) {
+                Some(polynomial) => {
+                    for (monomial, coefficient) in polynomial {
+                        let coefficient = graph.scale(c.get(), coefficient);
+                        add(graph, &mut whole, monomial, coefficient);
                     }
-                    None => rest.push((term, c.get(), false)),
+                    rest.push((term, c.get(), true));
                 }
+                None => rest.push((term, c.get(), false)),
             }
-            let mut sum = Vec::new();
-            if degree(&whole) <= 1 {
-                sum.push((self.affine_sum(&whole), 1.0));
-                rest.retain(|&(_, _, polynomial)| !polynomial);
-            } else {
-                let (affine, others): (Vec<_>, Vec<_>) = rest
-                    .into_iter()
-                    .partition(|&(term, _, polynomial)| polynomial && self.is_affine(term));
-                let affine: Vec<_> = affine.iter().map(|&(term, c, _)| (term, c)).collect();
-                let affine = self.graph.linear(0.0, &affine);
-                let affine = self.affine(affine).unwrap_or(affine);
-                sum.push((affine, 1.0));
-                rest = others;
-            }
-            for (term, c, _) in rest {
-                sum.push((self.rewrite(term), c));
-            }
-            self.graph.linear(constant.get(), &sum)
+        }
+        let mut sum = Vec::new();
+        if degree(&whole) <= 1 {
+            sum.push((Self::affine_sum(graph, &whole), 1.0));
+            rest.retain(|&(_, _, polynomial)| !polynomial);
         } else {
-            self.rewrite_parts(id)
-        };
-        self.done.insert(id, result);
-        result
+            let (affine, others): (Vec<_>, Vec<_>) = rest
+                .into_iter()
+                .partition(|&(term, _, polynomial)| polynomial && self.is_affine(graph, term));
+            let affine: Vec<_> = affine.iter().map(|&(term, c, _)| (term, c)).collect();
+            let affine = graph.linear(0.0, &affine);
+            let affine = self.affine(graph, affine).unwrap_or(affine);
+            sum.push((affine, 1.0));
+            rest = others;
+        }
+        for (term, c, _) in rest {
+            sum.push((graph.rewrite(term, self), c));
+        }
+        graph.linear(constant, &sum)
     }
 
-    fn is_affine(&mut self, id: NodeId) -> bool {
-        self.polynomial(id)
+    fn is_affine(&mut self, graph: &mut Graph, id: NodeId) -> bool {
+        self.polynomial(graph, id)
             .is_some_and(|polynomial| degree(&polynomial) <= 1)
     }
 
-    fn affine(&mut self, id: NodeId) -> Option<NodeId> {
-        let polynomial = self.polynomial(id)?;
-        (degree(&polynomial) <= 1).then(|| self.affine_sum(&polynomial))
+    fn affine(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
+        let polynomial = self.polynomial(graph, id)?;
+        (degree(&polynomial) <= 1).then(|| Self::affine_sum(graph, &polynomial))
     }
 
-    fn affine_sum(&mut self, polynomial: &Polynomial) -> NodeId {
+    fn affine_sum(graph: &mut Graph, polynomial: &Polynomial) -> NodeId {
         let mut terms = Vec::new();
         for (monomial, &coefficient) in polynomial {
             let term = match monomial.first() {
-                Some(&(variable, _)) => self.graph.mul(coefficient, variable),
+                Some(&(variable, _)) => graph.mul(coefficient, variable),
                 None => coefficient,
             };
             terms.push(term);
         }
-        self.graph.sum(&terms)
+        graph.sum(&terms)
     }
 
     /// The expression as a polynomial in the unknowns, if it is one of low degree.
-    fn polynomial(&mut self, id: NodeId) -> Option<Polynomial> {
+    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
         if let Some(known) = self.polynomials.get(&id) {
             return known.clone();
         }
         let result = self
-            .expand(id)
+            .expand(graph, id)
             .filter(|polynomial| polynomial.len() <= MOST_TERMS && degree(polynomial) <= HIGHEST_DEGREE);
         self.polynomials.insert(id, result.clone());
         result
     }
 
-    fn expand(&mut self, id: NodeId) -> Option<Polynomial> {
-        if self.beyond(id) {
+    fn expand(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+        if self.beyond(graph, id) {
             return None;
         }
-        if !self.varies(id) {
+        if !self.varies(graph, id) {
             return Some(BTreeMap::from([(Vec::new(), id)]));
         }
-        match self.graph.node(id).clone() {
+        match graph.node(id).clone() {
             Node::Sum(constant, terms) => {
                 let mut sum = BTreeMap::new();
                 if constant.get() != 0.0 {
-                    let constant = self.graph.constant(constant.get());
-                    add(self.graph, &mut sum, Vec::new(), constant);
+                    let constant = graph.constant(constant.get());
+                    add(graph, &mut sum, Vec::new(), constant);
                 }
                 for (term, c) in terms {
-                    for (monomial, coefficient) in self.polynomial(term)? {
-                        let coefficient = self.graph.scale(c.get(), coefficient);
-                        add(self.graph, &mut sum, monomial, coefficient);
+                    for (monomial, coefficient) in self.polynomial(graph, term)? {
+                        let coefficient = graph.scale(c.get(), coefficient);
+                        add(graph, &mut sum, monomial, coefficient);
                     }
                 }
                 Some(sum)
             }
             Node::Product(factors) => {
-                let one = self.graph.constant(1.0);
+                let one = graph.constant(1.0);
                 let mut product: Polynomial = BTreeMap::from([(Vec::new(), one)]);
                 for (factor, exponent) in factors {
-                    if !self.varies(factor) {
-                        let factor = self.graph.powi(factor, exponent);
+                    if !self.varies(graph, factor) {
+                        let factor = graph.powi(factor, exponent);
                         for coefficient in product.values_mut() {
-                            *coefficient = self.graph.mul(*coefficient, factor);
+                            *coefficient = graph.mul(*coefficient, factor);
                         }
                         continue;
                     }
-                    let factor = self.polynomial(factor)?;
+                    let factor = self.polynomial(graph, factor)?;
                     for _ in 0..u32::try_from(exponent).ok()? {
-                        product = multiply(self.graph, &product, &factor)?;
+                        product = multiply(graph, &product, &factor)?;
                     }
                 }
                 Some(product)
             }
-            Node::Leaf(_) => Some(self.variable(id)),
+            Node::Leaf(_) => Some(variable(graph, id)),
             // a function of the unknowns is no polynomial; a function of the leg is a variable like the leg
             _ if self.variables == Variables::Unknowns => None,
             _ => {
-                let function = self.rewrite_parts(id);
-                Some(self.variable(function))
+                let function = graph.rewrite_parts(id, self);
+                Some(variable(graph, function))
             }
         }
     }
+}
 
-    fn variable(&mut self, id: NodeId) -> Polynomial {
-        let one = self.graph.constant(1.0);
-        BTreeMap::from([(vec![(id, 1)], one)])
-    }
+fn variable(graph: &mut Graph, id: NodeId) -> Polynomial {
+    let one = graph.constant(1.0);
+    BTreeMap::from([(vec![(id, 1)], one)])
 }
 
 fn degree(polynomial: &Polynomial) -> u32 {

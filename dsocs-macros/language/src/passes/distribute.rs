@@ -6,17 +6,15 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass};
 
 /// Rewrites expressions of one system.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     let mut distribute = Distribute {
         uses: uses(graph, outputs),
-        done: HashMap::new(),
+        memory: Memory::new(),
     };
-    for output in outputs {
-        **output = distribute.rewrite(graph, **output);
-    }
+    graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut distribute);
 }
 
 /// How often each expression is used.
@@ -37,46 +35,45 @@ fn uses(graph: &Graph, outputs: &[&mut NodeId]) -> HashMap<NodeId, u32> {
     uses
 }
 
+/// Multiplies constants into sums that are used once.
 struct Distribute {
     uses: HashMap<NodeId, u32>,
-    done: HashMap<NodeId, NodeId>,
+    memory: Memory,
+}
+
+impl Pass for Distribute {
+    fn memory(&mut self) -> &mut Memory {
+        &mut self.memory
+    }
+
+    fn before(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
+        let Node::Sum(constant, terms) = graph.node(id).clone() else {
+            return None;
+        };
+        let mut constant = constant.get();
+        let mut flat = Vec::new();
+        for (term, c) in terms {
+            match self.factored_sum(graph, term) {
+                Some((factor, sum)) => {
+                    let sum = graph.rewrite(sum, self);
+                    let (inner, rest) = graph.terms(sum);
+                    for (inner, d) in inner {
+                        flat.push((graph.mul(factor, inner), c.get() * d));
+                    }
+                    if let Some(factor) = graph.as_constant(factor) {
+                        constant += c.get() * rest * factor;
+                    } else {
+                        flat.push((factor, c.get() * rest));
+                    }
+                }
+                None => flat.push((graph.rewrite(term, self), c.get())),
+            }
+        }
+        Some(graph.linear(constant, &flat))
+    }
 }
 
 impl Distribute {
-    fn rewrite(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
-        if let Some(&done) = self.done.get(&id) {
-            return done;
-        }
-        let result = if let Node::Sum(constant, terms) = graph.node(id).clone() {
-            let mut constant = constant.get();
-            let mut flat = Vec::new();
-            for (term, c) in terms {
-                match self.factored_sum(graph, term) {
-                    Some((factor, sum)) => {
-                        let sum = self.rewrite(graph, sum);
-                        let (inner, rest) = graph.terms(sum);
-                        for (inner, d) in inner {
-                            flat.push((graph.mul(factor, inner), c.get() * d));
-                        }
-                        if let Some(factor) = graph.as_constant(factor) {
-                            constant += c.get() * rest * factor;
-                        } else {
-                            flat.push((factor, c.get() * rest));
-                        }
-                    }
-                    None => flat.push((self.rewrite(graph, term), c.get())),
-                }
-            }
-            graph.linear(constant, &flat)
-        } else {
-            let parts = graph.parts(id);
-            let parts: Vec<_> = parts.into_iter().map(|part| self.rewrite(graph, part)).collect();
-            graph.rebuild(id, &parts)
-        };
-        self.done.insert(id, result);
-        result
-    }
-
     /// Constants and the sum that they multiply, if neither the product nor the sum is used elsewhere.
     fn factored_sum(&self, graph: &mut Graph, term: NodeId) -> Option<(NodeId, NodeId)> {
         let once = |id| self.uses.get(&id) == Some(&1);

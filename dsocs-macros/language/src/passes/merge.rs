@@ -8,34 +8,30 @@
 
 use std::collections::HashMap;
 
-use crate::graph::{Graph, Node, NodeId};
+use crate::graph::{Graph, Memory, Node, NodeId, Pass};
 
 /// Equal expressions found so far.
 #[derive(Default)]
 pub(crate) struct Merge {
     shortest: HashMap<[u64; 2], NodeId>,
-    done: HashMap<NodeId, NodeId>,
+    memory: Memory,
     sizes: HashMap<NodeId, u32>,
+}
+
+impl Pass for Merge {
+    const FINAL: bool = true;
+
+    fn memory(&mut self) -> &mut Memory {
+        &mut self.memory
+    }
+
+    fn after(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
+        self.representative(graph, id)
+    }
 }
 
 impl Merge {
     /// The shortest known expression that is equal to this one.
-    pub(crate) fn rewrite(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
-        if let Some(&done) = self.done.get(&id) {
-            return done;
-        }
-        let parts: Vec<_> = graph
-            .parts(id)
-            .into_iter()
-            .map(|part| self.rewrite(graph, part))
-            .collect();
-        let rebuilt = graph.rebuild(id, &parts);
-        let result = self.representative(graph, rebuilt);
-        self.done.insert(id, result);
-        self.done.insert(result, result);
-        result
-    }
-
     fn representative(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
         if matches!(graph.node(id), Node::Constant(_)) {
             return id;
@@ -103,10 +99,10 @@ mod tests {
         let parts = [graph.div(i, h), graph.div(j, h)];
         let long = graph.sum(&parts);
         let mut merge = Merge::default();
-        assert_eq!(merge.rewrite(&mut graph, short), short);
-        assert_eq!(merge.rewrite(&mut graph, long), short);
+        assert_eq!(graph.rewrite(short, &mut merge), short);
+        assert_eq!(graph.rewrite(long, &mut merge), short);
         let difference = graph.linear(0.0, &[(long, 3.0), (short, -3.0)]);
-        let merged = merge.rewrite(&mut graph, difference);
+        let merged = graph.rewrite(difference, &mut merge);
         assert!(graph.is_zero(merged));
     }
 }

@@ -1,4 +1,10 @@
 //! The graph made fast: from the equations of [`crate::mechanics`] to those that code is written for.
+//!
+//! This page is the pipeline: the passes, in order, for the step ([`step`]) and for the continuous motion ([`motion`]). None
+//! of them changes what an expression is worth, but for rounding and for the factor that a row may be multiplied by. A pass
+//! that makes one expression of another is a [`Pass`](crate::graph::Pass), taken through the graph by [`Graph::rewrite`].
+//!
+//! One more comes when code is written, over all products of a method: [`share`], which parts of them are computed once.
 
 mod clear;
 mod collapse;
@@ -6,7 +12,7 @@ mod distribute;
 mod eliminate;
 mod horner;
 mod merge;
-pub(crate) mod motion;
+mod motion;
 mod quotient;
 mod rotate;
 pub(crate) mod share;
@@ -14,17 +20,22 @@ mod simplify;
 
 use clear::Cleared;
 use collapse::{Collapse, Variables};
-use eliminate::{Reduced, reduce};
+use eliminate::{Elimination, Rule};
+use quotient::quotient;
+use simplify::Simplify;
 
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
 pub(crate) use merge::Merge;
 
 /// With more rows than this, none is divided by what its terms have in common.
 const MOST_ROWS_WITH_FACTORS: usize = 2;
+/// So many rows of the continuous motion are solved in symbols; beyond, the determinants cost more than an elimination in
+/// numbers.
+const MOST_SOLVED: usize = 2;
 
-/// The rows that are left, and the second difference, in terms of the unknowns `Z`.
+/// The rows of a step that are left, and its second difference, in terms of the unknowns `Z`.
 pub(crate) struct Unknowns {
     /// The rows that Newton's iteration makes zero.
     pub(crate) rows: Vec<NodeId>,
@@ -38,72 +49,181 @@ pub(crate) struct Unknowns {
     pub(crate) second_difference: Vec<NodeId>,
 }
 
-/// Eliminates what can be and names the rest.
-pub(crate) fn choose(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
-    let Reduced {
-        rows,
-        kept,
-        mut second_difference,
-    } = reduce(graph, rows, n, multipliers);
+/// The passes of a step with `n` coordinates.
+pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
+    // eliminate: rows whose coefficient the parameters and `h` decide are solved for a second difference or a multiplier.
+    // First, since every row that goes spares all that follows.
+    let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
+    let mut system = Elimination::new(rows, unknown);
+    system.run(
+        graph,
+        Rule {
+            early: |graph, coefficient| graph.leaves(coefficient).all(|leaf| leaf == Leaf::H),
+            most_unknowns: usize::MAX,
+        },
+    );
+    let mut second_difference = system.solutions(graph, (0..n).map(Leaf::E));
+    let Elimination {
+        mut rows,
+        unknown: kept,
+        ..
+    } = system;
+
+    // name: what is left is the unknowns `Z` of Newton's iteration
     let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
+    let names = kept
+        .iter()
+        .zip(&leaves)
+        .map(|(&leaf, &unknown)| (leaf, graph.leaf(unknown)))
+        .collect();
+    let parts = rows.iter_mut().flat_map(Equation::parts);
+    graph.rewrite_all(
+        parts.chain(&mut second_difference),
+        &mut Substitution::new(&names),
+    );
+
+    // quotient: a declared factor is divided out as a polynomial in an unknown. After the elimination, because only where
+    // the other rows hold does it divide exactly.
+    // clear: a denominator with unknowns is multiplied out, and the factor kept.
     let mut rows: Vec<Cleared> = rows
         .into_iter()
         .map(|row| {
             let mut divided = |value| match row.divide {
-                Some(factor) => graph.quotient(value, factor, &leaves),
+                Some(factor) => quotient(graph, value, factor, &leaves),
                 None => value,
             };
             let (value, plain) = (divided(row.value), divided(row.plain));
             Cleared::untouched(graph, value, plain).without_denominator(graph)
         })
         .collect();
+
+    // collapse: what is affine becomes `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients, in the leg. Once
+    // denominators are gone, because they hide what is affine.
     for variables in [Variables::Unknowns, Variables::Leg] {
-        let mut collapse = Collapse::new(graph, variables);
-        for node in rows
-            .iter_mut()
-            .flat_map(Cleared::parts)
-            .chain(&mut second_difference)
-        {
-            *node = collapse.rewrite(*node);
-        }
+        let parts = rows.iter_mut().flat_map(Cleared::parts);
+        graph.rewrite_all(parts.chain(&mut second_difference), &mut Collapse::new(variables));
     }
-    // rows that share products would share fewer of them, each with factors of its own
+
+    // clear: what the parameters and `h` alone contribute to all terms is dropped, now that the terms are gathered. Rows that
+    // share products would share fewer of them, each with factors of its own.
     if rows.len() <= MOST_ROWS_WITH_FACTORS {
         for row in &mut rows {
             *row = row.without_common_factor(graph);
         }
     }
+
+    // merge: equal expressions become the shortest of them. The rows as they are differentiated come later, since what loses
+    // digits may be shorter.
     let mut merge = Merge::default();
     let values = rows.iter_mut().flat_map(|row| [&mut row.row, &mut row.scale]);
-    for node in values.chain(&mut second_difference) {
-        *node = merge.rewrite(graph, *node);
-    }
-    // later, since what loses digits may be shorter
-    for row in &mut rows {
-        row.plain = merge.rewrite(graph, row.plain);
-    }
+    graph.rewrite_all(values.chain(&mut second_difference), &mut merge);
+    graph.rewrite_all(rows.iter_mut().map(|row| &mut row.plain), &mut merge);
+
+    // the Jacobian, of rows in their last form but one, so that both have most in common
     let mut jacobian: Vec<Vec<NodeId>> = rows
         .iter()
         .map(|row| {
             (0..kept.len())
                 .map(|j| {
                     let entry = graph.derivative(row.plain, Leaf::Z(j));
-                    merge.rewrite(graph, entry)
+                    graph.rewrite(entry, &mut merge)
                 })
                 .collect()
         })
         .collect();
+
+    // rotate: sines and cosines at the second point from those at the first. Then rows and Jacobian show all functions that
+    // there are.
+    // distribute: constants go into sums that are used once, which is known once nothing else changes.
     let mut all: Vec<&mut NodeId> = rows.iter_mut().map(|row| &mut row.row).collect();
     all.extend(jacobian.iter_mut().flatten());
     rotate::rewrite(graph, &mut all);
     distribute::rewrite(graph, &mut all);
-    let scales = rows.iter().map(|row| row.scale).collect();
-    let rows = rows.iter().map(|row| row.row).collect();
+
     Unknowns {
-        rows,
-        scales,
+        scales: rows.iter().map(|row| row.scale).collect(),
+        rows: rows.iter().map(|row| row.row).collect(),
         jacobian,
         kept,
         second_difference,
+    }
+}
+
+/// The accelerations of the continuous motion, and the equations of those that stay unknown.
+pub(crate) struct Motion {
+    /// The acceleration of every coordinate, in `Q`, `V` and those `A` that stay unknown.
+    pub(crate) accelerations: Vec<NodeId>,
+    /// The accelerations `A` and multipliers `Lambda` that stay unknown.
+    pub(crate) unknown: Vec<Leaf>,
+    /// As many rows, in `Q`, `V` and the unknown ones.
+    pub(crate) rows: Vec<NodeId>,
+    /// `∂rows[i]/∂unknown[j]`.
+    pub(crate) jacobian: Vec<Vec<NodeId>>,
+    /// How many multipliers there are in all.
+    pub(crate) multipliers: usize,
+    /// Whether the rows are affine in them.
+    pub(crate) affine: bool,
+}
+
+/// What the code for some expressions costs.
+pub(crate) type Cost = fn(&mut Graph, &[NodeId]) -> usize;
+
+/// The passes of the continuous motion with `n` coordinates: rows are solved for accelerations as far as that keeps the
+/// recurrences of Taylor series short, which have a convolution for every product and nothing for a sum. Rows that are left
+/// are solved once an order, with one matrix.
+pub(crate) fn motion(
+    graph: &mut Graph,
+    rows: &[Equation],
+    n: usize,
+    multipliers: usize,
+    cost: Cost,
+) -> Motion {
+    // eliminate: rows whose coefficient the parameters alone decide
+    let rule = Rule {
+        early: Graph::is_fixed,
+        most_unknowns: MOST_SOLVED,
+    };
+    let unknown = (0..n).map(Leaf::A).chain((0..multipliers).map(Leaf::Lambda));
+    let mut system = Elimination::new(rows, unknown);
+    system.run(graph, rule);
+
+    // divide, then collapse: without their declared factors rows may be affine, and eliminated too
+    motion::divide(graph, &mut system.rows, n);
+    graph.rewrite_all(
+        system.rows.iter_mut().map(|row| &mut row.value),
+        &mut Collapse::new(Variables::Motion),
+    );
+    system.run(graph, rule);
+
+    // cramer: a row or two that are affine in as many accelerations
+    motion::cramer(graph, &mut system);
+    let affine = motion::affine(graph, &system);
+
+    // collapse, simplify, merge: what is affine is gathered, then common factors of sums and squares of roots are taken out,
+    // then equal expressions become one. Last, since the solutions have brought new terms together.
+    let accelerations = system.solutions(graph, (0..n).map(Leaf::A));
+    let mut all: Vec<NodeId> = system.rows.iter().map(|row| row.value).collect();
+    all.splice(..0, accelerations);
+    graph.rewrite_all(&mut all, &mut Collapse::new(Variables::Motion));
+    graph.rewrite_all(&mut all, &mut Simplify::default());
+    graph.rewrite_all(&mut all, &mut Merge::default());
+
+    // horner: rows that stay are multiplied out and gathered, where that leaves fewer products
+    let rows = motion::gathered(graph, &all[n..], cost);
+    all.truncate(n);
+    let jacobian = rows
+        .iter()
+        .map(|&row| {
+            let unknown = system.unknown.iter();
+            unknown.map(|&leaf| graph.derivative(row, leaf)).collect()
+        })
+        .collect();
+    Motion {
+        accelerations: all,
+        unknown: system.unknown,
+        rows,
+        jacobian,
+        multipliers,
+        affine,
     }
 }

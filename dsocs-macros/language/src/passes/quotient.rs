@@ -11,86 +11,82 @@ use crate::graph::{Graph, Leaf, Node, NodeId};
 /// Rows of a higher degree in the unknown are divided as numbers.
 const HIGHEST_DEGREE: usize = 4;
 
-impl Graph {
-    /// `value / factor`: without the factor if it divides the value exactly as a polynomial in one of the `unknowns`,
-    /// otherwise the plain quotient.
-    pub(crate) fn quotient(&mut self, value: NodeId, factor: NodeId, unknowns: &[Leaf]) -> NodeId {
-        for &unknown in unknowns {
-            if let Some(quotient) = self.divide_exactly(value, factor, unknown) {
-                return quotient;
-            }
+/// `value / factor`: without the factor if it divides the value exactly as a polynomial in one of the `unknowns`,
+/// otherwise the plain quotient.
+pub(super) fn quotient(graph: &mut Graph, value: NodeId, factor: NodeId, unknowns: &[Leaf]) -> NodeId {
+    for &unknown in unknowns {
+        if let Some(quotient) = divide_exactly(graph, value, factor, unknown) {
+            return quotient;
         }
-        self.div(value, factor)
     }
+    graph.div(value, factor)
+}
 
-    fn divide_exactly(&mut self, value: NodeId, factor: NodeId, unknown: Leaf) -> Option<NodeId> {
-        let slope = self.derivative(factor, unknown);
-        if self.depends_on(slope, unknown) || self.vanishes(slope) {
+fn divide_exactly(graph: &mut Graph, value: NodeId, factor: NodeId, unknown: Leaf) -> Option<NodeId> {
+    let slope = graph.derivative(factor, unknown);
+    if graph.depends_on(slope, unknown) || graph.vanishes(slope) {
+        return None;
+    }
+    let zero = graph.constant(0.0);
+    let at_zero = HashMap::from([(unknown, zero)]);
+    let offset = graph.substitute(factor, &at_zero);
+
+    // terms that carry the factor openly, such as w tanh(w), need no division
+    let (scale, base) = graph.split(factor);
+    let (constant, terms) = match graph.node(value).clone() {
+        Node::Sum(constant, terms) => (constant.get(), terms.iter().map(|&(t, c)| (t, c.get())).collect()),
+        _ => (0.0, vec![(value, 1.0)]),
+    };
+    let mut open = Vec::new();
+    let mut rest = Vec::new();
+    for (term, c) in terms {
+        let carries = match graph.node(term) {
+            Node::Product(factors) => factors.iter().any(|&(node, n)| node == base && n > 0),
+            _ => term == base,
+        };
+        if carries {
+            open.push((graph.product(&[(term, 1), (base, -1)]), c / scale));
+        } else {
+            rest.push((term, c));
+        }
+    }
+    let mut polynomial = graph.linear(constant, &rest);
+
+    // Taylor coefficients at 0, until there are no more
+    let mut coefficients = Vec::new();
+    while !graph.vanishes(polynomial) {
+        if coefficients.len() > HIGHEST_DEGREE {
             return None;
         }
-        let zero = self.constant(0.0);
-        let at_zero = HashMap::from([(unknown, zero)]);
-        let offset = self.substitute(factor, &at_zero);
-
-        // terms that carry the factor openly, such as w tanh(w), need no division
-        let (scale, base) = self.split(factor);
-        let (constant, terms) = match self.node(value).clone() {
-            Node::Sum(constant, terms) => {
-                (constant.get(), terms.iter().map(|&(t, c)| (t, c.get())).collect())
-            }
-            _ => (0.0, vec![(value, 1.0)]),
-        };
-        let mut open = Vec::new();
-        let mut rest = Vec::new();
-        for (term, c) in terms {
-            let carries = match self.node(term) {
-                Node::Product(factors) => factors.iter().any(|&(node, n)| node == base && n > 0),
-                _ => term == base,
-            };
-            if carries {
-                open.push((self.product(&[(term, 1), (base, -1)]), c / scale));
-            } else {
-                rest.push((term, c));
-            }
-        }
-        let mut polynomial = self.linear(constant, &rest);
-
-        // Taylor coefficients at 0, until there are no more
-        let mut coefficients = Vec::new();
-        while !self.vanishes(polynomial) {
-            if coefficients.len() > HIGHEST_DEGREE {
-                return None;
-            }
-            coefficients.push(self.substitute(polynomial, &at_zero));
-            let degree = f64::from(u32::try_from(coefficients.len()).ok()?);
-            let derivative = self.derivative(polynomial, unknown);
-            polynomial = self.scale(1.0 / degree, derivative);
-        }
-
-        // synthetic division by offset + slope · unknown, from the highest degree down
-        let mut quotient = Vec::new();
-        let mut carried = zero;
-        for &coefficient in coefficients.iter().skip(1).rev() {
-            let taken = self.mul(carried, offset);
-            let left = self.sub(coefficient, taken);
-            carried = self.div(left, slope);
-            quotient.push(carried);
-        }
-        let taken = self.mul(carried, offset);
-        let remainder = match coefficients.first() {
-            Some(&first) => self.sub(first, taken),
-            None => zero,
-        };
-        if !self.vanishes(remainder) {
-            return None;
-        }
-        let variable = self.leaf(unknown);
-        let degree = i32::try_from(quotient.len()).ok()?;
-        for (coefficient, power) in quotient.into_iter().zip((0..degree).rev()) {
-            open.push((self.product(&[(coefficient, 1), (variable, power)]), 1.0));
-        }
-        Some(self.linear(0.0, &open))
+        coefficients.push(graph.substitute(polynomial, &at_zero));
+        let degree = f64::from(u32::try_from(coefficients.len()).ok()?);
+        let derivative = graph.derivative(polynomial, unknown);
+        polynomial = graph.scale(1.0 / degree, derivative);
     }
+
+    // synthetic division by offset + slope · unknown, from the highest degree down
+    let mut quotient = Vec::new();
+    let mut carried = zero;
+    for &coefficient in coefficients.iter().skip(1).rev() {
+        let taken = graph.mul(carried, offset);
+        let left = graph.sub(coefficient, taken);
+        carried = graph.div(left, slope);
+        quotient.push(carried);
+    }
+    let taken = graph.mul(carried, offset);
+    let remainder = match coefficients.first() {
+        Some(&first) => graph.sub(first, taken),
+        None => zero,
+    };
+    if !graph.vanishes(remainder) {
+        return None;
+    }
+    let variable = graph.leaf(unknown);
+    let degree = i32::try_from(quotient.len()).ok()?;
+    for (coefficient, power) in quotient.into_iter().zip((0..degree).rev()) {
+        open.push((graph.product(&[(coefficient, 1), (variable, power)]), 1.0));
+    }
+    Some(graph.linear(0.0, &open))
 }
 
 #[cfg(test)]
@@ -124,7 +120,7 @@ mod tests {
             terms.push((graph.product(&[(first, 1), (second, 1), (z, power)]), scale));
         }
         let row = graph.linear(0.0, &terms);
-        let quotient = graph.quotient(row, w, &[Leaf::Z(0)]);
+        let quotient = quotient(&mut graph, row, w, &[Leaf::Z(0)]);
         let expected = graph.linear(0.0, &[(c, 1.0), (z, -3.0), (tanh, 1.0)]);
         let difference = graph.sub(quotient, expected);
         assert!(graph.vanishes(difference));
@@ -154,7 +150,7 @@ mod tests {
         let w = graph.add(a, z);
         let square = graph.powi(z, 2);
         let row = graph.add(square, a);
-        let (quotient, plain) = (graph.quotient(row, w, &[Leaf::Z(0)]), graph.div(row, w));
+        let (quotient, plain) = (quotient(&mut graph, row, w, &[Leaf::Z(0)]), graph.div(row, w));
         assert_eq!(quotient, plain);
     }
 }

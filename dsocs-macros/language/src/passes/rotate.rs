@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use crate::graph::{Graph, Leaf, Node, NodeId, Unary};
+use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
 
 /// Rewrites expressions in the unknowns.
 pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
@@ -27,10 +27,11 @@ pub(crate) fn rewrite(graph: &mut Graph, outputs: &mut [&mut NodeId]) {
     if turned.is_empty() {
         return;
     }
-    let mut done = HashMap::new();
-    for output in outputs {
-        **output = put(graph, **output, &turned, &mut done);
-    }
+    let mut rotate = Rotate {
+        turned,
+        memory: Memory::new(),
+    };
+    graph.rewrite_all(outputs.iter_mut().map(|output| &mut **output), &mut rotate);
 }
 
 /// The arguments of sines and cosines.
@@ -52,31 +53,24 @@ fn is_unknown(graph: &Graph, id: NodeId) -> bool {
     graph.leaves(id).any(|leaf| matches!(leaf, Leaf::Z(_)))
 }
 
-fn put(
-    graph: &mut Graph,
-    id: NodeId,
-    turned: &HashMap<NodeId, [NodeId; 2]>,
-    done: &mut HashMap<NodeId, NodeId>,
-) -> NodeId {
-    if let Some(&done) = done.get(&id) {
-        return done;
+/// Functions of turned angles, by the sine and cosine of the angle before and of half the turn.
+struct Rotate {
+    turned: HashMap<NodeId, [NodeId; 2]>,
+    memory: Memory,
+}
+
+impl Pass for Rotate {
+    fn memory(&mut self) -> &mut Memory {
+        &mut self.memory
     }
-    let result = match *graph.node(id) {
-        Node::Unary(op @ (Unary::Sin | Unary::Cos), angle) if turned.contains_key(&angle) => {
-            let [before, half] = turned[&angle];
-            let start = graph.unary(op, before);
-            let change = graph.turn(op, before, half);
-            graph.add(start, change)
-        }
-        _ => {
-            let parts = graph.parts(id);
-            let parts: Vec<_> = parts
-                .into_iter()
-                .map(|part| put(graph, part, turned, done))
-                .collect();
-            graph.rebuild(id, &parts)
-        }
-    };
-    done.insert(id, result);
-    result
+
+    fn before(&mut self, graph: &mut Graph, id: NodeId) -> Option<NodeId> {
+        let Node::Unary(op @ (Unary::Sin | Unary::Cos), angle) = *graph.node(id) else {
+            return None;
+        };
+        let &[before, half] = self.turned.get(&angle)?;
+        let start = graph.unary(op, before);
+        let change = graph.turn(op, before, half);
+        Some(graph.add(start, change))
+    }
 }

@@ -5,30 +5,26 @@
 
 use std::collections::HashMap;
 
-use crate::graph::{Graph, Node, NodeId, Unary};
+use crate::graph::{Graph, Memory, Node, NodeId, Pass, Unary};
 
-/// Rewrites expressions, each once.
+/// Takes common factors out, and squares of roots.
 #[derive(Default)]
 pub(super) struct Simplify {
-    done: HashMap<NodeId, NodeId>,
+    memory: Memory,
 }
 
-impl Simplify {
-    /// The expression with fewer products.
-    pub(super) fn rewrite(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
-        if let Some(&done) = self.done.get(&id) {
-            return done;
-        }
-        let parts: Vec<_> = graph
-            .parts(id)
-            .into_iter()
-            .map(|part| self.rewrite(graph, part))
-            .collect();
-        let rebuilt = graph.rebuild(id, &parts);
-        let result = match graph.node(rebuilt).clone() {
+impl Pass for Simplify {
+    const FINAL: bool = true;
+
+    fn memory(&mut self) -> &mut Memory {
+        &mut self.memory
+    }
+
+    fn after(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
+        match graph.node(id).clone() {
             Node::Sum(constant, terms) if terms.len() > 1 && constant.get() == 0.0 => {
                 let terms: Vec<_> = terms.iter().map(|&(term, c)| (term, c.get())).collect();
-                factored(graph, &terms).unwrap_or(rebuilt)
+                factored(graph, &terms).unwrap_or(id)
             }
             Node::Sum(constant, terms) => {
                 let terms: Vec<_> = terms
@@ -37,11 +33,8 @@ impl Simplify {
                     .collect();
                 graph.linear(constant.get(), &terms)
             }
-            _ => roots(graph, rebuilt),
-        };
-        self.done.insert(id, result);
-        self.done.insert(result, result);
-        result
+            _ => roots(graph, id),
+        }
     }
 }
 
@@ -144,7 +137,7 @@ mod tests {
         let sum = graph.sum(&parts);
         let quotient = graph.div(x, sum);
         let expected = graph.mul(x, root);
-        assert_eq!(Simplify::default().rewrite(&mut graph, quotient), expected);
+        assert_eq!(graph.rewrite(quotient, &mut Simplify::default()), expected);
     }
 
     #[test]
@@ -159,6 +152,6 @@ mod tests {
         let sum = graph.linear(0.0, &[(left, 2.0), (right, -3.0)]);
         let inner = graph.linear(0.0, &[(y, 2.0), (z, -3.0)]);
         let expected = graph.mul(x, inner);
-        assert_eq!(Simplify::default().rewrite(&mut graph, sum), expected);
+        assert_eq!(graph.rewrite(sum, &mut Simplify::default()), expected);
     }
 }

@@ -177,7 +177,12 @@ fn numbers_from_a_macro_by_example() {
         coordinates(theta: [#n]);
         lagrangian = sum(0..#n, |i| theta[i]) + theta[#last];
     };
-    let Ok(model) = crate::expand::analyze(declaration, &super::tokens("struct A;")) else {
+    let Ok(model) = crate::expand::model(
+        declaration,
+        &syn::parse_quote!(
+            struct A;
+        ),
+    ) else {
         panic!("the groups were not seen through")
     };
     assert_eq!(model.coordinates.len(), 3);

@@ -310,6 +310,39 @@ fn the_parts_of_a_model() {
 }
 
 #[test]
+fn documentation_is_kept() {
+    let declaration = "
+        coordinates(
+            /// The way [m].
+            x,
+            /// The angles
+            /// of the rods [rad].
+            theta: [2],
+            y,
+        );
+        /** The speed [m/s]. */
+        let speed = dot(x);
+        let other = dot(y);
+        /// The Lagrangian has nobody to be told to.
+        lagrangian = speed.powi(2) + other.powi(2) + dot(theta[0]).powi(2) + dot(theta[1]).powi(2);
+        observe = [other, speed];
+    ";
+    let item = "
+        /// Two rods
+        /// on a cart.
+        ///
+        /// More of them.
+        #[derive(Clone)]
+        struct Rods;
+    ";
+    let docs = analyzed(declaration, item).unwrap().docs;
+    assert_eq!(docs.system, "Two rods on a cart.");
+    let angles = "The angles of the rods [rad].";
+    assert_eq!(docs.coordinates, ["The way [m].", angles, angles, ""]);
+    assert_eq!(docs.observe, ["", "The speed [m/s]."]);
+}
+
+#[test]
 fn without_constraints_every_displacement_is_virtual() {
     let model = model("coordinates(x, y); lagrangian = x;");
     let fields: Vec<_> = fields_of(&model)

@@ -123,6 +123,25 @@ fn doc_comments_are_welcome() {
 }
 
 #[test]
+fn other_attributes_are_refused() {
+    one(
+        "coordinates(#[serde(skip)] x); lagrangian = dot(x);",
+        "#[serde(skip)]",
+        "no meaning in a declaration",
+    );
+    one(
+        "coordinates(x); #[inline] let a = x; lagrangian = a * dot(x);",
+        "#[inline]",
+        "no meaning in a declaration",
+    );
+    one(
+        "coordinates(x, /// nothing\n); lagrangian = dot(x);",
+        ")",
+        "expected an expression",
+    );
+}
+
+#[test]
 fn the_last_semicolon_may_be_left_out() {
     assert_eq!(
         mistakes_on("coordinates(x);; lagrangian = dot(x).powi(2)", ITEM),

@@ -6,11 +6,12 @@ mod constraints_mistakes;
 mod meaning;
 mod mistakes;
 mod random;
+mod text;
 mod together;
 
 use proc_macro2::TokenStream;
 
-use crate::expand::{Mistakes, analyze};
+use crate::expand::{self, Refused};
 use crate::graph::NodeId;
 use crate::model::{Displacements, Model};
 
@@ -26,8 +27,8 @@ fn tokens(source: &str) -> TokenStream {
     source.parse().unwrap()
 }
 
-fn analyzed(declaration: &str, item: &str) -> Result<Model, Mistakes> {
-    analyze(tokens(declaration), &tokens(item))
+fn analyzed(declaration: &str, item: &str) -> Result<Model, Refused> {
+    expand::model(tokens(declaration), &syn::parse_str(item).unwrap())
 }
 
 /// The model of a declaration on [`ITEM`].

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::{ITEM, tokens};
-use crate::expand::{analyze, expand};
+use crate::expand::{expand, model};
 
 /// An expression, more often than not one that is allowed.
 fn expression() -> impl Strategy<Value = String> {
@@ -73,7 +73,7 @@ proptest! {
         let (declaration, item) = (tokens(&declaration), tokens(ITEM));
         let code = expand(declaration.clone(), &item);
         prop_assert!(syn::parse2::<syn::File>(code.clone()).is_ok(), "no Rust: {code}");
-        if let Err(mistakes) = analyze(declaration, &item) {
+        if let Err(mistakes) = model(declaration, &syn::parse2(item).unwrap()) {
             prop_assert!(!mistakes.errors.is_empty());
         }
     }

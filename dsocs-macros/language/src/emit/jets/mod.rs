@@ -1,7 +1,7 @@
 //! Taylor series of the continuous motion: the recurrences of a declaration.
 //!
-//! The expression graph, walked a third time: after values and dual numbers, jets. [`crate::passes::motion`] solves the
-//! continuous system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
+//! The expression graph, walked a third time: after values and dual numbers, jets. [`passes::motion`] solves the continuous
+//! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
 //! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
 mod call;
@@ -20,8 +20,9 @@ use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
 use super::program::{Place, Program, Value};
 use crate::graph::{Graph, NodeId};
+use crate::mechanics;
 use crate::model::Model;
-use crate::passes::motion::{Motion, motion};
+use crate::passes::{self, Motion};
 
 /// With up to so many products the time of an order is that of the longest chain of operations; with more it is that of
 /// all of them.
@@ -30,7 +31,7 @@ const MOST_EAGER: usize = 16;
 /// The `impl Jets` of the declaration.
 pub(super) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
-    let motion = motion(model, &mut graph, Lower::cost);
+    let motion = motion(model, &mut graph);
     let (plan, sequences) = Plan::new(&mut graph, &motion);
     let mut writer = Writer::new(&graph, sequences);
     let body = plan.body(&mut writer, &motion);
@@ -73,6 +74,13 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             }
         }
     }
+}
+
+/// The motion of a declaration, in the form with the fewest products of sequences.
+fn motion(model: &Model, graph: &mut Graph) -> Motion {
+    let rows = mechanics::continuous(model, graph).rows;
+    let n = model.coordinates.len();
+    passes::motion(graph, &rows, n, model.multipliers(), Lower::cost)
 }
 
 /// What is computed, and in which order.

@@ -6,16 +6,16 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::*;
-use crate::expand::analyze;
+use crate::expand;
 
 /// The numbers of products and squares of sequences in the recurrences of a declaration, and of rows left to numbers.
 fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
-    let model = match analyze(declaration, &item) {
+    let model = match expand::model(declaration, &syn::parse2(item).unwrap()) {
         Ok(model) => model,
         Err(mistakes) => panic!("{mistakes:?}"),
     };
     let mut graph = model.graph.clone();
-    let motion = motion(&model, &mut graph, Lower::cost);
+    let motion = motion(&model, &mut graph);
     let (plan, sequences) = Plan::new(&mut graph, &motion);
     let mut writer = Writer::new(&graph, sequences);
     plan.body(&mut writer, &motion);
@@ -104,9 +104,9 @@ fn the_pendulum_takes_five_products_and_a_square() {
 #[test]
 fn the_factor_of_the_pendulum_is_divided_out_exactly() {
     let (declaration, item) = pendulum();
-    let model = analyze(declaration, &item).unwrap();
+    let model = expand::model(declaration, &syn::parse2(item).unwrap()).unwrap();
     let mut graph = model.graph.clone();
-    let motion = motion(&model, &mut graph, Lower::cost);
+    let motion = motion(&model, &mut graph);
     let (plan, _) = Plan::new(&mut graph, &motion);
     let quotient = |op: &Op| matches!(op, Op::Quotient(..) | Op::Reciprocal(_));
     assert!(!plan.ops.iter().any(|(_, op)| quotient(op)), "{:?}", plan.ops);

@@ -11,7 +11,7 @@ use crate::particle::CurvedParticle;
 use crate::pendulum::InertiaWheelPendulum;
 
 /// The pendulum's discrete motion with `h = 1e-4` and the paper's start, every second, in 200-bit arithmetic.
-const PENDULUM: &str = include_str!("../../data/pendulum_discrete_h0.0001.csv");
+const PENDULUM: &str = include_str!("../../../data/pendulum_discrete_h0.0001.csv");
 
 /// The largest error of the particle's true motion with the second-order start over [0, 500], over `h²`.
 const SLOPE: f64 = 117.508_5;

@@ -9,7 +9,7 @@ use num_dual::Dual as Foreign;
 use super::{Bar, Measured, Report, larger};
 
 /// Functions, arguments, values and two derivatives.
-const TABLE: &str = include_str!("../../data/functions.csv");
+const TABLE: &str = include_str!("../../../data/functions.csv");
 
 /// Numbers below this are rounded as if they were as large: they are next to the end of the range.
 const SMALLEST: f64 = 1e-292;

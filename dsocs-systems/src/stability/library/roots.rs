@@ -9,7 +9,7 @@ use crate::experiment::pendulum::{Q0, V0};
 use crate::pendulum::InertiaWheelPendulum;
 
 /// The 80 steps of the reference motion at which the roots are nearest, in 200-bit arithmetic.
-const HARD: &str = include_str!("../../data/pendulum_hard_steps_h0.1.csv");
+const HARD: &str = include_str!("../../../data/pendulum_hard_steps_h0.1.csv");
 
 /// The step of the reference, in s.
 const H: f64 = 0.1;

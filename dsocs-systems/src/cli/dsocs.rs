@@ -1,0 +1,62 @@
+//! The command `dsocs`: what every program over a list of systems does, and the paper.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use super::{Program, finish, paper};
+use crate::entry::Entry;
+
+/// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
+///
+/// Without a command, `dsocs` reproduces the paper's figures (`dsocs paper`).
+#[derive(Debug, Parser)]
+#[command(name = "dsocs", version, args_conflicts_with_subcommands = true)]
+struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// What `dsocs paper` takes.
+    #[command(flatten)]
+    paper: paper::PaperArguments,
+}
+
+/// What `dsocs` does.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Reproduce the paper's figures and tables (the default)
+    Paper(paper::PaperArguments),
+    /// What every program does.
+    #[command(flatten)]
+    Common(super::Command),
+}
+
+/// The command line of `dsocs`: as [`super::main`], with the paper's figures as the command that is meant where none is given, and the
+/// hard cases of `stability`.
+#[must_use]
+pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
+    let program = Program {
+        is_dsocs: true,
+        ..Program::new(entries)
+    };
+    let arguments = Arguments::parse();
+    finish(
+        program
+            .verified()
+            .and_then(|mut program| match arguments.command {
+                None => paper::paper(&arguments.paper),
+                Some(Command::Paper(arguments)) => paper::paper(&arguments),
+                Some(Command::Common(command)) => command.execute(&mut program),
+            }),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        super::Arguments::command().debug_assert();
+    }
+}

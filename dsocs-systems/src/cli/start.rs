@@ -1,0 +1,98 @@
+//! The options that say where a motion begins and what the parameters are.
+
+use clap::Args;
+
+use super::CliError;
+use crate::entry::Entry;
+
+/// Where a motion begins, and the parameters.
+#[derive(Args, Debug)]
+pub struct StartArguments {
+    /// The first node, a number for each coordinate
+    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',')]
+    q0: Option<Vec<f64>>,
+    /// The initial velocity, a number for each coordinate
+    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',')]
+    v0: Option<Vec<f64>>,
+    /// A parameter's value; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
+    set: Vec<(String, f64)>,
+}
+
+/// Reads `name=value`.
+fn assignment(text: &str) -> Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
+    let value = value
+        .trim()
+        .parse()
+        .map_err(|_| format!("`{value}` is not a number"))?;
+    Ok((name.trim().to_owned(), value))
+}
+
+impl StartArguments {
+    /// Gives the parameters their values.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if there is no such parameter or a value is not finite.
+    pub fn set(&self, entry: &mut Entry) -> Result<(), CliError> {
+        for (name, value) in &self.set {
+            entry.set(name, *value)?;
+            if !value.is_finite() {
+                return Err(CliError::Parameter {
+                    name: name.clone(),
+                    value: *value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first node.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::NoStart`] if neither the options nor the entry have one.
+    pub fn q0(&self, entry: &Entry) -> Result<Vec<f64>, CliError> {
+        let given = self.q0.as_ref().or(entry.default_start().map(|[q0, _]| q0));
+        given.cloned().ok_or_else(|| self.missing(entry))
+    }
+
+    /// The initial velocity.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::NoStart`] if neither the options nor the entry have one.
+    pub fn v0(&self, entry: &Entry) -> Result<Vec<f64>, CliError> {
+        let given = self.v0.as_ref().or(entry.default_start().map(|[_, v0]| v0));
+        given.cloned().ok_or_else(|| self.missing(entry))
+    }
+
+    /// Refuses options that can be meant for one system alone.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::OneSystem`].
+    pub fn for_systems(&self, count: usize) -> Result<(), CliError> {
+        let given = [
+            ("--q0", self.q0.is_some()),
+            ("--v0", self.v0.is_some()),
+            ("--set", !self.set.is_empty()),
+        ];
+        match given.into_iter().find(|&(_, given)| given) {
+            Some((option, _)) if count > 1 => Err(CliError::OneSystem { option }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is to be said where there is no start.
+    fn missing(&self, entry: &Entry) -> CliError {
+        let options = [("--q0", self.q0.is_none()), ("--v0", self.v0.is_none())];
+        let options = options.into_iter().filter(|&(_, missing)| missing);
+        CliError::NoStart {
+            system: entry.name().to_owned(),
+            options: options.map(|(option, _)| option).collect(),
+            coordinates: entry.description().names().collect(),
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! What the command line knows of a system: an [`Entry`], which is a value made of the system itself.
+//!
+//! Names, units and texts come from the declaration. An entry adds what a declaration does not say: a start, a step, an end, where
+//! the system comes from, its symmetries.
+//!
+//! ```
+//! use dsocs_core::dsocs;
+//! use dsocs_systems::Entry;
+//!
+//! /// A mass on a spring.
+//! #[dsocs {
+//!     coordinates(
+//!         /// The elongation [m].
+//!         x,
+//!     );
+//!     lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * x.powi(2);
+//! }]
+//! struct MassOnSpring {
+//!     /// The mass \[kg\].
+//!     mass: f64,
+//!     /// The stiffness of the spring [N/m].
+//!     stiffness: f64,
+//! }
+//!
+//! let entry = Entry::new(MassOnSpring { mass: 1.0, stiffness: 4.0 })
+//!     .start([1.0], [0.0])
+//!     .step(0.05)
+//!     .until(20.0);
+//! assert_eq!(entry.name(), "mass-on-spring");
+//! assert_eq!(entry.summary(), "A mass on a spring");
+//! ```
+
+mod columns;
+mod description;
+mod erased;
+mod name;
+mod run;
+mod symmetry;
+
+use std::fmt;
+use std::ops::ControlFlow;
+
+use dsocs_core::geometry::GeometryError;
+use dsocs_core::taylor::Jets;
+use dsocs_core::{Quantity, RunError, SetupError};
+use thiserror::Error;
+
+use crate::check::{Expected, Finding, Settings};
+
+pub use columns::{Column, Row, columns};
+pub use description::{Description, Kind};
+pub use erased::{AnySystem, Extra};
+pub use name::UnknownName;
+pub use run::{Beginning, Method, Plan, RunFailure};
+pub use symmetry::Symmetry;
+
+use erased::Erased;
+
+/// The step unless an entry or the command line says another, in s.
+pub const STEP: f64 = 0.01;
+
+/// The end unless an entry or the command line says another, in s.
+pub const UNTIL: f64 = 10.0;
+
+/// A system that the command line can run by name.
+pub struct Entry {
+    /// The system.
+    system: Box<dyn AnySystem>,
+    /// What its declaration says.
+    description: Description,
+    /// The name on the command line.
+    name: String,
+    /// What it is, in a line.
+    summary: String,
+    /// Where it comes from.
+    source: Option<String>,
+    /// The start unless the command line gives one: position and velocity.
+    start: Option<[Vec<f64>; 2]>,
+    /// The step.
+    step: f64,
+    /// The end.
+    until: f64,
+    /// Symmetries of the Lagrangian.
+    symmetries: Vec<Symmetry>,
+    /// The order of the scheme.
+    order: f64,
+    /// Whether the step with `−h` is the inverse of that with `h`.
+    reversible: bool,
+}
+
+impl fmt::Debug for Entry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Entry")
+            .field("name", &self.name)
+            .field("description", &self.description)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Entry {
+    /// The entry of a system with the values that its parameters have now.
+    ///
+    /// Its name is that of the type in the form `my-system`, its summary the first sentence of the type's documentation. It has no
+    /// start: [`Entry::start`] gives one. The step is 0.01 s and the end 10 s unless [`Entry::step`] and [`Entry::until`] say others.
+    pub fn new<S: Jets<N> + Send + 'static, const N: usize>(system: S) -> Self {
+        Self::with_parameters(system, [])
+    }
+
+    /// The entry of a system with parameters that its declaration does not list, such as a field of a type parameter's.
+    pub fn with_parameters<S: Jets<N> + Send + 'static, const N: usize>(
+        system: S,
+        extra: impl Into<Vec<Extra<S>>>,
+    ) -> Self {
+        Self::of(Box::new(Erased::new(system, extra.into())))
+    }
+
+    /// The entry of a system whose type is erased.
+    fn of(system: Box<dyn AnySystem>) -> Self {
+        let description = system.description();
+        Self {
+            name: name::kebab(description.itself.name),
+            summary: description::sentence(description.itself.doc).to_owned(),
+            system,
+            description,
+            source: None,
+            start: None,
+            step: STEP,
+            until: UNTIL,
+            symmetries: Vec::new(),
+            order: 2.0,
+            reversible: true,
+        }
+    }
+
+    /// Gives another name than the type's.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Gives another summary than the first sentence of the type's documentation.
+    #[must_use]
+    pub fn described(mut self, summary: impl Into<String>) -> Self {
+        self.summary = summary.into();
+        self
+    }
+
+    /// Says where the system comes from.
+    #[must_use]
+    pub fn source(mut self, source: impl Into<String>) -> Self {
+        self.source = Some(source.into());
+        self
+    }
+
+    /// Gives the position `q0` and the velocity `v0` that a run begins with unless it is told others, a number for each
+    /// coordinate.
+    #[must_use]
+    pub fn start<const N: usize>(mut self, q0: [f64; N], v0: [f64; N]) -> Self {
+        self.start = Some([q0.to_vec(), v0.to_vec()]);
+        self
+    }
+
+    /// Gives the step that a run has unless it is told another, in s; negative to run back in time.
+    #[must_use]
+    pub fn step(mut self, h: f64) -> Self {
+        self.step = h;
+        self
+    }
+
+    /// Gives the end that a run has unless it is told another, in s.
+    #[must_use]
+    pub fn until(mut self, until: f64) -> Self {
+        self.until = until;
+        self
+    }
+
+    /// Names a symmetry of the Lagrangian by its infinitesimal generator `ξ_Q(q)`, a velocity of the configuration. `check`
+    /// holds its momentum law against the motion.
+    #[must_use]
+    pub fn symmetry<const N: usize>(
+        mut self,
+        name: impl Into<String>,
+        generator: impl Fn(&[f64; N]) -> [f64; N] + Send + Sync + 'static,
+    ) -> Self {
+        self.symmetries.push(Symmetry::new(name, generator));
+        self
+    }
+
+    /// Says that the order of the scheme that `check` expects is another than 2.
+    #[must_use]
+    pub fn order(mut self, order: f64) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// Says that the step with `−h` is not the inverse of that with `h`: `check` reports how far they are apart, and does not fail.
+    #[must_use]
+    pub fn irreversible(mut self) -> Self {
+        self.reversible = false;
+        self
+    }
+}
+
+/// What is known of it.
+impl Entry {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What it is, in a line.
+    #[must_use]
+    pub fn summary(&self) -> &str {
+        &self.summary
+    }
+
+    /// Where it comes from, if the entry says it.
+    #[must_use]
+    pub fn origin(&self) -> Option<&str> {
+        self.source.as_deref()
+    }
+
+    /// What the declaration says.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The kind of its constraints.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        self.description.kind()
+    }
+
+    /// Position and velocity that a run begins with unless it is told others, if there are any.
+    #[must_use]
+    pub fn default_start(&self) -> Option<&[Vec<f64>; 2]> {
+        self.start.as_ref()
+    }
+
+    /// The step that a run has unless it is told another, in s.
+    #[must_use]
+    pub fn default_step(&self) -> f64 {
+        self.step
+    }
+
+    /// The end that a run has unless it is told another, in s.
+    #[must_use]
+    pub fn default_until(&self) -> f64 {
+        self.until
+    }
+
+    /// What `check` expects.
+    #[must_use]
+    pub fn expected(&self) -> Expected {
+        Expected {
+            kind: self.kind(),
+            order: self.order,
+            reversible: self.reversible,
+        }
+    }
+
+    /// The parameters, those of the declaration first, with their values.
+    pub fn parameters(&mut self) -> Vec<(Quantity, f64)> {
+        let parameters = self.description.parameters.clone().into_iter().enumerate();
+        parameters
+            .filter_map(|(index, parameter)| Some((parameter, *self.system.parameter(index)?)))
+            .collect()
+    }
+
+    /// Gives a parameter a value.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownName`] with the nearest name.
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
+        let parameters = &self.description.parameters;
+        let place = parameters.iter().position(|parameter| parameter.name == name);
+        match place.and_then(|place| self.system.parameter(place)) {
+            Some(place) => {
+                *place = value;
+                Ok(())
+            }
+            None => {
+                let known = parameters.iter().map(|parameter| parameter.name);
+                Err(UnknownName::new("parameter", name, known))
+            }
+        }
+    }
+
+    /// Runs as planned and hands each node to `sink`, which may end the run.
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
+    pub fn run(
+        &self,
+        plan: &Plan,
+        beginning: &Beginning,
+        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
+    ) -> Result<(), RunFailure> {
+        self.system.run(plan, beginning, sink)
+    }
+
+    /// Checks the paper's theorems on a motion of the system.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckFailure`] if the motion cannot be computed.
+    pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
+        self.system.check(&self.symmetries, self.expected(), settings)
+    }
+
+    /// Looks for mistakes in what the entry adds to the declaration.
+    ///
+    /// # Errors
+    ///
+    /// [`EntryError`] for the first one.
+    pub fn verify(&self) -> Result<(), EntryError> {
+        let coordinates = self.description.coordinates.len();
+        let fail = |cause| {
+            Err(EntryError {
+                name: self.name.clone(),
+                cause,
+            })
+        };
+        let vectors = self.start.iter().flatten().zip(["q0", "v0"]);
+        let vectors = vectors.map(|(vector, name)| (format!("{name} of its start"), vector.len()));
+        let generators = self.symmetries.iter();
+        let generators = generators.map(|symmetry| {
+            (
+                format!("its symmetry `{}`", symmetry.name()),
+                symmetry.components(),
+            )
+        });
+        for (what, found) in vectors.chain(generators) {
+            if found != coordinates {
+                return fail(Mistake::Length {
+                    what,
+                    found,
+                    coordinates: self.description.names().map(str::to_owned).collect(),
+                });
+            }
+        }
+        if self.name.is_empty() || self.name.starts_with('-') || self.name.contains(char::is_whitespace) {
+            return fail(Mistake::Name);
+        }
+        Ok(())
+    }
+}
+
+/// An entry contradicts the declaration of its system.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the entry `{name}`: {cause}")]
+pub struct EntryError {
+    /// The entry.
+    pub name: String,
+    /// What is wrong.
+    pub cause: Mistake,
+}
+
+/// What is wrong with an entry.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Mistake {
+    /// A vector has not as many components as the system has coordinates.
+    #[error(
+        "{what} has {found} component{}, but there {} {} coordinate{}: {}",
+        if *.found == 1 { "" } else { "s" },
+        if .coordinates.len() == 1 { "is" } else { "are" }, .coordinates.len(),
+        if .coordinates.len() == 1 { "" } else { "s" }, .coordinates.join(", ")
+    )]
+    Length {
+        /// What it is.
+        what: String,
+        /// How many components it has.
+        found: usize,
+        /// The coordinates.
+        coordinates: Vec<String>,
+    },
+    /// The name cannot be written on a command line.
+    #[error("a name is not empty, does not begin with `-` and has no blanks")]
+    Name,
+    /// Another entry has the name, too.
+    #[error("there are two of this name; `Entry::named` gives one of them another")]
+    Twice,
+}
+
+/// A system could not be checked.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CheckFailure {
+    /// The start does not fit the system.
+    #[error(transparent)]
+    Start(#[from] RunFailure),
+    /// The motion that was to be checked does not begin.
+    #[error("the motion to check does not begin: {0}")]
+    Setup(#[from] SetupError),
+    /// It ends early.
+    #[error("the motion to check ends early: {0}")]
+    Run(#[from] RunError),
+    /// A step of it has no solution by itself.
+    #[error("the motion to check: {0}")]
+    Geometry(#[from] GeometryError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PlanarPendulum, RodAndWheel};
+
+    #[test]
+    fn an_entry_says_what_its_declaration_says() {
+        let mut entry = Entry::new(PlanarPendulum::default());
+        assert_eq!(entry.name(), "planar-pendulum");
+        assert_eq!(
+            entry.summary(),
+            "A point mass on a massless rod, in a vertical plane"
+        );
+        assert_eq!(entry.kind(), Kind::Holonomic);
+        assert_eq!(Entry::new(RodAndWheel::default()).kind(), Kind::Mixed);
+        let units: Vec<_> = entry
+            .description()
+            .coordinates
+            .iter()
+            .map(Quantity::unit)
+            .collect();
+        assert_eq!(units, [Some("m"), Some("m")]);
+        entry.set("length", 2.0).unwrap();
+        let lengths = entry
+            .parameters()
+            .into_iter()
+            .filter(|(of, _)| of.name == "length");
+        assert_eq!(lengths.map(|(_, value)| value).collect::<Vec<_>>(), [2.0]);
+        let error = entry.set("lenght", 2.0).unwrap_err();
+        assert_eq!(error.nearest.as_deref(), Some("length"));
+        assert!(
+            error.to_string().contains("known: mass, length, gravity"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn what_contradicts_the_declaration_is_told() {
+        let entry = || Entry::new(PlanarPendulum::default());
+        assert_eq!(entry().verify(), Ok(()));
+        for (entry, expected) in [
+            (
+                entry().start([0.0], [0.0]),
+                "q0 of its start has 1 component, but there are 2 coordinates: x, y",
+            ),
+            (
+                entry().symmetry("rotation", |[x, y, _]| [-y, *x, 0.0]),
+                "its symmetry `rotation` has 3 components, but",
+            ),
+            (entry().named("a pendulum"), "has no blanks"),
+            (entry().named(""), "is not empty"),
+        ] {
+            let error = entry.verify().unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

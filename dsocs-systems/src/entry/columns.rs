@@ -1,0 +1,112 @@
+//! The nodes of a run as rows of a table.
+
+use dsocs_core::Regularity;
+
+use super::{Description, Plan};
+
+/// One node of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// The node's number.
+    pub index: u64,
+    /// Time, in s.
+    pub t: f64,
+    /// Position.
+    pub q: &'a [f64],
+    /// Velocity.
+    pub v: &'a [f64],
+    /// Generalized constraint force.
+    pub force: &'a [f64],
+    /// Energy.
+    pub energy: f64,
+    /// The observed expressions of the declaration.
+    pub observed: &'a [f64],
+    /// The multipliers of the constraints' forms.
+    pub multipliers: &'a [f64],
+    /// How regular the equations are at the node, in a certified run.
+    pub regularity: Option<Regularity>,
+    /// The estimated error of each coordinate, if it is asked for.
+    pub errors: &'a [f64],
+    /// How well the motion is known that errors are measured against.
+    pub doubt: f64,
+}
+
+impl Row<'_> {
+    /// The value of each column, in the order of [`columns`].
+    pub fn values(&self) -> impl Iterator<Item = f64> {
+        let vectors = [self.q, self.v, self.force].into_iter().flatten();
+        [self.t]
+            .into_iter()
+            .chain(vectors.copied())
+            .chain([self.energy])
+            .chain(self.observed.iter().copied())
+            .chain(self.multipliers.iter().copied())
+            .chain(
+                self.regularity
+                    .into_iter()
+                    .flat_map(|at| [at.forward, at.backward]),
+            )
+            .chain(self.errors.iter().copied())
+    }
+}
+
+/// A column of a run's table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The name.
+    pub name: String,
+    /// The unit, as far as the declaration tells it.
+    pub unit: Option<String>,
+}
+
+impl Column {
+    /// A column with a unit, if there is one.
+    fn new(name: impl Into<String>, unit: Option<impl Into<String>>) -> Self {
+        Self {
+            name: name.into(),
+            unit: unit.map(Into::into),
+        }
+    }
+}
+
+/// The columns of a run: time, position, velocity, force, energy, observed expressions, multipliers; in a certified run the
+/// smallest singular values of `D₃` and `D₁`; where errors are estimated, one for each coordinate.
+#[must_use]
+pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
+    let coordinates = || description.coordinates.iter();
+    let mut columns = vec![Column::new("t", Some("s"))];
+    columns.extend(coordinates().map(|q| Column::new(q.name, q.unit())));
+    columns.extend(coordinates().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
+    columns.extend(coordinates().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
+    columns.push(Column::new("energy", Some("J")));
+    columns.extend(
+        description
+            .observables
+            .iter()
+            .map(|x| Column::new(x.name, x.unit())),
+    );
+    columns.extend((0..description.forms).map(|form| Column::new(format!("lambda_{form}"), None::<&str>)));
+    if plan.certify {
+        let names = ["regularity_forward", "regularity_backward"];
+        columns.extend(names.map(|name| Column::new(name, None::<&str>)));
+    }
+    if plan.estimate {
+        columns.extend(coordinates().map(|q| Column::new(format!("error_{}", q.name), q.unit())));
+    }
+    columns
+}
+
+/// The unit of the rate of a coordinate.
+fn rate(unit: &str) -> String {
+    format!("{unit}/s")
+}
+
+/// The unit of the generalized force along a coordinate, whose work is in J.
+fn force(unit: &str) -> String {
+    match unit {
+        "rad" => "N m".to_owned(),
+        "m" => "N".to_owned(),
+        "1" => "J".to_owned(),
+        unit => format!("J/{unit}"),
+    }
+}

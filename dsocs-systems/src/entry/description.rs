@@ -1,0 +1,102 @@
+//! What a declaration says of its system, without the system's type.
+
+use std::fmt;
+
+use dsocs_core::Quantity;
+use serde::Serialize;
+
+/// What a declaration says of its system, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The name and the documentation of the type.
+    pub itself: Quantity,
+    /// The coordinates.
+    pub coordinates: Vec<Quantity>,
+    /// The parameters: those of the declaration, then those that an entry adds.
+    pub parameters: Vec<Quantity>,
+    /// The observed expressions.
+    pub observables: Vec<Quantity>,
+    /// How many forms of constraint forces are known, and so how many multipliers there are.
+    pub forms: usize,
+    /// How many holonomic, nonholonomic and kinematic constraints there are.
+    pub constraints: [usize; 3],
+}
+
+impl Description {
+    /// The names of the coordinates.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.coordinates.iter().map(|coordinate| coordinate.name)
+    }
+
+    /// The kind of the constraints.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self.constraints {
+            [0, 0, 0] => Kind::Unconstrained,
+            [_, 0, 0] => Kind::Holonomic,
+            [0, _, 0] => Kind::Nonholonomic,
+            [0, 0, _] => Kind::SecondOrder,
+            _ => Kind::Mixed,
+        }
+    }
+}
+
+/// The kind of a system's constraints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// None.
+    Unconstrained,
+    /// On positions.
+    Holonomic,
+    /// On velocities.
+    Nonholonomic,
+    /// On accelerations.
+    SecondOrder,
+    /// Of several orders.
+    Mixed,
+}
+
+impl Kind {
+    /// Every kind, in the order of lists.
+    pub const ALL: [Self; 5] = [
+        Self::Unconstrained,
+        Self::Holonomic,
+        Self::Nonholonomic,
+        Self::SecondOrder,
+        Self::Mixed,
+    ];
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unconstrained => "unconstrained",
+            Self::Holonomic => "holonomic",
+            Self::Nonholonomic => "nonholonomic",
+            Self::SecondOrder => "second-order",
+            Self::Mixed => "mixed",
+        })
+    }
+}
+
+/// The first sentence of a documentation, without the full stop.
+pub(super) fn sentence(doc: &str) -> &str {
+    let end = doc.find(". ").unwrap_or(doc.len());
+    doc[..end].trim_end().trim_end_matches('.')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_summary_is_the_first_sentence() {
+        assert_eq!(sentence("A bead on a hoop. The hoop turns."), "A bead on a hoop");
+        assert_eq!(
+            sentence("A bead of 0.1 kg on a hoop."),
+            "A bead of 0.1 kg on a hoop"
+        );
+        assert_eq!(sentence(""), "");
+    }
+}

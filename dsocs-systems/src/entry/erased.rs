@@ -1,0 +1,142 @@
+//! A system with its type erased: all code of the command line that is made anew for every system.
+
+use std::ops::ControlFlow;
+
+use dsocs_core::taylor::Jets;
+use dsocs_core::{Quantity, Start};
+
+use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
+use crate::check::{self, Expected, Finding, Settings};
+
+/// A system of any type and dimension.
+pub trait AnySystem: Send {
+    /// What its declaration says.
+    fn description(&self) -> Description;
+
+    /// The place of a parameter, by its number in [`Description::parameters`].
+    fn parameter(&mut self, index: usize) -> Option<&mut f64>;
+
+    /// Runs as planned and hands each node to `sink`, which may end the run; see [`run::run`].
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
+    fn run(
+        &self,
+        plan: &Plan,
+        beginning: &Beginning,
+        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
+    ) -> Result<(), RunFailure>;
+
+    /// Checks the paper's theorems on a motion of the system.
+    ///
+    /// # Errors
+    ///
+    /// [`CheckFailure`] if the motion cannot be computed.
+    fn check(
+        &self,
+        symmetries: &[Symmetry],
+        expected: Expected,
+        settings: &Settings<'_>,
+    ) -> Result<Vec<Finding>, CheckFailure>;
+}
+
+/// A parameter that the declaration does not list.
+#[derive(Clone, Copy, Debug)]
+pub struct Extra<S> {
+    /// The name.
+    pub name: &'static str,
+    /// What it is, with its unit in brackets at the end.
+    pub doc: &'static str,
+    /// Where it is.
+    pub place: fn(&mut S) -> &mut f64,
+}
+
+/// A system behind [`AnySystem`].
+pub(super) struct Erased<S, const N: usize> {
+    /// The system.
+    system: S,
+    /// Parameters that the declaration does not list.
+    extra: Vec<Extra<S>>,
+}
+
+impl<S, const N: usize> Erased<S, N> {
+    /// Erases the type of a system.
+    pub(super) fn new(system: S, extra: Vec<Extra<S>>) -> Self {
+        Self { system, extra }
+    }
+}
+
+/// Makes a vector an array, if it has the right length.
+fn array<const N: usize>(
+    vector: &'static str,
+    components: &[f64],
+    coordinates: &[Quantity; N],
+) -> Result<[f64; N], RunFailure> {
+    components.try_into().map_err(|_| RunFailure::Length {
+        vector,
+        found: components.len(),
+        coordinates: coordinates.map(|coordinate| coordinate.name).to_vec(),
+    })
+}
+
+/// The start with arrays.
+fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result<Start<N>, RunFailure> {
+    let array = |vector, components: &[f64]| array(vector, components, names);
+    Ok(match beginning {
+        Beginning::Paper { q0, v0 } => Start::paper(array("q0", q0)?, array("v0", v0)?),
+        Beginning::SecondOrder { q0, v0 } => Start::second_order(array("q0", q0)?, array("v0", v0)?),
+        Beginning::Nodes { q0, q1 } => Start::nodes(array("q0", q0)?, array("q1", q1)?),
+        Beginning::Projected(beginning) => start(beginning, names)?.projected(),
+    })
+}
+
+impl<S: Jets<N> + Send, const N: usize> AnySystem for Erased<S, N> {
+    fn description(&self) -> Description {
+        let extra = self
+            .extra
+            .iter()
+            .map(|&Extra { name, doc, .. }| Quantity { name, doc });
+        Description {
+            itself: Quantity {
+                name: S::NAME,
+                doc: S::DOC,
+            },
+            coordinates: S::COORDINATES.to_vec(),
+            parameters: S::PARAMETERS.iter().copied().chain(extra).collect(),
+            observables: S::OBSERVABLES.to_vec(),
+            forms: S::FORMS,
+            constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
+        }
+    }
+
+    fn parameter(&mut self, index: usize) -> Option<&mut f64> {
+        match index.checked_sub(S::PARAMETERS.len()) {
+            None => self.system.parameter_mut(index),
+            Some(index) => Some((self.extra.get(index)?.place)(&mut self.system)),
+        }
+    }
+
+    fn run(
+        &self,
+        plan: &Plan,
+        beginning: &Beginning,
+        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
+    ) -> Result<(), RunFailure> {
+        let start = start(beginning, &S::COORDINATES)?;
+        run::run(&self.system, plan, start, sink)
+    }
+
+    fn check(
+        &self,
+        symmetries: &[Symmetry],
+        expected: Expected,
+        settings: &Settings<'_>,
+    ) -> Result<Vec<Finding>, CheckFailure> {
+        let start = (
+            array("q0", settings.q0, &S::COORDINATES)?,
+            array("v0", settings.v0, &S::COORDINATES)?,
+        );
+        check::check(&self.system, symmetries, expected, settings, start)
+    }
+}

@@ -1,0 +1,92 @@
+//! Names that do not exist.
+
+use thiserror::Error;
+
+/// A name that does not exist, and those that do.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("there is no {kind} `{name}`{}; known: {}", suggestion(.nearest.as_deref()), .known.join(", "))]
+pub struct UnknownName {
+    /// What the name should have named.
+    pub kind: &'static str,
+    /// The name.
+    pub name: String,
+    /// The name that is nearest, if one is near.
+    pub nearest: Option<String>,
+    /// All names.
+    pub known: Vec<String>,
+}
+
+impl UnknownName {
+    /// The error for a name that is none of `known`.
+    pub fn new<T: Into<String>>(kind: &'static str, name: &str, known: impl IntoIterator<Item = T>) -> Self {
+        let known: Vec<String> = known.into_iter().map(Into::into).collect();
+        let lower = name.to_lowercase();
+        let nearest = known
+            .iter()
+            .map(|candidate| (strsim::jaro_winkler(&candidate.to_lowercase(), &lower), candidate))
+            .filter(|&(similarity, _)| similarity > 0.7)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, candidate)| candidate.clone());
+        Self {
+            kind,
+            name: name.to_owned(),
+            nearest,
+            known,
+        }
+    }
+}
+
+/// The name of a type in the form `my-system`.
+pub(super) fn kebab(name: &str) -> String {
+    let mut kebab = String::new();
+    let mut before: Option<char> = None;
+    let mut letters = name.chars().peekable();
+    while let Some(letter) = letters.next() {
+        let next = letters.peek();
+        let begins_word = letter.is_uppercase()
+            && before
+                .is_some_and(|before| !before.is_uppercase() || next.is_some_and(|next| next.is_lowercase()));
+        if letter == '_' || begins_word {
+            kebab.push('-');
+        }
+        if letter != '_' {
+            kebab.extend(letter.to_lowercase());
+        }
+        before = Some(letter).filter(|&letter| letter != '_').or(Some('A'));
+    }
+    kebab
+}
+
+/// The question after the nearest name.
+fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |nearest| format!(" (did you mean `{nearest}`?)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn types_have_names_for_the_command_line() {
+        for (name, expected) in [
+            ("Pendulum", "pendulum"),
+            ("BeadOnHoop", "bead-on-hoop"),
+            ("RLCircuit", "rl-circuit"),
+            ("PlanarChain8", "planar-chain8"),
+            ("Chain8Links", "chain8-links"),
+            ("Two_Masses", "two-masses"),
+        ] {
+            assert_eq!(kebab(name), expected);
+        }
+    }
+
+    #[test]
+    fn the_nearest_name_is_suggested() {
+        let known = ["pendulum", "particle", "length"];
+        let nearest = |name| UnknownName::new("system", name, known).nearest;
+        assert_eq!(nearest("pendulm").as_deref(), Some("pendulum"));
+        assert_eq!(nearest("Particel").as_deref(), Some("particle"));
+        assert_eq!(nearest("lenght").as_deref(), Some("length"));
+        assert_eq!(nearest("xyz"), None);
+    }
+}

@@ -1,0 +1,208 @@
+//! A run that the command line asks for: how it begins, how exact it is, and the run.
+
+use std::ops::ControlFlow;
+
+use dsocs_core::taylor::{GlobalError, Jets};
+use dsocs_core::{
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, SetupError, Start, Stepper, TaylorFlow,
+    Tolerance, View,
+};
+use thiserror::Error;
+
+use super::Row;
+
+/// How the first two nodes are found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Beginning {
+    /// From position and velocity, `q1 = q0 + h v0`.
+    Paper {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// From position and velocity, `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// Both nodes.
+    Nodes {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+    },
+    /// Another beginning, moved onto the constraints of positions and velocities.
+    Projected(Box<Self>),
+}
+
+/// How a motion is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// By the paper's step, of order 2.
+    Step,
+    /// By a composition of it.
+    Composed(Composition),
+    /// The continuous motion, to a tolerance relative to the size of the velocities.
+    Tolerance(f64),
+}
+
+/// A run that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// The step, and the interval of the output.
+    pub h: f64,
+    /// The time of the end.
+    pub until: f64,
+    /// How it is computed.
+    pub method: Method,
+    /// Whether the regularity at each node is recorded; of the paper's step alone.
+    pub certify: bool,
+    /// Whether the error at each node is estimated; see [`GlobalError`].
+    pub estimate: bool,
+}
+
+/// A run did not reach its end.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunFailure {
+    /// It did not begin.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// A vector has not as many components as the system has coordinates.
+    #[error(
+        "{vector} has {found} component{}, but there are {} coordinates: {}",
+        if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
+    )]
+    Length {
+        /// Which vector.
+        vector: &'static str,
+        /// How many components it has.
+        found: usize,
+        /// The coordinates.
+        coordinates: Vec<&'static str>,
+    },
+    /// It ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// There is no continuous motion to measure errors against.
+    #[error("the error cannot be estimated: {0}")]
+    Estimate(#[source] RunError),
+}
+
+/// How far a motion is from the continuous one, whatever the system's type; see [`GlobalError`].
+trait Errors<const N: usize> {
+    /// The error of each coordinate of a position at a time.
+    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError>;
+
+    /// How well the continuous motion is known.
+    fn doubt(&self) -> f64;
+}
+
+impl<S: Jets<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
+    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
+        Self::at(self, t, q)
+    }
+
+    fn doubt(&self) -> f64 {
+        Self::doubt(self)
+    }
+}
+
+/// Runs from the start up to the last node at or before the end and hands each node to `sink`, which may end the run. A
+/// certified run tells the regularity at each node; at the start, where no step is solved, it is NaN.
+///
+/// # Errors
+///
+/// [`RunFailure`] if the run cannot be set up, a step has no solution, or the error cannot be estimated.
+pub(super) fn run<S: Jets<N>, const N: usize>(
+    system: &S,
+    plan: &Plan,
+    start: Start<N>,
+    sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
+) -> Result<(), RunFailure> {
+    let Plan { h, until, method, .. } = *plan;
+    if !until.is_finite() {
+        return Err(RunError::Until { until }.into());
+    }
+    // whatever the method: step, parameters and start are to be usable
+    let flow = Flow::new(system, h, start)?;
+    let (mut step, mut composed, mut series);
+    let run: &mut dyn Stepper<N> = match method {
+        Method::Step => {
+            step = if plan.certify { flow.watchful() } else { flow };
+            &mut step
+        }
+        Method::Composed(composition) => {
+            composed = ComposedFlow::new(system, h, composition, start)?;
+            &mut composed
+        }
+        Method::Tolerance(tolerance) => {
+            series = TaylorFlow::new(system, start, Tolerance::relative(tolerance))?.every(h)?;
+            &mut series
+        }
+    };
+    let mut error = if plan.estimate {
+        let last = run.clock().until(until)?.time();
+        Some(GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?)
+    } else {
+        None
+    };
+    let error = error.as_mut().map(|error| error as &mut dyn Errors<N>);
+    hand_on(run, system, error, plan, sink)
+}
+
+/// Hands the nodes of a run on, whatever the system's type.
+fn hand_on<const N: usize>(
+    run: &mut dyn Stepper<N>,
+    system: &dyn View<N>,
+    mut error: Option<&mut dyn Errors<N>>,
+    plan: &Plan,
+    sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
+) -> Result<(), RunFailure> {
+    let mut observed = vec![0.0; system.observables().len()];
+    let mut failed = None;
+    let mut take = |node: &Node<N>, regularity: Option<Regularity>| {
+        system.observed(&node.point(), &mut observed);
+        let mut row = Row {
+            index: node.index,
+            t: node.t,
+            q: &node.q,
+            v: &node.v,
+            force: &node.force,
+            energy: node.energy,
+            observed: &observed,
+            multipliers: &system.multipliers_of(node),
+            regularity,
+            errors: &[],
+            doubt: 0.0,
+        };
+        let Some(error) = &mut error else {
+            return sink(&row);
+        };
+        match error.at(node.t, &node.q) {
+            Ok(errors) => {
+                (row.errors, row.doubt) = (&errors, error.doubt());
+                sink(&row)
+            }
+            Err(error) => {
+                failed = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    };
+    if plan.certify {
+        run.certify(plan.until, &mut |node, regularity| {
+            take(node, regularity.or(Some(Regularity::UNKNOWN)))
+        })?;
+    } else {
+        run.stream(plan.until, &mut |node: &Node<N>| take(node, None))?;
+    }
+    match failed {
+        Some(error) => Err(RunFailure::Estimate(error)),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,62 @@
+//! Symmetries of a Lagrangian.
+
+use std::fmt;
+
+/// A symmetry of a system's Lagrangian, by its infinitesimal generator.
+pub struct Symmetry {
+    /// What it is, `rotation about the pivot`.
+    name: String,
+    /// How many coordinates it is for.
+    components: usize,
+    /// The generator `ξ_Q(q)`: takes a position and writes a velocity of the configuration.
+    generator: Box<dyn Fn(&[f64], &mut [f64]) + Send + Sync>,
+}
+
+impl fmt::Debug for Symmetry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Symmetry")
+            .field("name", &self.name)
+            .field("components", &self.components)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Symmetry {
+    /// A symmetry by its generator `ξ_Q(q)`, a velocity of the configuration.
+    pub fn new<const N: usize>(
+        name: impl Into<String>,
+        generator: impl Fn(&[f64; N]) -> [f64; N] + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            components: N,
+            generator: Box::new(move |q, out| {
+                if let Ok(q) = q.try_into() {
+                    out.copy_from_slice(&generator(q));
+                }
+            }),
+        }
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many coordinates it is for.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.components
+    }
+
+    /// The generator at a position; NaN if the position has another number of coordinates.
+    #[must_use]
+    pub fn at<const N: usize>(&self, q: &[f64; N]) -> [f64; N] {
+        let mut velocity = [f64::NAN; N];
+        if N == self.components {
+            (self.generator)(q, &mut velocity);
+        }
+        velocity
+    }
+}

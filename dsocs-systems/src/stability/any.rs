@@ -1,0 +1,390 @@
+//! Hard cases for any system: what can be measured without knowing the motion.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+
+use super::{Bar, Measured, Report, Row, larger};
+use crate::check::Settings;
+use crate::entry::{self, Beginning, Entry, Method, Plan, RunFailure};
+
+/// So many steps are made at most in a long run, and at most where it is to take seconds.
+const STEPS: [f64; 2] = [1e6, 1e4];
+
+/// So many steps are made where one motion is compared with another.
+const COMPARED: u32 = 40;
+
+/// So many steps of the size that is asked for are made with small steps.
+const WINDOW: u32 = 8;
+
+/// The steps, in parts of the one that is asked for, at which errors are held against the order; fewer where it is to take seconds.
+const SMALL: [u32; 3] = [10, 100, 1000];
+
+/// An error may be so many times what the order leaves of that at the first of [`SMALL`].
+const EXCESS: f64 = 3.0;
+
+/// What rounding may leave of the errors of small steps, in parts of the motion's extent.
+const ROUNDING: f64 = 1e-12;
+
+/// A run begun anew at a node, or led back, may be off by this part of the motion's extent.
+const APART: f64 = 1e-6;
+
+/// A hard case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Its number.
+    pub number: u8,
+    /// Its name.
+    pub name: &'static str,
+    /// What is measured.
+    run: fn(&Subject<'_>, &mut Report<'_>),
+}
+
+impl Case {
+    /// Measures all figures of the case on a motion of a system; `done` is told of each. Quick cases take seconds.
+    pub fn run(
+        &self,
+        entry: &Entry,
+        settings: &Settings<'_>,
+        quick: bool,
+        done: &mut dyn FnMut(&Row),
+    ) -> Vec<Row> {
+        let mut report = Report {
+            number: self.number,
+            case: self.name,
+            quick,
+            rows: Vec::new(),
+            done,
+        };
+        (self.run)(&Subject { entry, settings }, &mut report);
+        report.rows
+    }
+}
+
+/// All cases.
+pub const CASES: &[Case] = &[
+    Case {
+        number: 1,
+        name: "long runs",
+        run: long,
+    },
+    Case {
+        number: 2,
+        name: "large steps",
+        run: large,
+    },
+    Case {
+        number: 3,
+        name: "small steps",
+        run: small,
+    },
+    Case {
+        number: 4,
+        name: "cold starts",
+        run: cold,
+    },
+    Case {
+        number: 5,
+        name: "backward",
+        run: backward,
+    },
+    Case {
+        number: 6,
+        name: "garbage",
+        run: garbage,
+    },
+];
+
+/// A system with the motion that is looked at.
+struct Subject<'a> {
+    /// The system.
+    entry: &'a Entry,
+    /// The motion.
+    settings: &'a Settings<'a>,
+}
+
+impl Subject<'_> {
+    /// The start.
+    fn start(&self) -> Beginning {
+        Beginning::SecondOrder {
+            q0: self.settings.q0.to_vec(),
+            v0: self.settings.v0.to_vec(),
+        }
+    }
+
+    /// Makes steps and hands each node to `node`.
+    fn steps(
+        &self,
+        h: f64,
+        steps: f64,
+        beginning: &Beginning,
+        mut node: impl FnMut(&entry::Row<'_>),
+    ) -> Result<(), RunFailure> {
+        let plan = Plan {
+            h,
+            until: steps * h,
+            method: Method::Step,
+            certify: false,
+            estimate: false,
+        };
+        self.entry.run(&plan, beginning, &mut |row| {
+            node(row);
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// The positions at the nodes of a run.
+    fn positions(&self, h: f64, steps: u32, beginning: &Beginning) -> Result<Vec<Vec<f64>>, RunFailure> {
+        let mut positions = Vec::new();
+        self.steps(h, f64::from(steps), beginning, |row| {
+            positions.push(row.q.to_vec())
+        })?;
+        Ok(positions)
+    }
+
+    /// The largest error against the continuous motion over the window, with a part of the step.
+    fn error(&self, part: u32) -> Measured {
+        let h = self.settings.h / f64::from(part);
+        let plan = Plan {
+            h,
+            until: f64::from(WINDOW * part) * h,
+            method: Method::Step,
+            certify: false,
+            estimate: true,
+        };
+        let mut largest = 0.0;
+        self.entry.run(&plan, &self.start(), &mut |row| {
+            largest = row.errors.iter().copied().fold(largest, larger);
+            ControlFlow::Continue(())
+        })?;
+        Ok(largest)
+    }
+}
+
+/// The largest distance of a coordinate from where it began.
+fn extent(positions: &[Vec<f64>]) -> f64 {
+    let first = positions.first().map_or(&[][..], Vec::as_slice);
+    positions.iter().map(|q| distance(q, first)).fold(0.0, larger)
+}
+
+/// The largest difference of two positions' coordinates.
+fn distance(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
+}
+
+/// To the end of the run that the entry gives.
+fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
+    let h = subject.settings.h;
+    let until = subject
+        .settings
+        .until
+        .unwrap_or_else(|| subject.entry.default_until());
+    let asked = (until / h).abs().floor().max(1.0);
+    let steps = asked.min(STEPS[usize::from(report.quick)]);
+    let (mut made, mut first, mut change) = (-1.0, f64::NAN, 0.0);
+    let mut failure = None;
+    report.measure(
+        format!("{steps} steps of h = {h}: steps that are not made"),
+        Bar::AtMost(0.0),
+        || {
+            let result = subject.steps(h, steps, &subject.start(), |row| {
+                if made < 0.0 {
+                    first = row.energy;
+                }
+                made += 1.0;
+                change = larger(change, (row.energy - first).abs());
+            });
+            failure = result.err().map(|failure| failure.to_string());
+            match &failure {
+                Some(failure) => Err(failure.clone().into()),
+                None => Ok(steps - made),
+            }
+        },
+    );
+    report.measure(
+        "the same: largest change of the energy [J]",
+        Bar::Reported,
+        || Ok(change),
+    );
+    report.measure(
+        "the same: relative to the energy at the start",
+        Bar::Reported,
+        || Ok(if change == 0.0 { 0.0 } else { change / first.abs() }),
+    );
+}
+
+/// Steps that are too large are refused, and what is not refused consists of numbers.
+fn large(subject: &Subject<'_>, report: &mut Report<'_>) {
+    let h = subject.settings.h;
+    let mut made = 1.0;
+    report.measure(
+        "h × 2, 4, … 2^20: nodes that are not numbers, without an error",
+        Bar::AtMost(0.0),
+        || {
+            let (mut silent, mut all) = (0.0, true);
+            for power in 1..=20 {
+                let factor = f64::powi(2.0, power);
+                let ended = subject.steps(factor * h, f64::from(COMPARED), &subject.start(), |row| {
+                    silent += f64::from(u8::from(!is_finite(row)));
+                });
+                all = all && ended.is_ok();
+                if all {
+                    made = factor;
+                }
+            }
+            Ok(silent)
+        },
+    );
+    report.measure(
+        format!("largest of these factors up to which {COMPARED} steps are made"),
+        Bar::Reported,
+        || Ok(made),
+    );
+}
+
+/// Small steps lose no more digits than the order and rounding say.
+fn small(subject: &Subject<'_>, report: &mut Report<'_>) {
+    let parts = if report.quick { &SMALL[..2] } else { &SMALL[..] };
+    let [coarse, finer @ ..] = parts else { return };
+    let mut errors = Err("no run".into());
+    report.measure(
+        format!("h/{coarse} over {WINDOW} h: largest error against the continuous motion"),
+        Bar::Reported,
+        || {
+            let positions = subject.positions(subject.settings.h, WINDOW, &subject.start())?;
+            let error = subject.error(*coarse)?;
+            errors = Ok::<_, Box<dyn Error>>([error, extent(&positions)]);
+            Ok(error)
+        },
+    );
+    for part in finer {
+        let bar = Bar::AtMost(EXCESS);
+        let what = format!("h/{part}: the same, over what the order and rounding leave of it");
+        report.measure(what, bar, || {
+            let [error, extent] = *errors.as_ref().map_err(ToString::to_string)?;
+            let left = error * (f64::from(*coarse) / f64::from(*part)).powf(subject.entry.expected().order);
+            Ok(subject.error(*part)? / (left + ROUNDING * extent))
+        });
+    }
+}
+
+/// A run that is begun anew at two nodes of the motion goes on as the motion does: what it remembers does not decide the root.
+fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
+    report.measure(
+        format!("begun anew at each of {COMPARED} nodes: distance of the next node, in parts of the extent"),
+        Bar::AtMost(APART),
+        || {
+            let motion = subject.positions(subject.settings.h, COMPARED + 2, &subject.start())?;
+            let mut apart = 0.0;
+            for nodes in motion.windows(3) {
+                let beginning = Beginning::Nodes {
+                    q0: nodes[0].clone(),
+                    q1: nodes[1].clone(),
+                };
+                let next =
+                    subject.positions(subject.settings.h, 2, &Beginning::Projected(Box::new(beginning)))?;
+                let next = next.last().ok_or("no nodes")?;
+                apart = larger(apart, distance(next, &nodes[2]));
+            }
+            Ok(apart / extent(&motion))
+        },
+    );
+}
+
+/// There and back again.
+fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
+    let h = subject.settings.h;
+    let back = |steps: u32| {
+        let motion = subject.positions(h, steps + 1, &subject.start())?;
+        let [.., before, last] = motion.as_slice() else {
+            return Err("no nodes".into());
+        };
+        let beginning = Beginning::Projected(Box::new(Beginning::Nodes {
+            q0: last.clone(),
+            q1: before.clone(),
+        }));
+        let returned = subject.positions(-h, steps + 1, &beginning)?;
+        let (first, end) = (
+            motion.first().ok_or("no nodes")?,
+            returned.last().ok_or("no nodes")?,
+        );
+        Ok::<f64, Box<dyn Error>>(distance(first, end) / extent(&motion))
+    };
+    let bar = if subject.entry.expected().reversible {
+        Bar::AtMost(APART)
+    } else {
+        Bar::Reported
+    };
+    report.measure(
+        format!("{COMPARED} steps and back: distance from the start, in parts of the extent"),
+        bar,
+        || back(COMPARED),
+    );
+    let most = if report.quick { 10 } else { 14 };
+    report.measure(
+        format!(
+            "steps and back after which the start is still met to 1e-3 of the extent (of {})",
+            1 << most
+        ),
+        Bar::Reported,
+        || {
+            let met = (0..=most).map(|power| 1_u32 << power);
+            let met = met.take_while(|&steps| back(steps).is_ok_and(|apart| apart <= 1e-3));
+            Ok(met.last().map_or(0.0, f64::from))
+        },
+    );
+}
+
+/// Whether position and velocity of a node are numbers. The energy of a motion that is still in the range of numbers need not be.
+fn is_finite(row: &entry::Row<'_>) -> bool {
+    row.q.iter().chain(row.v).all(|number| number.is_finite())
+}
+
+/// Starts and steps that make no sense, or hardly: refused with an error, or run with numbers.
+fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
+    const VALUES: [f64; 12] = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::MAX,
+        -f64::MAX,
+        1e200,
+        -1e100,
+        1e-100,
+        -1e-300,
+        f64::MIN_POSITIVE,
+        5e-324,
+        -0.0,
+    ];
+    let h = subject.settings.h;
+    let mut refused = 0.0;
+    let mut silent = |h: f64, beginning: &Beginning| {
+        let mut silent = 0.0;
+        let ended = subject.steps(h, 3.0, beginning, |row| {
+            silent += f64::from(u8::from(!is_finite(row)));
+        });
+        refused += f64::from(u8::from(ended.is_err()));
+        silent
+    };
+    let count = subject.settings.q0.len();
+    report.measure(
+        "each component of the start, and the step, set to NaN, ±∞, 1e±300, …: nodes that are not numbers, without an error",
+        Bar::AtMost(0.0),
+        || {
+            let mut sum = 0.0;
+            for value in VALUES {
+                for place in 0..2 * count {
+                    let (mut q0, mut v0) = (subject.settings.q0.to_vec(), subject.settings.v0.to_vec());
+                    let vector = if place < count { &mut q0 } else { &mut v0 };
+                    vector[place % count] = value;
+                    sum += silent(h, &Beginning::SecondOrder { q0, v0 });
+                }
+                sum += silent(value, &subject.start());
+            }
+            Ok(sum)
+        },
+    );
+    let tries = VALUES.len() * (2 * count + 1);
+    report.measure(format!("refused, of these {tries}"), Bar::Reported, || {
+        Ok(refused)
+    });
+}

@@ -1,0 +1,105 @@
+//! The hard cases of the systems of this crate.
+
+mod backward;
+mod functions;
+mod garbage;
+mod long;
+mod peers;
+mod roots;
+mod scales;
+mod singular;
+mod small;
+mod switch;
+mod turns;
+
+use super::{Bar, Measured, Report, Row, larger};
+
+/// A hard case.
+#[derive(Clone, Copy, Debug)]
+pub struct Case {
+    /// Its number.
+    pub number: u8,
+    /// Its name.
+    pub name: &'static str,
+    /// What is measured.
+    run: fn(&mut Report<'_>),
+}
+
+impl Case {
+    /// Measures all figures of the case; `done` is told of each. Quick cases take seconds.
+    pub fn run(&self, quick: bool, done: &mut dyn FnMut(&Row)) -> Vec<Row> {
+        let mut report = Report {
+            number: self.number,
+            case: self.name,
+            quick,
+            rows: Vec::new(),
+            done,
+        };
+        (self.run)(&mut report);
+        report.rows
+    }
+}
+
+/// All cases.
+pub const CASES: &[Case] = &[
+    Case {
+        number: 1,
+        name: "long runs",
+        run: long::run,
+    },
+    Case {
+        number: 2,
+        name: "small steps",
+        run: small::run,
+    },
+    Case {
+        number: 3,
+        name: "large turns",
+        run: turns::run,
+    },
+    Case {
+        number: 4,
+        name: "scales",
+        run: scales::run,
+    },
+    Case {
+        number: 5,
+        name: "close roots",
+        run: roots::run,
+    },
+    Case {
+        number: 6,
+        name: "singular points",
+        run: singular::run,
+    },
+    Case {
+        number: 7,
+        name: "stiff switch",
+        run: switch::run,
+    },
+    Case {
+        number: 8,
+        name: "backward",
+        run: backward::run,
+    },
+    Case {
+        number: 9,
+        name: "garbage",
+        run: garbage::run,
+    },
+    Case {
+        number: 10,
+        name: "library functions",
+        run: functions::run,
+    },
+    Case {
+        number: 11,
+        name: "beside a general method",
+        run: peers::run,
+    },
+];
+
+/// The largest absolute difference of two vectors' components.
+fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
+}
