@@ -30,7 +30,7 @@ pub(crate) const LANES: usize = 8;
 /// A lane's result never depends on what the other lanes hold.
 ///
 /// ```
-/// use dsocs_core::{Lanes, Scalar};
+/// use dsocs_core::__private::{Lanes, Scalar};
 ///
 /// let x = Lanes::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY]);
 /// let y = x.tanh() + Lanes::splat(1.0);

@@ -22,7 +22,7 @@ const PLACES: usize = 1 + 2 * WEIGHTS.len();
 /// is exactly zero.
 ///
 /// ```
-/// use dsocs_core::{Scalar, Tangent};
+/// use dsocs_core::__private::{Scalar, Tangent};
 ///
 /// let x = Tangent::new(0.5, 1.0);
 /// assert_eq!((x * x).derivative(), 1.0);

@@ -115,6 +115,8 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
+            // the determinant alone is no reason to refuse a root to which all updates have led straight
+            None if !self.in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,

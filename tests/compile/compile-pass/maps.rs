@@ -1,6 +1,7 @@
 //! All maps overridden: of vectors, of components, with blocks, parameters and functions.
 
-use dsocs_core::{Real, System, dsocs};
+use dsocs_core::geometry::discrete_lagrangian;
+use dsocs_core::{Real, dsocs};
 
 fn weight<R: Real>(x: R) -> R {
     x * x + 1.0
@@ -33,7 +34,7 @@ fn main() {
         q: [1.0, 2.0],
         d: [0.5, 0.25],
     };
-    let value = particle.discrete_lagrangian(0.5, &leg);
+    let value = discrete_lagrangian(&particle, 0.5, &leg);
     let expected = (1.0 + 0.25) / 2.0 - 0.75_f64.cos();
     assert!((value - expected).abs() < 1e-14, "{value} {expected}");
 }
