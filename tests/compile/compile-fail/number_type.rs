@@ -1,4 +1,4 @@
-//! A function of the declaration's kind, called with a number that carries no derivatives and is no `f64`.
+//! A function like those that a declaration calls, asked for the weight of an integer.
 
 use dsocs_core::{Real, dsocs};
 
@@ -7,7 +7,8 @@ fn weight<R: Real>(x: R) -> R {
 }
 
 fn drag<R: Real>(v: R) -> R {
-    v * f64::from(weight(1.0_f32))
+    let _ = weight(2);
+    v
 }
 
 #[dsocs {
