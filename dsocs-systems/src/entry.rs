@@ -49,12 +49,12 @@ use crate::check::{Expected, Finding, Settings};
 
 pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
-pub use erased::{AnySystem, Extra};
+pub use erased::Extra;
 pub use name::UnknownName;
 pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
-use erased::Erased;
+use erased::{AnySystem, Erased};
 
 /// The step unless an entry or the command line says another, in s.
 pub const STEP: f64 = 0.01;

@@ -193,6 +193,7 @@ impl CliError {
             | Self::NoStart { .. }
             | Self::OneSystem { .. }
             | Self::NoCase { .. }
+            | Self::Check(CheckFailure::Start(RunFailure::Length { .. }) | CheckFailure::Setup(_))
             | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {
                 failure:

@@ -9,7 +9,7 @@ use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetr
 use crate::check::{self, Expected, Finding, Settings};
 
 /// A system of any type and dimension.
-pub trait AnySystem: Send {
+pub(super) trait AnySystem: Send {
     /// What its declaration says.
     fn description(&self) -> Description;
 

@@ -52,7 +52,7 @@ pub(super) fn kebab(name: &str) -> String {
         if letter != '_' {
             kebab.extend(letter.to_lowercase());
         }
-        before = Some(letter).filter(|&letter| letter != '_').or(Some('A'));
+        before = (letter != '_').then_some(letter);
     }
     kebab
 }

@@ -26,7 +26,7 @@ pub fn entry() -> crate::Entry {
 /// The crate that uses the macro depends on `dsocs-core`.
 ///
 /// ```
-/// use dsocs_core::{Flow, Start};
+/// use dsocs_core::prelude::*;
 ///
 /// dsocs_systems::planar_chain! {
 ///     /// Three links.

@@ -43,11 +43,11 @@ pub fn entry() -> crate::Entry {
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOscillator {
-    /// The stiffness along `y`, relative to that along `x`.
+    /// The stiffness along `y`, relative to that along `x` \[1\].
     pub stiffness_y: f64,
-    /// The stiffness along `z`, relative to that along `x`.
+    /// The stiffness along `z`, relative to that along `x` \[1\].
     pub stiffness_z: f64,
-    /// Each component of the magnetic field, as a frequency.
+    /// Each component of the magnetic field, as a frequency \[1\].
     pub field: f64,
 }
 
