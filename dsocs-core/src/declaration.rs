@@ -156,26 +156,31 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// How many unknowns a step has.
+    #[must_use]
     pub fn unknowns(&self) -> usize {
         self.count(Segment::Unknown, Part::All)
     }
 
     /// How many holonomic constraints there are.
+    #[must_use]
     pub fn holonomic(&self) -> usize {
         self.count(Segment::Phase, Part::Head)
     }
 
     /// How many constraints there are of positions and of velocities.
+    #[must_use]
     pub fn lower(&self) -> usize {
         self.count(Segment::Pair, Part::All)
     }
 
     /// How many forms of constraint forces are known.
+    #[must_use]
     pub fn forms_count(&self) -> usize {
         self.count(Segment::Forms, Part::All) / N.max(1)
     }
 
     /// Whether multipliers are among the unknowns.
+    #[must_use]
     pub fn has_multipliers(&self) -> bool {
         self.count(Segment::Continuous, Part::Head) > N
     }

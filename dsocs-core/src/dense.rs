@@ -54,7 +54,9 @@ impl Matrix {
     pub(crate) fn normalize_columns(&mut self) -> Vec<f64> {
         let lengths: Vec<f64> = self.columns.iter().map(|column| length(column)).collect();
         for (column, length) in self.columns.iter_mut().zip(&lengths) {
-            column.iter_mut().for_each(|x| *x /= length);
+            for x in column.iter_mut() {
+                *x /= length;
+            }
         }
         lengths
     }
@@ -125,7 +127,9 @@ impl Matrix {
         for column in &mut left {
             let value = length(column);
             if value > 0.0 {
-                column.iter_mut().for_each(|x| *x /= value);
+                for x in column.iter_mut() {
+                    *x /= value;
+                }
             }
             values.push(value / scale);
         }

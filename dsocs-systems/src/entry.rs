@@ -278,16 +278,12 @@ impl Entry {
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownName> {
         let parameters = &self.description.parameters;
         let place = parameters.iter().position(|parameter| parameter.name == name);
-        match place.and_then(|place| self.system.parameter(place)) {
-            Some(place) => {
-                *place = value;
-                Ok(())
-            }
-            None => {
-                let known = parameters.iter().map(|parameter| parameter.name);
-                Err(UnknownName::new("parameter", name, known))
-            }
+        if let Some(place) = place.and_then(|place| self.system.parameter(place)) {
+            *place = value;
+            return Ok(());
         }
+        let known = parameters.iter().map(|parameter| parameter.name);
+        Err(UnknownName::new("parameter", name, known))
     }
 
     /// Runs as planned and hands each node to `sink`, which may end the run.

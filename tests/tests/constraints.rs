@@ -311,9 +311,9 @@ fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
                 .map(|(k, &from)| Tangent::new(from, f64::from(u8::from(k == j))))
                 .collect();
             let rows = Declaration::of(system).rows(Tangent::new(h, 0.0), &moving_leg, &moving);
-            for i in 0..m {
-                let row: &[f64] = generated.jacobian.as_ref()[i].as_ref();
-                let (entry, exact) = (row[j], rows[i].derivative());
+            for (i, (row, moved)) in generated.jacobian.as_ref().iter().zip(&rows).enumerate() {
+                let row: &[f64] = row.as_ref();
+                let (entry, exact) = (row[j], moved.derivative());
                 let size = row.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
                 assert!(
                     (entry - exact).abs() <= 1e-12 * size,

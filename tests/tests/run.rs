@@ -213,6 +213,21 @@ fn happened<R: Stepper<1> + ?Sized>(run: &mut R, end: f64, events: &mut Events<'
     found
 }
 
+/// Asks that nodes and events come in the order of time.
+struct InOrder(f64);
+impl Observer<1> for InOrder {
+    fn node(&mut self, node: &Node<1>) -> ControlFlow<()> {
+        assert!(node.t >= self.0);
+        self.0 = node.t;
+        ControlFlow::Continue(())
+    }
+    fn event(&mut self, event: &Occurrence<1>) -> ControlFlow<()> {
+        assert!(event.t >= self.0);
+        self.0 = event.t;
+        ControlFlow::Continue(())
+    }
+}
+
 #[test]
 fn every_method_finds_the_same_events() {
     fn check<R: Stepper<1> + ?Sized>([run, other, third, _]: [&mut R; 4], allowed: Allowed) {
@@ -248,19 +263,6 @@ fn every_method_finds_the_same_events() {
         assert_eq!(trajectory, third.until(end).unwrap());
         assert_eq!(times.len(), found.len());
 
-        struct InOrder(f64);
-        impl Observer<1> for InOrder {
-            fn node(&mut self, node: &Node<1>) -> ControlFlow<()> {
-                assert!(node.t >= self.0);
-                self.0 = node.t;
-                ControlFlow::Continue(())
-            }
-            fn event(&mut self, event: &Occurrence<1>) -> ControlFlow<()> {
-                assert!(event.t >= self.0);
-                self.0 = event.t;
-                ControlFlow::Continue(())
-            }
-        }
         third.watch(end + 10.0, &mut events(), &mut InOrder(end)).unwrap();
     }
     for_every_method!(check);

@@ -30,6 +30,7 @@ pub(super) fn integrate(
     let (mut t, mut h) = (0.0, until);
     let mut refused = 0;
     for _ in 0..LIMITS[1] {
+        #[allow(clippy::float_cmp)] // the last step ends exactly there
         if t == until {
             return Ok(state);
         }

@@ -162,13 +162,11 @@ impl Program {
 
     /// The system of a name.
     fn find(&mut self, name: &str) -> Result<&mut Entry, UnknownName> {
-        match self.entries.iter().position(|entry| entry.name() == name) {
-            Some(place) => Ok(&mut self.entries[place]),
-            None => {
-                let known = self.entries.iter().map(Entry::name);
-                Err(UnknownName::new("system", name, known))
-            }
+        if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
+            return Ok(&mut self.entries[place]);
         }
+        let known = self.entries.iter().map(Entry::name);
+        Err(UnknownName::new("system", name, known))
     }
 
     /// The system of a name; without one, the only system that there is.

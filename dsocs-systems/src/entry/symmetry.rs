@@ -2,14 +2,17 @@
 
 use std::fmt;
 
+/// Takes a position and writes a velocity of the configuration.
+type Generator = dyn Fn(&[f64], &mut [f64]) + Send + Sync;
+
 /// A symmetry of a system's Lagrangian, by its infinitesimal generator.
 pub struct Symmetry {
     /// What it is, `rotation about the pivot`.
     name: String,
     /// How many coordinates it is for.
     components: usize,
-    /// The generator `ξ_Q(q)`: takes a position and writes a velocity of the configuration.
-    generator: Box<dyn Fn(&[f64], &mut [f64]) + Send + Sync>,
+    /// The generator `ξ_Q(q)`.
+    generator: Box<Generator>,
 }
 
 impl fmt::Debug for Symmetry {

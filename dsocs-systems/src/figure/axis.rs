@@ -89,7 +89,7 @@ impl Axis {
 const TICKS: f64 = 5.0;
 
 /// No axis has more ticks than this.
-const MOST_TICKS: usize = 24;
+const MOST_TICKS: u32 = 24;
 
 impl Scale {
     /// Where a value stands in a range: 0 at its beginning, 1 at its end.
@@ -133,7 +133,7 @@ fn linear_ticks((from, to): (f64, f64)) -> Vec<f64> {
         };
     // a multiple that rounding puts just outside stands at the end
     let first = (from / step - 1e-9).ceil();
-    (0..MOST_TICKS as u32)
+    (0..MOST_TICKS)
         .map(|k| (first + f64::from(k)) * step)
         .take_while(|&tick| tick <= to + 1e-9 * step)
         .collect()
@@ -147,7 +147,7 @@ fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
     let digits: &[f64] = if decades <= 3.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let every = (decades / 12.0).ceil().max(1.0);
     let first = (first / every).ceil() * every;
-    (0..MOST_TICKS as u32)
+    (0..MOST_TICKS)
         .map(|k| first + every * f64::from(k))
         .take_while(|&exponent| exponent <= last)
         .flat_map(|exponent| digits.iter().map(move |digit| digit * 10f64.powf(exponent)))
@@ -252,8 +252,8 @@ mod tests {
             logarithmic_ticks((150.0, 2500.0)),
             &[200.0, 500.0, 1000.0, 2000.0],
         );
-        assert!(logarithmic_ticks((1e-300, 1e300)).len() < MOST_TICKS);
-        assert!(linear_ticks((1.0, 1.0 + f64::EPSILON)).len() <= MOST_TICKS);
+        assert!(logarithmic_ticks((1e-300, 1e300)).len() < MOST_TICKS as usize);
+        assert!(linear_ticks((1.0, 1.0 + f64::EPSILON)).len() <= MOST_TICKS as usize);
     }
 
     #[test]

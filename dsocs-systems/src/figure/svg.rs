@@ -103,7 +103,7 @@ impl Svg {
             if !places.is_empty() {
                 places.push(' ');
             }
-            places.push_str(&format!("{},{}", number(x), number(y)));
+            places.extend([number(x).as_str(), ",", number(y).as_str()]);
         }
         let dashes = dashes.map_or_else(String::new, |dashes| format!(" stroke-dasharray=\"{dashes}\""));
         self.add(format_args!(

@@ -136,7 +136,7 @@ impl Subject<'_> {
     fn positions(&self, h: f64, steps: u32, beginning: &Beginning) -> Result<Vec<Vec<f64>>, RunFailure> {
         let mut positions = Vec::new();
         self.steps(h, f64::from(steps), beginning, |row| {
-            positions.push(row.q.to_vec())
+            positions.push(row.q.to_vec());
         })?;
         Ok(positions)
     }

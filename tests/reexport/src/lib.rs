@@ -11,10 +11,10 @@ pub mod prelude {
         ($name:ident) => {
             /// An oscillator.
             #[$crate::prelude::dsocs {
-                                                    crate = $crate::prelude::core;
-                                                    coordinates(x);
-                                                    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
-                                                }]
+                                        crate = $crate::prelude::core;
+                                        coordinates(x);
+                                        lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+                                    }]
             pub struct $name {}
         };
     }
@@ -22,8 +22,7 @@ pub mod prelude {
 
 #[cfg(test)]
 mod tests {
-    use crate::prelude::core::taylor::{State, TaylorFlow, Tolerance};
-    use crate::prelude::core::{Flow, Real, Start, dsocs};
+    use crate::prelude::core::{Flow, Real, Start, Stepper, TaylorFlow, Tolerance, dsocs};
 
     /// A potential.
     fn well<R: Real>(x: R) -> R {
@@ -46,8 +45,8 @@ mod tests {
         let last = end.nodes.last().ok_or("an empty run")?;
         assert!((last.q[0] - 1_f64.cos()).abs() < 1e-4);
         for relative in [1e-6, 1e-12] {
-            let state = State::new([1.0], [0.0]);
-            let end = TaylorFlow::new(&Written {}, state, Tolerance::relative(relative))?.until(1.0)?;
+            let start = Start::second_order([1.0], [0.0]);
+            let end = TaylorFlow::new(&Written {}, start, Tolerance::relative(relative))?.to(1.0)?;
             assert!((end.q[0] - 1_f64.cos()).abs() < relative);
         }
         Ok(())
