@@ -49,8 +49,8 @@ pub(crate) const ROUNDINGS: f64 = 4.0;
 /// [`LAST_UPDATE`] of that, is no smaller than a few roundings of the rows.
 const PART_OF_NATURAL: f64 = 1e-6;
 
-/// Natural sizes are remembered for the steps to come where the equations' condition is at most this: with
-/// [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
+/// Natural sizes are used where the equations' condition is at most this, and the unknowns are smaller than they by no more:
+/// with [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
 const WELL_CONDITIONED: f64 = 1e6;
 
 /// Numbers that can be compared, lane by lane.
@@ -267,15 +267,17 @@ pub(crate) struct NaturalSizes<U> {
     /// The sizes.
     pub sizes: U,
     /// The largest diagonal entry of `|J⁻¹| |J|`, which no scaling of rows or unknowns changes; 1 where rows and unknowns
-    /// have nothing to do with each other, infinite where the Jacobian is singular.
+    /// have nothing to do with each other.
     pub condition: f64,
+    /// How large the unknowns are in units of their natural sizes, of all the largest.
+    pub level: f64,
 }
 
 impl<U: Unknown<f64>> NaturalSizes<U> {
-    /// The natural sizes for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is singular or
-    /// something is not finite.
+    /// The natural sizes near `z`, for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is
+    /// singular or something is not finite.
     #[cold]
-    pub fn new(jacobian: &U::Square, terms: &U) -> Option<Self> {
+    pub fn new(jacobian: &U::Square, terms: &U, z: &U) -> Option<Self> {
         let rows = jacobian.as_ref();
         let (mut sizes, mut condition) = (U::zero(), U::zero());
         for (place, row) in rows.iter().enumerate() {
@@ -299,12 +301,19 @@ impl<U: Unknown<f64>> NaturalSizes<U> {
             .iter()
             .fold(0.0_f64, |largest, x| largest.max(*x));
         let finite = sizes.as_ref().iter().all(|size| size.is_finite());
-        finite.then_some(Self { sizes, condition })
+        let ratios = z.as_ref().iter().zip(sizes.as_ref());
+        let ratios = ratios.map(|(z, size)| if *size > 0.0 { z.abs() / size } else { 0.0 });
+        finite.then_some(Self {
+            sizes,
+            condition,
+            level: ratios.fold(0.0, f64::max),
+        })
     }
 
-    /// Whether they may be used at later steps.
-    pub fn last(&self) -> bool {
-        self.condition <= WELL_CONDITIONED
+    /// Whether they say how unknowns are coupled, and not that the rows hardly determine them: near a double root, or where
+    /// there is nearly one, natural sizes are large without bound.
+    pub fn are_usual(&self) -> bool {
+        self.condition <= WELL_CONDITIONED && self.level * WELL_CONDITIONED >= 1.0
     }
 
     /// Sizes that are not too small to be known.
@@ -325,19 +334,18 @@ pub(crate) struct Remembered<U> {
 }
 
 impl<U: Unknown<f64>> Remembered<U> {
-    /// The natural sizes near the root `z`.
-    pub fn new(natural: &NaturalSizes<U>, z: &U) -> Self {
-        let part = natural.sizes.zip(z, |size, _| PART_OF_NATURAL * size);
-        let inverse = natural
+    /// Takes natural sizes.
+    pub fn new(natural: &NaturalSizes<U>) -> Self {
+        let part = natural
             .sizes
-            .zip(z, |size, _| if size > 0.0 { 1.0 / size } else { 0.0 });
-        let mut remembered = Self {
+            .zip(&natural.sizes, |size, _| PART_OF_NATURAL * size);
+        let reciprocal = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
+        let inverse = natural.sizes.zip(&natural.sizes, |size, _| reciprocal(size));
+        Self {
             part,
             inverse,
-            level: 0.0,
-        };
-        remembered.level = remembered.level(z);
-        remembered
+            level: natural.level,
+        }
     }
 
     /// How large unknowns are in units of the natural sizes, of all the largest.
@@ -369,7 +377,7 @@ mod tests {
     fn natural_sizes_do_not_depend_on_units() {
         let jacobian = [[2.0, 1.0], [1.0, 1e-3]];
         let terms = [3.0, 1.0];
-        let here = NaturalSizes::<[f64; 2]>::new(&jacobian, &terms).unwrap();
+        let here = NaturalSizes::<[f64; 2]>::new(&jacobian, &terms, &[1.0, 1.0]).unwrap();
         // |J⁻¹| = [[1e-3, 1], [1, 2]] / 0.998
         for (found, size) in here.sizes.iter().zip([1.003, 5.0]) {
             assert!((found * 0.998 - size).abs() < 1e-14, "{found}");
@@ -378,7 +386,7 @@ mod tests {
             let unit = 2.0_f64.powi(exponent);
             // the second row and the first unknown in other units
             let scaled = [[2.0 / unit, 1.0], [1.0, 1e-3 * unit]];
-            let there = NaturalSizes::<[f64; 2]>::new(&scaled, &[3.0, unit]).unwrap();
+            let there = NaturalSizes::<[f64; 2]>::new(&scaled, &[3.0, unit], &[1.0, 1.0]).unwrap();
             assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes);
             assert_eq!(there.condition, here.condition);
         }
@@ -387,11 +395,13 @@ mod tests {
     #[test]
     fn a_singular_jacobian_has_no_natural_sizes() {
         assert_eq!(
-            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 1.0]),
+            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 1.0], &[1.0, 1.0]),
             None
         );
-        let nearly = NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]], &[1.0, 1.0]).unwrap();
-        assert!(!nearly.last());
+        let nearly =
+            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]], &[1.0, 1.0], &[1.0, 1.0])
+                .unwrap();
+        assert!(!nearly.are_usual());
     }
 
     #[test]
@@ -420,8 +430,9 @@ mod tests {
         let natural = NaturalSizes {
             sizes: [1.0, 2.0],
             condition: 3.0,
+            level: 0.5,
         };
-        let remembered = Remembered::new(&natural, &[0.5, 1e-9]);
+        let remembered = Remembered::new(&natural);
         let raised = |lately: [f64; 2]| remembered.raise(&[0.0, 0.0], &lately);
         assert_eq!(raised([0.5, 0.0]), [1e-6, 2e-6]);
         assert_eq!(raised([0.25, 0.0]), [0.5e-6, 1e-6]);

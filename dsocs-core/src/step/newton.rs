@@ -78,9 +78,9 @@ pub(crate) trait Notes<Z> {
         let _ = size;
     }
 
-    /// The natural sizes of the unknowns near `z`, where they were needed.
-    fn natural_sizes(&mut self, sizes: &NaturalSizes<Z>, z: &Z) {
-        let _ = (sizes, z);
+    /// The natural sizes of the unknowns, where they were needed.
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<Z>) {
+        let _ = sizes;
     }
 }
 
@@ -525,15 +525,21 @@ impl<E: Equations> Newton<'_, E> {
     /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
     #[cold]
     fn learn(&mut self, z: &E::Z, notes: &mut impl Notes<E::Z>) -> bool {
+        if z.as_ref().len() < 2 {
+            return false; // nothing that it could be coupled with
+        }
         let terms = self.equations.rounding(z);
         let terms = terms.zip(&terms, |bound, _| bound / UNIT);
-        let Some(natural) = NaturalSizes::new(&self.equations.linearize(z).jacobian, &terms) else {
+        let Some(natural) = NaturalSizes::new(&self.equations.linearize(z).jacobian, &terms, z) else {
             return false;
         };
         self.evaluations += 1;
+        if !natural.are_usual() {
+            return false;
+        }
         self.size = natural.raise(&self.size);
         self.natural = Some(natural.sizes);
-        notes.natural_sizes(&natural, z);
+        notes.natural_sizes(&natural);
         true
     }
 

@@ -256,8 +256,8 @@ impl<U: Unknown<f64>> Predictor<U> {
 }
 
 impl<U: Unknown<f64>> Notes<U> for Predictor<U> {
-    fn natural_sizes(&mut self, sizes: &NaturalSizes<U>, z: &U) {
-        self.natural = sizes.last().then(|| Remembered::new(sizes, z));
+    fn natural_sizes(&mut self, sizes: &NaturalSizes<U>) {
+        self.natural = Some(Remembered::new(sizes));
     }
 }
 

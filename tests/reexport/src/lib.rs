@@ -11,10 +11,10 @@ pub mod prelude {
         ($name:ident) => {
             /// An oscillator.
             #[$crate::prelude::dsocs {
-                                        crate = $crate::prelude::core;
-                                        coordinates(x);
-                                        lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
-                                    }]
+                                                    crate = $crate::prelude::core;
+                                                    coordinates(x);
+                                                    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+                                                }]
             pub struct $name {}
         };
     }
