@@ -25,7 +25,7 @@ use block::Run;
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
-/// The trajectories are cut into blocks of eight, and a block is stepped at once, in the lanes of [`crate::Lanes`]:
+/// The trajectories are cut into blocks of eight, and a block is stepped at once, in lanes:
 /// the generated code is the same as for a [`Flow`], and so is Newton's iteration, with the same predictor and the
 /// same stop rules, which are decided lane by lane. A lane whose iteration does not contract at once (where a switch
 /// is crossed, say) is solved for that step as a single trajectory would be, with all of its guesses and its damping; one
@@ -34,7 +34,7 @@ use block::Run;
 /// - Results come in the order of the starts.
 /// - A result does not depend on the number of threads, nor on which other trajectories there are, bit for bit.
 /// - A result agrees with that of a [`Flow`] bit for bit if the system uses no other functions than roots and
-///   powers, and to within rounding else: the vector code of some functions rounds differently ([`crate::Lanes`]).
+///   powers, and to within rounding else: the vector code of some functions rounds differently.
 ///
 /// ```
 /// use dsocs_core::{Ensemble, Start, dsocs};

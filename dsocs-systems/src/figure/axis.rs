@@ -244,7 +244,7 @@ mod tests {
             assert!(found.len() == wanted.len() && !apart, "{found:?} {wanted:?}");
         };
         close(linear_ticks((0.0, 2000.0)), &[0.0, 500.0, 1000.0, 1500.0, 2000.0]);
-        close(linear_ticks((-0.56, 0.56)), &[-0.5, -0.25, 0.0, 0.25, 0.5]);
+        close(linear_ticks((-0.58, 0.58)), &[-0.5, -0.25, 0.0, 0.25, 0.5]);
         close(linear_ticks((-1.9, 1.4)), &[-1.5, -1.0, -0.5, 0.0, 0.5, 1.0]);
         close(linear_ticks((480.0, 500.0)), &[480.0, 485.0, 490.0, 495.0, 500.0]);
         close(logarithmic_ticks((8e-4, 0.13)), &[1e-3, 1e-2, 1e-1]);
