@@ -53,7 +53,9 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         let lengths = units(last);
         let mut z = match self.solved(&at(&e), &e) {
             Ok((z, _)) => z,
-            Err(_) => Step::new(self.system, &self.constants, at(&e), self.h).unknowns(&e),
+            Err(_) => Step::new(self.system, &self.constants, at(&e), self.h)
+                .any()
+                .unknowns(&e),
         };
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {

@@ -107,7 +107,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     /// [`GeometryError::Step`] if the step has no solution that is found.
     pub fn forward(&self, leg: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut step = Step::new(self.system, &self.constants, *leg, self.h);
-        step.watchful = true;
+        step.past_is_short = true;
         match step.solve(&mut Predictor::new(), MAX_ITERATIONS) {
             Ok((z, _)) => Ok(Triple {
                 leg: *leg,
@@ -138,7 +138,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
         e: &[f64; N],
     ) -> Result<(S::Unknown<f64>, Step<'_, S, N>), GeometryError> {
         let step = Step::new(self.system, &self.constants, *leg, self.h);
-        match step.solve_near(step.unknowns(e), &mut Predictor::new(), MAX_ITERATIONS) {
+        match step.any().solve_from(step.any().unknowns(e), MAX_ITERATIONS) {
             Ok((z, _)) => Ok((z, step)),
             Err(cause) => Err(failed(leg, cause)),
         }
