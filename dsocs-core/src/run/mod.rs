@@ -187,13 +187,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a number.
     fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
         let mut trajectory = Trajectory::default();
-        let result = finite(t).and_then(|()| {
-            walk(&mut Of(self), t, &mut |_, node| {
-                trajectory.nodes.push(*node);
-                ControlFlow::Continue(())
-            })
-        });
-        match result {
+        match collect(self, t, &mut trajectory.nodes) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(Failure { error, trajectory }),
         }
@@ -313,6 +307,25 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
             }));
         }
         previous = t;
+    }
+    Ok(())
+}
+
+/// Puts the nodes up to the last one at or before `t` beside others.
+fn collect<R: Stepper<N> + ?Sized, const N: usize>(
+    run: &mut R,
+    t: f64,
+    nodes: &mut Vec<Node<N>>,
+) -> Result<(), RunError> {
+    finite(t)?;
+    let end = run.clock().until(t)?;
+    while !run.clock().has_reached(&end) {
+        if run.clock().is_handed_out() {
+            run.step(end.time())?;
+        } else {
+            run.clock_mut().hand_out(true);
+        }
+        nodes.push(run.node());
     }
     Ok(())
 }
