@@ -5,7 +5,7 @@ use super::pair::Found;
 use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
-use crate::declaration::Declaration;
+use crate::any::AnySystem;
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
@@ -15,11 +15,8 @@ use crate::system::{Leg, System};
 ///
 /// What takes a step in this form is compiled once for each number of coordinates and unknowns, not for every system.
 pub(crate) trait AnyStep<const N: usize>: Equations {
-    /// The declaration.
-    fn declaration(&self) -> Declaration<'_, N>;
-
-    /// The names of the coordinates.
-    fn coordinates(&self) -> [&'static str; N];
+    /// The system.
+    fn system(&self) -> &dyn AnySystem<N>;
 
     /// The step.
     fn h(&self) -> f64;
@@ -41,9 +38,6 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
 
     /// What the rows are, divided by the declared ones, where they are not the same.
     fn scales(&self, z: &Self::Z) -> Option<Self::Z>;
-
-    /// The acceleration and the multipliers of the continuous system at `(q, v)`.
-    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure>;
 }
 
 /// Makes the equations of steps of any length, whose unknowns are `Z`; every system does.
@@ -87,7 +81,7 @@ pub(super) fn vector<Z: Unknown<f64>>(values: &[f64]) -> Z {
 impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
     pub fn unknowns(&self, e: &[f64; N]) -> Z {
-        let multipliers = multipliers::of_step(&self.declaration(), self.h(), self.leg(), e);
+        let multipliers = multipliers::of_step(&self.system().declaration(), self.h(), self.leg(), e);
         self.unknown(e, &multipliers)
     }
 
@@ -191,8 +185,13 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             } else {
                 next(self.second_difference(&vector(&cause.other)))
             },
-            regularity: Regularity::of_declaration(&self.declaration(), self.h(), leg, &e),
-            coordinates: self.coordinates().to_vec(),
+            regularity: Regularity::of_declaration(&self.system().declaration(), self.h(), leg, &e),
+            coordinates: self
+                .system()
+                .coordinates()
+                .iter()
+                .map(|coordinate| coordinate.name)
+                .collect(),
             cause,
         })
     }
@@ -223,7 +222,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     pub(super) fn continuous(&self) -> Option<Z> {
         let (leg, h) = (self.leg(), self.h());
         let v = leg.d.map(|d| d / h);
-        let (a, multipliers) = self.acceleration(&leg.q, &v).ok()?;
+        let (a, multipliers) = self.system().acceleration(&leg.q, &v).ok()?;
         Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
     }
 }

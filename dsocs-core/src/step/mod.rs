@@ -11,10 +11,9 @@ mod pair;
 pub(crate) mod predictor;
 pub(crate) mod unknown;
 
-use crate::declaration::Declaration;
+use crate::any::AnySystem;
 use crate::error::NewtonFailure;
 use crate::rounding;
-use crate::start;
 use crate::system::{Leg, System};
 pub(crate) use any::{AnyStep, Failing, Steps};
 use newton::{Equations, Root, Stop};
@@ -209,16 +208,8 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
 }
 
 impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
-    fn declaration(&self) -> Declaration<'_, N> {
-        Declaration::of(self.system)
-    }
-
-    fn coordinates(&self) -> [&'static str; N] {
-        let mut names = [""; N];
-        for (name, coordinate) in names.iter_mut().zip(&S::COORDINATES) {
-            *name = coordinate.name;
-        }
-        names
+    fn system(&self) -> &dyn AnySystem<N> {
+        self.system
     }
 
     fn h(&self) -> f64 {
@@ -251,10 +242,6 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
 
     fn scales(&self, z: &Self::Z) -> Option<Self::Z> {
         S::SCALED.then(|| self.system.scales(self.constants, &self.known, z))
-    }
-
-    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
-        start::acceleration(self.system, q, v)
     }
 }
 
