@@ -13,7 +13,7 @@ use crate::run::{RunError, Stepper as _};
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
-use crate::taylor::{Jets, TaylorFlow, Tolerance};
+use crate::taylor::{TaylorFlow, Tolerance};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
@@ -90,7 +90,7 @@ impl<const N: usize> Start<N> {
     /// # Errors
     ///
     /// [`RunError`] if the motion does not get as far as `h`.
-    pub fn exact<S: Jets<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, RunError> {
+    pub fn exact<S: System<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, RunError> {
         let start = Self::second_order(q0, v0);
         let mut flow = TaylorFlow::new(system, start, Tolerance::relative(EXACT))?;
         let a0 = *flow.acceleration();

@@ -4,6 +4,7 @@ use crate::compiled::Compiled;
 use crate::composition::Symmetry;
 use crate::declaration::Declaration;
 use crate::multipliers;
+use crate::taylor::jets::Jets;
 
 /// A leg of the discrete path: the step's first two nodes, as a node and the increment that led to it.
 ///
@@ -105,7 +106,7 @@ impl Quantity {
 /// assert!(stone.force(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
 /// assert!(stone.residual(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
 /// ```
-pub trait System<const N: usize>: Compiled<N> {
+pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The name of the declared type.
     const NAME: &'static str;
     /// The first paragraph of the type's documentation, in one line.

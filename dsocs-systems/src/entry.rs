@@ -41,8 +41,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use dsocs_core::geometry::GeometryError;
-use dsocs_core::taylor::Jets;
-use dsocs_core::{Quantity, RunError, SetupError};
+use dsocs_core::{Quantity, RunError, SetupError, System};
 use thiserror::Error;
 
 use crate::check::{Expected, Finding, Settings};
@@ -102,12 +101,12 @@ impl Entry {
     ///
     /// Its name is that of the type in the form `my-system`, its summary the first sentence of the type's documentation. It has no
     /// start: [`Entry::start`] gives one. The step is 0.01 s and the end 10 s unless [`Entry::step`] and [`Entry::until`] say others.
-    pub fn new<S: Jets<N> + Send + 'static, const N: usize>(system: S) -> Self {
+    pub fn new<S: System<N> + Send + 'static, const N: usize>(system: S) -> Self {
         Self::with_parameters(system, [])
     }
 
     /// The entry of a system with parameters that its declaration does not list, such as a field of a type parameter's.
-    pub fn with_parameters<S: Jets<N> + Send + 'static, const N: usize>(
+    pub fn with_parameters<S: System<N> + Send + 'static, const N: usize>(
         system: S,
         extra: impl Into<Vec<Extra<S>>>,
     ) -> Self {

@@ -1,6 +1,6 @@
 //! A step allocates nothing.
 
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, Flow, Node, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
@@ -93,7 +93,7 @@ fn a_composed_step() {
 
 #[test]
 fn the_taylor_flow() {
-    fn allocations<S: Jets<N>, const N: usize>(system: &S, start: Start<N>) {
+    fn allocations<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
         let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-10)).unwrap();
         flow.step(1e6).unwrap();
         let steps = allocation_counter::measure(|| {

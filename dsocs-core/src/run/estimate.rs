@@ -4,7 +4,8 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use super::{Node, Observer, RunError, Verdict};
-use crate::taylor::{GlobalError, Jets};
+use crate::system::System;
+use crate::taylor::GlobalError;
 
 /// An observer that hands each node on with its distance from the continuous motion, coordinate by coordinate
 /// ([`GlobalError::at`]). A run by any method ends where the distance cannot be told any more; [`Estimates::finish`] says why.
@@ -29,7 +30,7 @@ use crate::taylor::{GlobalError, Jets};
 /// assert!(worst > 1e-3 && worst < 1e-2 && known_to < 1e-14);
 /// # Ok::<(), dsocs_core::RunError>(())
 /// ```
-pub struct Estimates<'s, S: Jets<N>, F, const N: usize> {
+pub struct Estimates<'s, S: System<N>, F, const N: usize> {
     /// What measures the distance.
     error: GlobalError<'s, S, N>,
     /// What takes it.
@@ -39,7 +40,7 @@ pub struct Estimates<'s, S: Jets<N>, F, const N: usize> {
 }
 
 // by hand, because a derivation would ask for as much of the closure
-impl<S: Jets<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
+impl<S: System<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Estimates")
             .field("doubt", &self.error.doubt())
@@ -48,7 +49,7 @@ impl<S: Jets<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
     }
 }
 
-impl<'s, S: Jets<N>, F, const N: usize> Estimates<'s, S, F, N> {
+impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
     /// Hands nodes and their errors to a closure, which returns nothing or says whether to go on.
     pub fn new<R: Verdict>(error: GlobalError<'s, S, N>, observer: F) -> Self
     where
@@ -74,7 +75,7 @@ impl<'s, S: Jets<N>, F, const N: usize> Estimates<'s, S, F, N> {
     }
 }
 
-impl<S: Jets<N>, F, R, const N: usize> Observer<N> for Estimates<'_, S, F, N>
+impl<S: System<N>, F, R, const N: usize> Observer<N> for Estimates<'_, S, F, N>
 where
     F: FnMut(&Node<N>, &[f64; N]) -> R,
     R: Verdict,

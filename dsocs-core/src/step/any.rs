@@ -53,6 +53,9 @@ impl<S: System<N>, const N: usize> Steps<S::Unknown<f64>, N> for S {
     }
 }
 
+/// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
+const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
+
 /// Where and when a step failed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Failing<const N: usize> {
@@ -130,6 +133,24 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                     let continuation = self.continuation(&root, predictor);
                     let root = Root { evaluations, ..root };
                     return self.checked(Found { root, continuation }, &start, guess, predictor, size);
+                }
+                Err(failed) => evaluations += failed.evaluations,
+            }
+        }
+        // a straight line is a point where nothing decides between two roots if these are each other's mirror images
+        for start in self.beside_straight() {
+            match newton::solve_apart(self, start, size, max_iterations, predictor) {
+                Ok(root) => {
+                    evaluations += root.evaluations;
+                    let continuation = self.continuation(&root, predictor);
+                    let root = Root { evaluations, ..root };
+                    return self.checked(
+                        Found { root, continuation },
+                        &start,
+                        Guess::Turned,
+                        predictor,
+                        size,
+                    );
                 }
                 Err(failed) => evaluations += failed.evaluations,
             }
@@ -216,6 +237,21 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let stretch = 2.0 * product(&before, &d) / length;
         let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
         e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
+    }
+
+    /// The unknowns of paths that leave the straight line a little: to one side, and to the other.
+    fn beside_straight(&self) -> [Z; 2] {
+        let d = self.leg().d;
+        let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+        let by = |turn: f64| {
+            let mut e = [0.0; N];
+            for (i, e) in e.iter_mut().enumerate() {
+                // along no axis, and along none of the usual diagonals
+                *e = turn * longest * ASIDE[i % ASIDE.len()];
+            }
+            self.unknown(&e, &[])
+        };
+        [by(1.0), by(-1.0)]
     }
 
     /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.

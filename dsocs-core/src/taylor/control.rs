@@ -3,6 +3,7 @@
 
 use super::kernel::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
+use crate::error::SetupError;
 
 /// How exact a step is to be.
 ///
@@ -42,6 +43,18 @@ impl Tolerance {
     pub const fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
         self
+    }
+
+    /// Checks that it can be used.
+    pub(super) fn check(&self) -> Result<(), SetupError> {
+        let Self {
+            relative, absolute, ..
+        } = *self;
+        if relative > 0.0 && relative < 1.0 && absolute >= 0.0 && absolute.is_finite() {
+            Ok(())
+        } else {
+            Err(SetupError::Tolerance { relative, absolute })
+        }
     }
 
     /// The order to begin with: Jorba and Zou's `-ln(ε)/2 + 1`, and two more.

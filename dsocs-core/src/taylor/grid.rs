@@ -1,9 +1,8 @@
 //! A run by Taylor series: nodes at its own steps or on a grid of times.
 
-use core::iter::FusedIterator;
-
 use super::dispatch::{self, Work};
-use super::{Jets, TaylorFlow};
+use super::integrator::Integrator;
+use super::jets::Equations;
 use crate::run::{self, Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
 use crate::system::Point;
@@ -11,54 +10,60 @@ use crate::system::Point;
 /// So many points are worked out before they are handed on.
 const BUFFER: usize = 32;
 
-impl<S: Jets<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
-    #[inline]
+/// A motion in progress, whatever the system's type.
+pub(super) struct Run<'a, const N: usize> {
+    /// The motion.
+    pub(super) motion: &'a mut Integrator<N>,
+    /// The system.
+    pub(super) equations: &'a mut dyn Equations<N>,
+}
+
+impl<const N: usize> Stepper<N> for Run<'_, N> {
     fn step(&mut self, end: f64) -> Result<StepReport, RunError> {
-        self.expansions = 0;
-        if self.on_grid.is_some() {
+        self.motion.expansions = 0;
+        if self.motion.on_grid.is_some() {
             return self.step_on_grid(end);
         }
-        self.go(end)?;
-        self.clock.arrive(self.time());
-        Ok(self.report())
+        self.motion.go(self.equations, end)?;
+        self.motion.clock.arrive(self.motion.time());
+        Ok(self.motion.report())
     }
 
     fn node(&self) -> Node<N> {
-        self.node_here()
+        self.motion.node(self.equations)
     }
 
     fn clock(&self) -> &Clock {
-        &self.clock
+        &self.motion.clock
     }
 
     fn clock_mut(&mut self) -> &mut Clock {
-        &mut self.clock
+        &mut self.motion.clock
     }
 
     fn view(&self) -> &dyn View<N> {
-        self.system()
+        self.equations.view()
     }
 
-    /// Turns round. The motion back is that of the tolerance, too: it returns to within the tolerance, not to rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
-        self.clock.turn();
+        self.motion.clock.turn();
         Ok(())
     }
 
     fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
-        self.expansions = 0;
-        if self.on_grid.is_some() {
+        self.motion.expansions = 0;
+        if self.motion.on_grid.is_some() {
             return self.trace_on_grid(end, visit);
         }
-        self.go(end)?;
-        let stop = match self.polynomial() {
-            Some(polynomial) => visit(self.system(), &polynomial),
+        self.motion.go(self.equations, end)?;
+        let stop = match self.motion.polynomial() {
+            Some(polynomial) => visit(self.equations.view(), &polynomial),
             None => Ok(None),
         };
         if let Ok(Some(s)) = stop {
-            self.stop_at(s);
+            self.motion.stop_at(self.equations, s);
         }
-        self.clock.arrive(self.time());
+        self.motion.clock.arrive(self.motion.time());
         Ok(if stop?.is_some() {
             Traced::There
         } else {
@@ -71,28 +76,28 @@ impl<S: Jets<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
         times: &[f64],
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Result<(), RunError> {
-        run::in_order(times, &self.clock)?;
-        if self.on_grid.is_some() {
+        run::in_order(times, &self.motion.clock)?;
+        if self.motion.on_grid.is_some() {
             return run::sample(&mut run::Of(self), times, observer);
         }
         let Some(&end) = times.last() else {
             return Ok(());
         };
-        self.clock.hand_out(true);
-        let forward = self.clock.is_forward();
-        let mut buffer = [self.point(); BUFFER];
+        self.motion.clock.hand_out(true);
+        let forward = self.motion.clock.is_forward();
+        let mut buffer = [self.motion.point(); BUFFER];
         let mut rest = times;
         while let Some(&t) = rest.first() {
-            if t == self.time() {
-                observer(t, &self.point());
+            if t == self.motion.time() {
+                observer(t, &self.motion.point());
                 rest = &rest[1..];
                 continue;
             }
             self.step(end)?;
-            let reached = self.time();
+            let reached = self.motion.time();
             let inside = |t: f64| if forward { t < reached } else { t > reached };
             let (within, beyond) = rest.split_at(rest.iter().take_while(|&&t| inside(t)).count());
-            let Some(polynomial) = self.polynomial() else {
+            let Some(polynomial) = self.motion.polynomial() else {
                 continue;
             };
             for times in within.chunks(buffer.len()) {
@@ -107,42 +112,52 @@ impl<S: Jets<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
     }
 }
 
-impl<S: Jets<N>, const N: usize> TaylorFlow<'_, S, N> {
+impl<const N: usize> Run<'_, N> {
     /// Goes to the next node of the grid.
     fn step_on_grid(&mut self, end: f64) -> Result<StepReport, RunError> {
-        let (target, end) = self.target(end);
-        while !self.covers(target) {
-            self.go(end)?;
+        let (target, end) = self.motion.target(end);
+        while !self.motion.covers(target) {
+            self.motion.go(self.equations, end)?;
         }
-        self.arrive_on_grid(target);
-        Ok(self.report())
+        self.motion.arrive_on_grid(target);
+        Ok(self.motion.report())
     }
 
     /// The same, shown.
     fn trace_on_grid(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
-        let (target, end) = self.target(end);
+        let (target, end) = self.motion.target(end);
         loop {
-            if let Some(part) = self.part(target) {
-                let stop = visit(self.system(), &part)?;
+            if let Some(part) = self.motion.part(target) {
+                let stop = visit(self.equations.view(), &part)?;
                 if let Some(s) = stop {
-                    self.stop_at(s);
-                    self.shown = self.time();
+                    self.motion.stop_at(self.equations, s);
+                    self.motion.shown = self.motion.time();
                     return Ok(Traced::There);
                 }
             }
-            if self.covers(target) {
-                self.arrive_on_grid(target);
+            if self.motion.covers(target) {
+                self.motion.arrive_on_grid(target);
                 return Ok(Traced::Whole);
             }
-            self.shown = if self.last_covers(self.shown) {
-                self.time()
+            self.motion.shown = if self.motion.last_covers(self.motion.shown) {
+                self.motion.time()
             } else {
-                self.shown
+                self.motion.shown
             };
-            self.go(end)?;
+            self.motion.go(self.equations, end)?;
         }
     }
+}
 
+impl<const N: usize> Iterator for Run<'_, N> {
+    type Item = Result<Node<N>, RunError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_node()
+    }
+}
+
+impl<const N: usize> Integrator<N> {
     /// The time of the next node, and the time that the steps go towards.
     fn target(&self, end: f64) -> (f64, f64) {
         let target = self.clock.time_of(self.clock.index() + 1);
@@ -193,16 +208,6 @@ impl<S: Jets<N>, const N: usize> TaylorFlow<'_, S, N> {
         self.clock.tick();
     }
 }
-
-impl<S: Jets<N>, const N: usize> Iterator for TaylorFlow<'_, S, N> {
-    type Item = Result<Node<N>, RunError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.next_node()
-    }
-}
-
-impl<S: Jets<N>, const N: usize> FusedIterator for TaylorFlow<'_, S, N> {}
 
 /// The motion at some times, worked out several at a time; as many as both slices have. Nothing is allocated.
 fn points<const N: usize>(polynomial: &Polynomial<'_, N>, times: &[f64], points: &mut [Point<f64, N>]) {

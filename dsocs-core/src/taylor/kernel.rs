@@ -63,23 +63,22 @@ impl<const P: usize, const S: usize, const C: usize> Default for Table<P, S, C> 
     fn default() -> Self {
         let zero = [[0.0; LANES]; ROWS];
         Self {
-            products: boxed(|| Products {
+            products: boxed(&Products {
                 left: zero,
                 right: zero,
             }),
-            squares: boxed(|| Squares { rows: zero }),
-            calls: boxed(Tape::default),
+            squares: boxed(&Squares { rows: zero }),
+            calls: boxed(&Tape::default()),
         }
     }
 }
 
 /// An array that was never on the stack.
-fn boxed<T, const M: usize>(element: impl Fn() -> T) -> Box<[T; M]> {
-    let elements: Box<[T]> = (0..M).map(|_| element()).collect();
-    match elements.try_into() {
+fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
+    match vec![element.clone(); M].into_boxed_slice().try_into() {
         Ok(array) => array,
         // the lengths are equal
-        Err(_) => Box::new(core::array::from_fn(|_| element())),
+        Err(_) => Box::new(core::array::from_fn(|_| element.clone())),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The continuous motion to any tolerance, by Taylor series.
 //!
 //! `#[dsocs]` generates, beside the step, the recurrences for the Taylor coefficients of the motion of the *continuous*
-//! system ([`Jets`]). A [`TaylorFlow`] steps with them: it expands the motion, goes as far as its [`Tolerance`] lets it, and
+//! system. A [`TaylorFlow`] steps with them: it expands the motion, goes as far as its [`Tolerance`] lets it, and
 //! expands again. Each step is a [`crate::Polynomial`], which is the motion in between.
 //!
 //! ```
@@ -67,44 +67,21 @@ mod dispatch;
 mod error;
 mod flow;
 mod grid;
+mod integrator;
 mod jet;
-mod kernel;
+pub(crate) mod jets;
+pub(crate) mod kernel;
 mod motion;
 mod order;
 mod series;
-mod solve;
+pub(crate) mod solve;
 
 pub use control::Tolerance;
 pub use error::{FailedSeries, SeriesError, SeriesFailure};
 pub use flow::TaylorFlow;
-pub use jet::{Jet, Tape};
+pub use jet::Jet;
+pub(crate) use jet::Tape;
+pub use kernel::MAX_ORDER;
 pub(crate) use kernel::ROWS;
-pub use kernel::{MAX_ORDER, Table};
 pub use motion::{GlobalError, Motion};
 pub use series::Series;
-// what generated code needs beside the public items; no part of the interface
-#[doc(hidden)]
-pub use kernel::{LANES, Products, RECIPROCALS, Squares, add_product, weighted};
-#[doc(hidden)]
-pub use solve::{Accelerations, back};
-
-use crate::system::System;
-
-/// A system whose motion has Taylor series, as `#[dsocs]` generates it.
-pub trait Jets<const N: usize>: System<N> {
-    /// Expressions of the parameters, an array of a literal size.
-    type Fixed: Copy;
-    /// What the recurrences keep of the orders before.
-    type Table: Default;
-
-    /// What the parameters alone decide.
-    fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
-
-    /// The Taylor coefficients of the motion from the point where the series begins.
-    fn expand<const FUSED: bool>(
-        &self,
-        constants: &Self::Fixed,
-        series: &mut Series<N>,
-        table: &mut Self::Table,
-    );
-}

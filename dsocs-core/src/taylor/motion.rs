@@ -1,16 +1,17 @@
 //! The continuous motion at times that come one by one, and how far another motion is from it.
 
+use super::Tolerance;
 use super::flow::TaylorFlow;
-use super::{Jets, Tolerance};
+use super::grid::Run;
 use crate::run::{Behind, RunError, Stepper as _};
 use crate::start::Start;
-use crate::system::Point;
+use crate::system::{Point, System};
 
 /// The continuous motion as a function of time: any times, in the order of the motion.
 ///
 /// The flow makes steps of its own length; what lies within a step is read off its polynomial.
 #[derive(Debug)]
-pub struct Motion<'s, S: Jets<N>, const N: usize> {
+pub struct Motion<'s, S: System<N>, const N: usize> {
     /// The flow.
     flow: TaylorFlow<'s, S, N>,
     /// The start.
@@ -19,7 +20,7 @@ pub struct Motion<'s, S: Jets<N>, const N: usize> {
     until: f64,
 }
 
-impl<'s, S: Jets<N>, const N: usize> Motion<'s, S, N> {
+impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
     /// The motion from a start up to the time `until`, which may lie before.
     ///
     /// # Errors
@@ -30,7 +31,7 @@ impl<'s, S: Jets<N>, const N: usize> Motion<'s, S, N> {
             return Err(RunError::Until { until });
         }
         let mut flow = TaylorFlow::new(system, start, tolerance)?;
-        let start = (flow.time(), flow.point());
+        let start = (flow.time(), flow.motion.point());
         if until < start.0 {
             flow.reverse()?;
         }
@@ -43,35 +44,47 @@ impl<'s, S: Jets<N>, const N: usize> Motion<'s, S, N> {
     ///
     /// [`RunError`] if the motion does not get there, or if the time lies outside.
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
-        let (start, point) = self.start;
-        let forward = self.until >= start;
-        let behind = |t: f64, other: f64| if forward { t < other } else { t > other };
-        loop {
-            let (from, to) = match self.flow.polynomial() {
-                Some(step) => (step.start(), self.flow.time()),
-                None => (start, start),
-            };
-            if !(behind(to, t)) {
-                if behind(t, from) {
-                    return Err(RunError::behind(Behind {
-                        until: t,
-                        time: from,
-                        h: None,
-                    }));
-                }
-                return Ok(self.flow.polynomial().map_or(point, |step| step.at(t)));
+        at(self.flow.run(), self.start, self.until, t)
+    }
+}
+
+/// Position, velocity and acceleration at a time on the way from a start to the time `until`.
+fn at<const N: usize>(
+    mut run: Run<'_, N>,
+    (start, point): (f64, Point<f64, N>),
+    until: f64,
+    t: f64,
+) -> Result<Point<f64, N>, RunError> {
+    let forward = until >= start;
+    let behind = |t: f64, other: f64| if forward { t < other } else { t > other };
+    loop {
+        let (from, to) = match run.motion.polynomial() {
+            Some(step) => (step.start(), run.motion.time()),
+            None => (start, start),
+        };
+        if !(behind(to, t)) {
+            if behind(t, from) {
+                return Err(RunError::behind(Behind {
+                    until: t,
+                    time: from,
+                    h: None,
+                }));
             }
-            if !behind(self.flow.time(), self.until) {
-                return Err(RunError::Until { until: t });
-            }
-            self.flow.step(self.until)?;
+            return Ok(run.motion.polynomial().map_or(point, |step| step.at(t)));
         }
+        if !behind(run.motion.time(), until) {
+            return Err(RunError::Until { until: t });
+        }
+        run.step(until)?;
     }
 }
 
 /// Tolerance and order of the two motions that errors are measured against: how far they are apart says how well the motion
 /// is known. A low order rounds less.
-const REFERENCES: [(f64, usize); 2] = [(1e-16, 18), (1e-17, 22)];
+const REFERENCES: [Tolerance; 2] = [
+    Tolerance::relative(1e-16).order(18),
+    Tolerance::relative(1e-17).order(22),
+];
 
 /// The global error of a motion: its distance from the continuous motion with the same start, by Taylor series to nearly all
 /// digits.
@@ -101,26 +114,26 @@ const REFERENCES: [(f64, usize); 2] = [(1e-16, 18), (1e-17, 22)];
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct GlobalError<'s, S: Jets<N>, const N: usize> {
+pub struct GlobalError<'s, S: System<N>, const N: usize> {
     /// The motions, the one that counts first.
     motions: [Motion<'s, S, N>; 2],
     /// The largest distance of the two so far.
     doubt: f64,
 }
 
-impl<'s, S: Jets<N>, const N: usize> GlobalError<'s, S, N> {
+impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
     /// The error of motions from a start up to the time `until`.
     ///
     /// # Errors
     ///
     /// As [`Motion::new`].
     pub fn new(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
-        let motion = |(tolerance, order): (f64, usize)| {
-            Motion::new(system, start, until, Tolerance::relative(tolerance).order(order))
-        };
         let [first, second] = REFERENCES;
         Ok(Self {
-            motions: [motion(first)?, motion(second)?],
+            motions: [
+                Motion::new(system, start, until, first)?,
+                Motion::new(system, start, until, second)?,
+            ],
             doubt: 0.0,
         })
     }
@@ -134,10 +147,7 @@ impl<'s, S: Jets<N>, const N: usize> GlobalError<'s, S, N> {
     pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
         let [first, second] = &mut self.motions;
         let (truth, other) = (first.at(t)?.q, second.at(t)?.q);
-        for (truth, other) in truth.iter().zip(&other) {
-            self.doubt = self.doubt.max((truth - other).abs());
-        }
-        Ok(core::array::from_fn(|i| (q[i] - truth[i]).abs()))
+        Ok(distances(&truth, &other, q, &mut self.doubt))
     }
 
     /// How well the continuous motion itself is known, up to the last time: errors below say nothing.
@@ -145,4 +155,12 @@ impl<'s, S: Jets<N>, const N: usize> GlobalError<'s, S, N> {
     pub fn doubt(&self) -> f64 {
         self.doubt
     }
+}
+
+/// How far the position `q` is from the true one; and how far that is from the other, if it is farther than any before.
+fn distances<const N: usize>(truth: &[f64; N], other: &[f64; N], q: &[f64; N], doubt: &mut f64) -> [f64; N] {
+    for (truth, other) in truth.iter().zip(other) {
+        *doubt = doubt.max((truth - other).abs());
+    }
+    core::array::from_fn(|i| (q[i] - truth[i]).abs())
 }

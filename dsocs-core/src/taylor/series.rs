@@ -2,7 +2,7 @@
 
 use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 
-/// The Taylor coefficients of a motion at a point: what [`super::Jets::expand`] fills in.
+/// The Taylor coefficients of a motion at a point: what the generated recurrences fill in.
 ///
 /// The velocity is known to the order of the series, the position to one order more.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,14 +33,22 @@ impl<const N: usize> Series<N> {
     }
 
     /// Sets what the acceleration of order 0 is expected to be.
+    #[doc(hidden)]
     pub fn expect(&mut self, a: &[f64; N]) {
         self.v[1] = *a;
     }
 
     /// What the acceleration of order 0 is expected to be, for systems that look for it.
+    #[doc(hidden)]
     #[must_use]
     pub fn guess(&self) -> [f64; N] {
-        self.v[1].map(|a| if a.is_finite() { a } else { 0.0 })
+        let mut guess = self.v[1];
+        for a in &mut guess {
+            if !a.is_finite() {
+                *a = 0.0;
+            }
+        }
+        guess
     }
 
     /// The order of the velocity.
@@ -50,6 +58,7 @@ impl<const N: usize> Series<N> {
     }
 
     /// Sets the point of expansion.
+    #[doc(hidden)]
     pub fn begin(&mut self, q: &[f64; N], v: &[f64; N]) {
         (self.q[0], self.v[0]) = (*q, *v);
     }
@@ -84,16 +93,23 @@ impl<const N: usize> Series<N> {
     }
 
     /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
+    #[doc(hidden)]
     #[inline(always)]
     pub fn push(&mut self, k: usize, q: &mut [f64; N], v: &mut [f64; N], a: [f64; N]) {
         let next = (k + 1).min(MAX_ORDER);
         let scale = RECIPROCALS[next];
-        *q = v.map(|v| v * scale);
-        *v = a.map(|a| a * scale);
+        for i in 0..N {
+            q[i] = v[i] * scale;
+            v[i] = a[i] * scale;
+        }
         self.q[next] = *q;
         self.v[next] = *v;
         if next == self.order {
-            self.q[next + 1] = v.map(|v| v * RECIPROCALS[next + 1]);
+            let mut beyond = [0.0; N];
+            for i in 0..N {
+                beyond[i] = v[i] * RECIPROCALS[next + 1];
+            }
+            self.q[next + 1] = beyond;
         }
     }
 

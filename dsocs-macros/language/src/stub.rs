@@ -103,9 +103,9 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
 
         #[automatically_derived]
         #[allow(unused_variables, clippy::all, clippy::pedantic)]
-        impl #generics ::dsocs_core::taylor::Jets<#n> for #ident #arguments #bounds {
+        impl #generics ::dsocs_core::__private::Jets<#n> for #ident #arguments #bounds {
             type Fixed = [f64; 0];
-            type Table = ::dsocs_core::taylor::Table<0, 0, 0>;
+            type Table = ::dsocs_core::__private::Table<0, 0, 0>;
 
             fn fixed(
                 &self,

@@ -1,6 +1,6 @@
 //! Our own ladder: the paper's step, its compositions, and the continuous flow.
 
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, Symmetry, System};
 
 use crate::candidate::{Candidate, tolerances};
@@ -18,7 +18,7 @@ pub fn taylor<P, const N: usize, const D: usize>(
 ) -> impl Iterator<Item = Candidate>
 where
     P: Problem<D> + Declared<N>,
-    P::System: Jets<N> + 'static,
+    P::System: System<N> + 'static,
 {
     tolerances(1, 16).map(move |tolerance| {
         Candidate::tolerance(solver, tolerance, move |out| {

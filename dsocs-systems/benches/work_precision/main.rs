@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use criterion::Criterion;
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{RunError, Start, Stepper, System};
 
 use constrained::{Contact, Sphere};
@@ -114,7 +114,7 @@ impl Bench {
     fn compare<P, const N: usize, const D: usize>(&mut self, problem: P) -> Option<Reference>
     where
         P: Problem<D> + Declared<N>,
-        P::System: Jets<N> + System<N> + 'static,
+        P::System: System<N> + 'static,
     {
         if !self.wants(P::NAME) {
             return None;
@@ -133,7 +133,7 @@ impl Bench {
     fn measure<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
     where
         P: Problem<D> + Declared<N>,
-        P::System: Jets<N> + System<N> + 'static,
+        P::System: System<N> + 'static,
     {
         let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
             let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
@@ -157,7 +157,7 @@ impl Bench {
     fn called<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
     where
         P: Problem<D> + Declared<N>,
-        P::System: Jets<N> + System<N> + 'static,
+        P::System: System<N> + 'static,
     {
         let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
         let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
@@ -169,7 +169,7 @@ impl Bench {
 fn references<P, const N: usize, const D: usize>(problem: P) -> Reference
 where
     P: Problem<D> + Declared<N>,
-    P::System: Jets<N> + 'static,
+    P::System: System<N> + 'static,
 {
     let system = problem.system();
     let (q, v) = problem.begin();

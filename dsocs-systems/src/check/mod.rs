@@ -13,9 +13,8 @@ mod symplectic;
 
 use std::error::Error;
 
-use dsocs_core::Leg;
 use dsocs_core::geometry::Triple;
-use dsocs_core::taylor::Jets;
+use dsocs_core::{Leg, System};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
@@ -149,7 +148,7 @@ type Check<const N: usize> = fn(&Subject<'_, N>, &mut Report);
 /// # Errors
 ///
 /// [`CheckFailure`] if the motion cannot be computed: there is nothing to check.
-pub fn check<S: Jets<N>, const N: usize>(
+pub fn check<S: System<N>, const N: usize>(
     system: &S,
     symmetries: &[Symmetry],
     expected: Expected,

@@ -3,8 +3,7 @@
 use dsocs_core::geometry::{
     self, DiscreteFlow, Displacement, Evolution, FlowTheorem, GeometryError, Triple, TwoForm, Variation,
 };
-use dsocs_core::taylor::Jets;
-use dsocs_core::{Flow, Leg, Point, SetupError, Start, Stepper, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Leg, Point, SetupError, Start, Stepper, System, TaylorFlow, Tolerance};
 
 use super::Measured;
 use crate::entry::CheckFailure;
@@ -72,14 +71,14 @@ pub trait Probe<const N: usize> {
 }
 
 /// The probe of a system.
-pub struct Typed<'a, S: Jets<N>, const N: usize> {
+pub struct Typed<'a, S: System<N>, const N: usize> {
     /// The system.
     system: &'a S,
     /// The step as a map.
     flow: DiscreteFlow<'a, S, N>,
 }
 
-impl<'a, S: Jets<N>, const N: usize> Typed<'a, S, N> {
+impl<'a, S: System<N>, const N: usize> Typed<'a, S, N> {
     /// The probe of a system and a step.
     pub fn new(system: &'a S, h: f64) -> Result<Self, GeometryError> {
         let flow = DiscreteFlow::new(system, h)?;
@@ -92,7 +91,7 @@ impl<'a, S: Jets<N>, const N: usize> Typed<'a, S, N> {
     }
 }
 
-impl<S: Jets<N>, const N: usize> Probe<N> for Typed<'_, S, N> {
+impl<S: System<N>, const N: usize> Probe<N> for Typed<'_, S, N> {
     fn h(&self) -> f64 {
         self.flow.h()
     }

@@ -2,8 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::Jets;
-use dsocs_core::{Quantity, Start};
+use dsocs_core::{Quantity, Start, System};
 
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
 use crate::check::{self, Expected, Finding, Settings};
@@ -91,7 +90,7 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
     })
 }
 
-impl<S: Jets<N> + Send, const N: usize> AnySystem for Erased<S, N> {
+impl<S: System<N> + Send, const N: usize> AnySystem for Erased<S, N> {
     fn description(&self) -> Description {
         let extra = self
             .extra

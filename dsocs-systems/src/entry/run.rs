@@ -2,10 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::taylor::{GlobalError, Jets};
+use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Regularity, RunError, SetupError, Start, Stepper, TaylorFlow,
-    Tolerance, View,
+    ComposedFlow, Composition, Flow, Node, Regularity, RunError, SetupError, Start, Stepper, System,
+    TaylorFlow, Tolerance, View,
 };
 use thiserror::Error;
 
@@ -102,7 +102,7 @@ trait Errors<const N: usize> {
     fn doubt(&self) -> f64;
 }
 
-impl<S: Jets<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
+impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
     fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
         Self::at(self, t, q)
     }
@@ -118,7 +118,7 @@ impl<S: Jets<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, a step has no solution, or the error cannot be estimated.
-pub(super) fn run<S: Jets<N>, const N: usize>(
+pub(super) fn run<S: System<N>, const N: usize>(
     system: &S,
     plan: &Plan,
     start: Start<N>,

@@ -11,6 +11,7 @@ mod singular;
 mod small;
 mod switch;
 mod turns;
+mod two_roots;
 
 use super::{Bar, Measured, Report, Row, larger};
 
@@ -91,6 +92,11 @@ pub const CASES: &[Case] = &[
         number: 10,
         name: "library functions",
         run: functions::run,
+    },
+    Case {
+        number: 12,
+        name: "two roots",
+        run: two_roots::run_all,
     },
     Case {
         number: 11,

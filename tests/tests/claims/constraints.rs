@@ -6,13 +6,13 @@ use crate::systems::orders::{
 };
 #[allow(dead_code)] // shared with other tests
 use dsocs_core::__private::{Declaration, Tangent};
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
 
 /// The continuous motion at a time.
-fn continuous<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {
+fn continuous<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {
     TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
         .unwrap()
         .to(t)
@@ -29,7 +29,7 @@ fn discrete<S: System<N>, const N: usize>(system: &S, start: Start<N>, h: f64, t
 }
 
 /// The order with which the discrete motion from a start comes near to the continuous one.
-fn order<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64, steps: &[f64]) -> f64 {
+fn order<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64, steps: &[f64]) -> f64 {
     let exact = continuous(system, q, v, t).q;
     let errors: Vec<f64> = steps
         .iter()

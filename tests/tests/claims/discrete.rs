@@ -2,7 +2,7 @@
 
 use dsocs_core::__private::Declaration;
 use dsocs_core::geometry::discrete_lagrangian;
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Leg, Start, StepFailure, Stepper, System, dsocs};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
@@ -34,7 +34,7 @@ varying!(OnLeg, phi_lagrangian = midpoint; discrete_lagrangian = leg((1 + theta.
     + dot(x).powi(2) / 2 + theta.cos() - (x - theta).powi(2) / 2 + x * dot(theta), 0););
 
 /// The error after a time, with a step.
-fn error<S: Jets<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N], t: f64) -> f64 {
+fn error<S: System<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N], t: f64) -> f64 {
     let exact = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15))
         .unwrap()
         .to(t)
@@ -46,7 +46,7 @@ fn error<S: Jets<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64; N
     (0..N).fold(0.0, |largest, i| (found[i] - exact[i]).abs().max(largest))
 }
 
-fn order<S: Jets<2>>(system: &S) -> f64 {
+fn order<S: System<2>>(system: &S) -> f64 {
     let steps = [0.02, 0.01, 0.005, 0.0025];
     let errors = steps.map(|h| error(system, h, [0.5, 0.3], [1.0, -0.4], 4.0));
     let order = slope(&steps, &errors);

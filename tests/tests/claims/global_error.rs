@@ -1,7 +1,7 @@
 //! The estimated error of a run is its error: on both systems of the paper, against data that owe nothing to this workspace.
 
-use dsocs_core::taylor::{GlobalError, Jets, Motion, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper};
+use dsocs_core::taylor::{GlobalError, Motion, Tolerance};
+use dsocs_core::{ComposedFlow, Composition, RunError, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 use dsocs_tests::closed_form;
 use dsocs_tests::closed_form::pendulum::START;
@@ -34,7 +34,7 @@ impl Score {
 }
 
 /// Positions at the whole seconds.
-fn positions<S: Jets<2>>(
+fn positions<S: System<2>>(
     system: &S,
     method: Composition,
     parts: u32,
@@ -59,7 +59,7 @@ fn positions<S: Jets<2>>(
 }
 
 /// Scores of the estimate against the Taylor flow, and of Richardson's with half the step.
-fn scores<S: Jets<2>>(
+fn scores<S: System<2>>(
     system: &S,
     method: Composition,
     parts: u32,
@@ -103,7 +103,7 @@ const RUNS: [(Composition, [u32; 3]); 4] = [
     (Composition::KAHAN_LI_8, [5, 8, 10]),
 ];
 
-fn all_runs<S: Jets<2>>(
+fn all_runs<S: System<2>>(
     system: &S,
     start: ([f64; 2], [f64; 2]),
     truth: &[[f64; 2]],

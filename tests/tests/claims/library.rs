@@ -1,7 +1,7 @@
 //! The systems of the library against exact solutions, invariants and equations of motion derived by hand, with the order that
 //! a fit of their errors gives.
 
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Node, Real, Start, Stepper, System, dsocs};
 use dsocs_systems::{
     CartPole, Curvature, CurvedParticle, GravityTurn, MagneticParticle, PlanarChain2, SphericalPendulum,
@@ -90,7 +90,7 @@ fn order<S: System<2>>(
 }
 
 /// The continuous motion by its Taylor series, for systems that come with both.
-fn taylor<S: Jets<2>>(system: &S, q: [f64; 2], v: [f64; 2], until: f64) -> Node<2> {
+fn taylor<S: System<2>>(system: &S, q: [f64; 2], v: [f64; 2], until: f64) -> Node<2> {
     let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-15)).unwrap();
     flow.to(until).unwrap()
 }

@@ -39,5 +39,6 @@ cases! {
     backward: 8;
     garbage: 9;
     library_functions: 10;
+    two_roots: 12;
     beside_a_general_method: 11;
 }

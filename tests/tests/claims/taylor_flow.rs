@@ -5,8 +5,8 @@
 
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
 use dsocs_core::geometry::motion;
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
-use dsocs_core::{RunError, SeriesFailure, SetupError, Start, Stepper};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::{RunError, SeriesFailure, SetupError, Start, Stepper, System};
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -155,7 +155,7 @@ fn another_solver_agrees() {
 
 /// Follows a system for a while and asks its own equations, within each step, for the acceleration: the largest correction
 /// relative to the largest acceleration there.
-fn corrections<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
+fn corrections<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], until: f64) -> f64 {
     let mut flow = TaylorFlow::new(system, Start::second_order(q, v), Tolerance::relative(1e-13)).unwrap();
     let mut worst = 0.0_f64;
     let mut steps = 0;

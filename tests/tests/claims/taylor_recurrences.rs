@@ -3,8 +3,8 @@
 //!
 //! `u(t)` is a parabola, and each `w''` a function of it, so that the coefficients of `w''` are those of the function.
 
-use dsocs_core::taylor::{Jets, Series};
-use dsocs_core::{Real, dsocs};
+use dsocs_core::taylor::Series;
+use dsocs_core::{Real, System, dsocs};
 use dsocs_tests::data::Table;
 
 /// The functions in the order of the coordinates `w`.
@@ -167,7 +167,7 @@ struct OpaqueRate {
 }
 
 /// The coefficients of the accelerations, `[order][coordinate]`.
-fn coefficients<S: Jets<N>, const N: usize, const FUSED: bool>(system: &S, order: usize) -> Vec<[f64; N]> {
+fn coefficients<S: System<N>, const N: usize, const FUSED: bool>(system: &S, order: usize) -> Vec<[f64; N]> {
     let mut series = Series::new(order + 1);
     let (mut q, mut v) = ([0.0; N], [0.0; N]);
     (q[0], v[0]) = (0.4, 0.7);

@@ -15,9 +15,24 @@ use crate::pendulum::InertiaWheelPendulum;
 const STEPS: u32 = 20;
 
 /// A generator of 64-bit numbers (G. Marsaglia's xorshift with multiplication), always from the same seed.
-struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
+    /// The generator of a seed, any but zero.
+    pub fn new(seed: u64) -> Self {
+        let mut random = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+        // what a small seed begins with is hardly random
+        for _ in 0..8 {
+            random.next();
+        }
+        random
+    }
+
+    /// A number from 0 to 1.
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
     fn next(&mut self) -> u64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -28,7 +43,7 @@ impl Random {
     /// A number of any kind: in one of four any bits, else of any order of magnitude up to 10^±`range`, or an ordinary one.
     fn number(&mut self, range: f64) -> f64 {
         let bits = self.next();
-        let unit = (self.next() >> 11) as f64 / (1_u64 << 53) as f64;
+        let unit = self.unit();
         let sign = if bits & 8 == 0 { 1.0 } else { -1.0 };
         match bits & 7 {
             0 => f64::from_bits(self.next()),

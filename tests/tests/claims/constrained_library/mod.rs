@@ -12,7 +12,7 @@ mod sleigh;
 mod snakeboard;
 mod sphere;
 
-use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::systems;
 use dsocs_tests::fit::slope;
@@ -45,7 +45,7 @@ fn discrete<S: System<N>, const N: usize>(
 }
 
 /// The continuous motion of the declaration.
-fn continuous<S: Jets<N>, const N: usize>(
+fn continuous<S: System<N>, const N: usize>(
     system: &S,
     (q, v): ([f64; N], [f64; N]),
     t: f64,

@@ -48,9 +48,9 @@ pub(super) fn jets(model: &Model) -> TokenStream {
         // straight-line code: the lints for people do not apply to it
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
-        impl #impl_generics ::dsocs_core::taylor::Jets<#n> for #name #type_generics #where_clause {
+        impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
             type Fixed = [f64; #count];
-            type Table = ::dsocs_core::taylor::Table<#products, #squares, #calls>;
+            type Table = ::dsocs_core::__private::Table<#products, #squares, #calls>;
 
             #[inline]
             fn fixed(
@@ -215,7 +215,7 @@ impl Plan {
                 quote! {
                     let mut #a = #series.guess();
                     let mut #l = [0.0_f64; #multipliers];
-                    let mut #inverse = ::dsocs_core::taylor::Accelerations::new(#affine);
+                    let mut #inverse = ::dsocs_core::__private::Accelerations::new(#affine);
                     loop {
                         let update = #inverse.update();
                         #(#unknown += update[#places];)*
@@ -234,7 +234,7 @@ impl Plan {
                     let mut #a = [0.0_f64; #n];
                     let mut #l = [0.0_f64; #multipliers];
                     #next
-                    let update = ::dsocs_core::taylor::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
+                    let update = ::dsocs_core::__private::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
                     #(#unknown = update[#places];)*
                     #again
                 },
@@ -252,7 +252,7 @@ impl Plan {
             for #k in 1..#series.order() {
                 let #products = #table.product_sums::<__FUSED, #eager>(#k);
                 let #squares = #table.square_sums::<__FUSED, #eager>(#k);
-                let #r = ::dsocs_core::taylor::RECIPROCALS[#k];
+                let #r = ::dsocs_core::__private::RECIPROCALS[#k];
                 let #degree = #k as f64;
                 let #below = #degree - 1.0;
                 let mut #s = [0.0_f64; #length];

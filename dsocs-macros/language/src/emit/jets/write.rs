@@ -7,7 +7,7 @@ use super::call;
 use super::sequence::{Constant, Lane, Op, Operand, Sequence, Sequences};
 use crate::graph::{Comparison, Graph, Leaf, NodeId};
 
-/// How many sums a block of lanes holds, as `dsocs_core::taylor::LANES`.
+/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/taylor/kernel.rs`.
 const LANES: usize = 4;
 
 /// Longer sums are formed by a function, in several sums side by side.
@@ -113,7 +113,7 @@ impl<'g> Writer<'g> {
             let coefficients: Vec<_> = terms.iter().map(|&(c, _)| self.constant(c)).collect();
             let values = terms.iter().map(|&(_, term)| value(term));
             let rest =
-                quote!(::dsocs_core::taylor::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
+                quote!(::dsocs_core::__private::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
             return match sum {
                 Some(sum) => quote!(#sum + #rest),
                 None => rest,
@@ -133,7 +133,7 @@ impl<'g> Writer<'g> {
                 (Some(sum), Some(-1.0)) => quote!(#sum - #value),
                 (Some(sum), _) => {
                     let coefficient = self.constant(coefficient);
-                    quote!(::dsocs_core::taylor::add_product::<__FUSED>(#sum, #coefficient, #value))
+                    quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #coefficient, #value))
                 }
             });
         }
@@ -297,7 +297,7 @@ impl<'g> Writer<'g> {
         if !self.eager {
             return sum;
         }
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::taylor::add_product::<__FUSED>(#sum, #a, #b));
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #a, #b));
         // j x_j is x_1 for j = 1
         let first = |operand: Operand| element("o", operand.sequence());
         let before = |operand: Operand| {
@@ -323,7 +323,7 @@ impl<'g> Writer<'g> {
         let (to, y) = (kth(sequence), inverse(sequence));
         let (s, z) = (|u: &Sequence| kth(*u), |u: &Sequence| zeroth(*u));
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::taylor::add_product::<__FUSED>(#sum, #a, #b));
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #a, #b));
         let value = match op {
             Op::Leaf(which) => leaf(*which),
             Op::Constant(_) | Op::Signum(_) => quote!(0.0),

@@ -1,0 +1,354 @@
+//! The continuous motion, step by step, whatever the system's type.
+
+use core::fmt;
+
+use super::control::{Control, Tolerance, exp2};
+use super::dispatch::{self, Work};
+use super::error::{FailedSeries, SeriesError, SeriesFailure};
+use super::jets::Equations;
+use super::order::Order;
+use super::series::Series;
+use crate::compensated::Compensated;
+use crate::error::SetupError;
+use crate::run::{Clock, Node, Polynomial, RunError, Search};
+use crate::step::newton::Stop;
+use crate::step::{Guess, StepReport};
+use crate::system::Point;
+
+/// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
+const MAX_STEPS: u64 = 10_000_000;
+
+/// How much smaller a step is tried after one that was not good.
+const SHORTER: f64 = 0.5;
+
+/// Where a motion is, and how it goes on. What needs the system is given it.
+pub(super) struct Integrator<const N: usize> {
+    /// The series of the last step.
+    series: Box<Series<N>>,
+    /// The series at the current point; both change places with every step.
+    next: Box<Series<N>>,
+    /// The control of the steps.
+    pub(super) control: Control<N>,
+    /// The choice of the order.
+    order: Order,
+    /// The time where the last step began, and its length.
+    last: Option<(Compensated<1>, f64)>,
+    /// The current time.
+    t: Compensated<1>,
+    /// The current position.
+    pub(super) q: Compensated<N>,
+    /// The current velocity.
+    pub(super) v: Compensated<N>,
+    /// The number of steps so far.
+    pub(super) steps: u64,
+    /// The number of steps that were not good.
+    pub(super) rejected: u64,
+    /// How many steps are allowed.
+    pub(super) max_steps: u64,
+    /// The smallest step.
+    pub(super) smallest: f64,
+    /// Which node is the current one.
+    pub(super) clock: Clock,
+    /// How often the motion was expanded on the way to it.
+    pub(super) expansions: u32,
+    /// The motion at the current node, where nodes lie on a grid.
+    pub(super) on_grid: Option<Point<f64, N>>,
+    /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
+    pub(super) shown: f64,
+}
+
+impl<const N: usize> fmt::Debug for Integrator<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TaylorFlow")
+            .field("time", &self.time())
+            .field("position", &self.q.hi)
+            .field("velocity", &self.v.hi)
+            .field("order", &self.order())
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<const N: usize> Integrator<N> {
+    /// A motion from a time, a position and a velocity.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError`] if the system has no Taylor series there.
+    pub(super) fn new(
+        equations: &mut dyn Equations<N>,
+        (t0, q0, v0): (f64, [f64; N], [f64; N]),
+        tolerance: &Tolerance,
+    ) -> Result<Self, SetupError> {
+        equations.declaration().prepare();
+        let order = tolerance.first_order();
+        let mut motion = Self {
+            series: Box::new(Series::new(order)),
+            next: Box::new(Series::new(order)),
+            control: Control::new(tolerance),
+            order: Order::new(tolerance),
+            last: None,
+            t: Compensated::exact([t0]),
+            q: Compensated::exact(q0),
+            v: Compensated::exact(v0),
+            steps: 0,
+            rejected: 0,
+            max_steps: MAX_STEPS,
+            smallest: 0.0,
+            clock: Clock::free(t0),
+            expansions: 0,
+            on_grid: None,
+            shown: t0,
+        };
+        motion.begin(equations);
+        let mut coefficients = motion.next.velocity().as_flattened().iter();
+        if coefficients.all(|x| x.is_finite()) {
+            Ok(motion)
+        } else {
+            let cause = SeriesFailure::NotFinite;
+            Err(SetupError::Series(motion.failed(equations, cause)))
+        }
+    }
+
+    /// Expands the motion at the current point.
+    fn begin(&mut self, equations: &mut dyn Equations<N>) {
+        self.next.begin(&self.q.hi, &self.v.hi);
+        equations.expand(&mut self.next);
+    }
+
+    /// Puts the nodes on a grid of times.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
+    pub(super) fn every(&mut self, h: f64) -> Result<(), SetupError> {
+        if !h.is_finite() || h == 0.0 {
+            return Err(SetupError::Step { h });
+        }
+        let handed = self.clock.is_handed_out();
+        self.on_grid = Some(self.point());
+        self.shown = self.time();
+        self.clock = Clock::even(self.time(), h);
+        self.clock.hand_out(handed);
+        Ok(())
+    }
+
+    /// The order of the velocity's series.
+    pub(super) fn order(&self) -> usize {
+        self.order.current()
+    }
+
+    /// The time up to which the motion is known.
+    pub(super) fn time(&self) -> f64 {
+        self.t.hi[0]
+    }
+
+    /// Position, velocity and acceleration there.
+    pub(super) fn point(&self) -> Point<f64, N> {
+        Point {
+            q: self.q.hi,
+            v: self.v.hi,
+            a: *self.acceleration(),
+        }
+    }
+
+    /// The acceleration there.
+    pub(super) fn acceleration(&self) -> &[f64; N] {
+        &self.next.velocity()[1]
+    }
+
+    /// The last step as a polynomial; `None` before the first.
+    pub(super) fn polynomial(&self) -> Option<Polynomial<'_, N>> {
+        self.last.map(|(t, h)| Polynomial {
+            series: &self.series,
+            t,
+            from: 0.0,
+            to: h,
+            search: Search::SERIES,
+        })
+    }
+
+    /// What is told of a number of expansions.
+    pub(super) fn report(&self) -> StepReport {
+        StepReport {
+            iterations: self.expansions,
+            stop: Stop::Start,
+            guess: Guess::Given,
+        }
+    }
+
+    /// The current node.
+    pub(super) fn node(&self, equations: &dyn Equations<N>) -> Node<N> {
+        let declaration = equations.declaration();
+        let Point { q, v, a } = self.on_grid.unwrap_or_else(|| self.point());
+        Node {
+            index: self.clock.index(),
+            t: self.clock.time(),
+            q,
+            v,
+            a,
+            force: declaration.continuous_force(&Point { q, v, a }),
+            energy: declaration.energy(&q, &v),
+            iterations: self.expansions,
+            stop: Stop::Start,
+        }
+    }
+
+    /// Goes back to a point of the last step, a time `s` after its start.
+    pub(super) fn stop_at(&mut self, equations: &mut dyn Equations<N>, s: f64) {
+        let Some((t, _)) = self.last else {
+            return;
+        };
+        let ((q, v), [dq, dv, a]) = (self.series.start(), self.series.increments::<false>(s));
+        self.t = t;
+        self.t.add(&[s]);
+        (self.q, self.v) = (Compensated::exact(q), Compensated::exact(v));
+        self.q.add(&dq);
+        self.v.add(&dv);
+        self.next.expect(&a);
+        self.last = Some((t, s));
+        self.begin(equations);
+    }
+
+    /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
+    /// in the direction of the run, and never reached.
+    pub(super) fn go(&mut self, equations: &mut dyn Equations<N>, until: f64) -> Result<(), RunError> {
+        let (until, scale) = if until.is_infinite() {
+            let far = if self.clock.is_forward() {
+                f64::MAX
+            } else {
+                f64::MIN
+            };
+            (far, self.t.hi[0].abs())
+        } else {
+            (until, self.t.hi[0].abs().max(until.abs()))
+        };
+        let left = (until - self.t.hi[0]) - self.t.lo[0];
+        if self.steps >= self.max_steps {
+            let steps = self.steps;
+            return Err(self
+                .failed(equations, SeriesFailure::TooManySteps { steps })
+                .into());
+        }
+        let smallest = self.smallest.max(f64::EPSILON / 4.0 * scale);
+        let rejected = self.rejected;
+        match dispatch::run(Advance {
+            motion: self,
+            equations: &mut *equations,
+            until,
+            left,
+            smallest,
+        }) {
+            Outcome::Good => {
+                self.steps += 1;
+                self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
+                Ok(())
+            }
+            Outcome::NotFinite => Err(self.failed(equations, SeriesFailure::NotFinite).into()),
+            Outcome::TooSmall(step) => Err(self
+                .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
+                .into()),
+        }
+    }
+
+    #[cold]
+    fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
+        SeriesError::new(FailedSeries {
+            step: self.steps,
+            time: self.t.hi[0],
+            q: self.q.hi.to_vec(),
+            v: self.v.hi.to_vec(),
+            coordinates: equations
+                .view()
+                .coordinates()
+                .iter()
+                .map(|coordinate| coordinate.name)
+                .collect(),
+            cause,
+        })
+    }
+}
+
+/// How a step ended.
+enum Outcome {
+    Good,
+    NotFinite,
+    TooSmall(f64),
+}
+
+/// One step.
+struct Advance<'a, const N: usize> {
+    motion: &'a mut Integrator<N>,
+    equations: &'a mut dyn Equations<N>,
+    until: f64,
+    left: f64,
+    smallest: f64,
+}
+
+impl<const N: usize> Work for Advance<'_, N> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Outcome {
+        let Self {
+            motion,
+            equations,
+            until,
+            left,
+            smallest,
+        } = self;
+        core::mem::swap(&mut motion.series, &mut motion.next);
+        let wanted = match motion.last {
+            Some((_, last)) => {
+                let log_size = motion.control.log_size(&motion.series, last);
+                motion.order.learn(&motion.control, &motion.series, log_size);
+                exp2(
+                    motion
+                        .control
+                        .log_step(&motion.series, motion.order.current(), log_size),
+                )
+            }
+            None => motion.control.first_step(&motion.series, motion.order.current()),
+        };
+        motion.next.set_order(motion.order.next());
+        let mut size = wanted.min(left.abs());
+        if wanted.is_nan() || wanted < smallest {
+            core::mem::swap(&mut motion.series, &mut motion.next);
+            return if wanted > 0.0 {
+                Outcome::TooSmall(wanted)
+            } else {
+                Outcome::NotFinite
+            };
+        }
+        loop {
+            let whole = size == left.abs();
+            let h = if whole { left } else { size.copysign(left) };
+            let [dq, dv, a] = motion.series.increments::<FUSED>(h);
+            let (mut q, mut v) = (motion.q, motion.v);
+            q.add(&dq);
+            v.add(&dv);
+            motion.next.begin(&q.hi, &v.hi);
+            motion.next.expect(&a);
+            equations.expand(&mut motion.next);
+            let good = motion.control.good(&motion.series, &motion.next, &a, size);
+            // a jump of the acceleration is passed in a step that no clock would see
+            if good || (size <= smallest && motion.next.is_finite()) {
+                motion.last = Some((motion.t, h));
+                if whole {
+                    motion.t = Compensated::exact([until]);
+                } else {
+                    motion.t.add(&[h]);
+                }
+                (motion.q, motion.v) = (q, v);
+                return Outcome::Good;
+            }
+            motion.rejected += 1;
+            if size <= smallest {
+                // back to where it was
+                core::mem::swap(&mut motion.series, &mut motion.next);
+                return Outcome::NotFinite;
+            }
+            size = (SHORTER * size).max(smallest);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What the attribute generates for a system, and the same with the system's type erased.
+//!
+//! Only the expansion is compiled for each system, for each kind of machine. The integrator, the grid of output times, events and
+//! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
+
+use super::dispatch::{self, Work};
+use super::series::Series;
+use crate::compiled::Compiled;
+use crate::declaration::Declaration;
+use crate::run::View;
+use crate::system::System;
+
+/// The recurrences for the Taylor series of the continuous motion, as `#[dsocs]` generates them.
+pub trait Jets<const N: usize>: Compiled<N> {
+    /// Expressions of the parameters, an array of a literal size.
+    type Fixed: Copy;
+    /// What the recurrences keep of the orders before.
+    type Table: Default;
+
+    /// What the parameters alone decide.
+    fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
+
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    fn expand<const FUSED: bool>(
+        &self,
+        constants: &Self::Fixed,
+        series: &mut Series<N>,
+        table: &mut Self::Table,
+    );
+}
+
+/// A system of dimension `N` of any type, as the integrator asks it.
+pub(super) trait Equations<const N: usize> {
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    fn expand(&mut self, series: &mut Series<N>);
+
+    /// The declaration.
+    fn declaration(&self) -> Declaration<'_, N>;
+
+    /// The system as a run shows it.
+    fn view(&self) -> &dyn View<N>;
+}
+
+/// The recurrences of a system, and what they keep.
+pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
+    /// The system.
+    pub(super) system: &'s S,
+    /// What the parameters decide.
+    fixed: S::Fixed,
+    /// What is kept of the orders before.
+    table: S::Table,
+}
+
+impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
+    /// The recurrences of a system with the values that its parameters have now.
+    pub(super) fn new(system: &'s S) -> Self {
+        Self {
+            system,
+            fixed: system.fixed(&system.parameters()),
+            table: S::Table::default(),
+        }
+    }
+}
+
+impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
+    fn expand(&mut self, series: &mut Series<N>) {
+        dispatch::run(Expansion {
+            recurrences: self,
+            series,
+        });
+    }
+
+    fn declaration(&self) -> Declaration<'_, N> {
+        Declaration::of(self.system)
+    }
+
+    fn view(&self) -> &dyn View<N> {
+        self.system
+    }
+}
+
+/// One expansion.
+struct Expansion<'a, 's, S: System<N>, const N: usize> {
+    recurrences: &'a mut Recurrences<'s, S, N>,
+    series: &'a mut Series<N>,
+}
+
+impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Recurrences { system, fixed, table } = self.recurrences;
+        system.expand::<FUSED>(fixed, self.series, table);
+    }
+}
