@@ -2,17 +2,15 @@
 
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
-use crate::declaration::Declaration;
+use super::solvable::{Declared, Solvable};
 use crate::multipliers;
-use crate::start;
-use crate::step::unknown::{Linearization, Unknown as _};
-use crate::system::{Point, System};
+use crate::system::Point;
 use crate::tangent::{Tangent, Tangent2};
 
 /// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
 #[must_use]
-pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
-    let declaration = Declaration::of(system);
+pub fn legendre<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+    let declaration = system.declaration();
     core::array::from_fn(|j| {
         let v = core::array::from_fn(|i| Tangent::new(v[i], f64::from(u8::from(i == j))));
         declaration
@@ -23,8 +21,8 @@ pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64
 
 /// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
 #[must_use]
-pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
-    let declaration = Declaration::of(system);
+pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
+    let declaration = system.declaration();
     let part = |i: usize, chosen: usize| f64::from(u8::from(i == chosen));
     // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
     let [by_q, by_v] = [[1.0, 0.0], [0.0, 1.0]].map(|[to_q, to_v]| -> [[f64; N]; N] {
@@ -47,8 +45,8 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
 /// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q`, in units of `L` per unit of
 /// the coordinate.
 #[must_use]
-pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<f64, N>) -> [f64; N] {
-    Declaration::of(system).continuous_force(point)
+pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> [f64; N] {
+    system.declaration().continuous_force(point)
 }
 
 /// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
@@ -56,13 +54,13 @@ pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<
 /// # Errors
 ///
 /// [`GeometryError::Acceleration`] if they determine none.
-pub fn motion<S: System<N>, const N: usize>(
-    system: &S,
+pub fn motion<const N: usize>(
+    system: &dyn Solvable<N>,
     q: [f64; N],
     v: [f64; N],
 ) -> Result<Point<f64, N>, GeometryError> {
-    match start::acceleration(system, &q, &v) {
-        Ok((a, _)) => Ok(Point { q, v, a }),
+    match system.acceleration(&q, &v) {
+        Ok(a) => Ok(Point { q, v, a }),
         Err(cause) => Err(GeometryError::Acceleration {
             q: q.to_vec(),
             v: v.to_vec(),
@@ -94,8 +92,8 @@ impl<const N: usize> Variation<N> {
 ///
 /// `None` if the rows do not determine the acceleration.
 #[must_use]
-pub fn variation<S: System<N>, const N: usize>(
-    system: &S,
+pub fn variation<const N: usize>(
+    system: &dyn Solvable<N>,
     point: &Point<f64, N>,
     displacement: &Displacement<N>,
 ) -> Option<Variation<N>> {
@@ -106,14 +104,15 @@ pub fn variation<S: System<N>, const N: usize>(
         v: along(&point.v, &displacement.second),
         a: along(&point.a, a),
     };
-    let declaration = Declaration::of(system);
+    let declaration = system.declaration();
     let multipliers = multipliers::of_point(&declaration, point);
-    let Linearization { jacobian, .. } = declaration.linearize_continuous::<S::Motion>(point, &multipliers);
     let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
     let rows = declaration.continuous(&at(&[0.0; N]), &fixed);
     let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
-    let change = S::Motion::solve(&jacobian, &start::vector(&right))?;
-    let a = core::array::from_fn(|i| change.as_ref().get(i).copied().unwrap_or(f64::NAN));
+    // the rows come first
+    let both = declaration.continuous_with_jacobian(point, &multipliers);
+    let change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
+    let a = core::array::from_fn(|i| change.get(i).copied().unwrap_or(f64::NAN));
     let force = declaration.continuous_force(&at(&a)).map(Tangent::derivative);
     Some(Variation { a, force })
 }

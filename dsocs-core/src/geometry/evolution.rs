@@ -5,9 +5,8 @@ use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::units;
-use crate::declaration::Declaration;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, each of its terms computed by itself.
@@ -34,14 +33,10 @@ impl<const N: usize> Evolution<N> {
     /// # Errors
     ///
     /// [`GeometryError`] if the triple is no trajectory or the flow has no derivative there.
-    pub fn of<S: System<N>>(
-        flow: &DiscreteFlow<'_, S, N>,
-        triple: &Triple<N>,
-    ) -> Result<Self, GeometryError> {
+    pub fn of(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Result<Self, GeometryError> {
         let tangent = flow.tangent(triple)?;
-        let (system, h) = (flow.system, flow.h);
-        let before = discrete_form(system, h, &triple.leg);
-        let last = mixed(system, h, &triple.last());
+        let before = discrete_form(flow.system, flow.h, &triple.leg);
+        let last = mixed(&flow.declaration(), flow.h, &triple.last());
         // D₁D₂L_d(q1, q2) times the derivatives of q2
         let [by_first, by_second] = [tangent.by_first, tangent.by_second].map(|of| chained(&last, &of));
         let after = TwoForm::from_fn(|a, i, b, j| match (a, b) {
@@ -140,14 +135,14 @@ fn chained<const N: usize>(left: &[[f64; N]; N], right: &[[f64; N]; N]) -> [[(f6
 
 /// The derivative of the constraint force along the flow: `[a][i][j]` of component `j` by coordinate `i` of `q0` (`a = 0`) or
 /// `q1`.
-fn force_slopes<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+fn force_slopes<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     triple: &Triple<N>,
     tangent: &TangentMap<N>,
 ) -> [[[f64; N]; N]; 2] {
     let Triple { leg, e } = triple;
     let units = units(leg);
-    let (declaration, h) = (Declaration::of(flow.system), Tangent::splat(flow.h));
+    let (declaration, h) = (flow.declaration(), Tangent::splat(flow.h));
     core::array::from_fn(|a| {
         core::array::from_fn(|i| {
             let unit = units[i];

@@ -2,14 +2,13 @@
 
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
+use super::solvable::{Solution, Sought};
 use super::units;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::flow;
+use crate::multipliers;
 use crate::scalar::Scalar as _;
-use crate::step::Step;
-use crate::step::predictor::Predictor;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// How often the first node is improved before it is given up.
@@ -25,14 +24,14 @@ const ROUNDING: f64 = 1e-7;
 const RANK: f64 = 1e-14;
 
 /// An update and where it was made.
-struct Update<S: System<N>, const N: usize> {
+struct Update<const N: usize> {
     /// By how much the leg changes.
     d: [f64; N],
     /// The unknowns after it.
-    z: S::Unknown<f64>,
+    z: Vec<f64>,
 }
 
-impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
+impl<const N: usize> DiscreteFlow<'_, N> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
     /// The generated step with `−h` is where the search begins, and where the declaration is symmetric in time also its end
@@ -51,9 +50,13 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             d: core::array::from_fn(|i| last.d[i] - e[i]),
         };
         let lengths = units(last);
-        let mut z = match self.solved(&at(&e), &e) {
-            Ok((z, _)) => z,
-            Err(_) => Step::new(self.system, &self.constants, at(&e), self.h).unknowns(&e),
+        let mut z = match self.solved(&at(&e), Sought::Near(&e)) {
+            Ok(Solution { z, .. }) => z,
+            Err(_) => {
+                let declaration = self.declaration();
+                let multipliers = multipliers::of_step(&declaration, self.h, &at(&e), &e);
+                declaration.unknown(&e, &multipliers)
+            }
         };
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
@@ -97,25 +100,22 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
 
     /// The second difference of the step with `−h` from `(q2, q1)`.
     fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
-        let h = -self.h;
-        let constants = self.system.constants(&self.system.parameters(), h);
         let turned = Leg {
             q: core::array::from_fn(|i| last.q[i] - last.d[i]),
             d: last.d.map(|d| -d),
         };
-        let step = Step::new(self.system, &constants, turned, h);
-        let (z, _) = step.solve(&mut Predictor::new(), flow::MAX_ITERATIONS).ok()?;
-        Some(step.second_difference(&z))
+        let solution = self.system.step(-self.h, &turned, Sought::First).ok()?;
+        Some(solution.e)
     }
 
     /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and what constraints of
     /// lower order ask of the first pair, while what they ask of the last one is given. So there may be more equations than
     /// unknowns, of which some follow from the others.
-    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<Update<S, N>> {
-        let count = z.as_ref().len();
-        let (all, bound) = (count + N, S::HOLONOMIC + S::NONHOLONOMIC);
+    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &[f64]) -> Option<Update<N>> {
+        let declaration = self.declaration();
+        let count = z.len();
+        let (all, bound) = (count + N, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
-        let declaration = Declaration::of(self.system);
         let mut matrix = Matrix::zeros(all + bound, all);
         let mut right = vec![0.0; all + bound];
         for column in 0..all {
@@ -124,7 +124,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
                 q: leg.q.map(Tangent::splat),
                 d: core::array::from_fn(|i| Tangent::new(leg.d[i], part(i) * units[i])),
             };
-            let z = moved(z.as_ref(), |k| part(N + k));
+            let z = moved(z, |k| part(N + k));
             let rows = declaration.rows(h, &moving, &z);
             let e = declaration.second_difference(h, &moving, &z);
             for (i, row) in rows.iter().enumerate() {
@@ -142,8 +142,8 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             }
         }
         let change = solved(matrix, right)?;
-        let mut z = *z;
-        for (k, z) in z.as_mut().iter_mut().enumerate() {
+        let mut z = z.to_vec();
+        for (k, z) in z.iter_mut().enumerate() {
             *z += change[N + k];
         }
         Some(Update {

@@ -8,14 +8,13 @@
 
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
-use crate::declaration::Declaration;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
 /// those of the generator.
 #[must_use]
-pub fn momentum_map<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn momentum_map<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     leg: &Leg<f64, N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> f64 {
@@ -25,8 +24,8 @@ pub fn momentum_map<S: System<N>, const N: usize>(
 /// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, without its sign and relative to its terms: zero but for rounding if
 /// `L_d` is invariant.
 #[must_use]
-pub fn asymmetry<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn asymmetry<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     leg: &Leg<f64, N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> f64 {
@@ -45,13 +44,13 @@ pub fn asymmetry<S: System<N>, const N: usize>(
 ///
 /// Where `L_d` is not invariant the first is not zero.
 #[must_use]
-pub fn momentum_equation<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn momentum_equation<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     triple: &Triple<N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> [f64; 2] {
     let (first, last) = (triple.first(), triple.last());
-    let force = Declaration::of(flow.system).force(flow.h, &first, &triple.e);
+    let force = flow.declaration().force(flow.h, &first, &triple.e);
     let at = generator(&first.q);
     let work = flow.h * product(&force, &at);
     let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);
