@@ -2,7 +2,7 @@
 
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
-use super::solvable::{Solution, Sought};
+use super::solvable::Sought;
 use super::units;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
@@ -50,13 +50,12 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             d: core::array::from_fn(|i| last.d[i] - e[i]),
         };
         let lengths = units(last);
-        let mut z = match self.solved(&at(&e), Sought::Near(&e)) {
-            Ok(Solution { z, .. }) => z,
-            Err(_) => {
-                let declaration = self.declaration();
-                let multipliers = multipliers::of_step(&declaration, self.h, &at(&e), &e);
-                declaration.unknown(&e, &multipliers)
-            }
+        let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
+            solution.z
+        } else {
+            let declaration = self.declaration();
+            let multipliers = multipliers::of_step(&declaration, self.h, &at(&e), &e);
+            declaration.unknown(&e, &multipliers)
         };
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
