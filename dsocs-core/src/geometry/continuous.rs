@@ -1,40 +1,43 @@
 //! The continuous system's form, its variational equation, and the rate at which `dν` grows.
 
+use super::array::{along, moving, moving_twice, slopes};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::{Declared, Solvable};
 use crate::multipliers;
 use crate::system::Point;
-use crate::tangent::{Tangent, Tangent2};
+use crate::tangent::Tangent;
 
 /// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
 #[must_use]
 pub fn legendre<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
     let declaration = system.declaration();
-    core::array::from_fn(|j| {
-        let v = core::array::from_fn(|i| Tangent::new(v[i], f64::from(u8::from(i == j))));
-        declaration
-            .lagrangian(&q.map(|q| Tangent::new(q, 0.0)), &v)
-            .derivative()
-    })
+    let q = moving(q, &[0.0; N]);
+    let mut momentum = [0.0; N];
+    for (j, momentum) in momentum.iter_mut().enumerate() {
+        *momentum = declaration
+            .lagrangian(&q, &moving(v, &along(j, 1.0)))
+            .derivative();
+    }
+    momentum
 }
 
 /// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
 #[must_use]
 pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
     let declaration = system.declaration();
-    let part = |i: usize, chosen: usize| f64::from(u8::from(i == chosen));
     // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
-    let [by_q, by_v] = [[1.0, 0.0], [0.0, 1.0]].map(|[to_q, to_v]| -> [[f64; N]; N] {
-        core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                let q = core::array::from_fn(|k| Tangent2::second(q[k], [0.0, to_q * part(k, j)]));
-                let v = core::array::from_fn(|k| Tangent2::second(v[k], [part(k, i), to_v * part(k, j)]));
-                declaration.lagrangian(&q, &v).mixed()
-            })
-        })
-    });
-    TwoForm::from_fn(|a, i, b, j| match (a, b) {
+    let [mut by_q, mut by_v] = [[[0.0; N]; N]; 2];
+    for (entries, [to_q, to_v]) in [(&mut by_q, [1.0, 0.0]), (&mut by_v, [0.0, 1.0])] {
+        for (i, row) in entries.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let q = moving_twice(q, [&[0.0; N], &along(j, to_q)]);
+                let v = moving_twice(v, [&along(i, 1.0), &along(j, to_v)]);
+                *entry = declaration.lagrangian(&q, &v).mixed();
+            }
+        }
+    }
+    TwoForm::from_fn(&|a, i, b, j| match (a, b) {
         (0, 0) => by_q[i][j] - by_q[j][i],
         (0, 1) => by_v[i][j],
         (1, 0) => -by_v[j][i],
@@ -97,12 +100,10 @@ pub fn variation<const N: usize>(
     point: &Point<f64, N>,
     displacement: &Displacement<N>,
 ) -> Option<Variation<N>> {
-    let along =
-        |x: &[f64; N], by: &[f64; N]| -> [Tangent; N] { core::array::from_fn(|i| Tangent::new(x[i], by[i])) };
     let at = |a: &[f64; N]| Point {
-        q: along(&point.q, &displacement.first),
-        v: along(&point.v, &displacement.second),
-        a: along(&point.a, a),
+        q: moving(&point.q, &displacement.first),
+        v: moving(&point.v, &displacement.second),
+        a: moving(&point.a, a),
     };
     let declaration = system.declaration();
     let multipliers = multipliers::of_point(&declaration, point);
@@ -112,7 +113,7 @@ pub fn variation<const N: usize>(
     // the rows come first
     let both = declaration.continuous_with_jacobian(point, &multipliers);
     let change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
-    let a = core::array::from_fn(|i| change.get(i).copied().unwrap_or(f64::NAN));
-    let force = declaration.continuous_force(&at(&a)).map(Tangent::derivative);
+    let a = *change.first_chunk()?;
+    let force = slopes(&declaration.continuous_force(&at(&a)), 1.0);
     Some(Variation { a, force })
 }

@@ -1,5 +1,6 @@
 //! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
 
+use super::array::{along, first_node, minus, moving_leg, times};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::solvable::Sought;
@@ -44,10 +45,10 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// [`GeometryError::Inverse`] if no first node is found.
     pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut e = self.reversed(last).unwrap_or([0.0; N]);
-        let q1: [f64; N] = core::array::from_fn(|i| last.q[i] - last.d[i]);
+        let q1 = minus(&last.q, &last.d);
         let at = |e: &[f64; N]| Leg {
             q: q1,
-            d: core::array::from_fn(|i| last.d[i] - e[i]),
+            d: minus(&last.d, e),
         };
         let lengths = units(last);
         let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
@@ -64,7 +65,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             };
             let size = update.d.iter().zip(&lengths);
             let size = size.map(|(d, length)| (d / length).abs()).fold(0.0, f64::max);
-            e = core::array::from_fn(|i| e[i] - update.d[i]);
+            e = minus(&e, &update.d);
             z = update.z;
             if size < LAST_UPDATE || (size < ROUNDING && size > before / 2.0) {
                 return Ok(Triple { leg: at(&e), e });
@@ -89,19 +90,19 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         let last = triple.last();
         let turned = Leg {
             q: triple.leg.q,
-            d: last.d.map(|d| -d),
+            d: times(-1.0, &last.d),
         };
         let found = back.forward_near(&turned, &triple.e)?;
-        let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
-        let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
-        Ok(apart / norm(triple.leg.d).max(norm(last.d)))
+        let norm = |x: &[f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        let apart = norm(&minus(&found.e, &triple.e));
+        Ok(apart / norm(&triple.leg.d).max(norm(&last.d)))
     }
 
     /// The second difference of the step with `−h` from `(q2, q1)`.
     fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
         let turned = Leg {
-            q: core::array::from_fn(|i| last.q[i] - last.d[i]),
-            d: last.d.map(|d| -d),
+            q: minus(&last.q, &last.d),
+            d: times(-1.0, &last.d),
         };
         let solution = self.system.step(-self.h, &turned, Sought::First).ok()?;
         Some(solution.e)
@@ -119,10 +120,8 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         let mut right = vec![0.0; all + bound];
         for column in 0..all {
             let part = |k: usize| if k == column { 1.0 } else { 0.0 };
-            let moving = Leg {
-                q: leg.q.map(Tangent::splat),
-                d: core::array::from_fn(|i| Tangent::new(leg.d[i], part(i) * units[i])),
-            };
+            let unit = units.get(column).copied().unwrap_or(0.0);
+            let moving = moving_leg(leg, &[0.0; N], &along(column, unit));
             let z = moved(z, |k| part(N + k));
             let rows = declaration.rows(h, &moving, &z);
             let e = declaration.second_difference(h, &moving, &z);
@@ -145,10 +144,11 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         for (k, z) in z.iter_mut().enumerate() {
             *z += change[N + k];
         }
-        Some(Update {
-            d: core::array::from_fn(|i| change[i] * units[i]),
-            z,
-        })
+        let mut d = units;
+        for (d, change) in d.iter_mut().zip(&change) {
+            *d *= change;
+        }
+        Some(Update { d, z })
     }
 }
 
@@ -158,12 +158,8 @@ fn first_pair<const N: usize>(
     h: Tangent,
     leg: &Leg<Tangent, N>,
 ) -> Vec<Tangent> {
-    let first = Leg {
-        q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
-        d: leg.d,
-    };
     let holonomic = declaration.holonomic();
-    let mut rows = declaration.pair(h, &first);
+    let mut rows = declaration.pair(h, &first_node(leg));
     rows.truncate(holonomic);
     rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
     rows

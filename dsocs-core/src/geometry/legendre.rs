@@ -1,5 +1,6 @@
 //! Discrete Legendre transforms and the forms that they make.
 
+use super::array::{along, moving_leg, moving_twice, times};
 use super::form::{Displacement, TwoForm};
 use super::solvable::Declared;
 use super::units;
@@ -16,19 +17,13 @@ fn derivative<const N: usize>(
     [by_q, by_d]: [f64; 2],
 ) -> [f64; N] {
     let units = units(leg);
-    core::array::from_fn(|j| {
-        let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
-            core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * units[j] } else { 0.0 }))
-        };
-        let leg = Leg {
-            q: along(&leg.q, by_q),
-            d: along(&leg.d, by_d),
-        };
-        declaration
-            .discrete_lagrangian(Tangent::splat(h), &leg)
-            .derivative()
-            / units[j]
-    })
+    let mut slopes = [0.0; N];
+    for (j, (slope, &unit)) in slopes.iter_mut().zip(&units).enumerate() {
+        let leg = moving_leg(leg, &along(j, by_q * unit), &along(j, by_d * unit));
+        let value = declaration.discrete_lagrangian(Tangent::splat(h), &leg);
+        *slope = value.derivative() / unit;
+    }
+    slopes
 }
 
 /// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg (paper, section 3: it is not multiplied by `h`).
@@ -54,13 +49,13 @@ pub fn legendre_plus<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg
 /// The discrete momentum at the first node of a leg, `h F⁻L_d`, in units of `∂L/∂v`.
 #[must_use]
 pub fn momentum_minus<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>) -> [f64; N] {
-    legendre_minus(system, h, leg).map(|p| h * p)
+    times(h, &legendre_minus(system, h, leg))
 }
 
 /// The discrete momentum at the second node of a leg, `h F⁺L_d`, in units of `∂L/∂v`.
 #[must_use]
 pub fn momentum_plus<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>) -> [f64; N] {
-    legendre_plus(system, h, leg).map(|p| h * p)
+    times(h, &legendre_plus(system, h, leg))
 }
 
 /// The discrete one-form `θ⁻(δq0, δq1) = F⁻L_d(q0, q1) · δq0` (paper, section 6).
@@ -97,21 +92,19 @@ pub(super) fn mixed<const N: usize>(
     leg: &Leg<f64, N>,
 ) -> [[f64; N]; N] {
     let units = units(leg);
-    core::array::from_fn(|i| {
-        core::array::from_fn(|j| {
-            let part = |k: usize, chosen: usize, unit: f64| if k == chosen { unit } else { 0.0 };
+    let mut mixed = [[0.0; N]; N];
+    for (i, row) in mixed.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let second = along(j, units[j]);
             let moved = Leg {
-                q: core::array::from_fn(|k| Tangent2::second(leg.q[k], [0.0, part(k, j, units[j])])),
-                d: core::array::from_fn(|k| {
-                    Tangent2::second(leg.d[k], [part(k, i, -units[i]), part(k, j, units[j])])
-                }),
+                q: moving_twice(&leg.q, [&[0.0; N], &second]),
+                d: moving_twice(&leg.d, [&along(i, -units[i]), &second]),
             };
-            declaration
-                .discrete_lagrangian(Tangent2::splat(h), &moved)
-                .mixed()
-                / (units[i] * units[j])
-        })
-    })
+            let value = declaration.discrete_lagrangian(Tangent2::splat(h), &moved);
+            *entry = value.mixed() / (units[i] * units[j]);
+        }
+    }
+    mixed
 }
 
 /// The discrete Lagrangian two-form `Ω_{L_d} = −dθ⁺ = −dθ⁻ = −Σ D₁D₂L_d dq0 ∧ dq1` (paper, section 6), in units of `L` per
@@ -119,7 +112,7 @@ pub(super) fn mixed<const N: usize>(
 #[must_use]
 pub fn discrete_form<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>) -> TwoForm<N> {
     let mixed = mixed(&system.declaration(), h, leg);
-    TwoForm::from_fn(|a, i, b, j| match (a, b) {
+    TwoForm::from_fn(&|a, i, b, j| match (a, b) {
         (0, 1) => -mixed[i][j],
         (1, 0) => mixed[j][i],
         _ => 0.0,

@@ -1,7 +1,9 @@
 //! The discrete flow as a map of pairs, and its tangent map.
 
+use super::array::{along, minus, moving_leg, plus, slopes};
 use super::error::GeometryError;
 use super::form::Displacement;
+use super::legendre::product;
 use super::solvable::{Solution, Solvable, Sought};
 use super::units;
 use crate::declaration::Declaration;
@@ -33,9 +35,9 @@ impl<const N: usize> Triple<N> {
     /// The last two nodes, `(q1, q2)`.
     #[must_use]
     pub fn last(&self) -> Leg<f64, N> {
-        let d = core::array::from_fn(|i| self.leg.d[i] + self.e[i]);
+        let d = plus(&self.leg.d, &self.e);
         Leg {
-            q: core::array::from_fn(|i| self.leg.q[i] + d[i]),
+            q: plus(&self.leg.q, &d),
             d,
         }
     }
@@ -43,7 +45,7 @@ impl<const N: usize> Triple<N> {
     /// The nodes, rounded.
     #[must_use]
     pub fn nodes(&self) -> [[f64; N]; 3] {
-        let q0 = core::array::from_fn(|i| self.leg.q[i] - self.leg.d[i]);
+        let q0 = minus(&self.leg.q, &self.leg.d);
         [q0, self.leg.q, self.last().q]
     }
 }
@@ -152,20 +154,14 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
         let jacobian = declaration.jacobian(self.h, leg, &z);
         // q0 = q1 − d, so moving q0 moves d back, and moving q1 moves both
         let column = |j: usize, [by_q, by_d]: [f64; 2]| -> Option<[f64; N]> {
-            let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
-                core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * units[j] } else { 0.0 }))
-            };
-            let leg = Leg {
-                q: along(&leg.q, by_q),
-                d: along(&leg.d, by_d),
-            };
+            let leg = moving_leg(leg, &along(j, by_q * units[j]), &along(j, by_d * units[j]));
             let h = Tangent::splat(self.h);
             let rows = declaration.rows(h, &leg, &moved(&z, |_| 0.0));
             let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
             let change = self.system.solve_unknowns(&jacobian, &right)?;
             let moving = moved(&z, |k| change[k]);
             let e = declaration.second_difference(h, &leg, &moving);
-            let slopes: [f64; N] = core::array::from_fn(|i| e[i].derivative() / units[j]);
+            let slopes = slopes(&e, units[j]);
             slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
         };
         let columns =
@@ -174,11 +170,15 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
             let [q0, q1, _] = triple.nodes().map(Vec::from);
             return Err(GeometryError::Singular { q0, q1 });
         };
-        let identity = |i: usize, j: usize, times: f64| if i == j { times } else { 0.0 };
-        Ok(TangentMap {
-            by_first: core::array::from_fn(|i| core::array::from_fn(|j| back[j][i] + identity(i, j, -1.0))),
-            by_second: core::array::from_fn(|i| core::array::from_fn(|j| on[j][i] + identity(i, j, 2.0))),
-        })
+        let (mut by_first, mut by_second) = ([[0.0; N]; N], [[0.0; N]; N]);
+        for (i, (by_first, by_second)) in by_first.iter_mut().zip(&mut by_second).enumerate() {
+            (*by_first, *by_second) = (along(i, -1.0), along(i, 2.0));
+            for j in 0..N {
+                by_first[j] += back[j][i];
+                by_second[j] += on[j][i];
+            }
+        }
+        Ok(TangentMap { by_first, by_second })
     }
 }
 
@@ -193,7 +193,7 @@ pub(super) fn moved(z: &[f64], derivative: impl Fn(usize) -> f64) -> Vec<Tangent
 /// The error of a step that is not solved.
 fn failed<const N: usize>(leg: &Leg<f64, N>, cause: NewtonFailure) -> GeometryError {
     GeometryError::Step {
-        q0: (0..N).map(|i| leg.q[i] - leg.d[i]).collect(),
+        q0: minus(&leg.q, &leg.d).to_vec(),
         q1: leg.q.to_vec(),
         cause: Box::new(cause),
     }
@@ -213,12 +213,14 @@ impl<const N: usize> TangentMap<N> {
     #[must_use]
     pub fn apply(&self, displacement: &Displacement<N>) -> Displacement<N> {
         let Displacement { first, second } = displacement;
+        let mut moved = [0.0; N];
+        for (moved, (by_first, by_second)) in moved.iter_mut().zip(self.by_first.iter().zip(&self.by_second))
+        {
+            *moved = product(by_first, first) + product(by_second, second);
+        }
         Displacement {
             first: *second,
-            second: core::array::from_fn(|i| {
-                super::legendre::product(&self.by_first[i], first)
-                    + super::legendre::product(&self.by_second[i], second)
-            }),
+            second: moved,
         }
     }
 }

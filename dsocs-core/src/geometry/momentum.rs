@@ -6,6 +6,7 @@
 //! the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the
 //! momentum equation with constraints in Cortés and Martínez 2001, section 6.)
 
+use super::array::minus;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
 use crate::system::Leg;
@@ -29,7 +30,7 @@ pub fn asymmetry<const N: usize>(
     leg: &Leg<f64, N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> f64 {
-    let q0 = core::array::from_fn(|i| leg.q[i] - leg.d[i]);
+    let q0 = minus(&leg.q, &leg.d);
     let (minus, plus) = (
         legendre_minus(flow.system, flow.h, leg),
         legendre_plus(flow.system, flow.h, leg),

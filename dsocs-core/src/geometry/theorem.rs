@@ -1,5 +1,6 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
+use super::array::{plus, times};
 use super::solvable::Declared;
 use crate::declaration::Declaration;
 use crate::multipliers::count_unknown;
@@ -75,7 +76,7 @@ fn is_declared<const N: usize>(
     e: &[f64; N],
 ) -> bool {
     let lengths = regularity::lengths(leg, e);
-    let near: [f64; N] = core::array::from_fn(|i| e[i] + NEARBY * lengths[i]);
+    let near = plus(e, &times(NEARBY, &lengths));
     let scales = |e: &[f64; N]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
     // false also where one of them is no number
     scales(e)
