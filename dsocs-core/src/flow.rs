@@ -6,13 +6,13 @@ use core::iter::FusedIterator;
 use crate::compensated::Compensated;
 use crate::compiled::Report;
 use crate::declaration::Declaration;
-use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
+use crate::error::{NewtonFailure, SetupError, StepError};
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
 use crate::start::{self, Beginning, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
-use crate::step::{Step, StepReport};
+use crate::step::{Failing, Step, StepReport};
 use crate::system::{Leg, Point, System};
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`] says otherwise,
@@ -56,8 +56,6 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     predictor: Predictor<S::Unknown<f64>>,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
-    /// Whether other roots are looked for wherever the rows bend.
-    watchful: bool,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -113,7 +111,6 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             solved: None,
             predictor: Predictor::new(),
             max_iterations: MAX_ITERATIONS,
-            watchful: false,
         })
     }
 
@@ -133,19 +130,6 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
-        self
-    }
-
-    /// Looks for a second solution wherever the rows bend on the way to the first, not only where it would be close.
-    ///
-    /// Where two solutions are near each other the flow follows the one whose Jacobian continues those of the steps before,
-    /// or refuses the step ([`crate::StepFailure::AmbiguousRoot`]). It looks for the other one if the first updates say
-    /// that it is about as near as the unknown is large. A motion with kinks can come near to a solution that is farther
-    /// away than that; a watchful flow looks for those, too, and is slower where a step takes three evaluations or more.
-    /// Systems that name a factor (`branch = divide(factor)`) are not watched.
-    #[must_use]
-    pub fn watchful(mut self) -> Self {
-        self.watchful = true;
         self
     }
 
@@ -191,10 +175,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// Solves the next step and goes to the position that it leads to; the clock is left as it is.
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
-        let leg = self.leg();
-        let mut step = Step::new(self.system, &self.constants, leg, self.h);
-        // without a past nothing else tells two roots apart
-        step.watchful = self.watchful || self.index() <= SHORT_PAST;
+        let step = Step {
+            past_is_short: self.index() <= SHORT_PAST,
+            ..Step::new(self.system, &self.constants, self.leg(), self.h)
+        };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
             Err(cause) => return Err(self.failed(cause)),
@@ -204,10 +188,14 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         d.add(&e);
         let q = self.q.plus(&d);
         if !q.hi.iter().all(|q| q.is_finite()) {
-            return Err(self.failed(step.not_finite(&z)));
+            return Err(self.failed(step.any().not_finite(&z)));
         }
         self.predictor.push(&z);
-        self.solved = Some(Solved { leg, e, report });
+        self.solved = Some(Solved {
+            leg: step.leg,
+            e,
+            report,
+        });
         (self.q, self.d) = (q, d);
         Ok(report)
     }
@@ -248,37 +236,24 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         }
     }
 
-    /// The error of the step that begins with the current leg.
+    /// The equations of the next step.
+    #[inline]
+    fn next_step(&self) -> Step<'_, S, N> {
+        let mut step = Step::new(self.system, &self.constants, self.leg(), self.h);
+        // without a past nothing else tells two roots apart
+        step.past_is_short = self.index() <= SHORT_PAST;
+        step
+    }
+
+    /// The error of the next step.
     #[cold]
     fn failed(&self, cause: NewtonFailure) -> StepError {
-        let leg = self.leg();
-        let step = Step::new(self.system, &self.constants, leg, self.h);
-        let unknowns = |values: &[f64]| {
-            let mut z = self.system.unknown(&[0.0; N], &[]);
-            for (z, &value) in z.as_mut().iter_mut().zip(values) {
-                *z = value;
-            }
-            z
-        };
-        let e = step.second_difference(&unknowns(&cause.unknowns));
-        let other = step.second_difference(&unknowns(&cause.other));
-        let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
-        StepError::new(FailedStep {
+        let failing = Failing {
             index: self.index(),
             time: self.time(),
-            h: self.h,
-            q0: self.q.plus(&self.d.negated()).hi.to_vec(),
-            q1: leg.q.to_vec(),
-            q2: next(e),
-            other: if cause.other.is_empty() {
-                Vec::new()
-            } else {
-                next(other)
-            },
-            regularity: Regularity::of(self.system, self.h, &leg, &e),
-            coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
-            cause,
-        })
+            q0: self.q.plus(&self.d.negated()).hi,
+        };
+        self.next_step().any().error(&failing, cause)
     }
 }
 

@@ -66,6 +66,7 @@
 #[cfg(test)]
 extern crate self as dsocs_core;
 
+mod any;
 mod compensated;
 mod compiled;
 mod composition;

@@ -2,13 +2,7 @@
 
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::step::unknown::Unknown as _;
-use crate::system::{Leg, Point, System};
-
-/// Whether multipliers are among the unknowns of a system.
-pub(crate) fn has_multipliers<S: System<N>, const N: usize>() -> bool {
-    S::Motion::zero().as_ref().len() > N
-}
+use crate::system::{Leg, Point};
 
 /// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
 /// the two are equal. NaN if the force or a form is not finite.

@@ -4,6 +4,7 @@ mod consistency;
 
 use core::marker::PhantomData;
 
+use crate::any::AnySystem;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
@@ -132,26 +133,26 @@ impl<const N: usize> Start<N> {
     /// Finds the first leg for the step `h`.
     ///
     /// The second node is moved onto the constraints of nodes and pairs of nodes, which no rule foresees, unless it is given.
-    pub(crate) fn begin<S: System<N>>(&self, system: &S, h: f64) -> Result<Beginning<N>, SetupError> {
+    pub(crate) fn begin(&self, system: &dyn AnySystem<N>, h: f64) -> Result<Beginning<N>, SetupError> {
         let Self { q0, rule, t0, .. } = *self;
         if !t0.is_finite() {
             return Err(SetupError::StartTime { t0 });
         }
-        check_vector::<S, N>("q0", &q0)?;
+        check_vector(system, "q0", &q0)?;
         let (q0, v0, a0, d) = match rule {
             Rule::Paper { v0 } => {
-                check_vector::<S, N>("v0", &v0)?;
+                check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let d = Compensated::exact(v0.map(|v| h * v));
                 (
                     q0,
                     v0,
                     None,
-                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
                 )
             }
             Rule::SecondOrder { v0 } => {
-                check_vector::<S, N>("v0", &v0)?;
+                check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let a0 = state_acceleration(system, &q0, &v0)?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
@@ -160,17 +161,17 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
                 )
             }
             Rule::Nodes { q1 } => {
-                check_vector::<S, N>("q1", &q1)?;
+                check_vector(system, "q1", &q1)?;
                 let d = Compensated::difference(&q1, &q0);
                 let v0 = d.hi.map(|d| d / h);
                 let d = if self.projected {
-                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?
+                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?
                 } else {
-                    consistency::check_pair(&Declaration::of(system), h, &q0, &d)?;
+                    consistency::check_pair(&system.declaration(), h, &q0, &d)?;
                     d
                 };
                 (q0, d.hi.map(|d| d / h), None, d)
@@ -184,42 +185,42 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&Declaration::of(system), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
                 )
             }
         };
         let q = Compensated::exact(q0).plus(&d);
-        check_vector::<S, N>("q1", &q.hi)?;
+        check_vector(system, "q1", &q.hi)?;
         Ok(Beginning { q0, v0, a0, t0, q, d })
     }
 
     /// The time, the position and the velocity, for methods that begin with these.
-    pub(crate) fn phase<S: System<N>>(&self, system: &S) -> Result<(f64, [f64; N], [f64; N]), SetupError> {
+    pub(crate) fn phase(&self, system: &dyn AnySystem<N>) -> Result<(f64, [f64; N], [f64; N]), SetupError> {
         let Self { q0, rule, t0, .. } = *self;
         if !t0.is_finite() {
             return Err(SetupError::StartTime { t0 });
         }
-        check_vector::<S, N>("q0", &q0)?;
+        check_vector(system, "q0", &q0)?;
         let v0 = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
             Rule::Nodes { .. } => return Err(SetupError::Velocity),
         };
-        check_vector::<S, N>("v0", &v0)?;
+        check_vector(system, "v0", &v0)?;
         let (q0, v0) = self.consistent(system, q0, v0)?;
         Ok((t0, q0, v0))
     }
 
     /// A position and a velocity that obey the constraints of lower order.
-    fn consistent<S: System<N>>(
+    fn consistent(
         &self,
-        system: &S,
+        system: &dyn AnySystem<N>,
         q: [f64; N],
         v: [f64; N],
     ) -> Result<([f64; N], [f64; N]), SetupError> {
         if self.projected {
-            return consistency::project(&Declaration::of(system), q, v);
+            return consistency::project(&system.declaration(), q, v);
         }
-        consistency::check(&Declaration::of(system), &q, &v)?;
+        consistency::check(&system.declaration(), &q, &v)?;
         Ok((q, v))
     }
 }
@@ -242,29 +243,24 @@ pub(crate) struct Beginning<const N: usize> {
 }
 
 /// Checks that the parameters are finite.
-pub(crate) fn check_parameters<S: System<N>, const N: usize>(system: &S) -> Result<(), SetupError> {
-    let values = (0..).map_while(|index| system.parameter(index));
-    for (parameter, value) in S::PARAMETERS.iter().zip(values) {
-        if !value.is_finite() {
-            return Err(SetupError::Parameter {
-                name: parameter.name,
-                value,
-            });
-        }
+pub(crate) fn check_parameters<const N: usize>(system: &dyn AnySystem<N>) -> Result<(), SetupError> {
+    match system.parameters().iter().find(|(_, value)| !value.is_finite()) {
+        Some(&(parameter, value)) => Err(SetupError::Parameter {
+            name: parameter.name,
+            value,
+        }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Checks that a vector of the start is finite.
-fn check_vector<S: System<N>, const N: usize>(
+fn check_vector<const N: usize>(
+    system: &dyn AnySystem<N>,
     vector: &'static str,
     components: &[f64; N],
 ) -> Result<(), SetupError> {
-    match S::COORDINATES
-        .iter()
-        .zip(components)
-        .find(|(_, value)| !value.is_finite())
-    {
+    let mut named = system.coordinates().iter().zip(components);
+    match named.find(|(_, value)| !value.is_finite()) {
         Some((coordinate, &value)) => Err(SetupError::Start {
             vector,
             coordinate: coordinate.name,
@@ -275,19 +271,21 @@ fn check_vector<S: System<N>, const N: usize>(
 }
 
 /// The acceleration of the continuous system at a start, which has to be finite.
-pub(crate) fn state_acceleration<S: System<N>, const N: usize>(
-    system: &S,
+pub(crate) fn state_acceleration<const N: usize>(
+    system: &dyn AnySystem<N>,
     q0: &[f64; N],
     v0: &[f64; N],
 ) -> Result<[f64; N], SetupError> {
-    check_vector::<S, N>("q0", q0)?;
-    check_vector::<S, N>("v0", v0)?;
-    let motion = acceleration(system, q0, v0).map_err(|cause| SetupError::Acceleration {
-        q0: q0.to_vec(),
-        v0: v0.to_vec(),
-        cause: Box::new(cause),
-    })?;
-    Ok(motion.0)
+    check_vector(system, "q0", q0)?;
+    check_vector(system, "v0", v0)?;
+    match system.acceleration(q0, v0) {
+        Ok((a, _)) => Ok(a),
+        Err(cause) => Err(SetupError::Acceleration {
+            q0: q0.to_vec(),
+            v0: v0.to_vec(),
+            cause: Box::new(cause),
+        }),
+    }
 }
 
 /// The acceleration and the multipliers of the continuous system at `(q, v)`.

@@ -12,8 +12,8 @@
 
 use crate::flow::MAX_ITERATIONS;
 use crate::step::unknown::Unknown;
-use crate::step::{Guess, Step, StepReport};
-use crate::system::{Leg, Point, System};
+use crate::step::{Guess, StepReport, Steps};
+use crate::system::{Leg, Point};
 
 /// A leg so many times as short as the one in question goes back to no singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;
@@ -42,8 +42,8 @@ pub(super) fn in_question(report: StepReport) -> bool {
 /// Whether the acceleration `found` at the end of a leg is the one that the motion leads to: with legs from the node that
 /// become longer little by little.
 #[cold]
-pub(super) fn continues<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
+    steps: &dyn Steps<Z, N>,
     h: f64,
     from: &Point<f64, N>,
     found: &[f64; N],
@@ -57,12 +57,9 @@ pub(super) fn continues<S: System<N>, const N: usize>(
             q: core::array::from_fn(|i| from.q[i] + h * v[i]),
             d: v.map(|v| h * v),
         };
-        let constants = system.constants(&system.parameters(), h);
-        let step = Step::new(system, &constants, leg, h);
-        let guess = system.unknown(&a.map(|a| h * h * a), &[]);
-        match step.solve_from(guess, FEW) {
-            Ok((z, report)) if report.iterations <= FEW => {
-                a = step.second_difference(&z).map(|e| e / (h * h));
+        match solved(steps, h, &leg, &a, FEW) {
+            Some((e, report)) if report.iterations <= FEW => {
+                a = e.map(|e| e / (h * h));
                 (reached, part) = (next, 2.0 * part);
             }
             _ if part <= SMALLEST_PART => return false,
@@ -74,54 +71,49 @@ pub(super) fn continues<S: System<N>, const N: usize>(
     size(&apart) <= SAME * size(&a).max(size(found))
 }
 
-/// The sign of the determinant of a step's rows, as they were declared.
-#[inline]
-pub(super) fn orientation<S: System<N>, const N: usize>(step: &Step<'_, S, N>, z: &S::Unknown<f64>) -> f64 {
-    let rows = step.system.linearize(step.constants, &step.known, z);
-    let mut sign = S::Unknown::<f64>::determinant(&rows.jacobian).value.signum();
-    if S::SCALED {
-        let scales = step.system.scales(step.constants, &step.known, z);
-        for scale in scales.as_ref() {
-            sign *= scale.signum();
+/// The second difference of the step that begins with a leg, from the guess that an acceleration is.
+fn solved<Z: Unknown<f64>, const N: usize>(
+    steps: &dyn Steps<Z, N>,
+    h: f64,
+    leg: &Leg<f64, N>,
+    a: &[f64; N],
+    max_iterations: u32,
+) -> Option<([f64; N], StepReport)> {
+    let mut solved = None;
+    steps.step(h, leg, &mut |step| {
+        let guess = step.unknown(&a.map(|a| h * h * a), &[]);
+        if let Ok((z, report)) = step.solve_from(guess, max_iterations) {
+            solved = Some((step.second_difference(&z), report));
         }
-    }
-    sign
+    });
+    solved
 }
 
 /// The orientation at a node for a short leg.
 #[cold]
-pub(super) fn short_orientation<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn short_orientation<Z: Unknown<f64>, const N: usize>(
+    steps: &dyn Steps<Z, N>,
     h: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-    a: &[f64; N],
+    Point { q, v, a }: &Point<f64, N>,
 ) -> f64 {
-    let h = SHORT * h;
-    let constants = system.constants(&system.parameters(), h);
-    let step = Step::new(system, &constants, arriving(h, q, v, a), h);
-    orientation(&step, &system.unknown(&a.map(|a| h * h * a), &[]))
+    let (h, mut orientation) = (SHORT * h, f64::NAN);
+    steps.step(h, &arriving(h, q, v, a), &mut |step| {
+        orientation = step.orientation(&step.unknown(&a.map(|a| h * h * a), &[]));
+    });
+    orientation
 }
 
 /// Whether rows that were solved beforehand and do not appear among the others have passed a singularity: by the way the
 /// velocity after a leg depends on that along it. False where that cannot be found out.
 #[cold]
-pub(super) fn passes_singularity<S: System<N>, const N: usize>(
-    system: &S,
+pub(super) fn passes_singularity<Z: Unknown<f64>, const N: usize>(
+    steps: &dyn Steps<Z, N>,
     h: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-    a: &[f64; N],
+    Point { q, v, a }: &Point<f64, N>,
 ) -> bool {
-    let constants = system.constants(&system.parameters(), h);
     let leg = arriving(h, q, v, a);
-    let solve = |leg: Leg<f64, N>| {
-        let step = Step::new(system, &constants, leg, h);
-        let guess = system.unknown(&a.map(|a| h * h * a), &[]);
-        let (z, _) = step.solve_from(guess, MAX_ITERATIONS).ok()?;
-        Some(step.second_difference(&z))
-    };
-    let Some(e) = solve(leg) else {
+    let solve = |leg: &Leg<f64, N>| Some(solved(steps, h, leg, a, MAX_ITERATIONS)?.0);
+    let Some(e) = solve(&leg) else {
         return false;
     };
     let mut slopes = [[0.0; N]; N];
@@ -130,7 +122,7 @@ pub(super) fn passes_singularity<S: System<N>, const N: usize>(
         let by = MOVED * if size > 0.0 { size } else { h.abs() };
         let mut moved = leg;
         moved.d[i] += by;
-        let Some(changed) = solve(moved) else {
+        let Some(changed) = solve(&moved) else {
             return false;
         };
         *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));

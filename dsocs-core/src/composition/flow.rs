@@ -11,7 +11,7 @@ use super::method::Composition;
 use super::symmetry::Symmetry;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
-use crate::error::{FailedStep, NewtonFailure, SetupError, StepError};
+use crate::error::{NewtonFailure, SetupError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
@@ -19,7 +19,7 @@ use crate::start::{self, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
-use crate::step::{Guess, PAST, Step, StepReport};
+use crate::step::{Failing, Guess, PAST, Step, StepReport};
 use crate::system::{Leg, Point, System};
 
 /// A discrete motion in progress, of order 4, 6 or 8 (or 2).
@@ -69,8 +69,6 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     report: StepReport,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
-    /// Whether other roots are looked for wherever the rows bend.
-    watchful: bool,
 }
 
 /// A node.
@@ -165,7 +163,6 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             orientation: 0.0,
             report: START,
             max_iterations: MAX_ITERATIONS,
-            watchful: false,
         };
         flow.prepare();
         Ok(flow)
@@ -203,13 +200,6 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     #[must_use]
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
-        self
-    }
-
-    /// Looks for a second solution wherever the rows bend on the way to the first; see [`Flow::watchful`].
-    #[must_use]
-    pub fn watchful(mut self) -> Self {
-        self.watchful = true;
         self
     }
 
@@ -270,7 +260,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             ..USUAL
         };
         // without a past nothing else tells two roots apart
-        let watchful = self.watchful || self.clock.index() <= SHORT_PAST;
+        let past_is_short = self.clock.index() <= SHORT_PAST;
         for place in 0..self.stages.len() {
             let stage = &mut self.stages[place];
             let half = 0.5 * stage.h;
@@ -290,7 +280,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 d: d.hi,
             };
             let mut step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
-            step.watchful = watchful;
+            step.past_is_short = past_is_short;
             step.past = Some(&stage.past);
             let (z, report) = match step.solve(&mut stage.predictor, self.max_iterations) {
                 Ok(solution) => solution,
@@ -309,10 +299,10 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             state.a = a;
             state.v.add(&state.a.map(|a| half * a));
             if !state.v.hi.iter().all(|v| v.is_finite()) {
-                let cause = step.not_finite(&z);
+                let cause = step.any().not_finite(&z);
                 return Err(self.failed(place, &state, cause));
             }
-            let turned = stage.longest && backward::orientation(&step, &z) != self.orientation;
+            let turned = stage.longest && step.any().orientation(&z) != self.orientation;
             stage.found = z;
             total = StepReport {
                 iterations: total.iterations + report.iterations,
@@ -352,11 +342,15 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     #[cold]
     fn reoriented(&self, place: usize, state: &State<N>) -> Result<f64, StageError> {
         let stage = &self.stages[place];
-        let (q, v, a) = (&state.q.hi, &state.v.hi, &state.a);
-        let short = backward::short_orientation(self.system, stage.h, q, v, a);
+        let node = Point {
+            q: state.q.hi,
+            v: state.v.hi,
+            a: state.a,
+        };
+        let short = backward::short_orientation(self.system, stage.h, &node);
         let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
-        let same = backward::orientation(&step, &stage.found) == short;
-        if same && !(self.clock.index() == 0 && backward::passes_singularity(self.system, stage.h, q, v, a)) {
+        let same = step.any().orientation(&stage.found) == short;
+        if same && !(self.clock.index() == 0 && backward::passes_singularity(self.system, stage.h, &node)) {
             return Ok(short);
         }
         let (time, h) = (self.time_of_stage(place), stage.h);
@@ -380,38 +374,21 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     fn failed(&self, place: usize, state: &State<N>, cause: NewtonFailure) -> StageError {
         let stage = &self.stages[place];
         let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
-        let unknowns = |values: &[f64]| {
-            let mut z = self.system.unknown(&[0.0; N], &[]);
-            for (z, &value) in z.as_mut().iter_mut().zip(values) {
-                *z = value;
-            }
-            z
+        let mut q0 = state.q.hi;
+        for (q, d) in q0.iter_mut().zip(&stage.leg.d) {
+            *q -= d;
+        }
+        let failing = Failing {
+            index: self.clock.index(),
+            time: self.time_of_stage(place),
+            q0,
         };
-        let next = |e: [f64; N]| (0..N).map(|i| stage.leg.q[i] + (stage.leg.d[i] + e[i])).collect();
-        let e = step.second_difference(&unknowns(&cause.unknowns));
-        let other = if cause.other.is_empty() {
-            Vec::new()
-        } else {
-            next(step.second_difference(&unknowns(&cause.other)))
-        };
-        let q0 = (0..N).map(|i| state.q.hi[i] - stage.leg.d[i]).collect();
         StageError::new(FailedStage {
             method: self.method,
             index: self.clock.index(),
             stage: place + 1,
             backward: stage.backward,
-            cause: StageFailure::Step(StepError::new(FailedStep {
-                index: self.clock.index(),
-                time: self.time_of_stage(place),
-                h: stage.h,
-                q0,
-                q1: stage.leg.q.to_vec(),
-                q2: next(e),
-                other,
-                regularity: Regularity::of(self.system, stage.h, &stage.leg, &e),
-                coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
-                cause,
-            })),
+            cause: StageFailure::Step(step.any().error(&failing, cause)),
         })
     }
 }

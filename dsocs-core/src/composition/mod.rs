@@ -17,7 +17,7 @@
 //! Symmetry in time: a step back undoes a step to rounding. Constraints and forces hold at every node. `L_d` of the paper's
 //! particle, which equal legs keep exactly, is not kept from leg to leg: `|v_r|² = |v|² + h² |a|²/4` depends on the leg's length. Where
 //! the curvature is constant the energy at the nodes is kept exactly; where it varies it stays within an error of the
-//! method's order, without a drift (`tests/tests/composition.rs`).
+//! method's order, without a drift (`tests/tests/claims/composition.rs`).
 //!
 //! # Legs that go back in time
 //!

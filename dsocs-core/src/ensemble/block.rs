@@ -180,7 +180,7 @@ impl<'s, S> Run<'s, S> {
         }
         let last = end.index().unwrap_or(u64::MAX);
         for index in 0..2 {
-            let node = run::hand_out(&mut flow, end.time())?;
+            let node = run::hand_out(&mut run::Of(&mut flow), end.time())?;
             if self.observes(index) && observer.node(&node).is_break() || index == last {
                 return Ok(Begun::Ended(node));
             }

@@ -2,7 +2,7 @@
 
 use super::{Flow, Solved};
 use crate::error::StepError;
-use crate::step::{Step, StepReport};
+use crate::step::StepReport;
 use crate::system::System;
 
 /// The next nodes that solve a step.
@@ -22,9 +22,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found.
     pub fn roots(&self) -> Result<Roots<N>, StepError> {
-        let leg = self.leg();
-        let mut step = Step::new(self.system, &self.constants, leg, self.h);
-        step.watchful = self.watchful;
+        let step = self.next_step();
         let pair = step
             .pair(&self.predictor, self.max_iterations)
             .map_err(|cause| self.failed(cause))?;
@@ -47,20 +45,23 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     /// [`StepError`] if no solution is found from there. The flow stays where it was.
     pub fn advance_to(&mut self, q2: &[f64; N]) -> Result<StepReport, StepError> {
         let leg = self.leg();
-        let step = Step::new(self.system, &self.constants, leg, self.h);
+        let step = self.next_step();
+        let size = step.size(&self.predictor);
         let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
-        let start = step.unknowns(&e);
+        let (start, mut predictor) = (step.any().unknowns(&e), self.predictor);
         let (z, report) = step
-            .solve_near(start, &mut self.predictor, self.max_iterations)
+            .any()
+            .solve_near(start, &mut predictor, &size, self.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
         let mut d = self.d;
         d.add(&e);
         let q = self.q.plus(&d);
         if !q.hi.iter().all(|q| q.is_finite()) {
-            return Err(self.failed(step.not_finite(&z)));
+            return Err(self.failed(step.any().not_finite(&z)));
         }
-        self.predictor.push(&z);
+        predictor.push(&z);
+        self.predictor = predictor;
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
         self.clock.tick();

@@ -6,9 +6,9 @@ use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::start;
-use crate::step::Step;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
+use crate::step::{AnyStep, Step};
 use crate::system::{Leg, System};
 
 /// A system by its declaration alone: every [`System`] is one.
@@ -77,16 +77,8 @@ impl<S: System<N>, const N: usize> Solvable<N> for S {
     fn step(&self, h: f64, leg: &Leg<f64, N>, sought: Sought<'_, N>) -> Result<Solution<N>, NewtonFailure> {
         let constants = self.constants(&self.parameters(), h);
         let mut step = Step::new(self, &constants, *leg, h);
-        step.watchful = matches!(sought, Sought::Watched);
-        let past = &mut Predictor::new();
-        let (z, _) = match sought {
-            Sought::Near(e) => step.solve_near(step.unknowns(e), past, MAX_ITERATIONS)?,
-            Sought::First | Sought::Watched => step.solve(past, MAX_ITERATIONS)?,
-        };
-        Ok(Solution {
-            z: z.as_ref().to_vec(),
-            e: step.second_difference(&z),
-        })
+        step.past_is_short = matches!(sought, Sought::Watched);
+        solution(step.any(), sought)
     }
 
     fn solve_unknowns(&self, matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
@@ -100,6 +92,23 @@ impl<S: System<N>, const N: usize> Solvable<N> for S {
     fn solve_accelerations(&self, matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {
         solve::<S::Motion>(matrix, right)
     }
+}
+
+/// Solves a step without a past.
+fn solution<Z: Unknown<f64>, const N: usize>(
+    step: &dyn AnyStep<N, Z = Z>,
+    sought: Sought<'_, N>,
+) -> Result<Solution<N>, NewtonFailure> {
+    let (z, _) = match sought {
+        Sought::Near(e) => step.solve_from(step.unknowns(e), MAX_ITERATIONS)?,
+        Sought::First | Sought::Watched => {
+            step.solve_without_prediction(&mut Predictor::new(), &step.least(), MAX_ITERATIONS, 0)?
+        }
+    };
+    Ok(Solution {
+        z: z.as_ref().to_vec(),
+        e: step.second_difference(&z),
+    })
 }
 
 /// Solves linear equations in the way of the unknowns `U`.

@@ -169,7 +169,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         if self.clock().has_ended() {
             return None;
         }
-        let node = hand_out(self, f64::INFINITY);
+        let node = hand_out(&mut Of(self), f64::INFINITY);
         if node.is_err() {
             self.clock_mut().end();
         }
@@ -187,13 +187,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// [`Failure`] with the nodes so far if a step fails, or if `t` lies behind, is infinite or is not a number.
     fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
         let mut trajectory = Trajectory::default();
-        let result = finite(t).and_then(|()| {
-            walk(self, t, |_, node| {
-                trajectory.nodes.push(*node);
-                ControlFlow::Continue(())
-            })
-        });
-        match result {
+        match collect(self, t, &mut trajectory.nodes) {
             Ok(()) => Ok(trajectory),
             Err(error) => Err(Failure { error, trajectory }),
         }
@@ -221,7 +215,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// [`RunError`] if a step fails, or if `t` lies behind or is not a number.
     fn stream(&mut self, t: f64, observer: &mut dyn Observer<N>) -> Result<(), RunError> {
-        walk(self, t, |_, node| observer.node(node))
+        walk(&mut Of(self), t, &mut |_, node| observer.node(node))
     }
 
     /// Runs like [`Stepper::stream`] and hands each node on with the regularity of its step ([`Stepper::regularity`]); the
@@ -235,7 +229,9 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         t: f64,
         observer: &mut dyn FnMut(&Node<N>, Option<Regularity>) -> ControlFlow<()>,
     ) -> Result<(), RunError> {
-        walk(self, t, |run, node| observer(node, run.regularity()))
+        walk(&mut Of(self), t, &mut |run, node| {
+            observer(node, run.regularity())
+        })
     }
 
     /// Runs like [`Stepper::stream`], to the first terminal event at most, and hands nodes and events on, in order. Returns the event
@@ -257,35 +253,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         events: &mut Events<'_, N>,
         observer: &mut dyn Observer<N>,
     ) -> Result<Option<Occurrence<N>>, RunError> {
-        let end = self.clock().until(t)?;
-        if let Some(occurrence) = events.resume(self.clock(), observer) {
-            return Ok(Some(occurrence));
-        }
-        loop {
-            if !self.clock().is_handed_out() {
-                let node = hand_out(self, end.time())?;
-                if observer.node(&node).is_break() {
-                    return Ok(None);
-                }
-            }
-            if self.clock().has_reached(&end) {
-                return Ok(None);
-            }
-            let (before, mut ended) = (self.clock().index(), None);
-            let traced = self.trace(end.time(), &mut |view, polynomial| {
-                ended = events.happen(view, polynomial, observer)?;
-                Ok(ended.map(|(s, _)| s))
-            });
-            // what happens on the way to a node is told before it
-            if self.clock().index() != before {
-                self.clock_mut().hand_out(false);
-            }
-            let traced = traced?;
-            if let Some((_, occurrence)) = ended {
-                events.leave(self.clock(), traced);
-                return Ok(Some(occurrence));
-            }
-        }
+        watch(&mut Of(self), t, events, observer)
     }
 
     /// Runs to the last of some times and hands the motion at each of them on. The times come in the order of the run, and none
@@ -300,7 +268,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Result<(), RunError> {
         in_order(times, self.clock())?;
-        sample(self, times, observer)
+        sample(&mut Of(self), times, observer)
     }
 
     /// The observed expressions of the declaration at a node, in the order of [`crate::System::OBSERVABLES`]; expressions
@@ -343,11 +311,78 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The next node of a run, not beyond the time `end`.
-pub(crate) fn hand_out<R: Stepper<N> + ?Sized, const N: usize>(
+/// Puts the nodes up to the last one at or before `t` beside others.
+fn collect<R: Stepper<N> + ?Sized, const N: usize>(
     run: &mut R,
-    end: f64,
-) -> Result<Node<N>, RunError> {
+    t: f64,
+    nodes: &mut Vec<Node<N>>,
+) -> Result<(), RunError> {
+    finite(t)?;
+    let end = run.clock().until(t)?;
+    while !run.clock().has_reached(&end) {
+        if run.clock().is_handed_out() {
+            run.step(end.time())?;
+        } else {
+            run.clock_mut().hand_out(true);
+        }
+        nodes.push(run.node());
+    }
+    Ok(())
+}
+
+/// A motion in progress as the verbs need it that hand something out at every step: they are compiled once for each number of
+/// coordinates, not for every system.
+pub(crate) trait Run<const N: usize> {
+    /// See [`Stepper::step`].
+    fn step(&mut self, end: f64) -> Result<(), RunError>;
+
+    /// See [`Stepper::node`].
+    fn node(&self) -> Node<N>;
+
+    /// See [`Stepper::clock`].
+    fn clock(&self) -> &Clock;
+
+    /// See [`Stepper::clock_mut`].
+    fn clock_mut(&mut self) -> &mut Clock;
+
+    /// See [`Stepper::regularity`].
+    fn regularity(&self) -> Option<Regularity>;
+
+    /// See [`Stepper::trace`].
+    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError>;
+}
+
+/// A run of any method.
+pub(crate) struct Of<'r, R: ?Sized>(pub &'r mut R);
+
+impl<R: Stepper<N> + ?Sized, const N: usize> Run<N> for Of<'_, R> {
+    fn step(&mut self, end: f64) -> Result<(), RunError> {
+        self.0.step(end).map(|_| ())
+    }
+
+    fn node(&self) -> Node<N> {
+        self.0.node()
+    }
+
+    fn clock(&self) -> &Clock {
+        self.0.clock()
+    }
+
+    fn clock_mut(&mut self) -> &mut Clock {
+        self.0.clock_mut()
+    }
+
+    fn regularity(&self) -> Option<Regularity> {
+        self.0.regularity()
+    }
+
+    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
+        self.0.trace(end, visit)
+    }
+}
+
+/// The next node of a run, not beyond the time `end`.
+pub(crate) fn hand_out<const N: usize>(run: &mut dyn Run<N>, end: f64) -> Result<Node<N>, RunError> {
     if run.clock().is_handed_out() {
         run.step(end)?;
     } else {
@@ -357,10 +392,10 @@ pub(crate) fn hand_out<R: Stepper<N> + ?Sized, const N: usize>(
 }
 
 /// Shows the nodes up to the last one at or before `t`.
-fn walk<R: Stepper<N> + ?Sized, const N: usize>(
-    run: &mut R,
+fn walk<const N: usize>(
+    run: &mut dyn Run<N>,
     t: f64,
-    mut visit: impl FnMut(&R, &Node<N>) -> ControlFlow<()>,
+    visit: &mut dyn FnMut(&dyn Run<N>, &Node<N>) -> ControlFlow<()>,
 ) -> Result<(), RunError> {
     let end = run.clock().until(t)?;
     while !run.clock().has_reached(&end) {
@@ -372,9 +407,47 @@ fn walk<R: Stepper<N> + ?Sized, const N: usize>(
     Ok(())
 }
 
+/// Shows nodes and events, in order, up to the first terminal event.
+fn watch<const N: usize>(
+    run: &mut dyn Run<N>,
+    t: f64,
+    events: &mut Events<'_, N>,
+    observer: &mut dyn Observer<N>,
+) -> Result<Option<Occurrence<N>>, RunError> {
+    let end = run.clock().until(t)?;
+    if let Some(occurrence) = events.resume(run.clock(), observer) {
+        return Ok(Some(occurrence));
+    }
+    loop {
+        if !run.clock().is_handed_out() {
+            let node = hand_out(run, end.time())?;
+            if observer.node(&node).is_break() {
+                return Ok(None);
+            }
+        }
+        if run.clock().has_reached(&end) {
+            return Ok(None);
+        }
+        let (before, mut ended) = (run.clock().index(), None);
+        let traced = run.trace(end.time(), &mut |view, polynomial| {
+            ended = events.happen(view, polynomial, observer)?;
+            Ok(ended.map(|(s, _)| s))
+        });
+        // what happens on the way to a node is told before it
+        if run.clock().index() != before {
+            run.clock_mut().hand_out(false);
+        }
+        let traced = traced?;
+        if let Some((_, occurrence)) = ended {
+            events.leave(run.clock(), traced);
+            return Ok(Some(occurrence));
+        }
+    }
+}
+
 /// Shows the motion at some times, which come in order.
-pub(crate) fn sample<R: Stepper<N> + ?Sized, const N: usize>(
-    run: &mut R,
+pub(crate) fn sample<const N: usize>(
+    run: &mut dyn Run<N>,
     mut times: &[f64],
     observer: &mut dyn FnMut(f64, &Point<f64, N>),
 ) -> Result<(), RunError> {

@@ -1,8 +1,9 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
 //! [`unknown`] says what is looked for and [`elimination`] solves linear rows, [`newton`] iterates from the guess of [`predictor`] until
-//! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart.
+//! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart. What is done seldom stands in [`any`].
 
+mod any;
 pub(crate) mod convergence;
 pub(crate) mod elimination;
 pub(crate) mod newton;
@@ -10,12 +11,11 @@ mod pair;
 pub(crate) mod predictor;
 pub(crate) mod unknown;
 
-use crate::declaration::Declaration;
-use crate::error::{NewtonFailure, StepFailure};
-use crate::multipliers::{self, has_multipliers};
+use crate::any::AnySystem;
+use crate::error::NewtonFailure;
 use crate::rounding;
-use crate::start;
 use crate::system::{Leg, System};
+pub(crate) use any::{AnyStep, Failing, Steps};
 use newton::{Equations, Root, Stop};
 use pair::Found;
 use predictor::{Continuation, Predictor};
@@ -71,8 +71,9 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     pub leg: Leg<f64, N>,
     /// The step.
     pub h: f64,
-    /// Whether other roots are looked for wherever the rows bend.
-    pub watchful: bool,
+    /// Whether the past is too short to tell by it which of two roots continues the motion: other roots are then looked for
+    /// wherever the rows bend.
+    pub past_is_short: bool,
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     pub past: Option<&'a [Leg<f64, N>; PAST]>,
 }
@@ -80,12 +81,19 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
 impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     type Z = S::Unknown<f64>;
 
-    const LINEAR: bool = S::LINEAR;
-    const WATCHED: bool = !S::DIVIDED;
+    #[inline]
+    fn are_linear(&self) -> bool {
+        S::LINEAR
+    }
 
     #[inline]
-    fn watchful(&self) -> bool {
-        self.watchful
+    fn are_watched(&self) -> bool {
+        !S::DIVIDED
+    }
+
+    #[inline]
+    fn past_is_short(&self) -> bool {
+        self.past_is_short
     }
 
     #[inline]
@@ -122,7 +130,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             known: system.known(constants, &leg),
             leg,
             h,
-            watchful: false,
+            past_is_short: false,
             past: None,
         }
     }
@@ -131,15 +139,6 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     #[inline]
     pub fn second_difference(&self, z: &S::Unknown<f64>) -> [f64; N] {
         self.system.second_difference(self.constants, &self.known, z)
-    }
-
-    /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
-    pub fn unknowns(&self, e: &[f64; N]) -> S::Unknown<f64> {
-        if !has_multipliers::<S, N>() {
-            return self.system.unknown(e, &[]);
-        }
-        let multipliers = multipliers::of_step(&Declaration::of(self.system), self.h, &self.leg, e);
-        self.system.unknown(e, &multipliers)
     }
 
     /// Solves the step, from the prediction or, if that does not lead to a root, from other guesses.
@@ -160,117 +159,89 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
                         return Ok(report(root, Guess::Predicted));
                     }
                     let (found, start) = (Found { root, continuation }, &start);
-                    return self.checked(found, start, Guess::Predicted, predictor, &size);
+                    return self
+                        .any()
+                        .checked(found, start, Guess::Predicted, predictor, &size);
                 }
                 Err(failed) => evaluations = failed.evaluations,
             }
         }
-        self.solve_without_prediction(predictor, &size, max_iterations, evaluations)
+        self.any()
+            .solve_without_prediction(predictor, &size, max_iterations, evaluations)
+    }
+
+    /// The same, without the type of the system.
+    #[inline]
+    pub fn any(&self) -> &dyn AnyStep<N, Z = S::Unknown<f64>> {
+        self
+    }
+
+    /// Holds the determinant at a root against those of the steps before.
+    #[inline]
+    fn take_determinant(
+        &self,
+        root: &Root<S::Unknown<f64>>,
+        predictor: &mut Predictor<S::Unknown<f64>>,
+    ) -> Continuation {
+        if S::DIVIDED || S::LINEAR {
+            Continuation::Fits
+        } else if root.determinant.value.is_nan() {
+            self.any().continuation(root, predictor)
+        } else {
+            predictor.take_determinant(root.determinant)
+        }
+    }
+
+    /// Whether another root may be as near to the guess as this one.
+    #[inline]
+    fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
+        !S::DIVIDED && pair::in_question(root, self.past_is_short)
     }
 
     /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
     #[inline]
-    fn size(&self, predictor: &Predictor<S::Unknown<f64>>) -> S::Unknown<f64> {
+    pub fn size(&self, predictor: &Predictor<S::Unknown<f64>>) -> S::Unknown<f64> {
         let increment = self.system.unknown(&self.leg.d, &[]);
         let least = increment.zip(&increment, |d, _| SECOND_DIFFERENCE * d.abs());
         predictor.expected(&least)
     }
+}
 
-    /// Solves the step from every guess but the prediction.
-    #[cold]
-    fn solve_without_prediction(
-        &self,
-        predictor: &mut Predictor<S::Unknown<f64>>,
-        size: &S::Unknown<f64>,
-        max_iterations: u32,
-        mut evaluations: u32,
-    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        let straight = (S::Unknown::<f64>::zero(), Guess::Straight);
-        let continuous = self.continuous().map(|z| (z, Guess::Continuous));
-        let last = predictor.last().map(|z| (z, Guess::Last));
-        let turned = predictor.last().and_then(|z| self.turned(&z));
-        // the first step has the acceleration for its best guess; later the last solution is nearer
-        let guesses = if last.is_none() {
-            [continuous, Some(straight), None, None]
-        } else {
-            [
-                turned.map(|z| (z, Guess::Turned)),
-                last,
-                Some(straight),
-                continuous,
-            ]
-        };
-        for (start, guess) in guesses.into_iter().flatten() {
-            match newton::solve_apart(self, start, size, max_iterations, predictor) {
-                Ok(root) => {
-                    evaluations += root.evaluations;
-                    let continuation = self.take_determinant(&root, predictor);
-                    let root = Root { evaluations, ..root };
-                    return self.checked(Found { root, continuation }, &start, guess, predictor, size);
-                }
-                Err(failed) => evaluations += failed.evaluations,
-            }
-        }
-        for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
-            if let Some(root) = newton::follow(self, start, size, max_iterations, &mut evaluations) {
-                self.take_determinant(&root, predictor);
-                return Ok(report(Root { evaluations, ..root }, Guess::Followed));
-            }
-        }
-        let best = predictor
-            .predict()
-            .or(continuous.map(|(z, _)| z))
-            .unwrap_or(straight.0);
-        Err(newton::explain(self, best, size, max_iterations))
+impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
+    fn system(&self) -> &dyn AnySystem<N> {
+        self.system
     }
 
-    /// The failure of a step whose rows have a root that leads to no finite node.
-    #[cold]
-    pub fn not_finite(&self, z: &S::Unknown<f64>) -> NewtonFailure {
-        // affine rows without an update are singular
-        let at = self.linearize(&S::Unknown::zero());
-        let finite = |values: &S::Unknown<f64>| values.as_ref().iter().all(|x| x.is_finite());
-        let singular = at.update().is_none() && finite(&at.rows) && at.jacobian.as_ref().iter().all(finite);
-        NewtonFailure {
-            reason: if singular {
-                StepFailure::Singular
-            } else {
-                StepFailure::NotFinite
-            },
-            unknowns: z.as_ref().to_vec(),
-            residual: self.linearize(z).rows.as_ref().to_vec(),
-            updates: Vec::new(),
-            other: Vec::new(),
-        }
+    fn h(&self) -> f64 {
+        self.h
     }
 
-    /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
-    /// in the last. No polynomial through the past foresees a path that goes to and fro.
-    fn turned(&self, last: &S::Unknown<f64>) -> Option<S::Unknown<f64>> {
-        let d = self.leg.d;
-        let e = self.second_difference(last);
-        let product = |x: &[f64; N], y: &[f64; N]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-        // by the largest component first, for squares of any size
-        let largest = d
-            .iter()
-            .chain(&e)
-            .fold(0.0_f64, |largest, x| x.abs().max(largest));
-        let (d, e) = (d.map(|d| d / largest), e.map(|e| e / largest));
-        let length = product(&d, &d);
-        if product(&e, &e) <= length || length == 0.0 {
-            return None;
-        }
-        let before: [f64; N] = core::array::from_fn(|i| d[i] - e[i]);
-        let stretch = 2.0 * product(&before, &d) / length;
-        let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
-        e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
+    fn leg(&self) -> &Leg<f64, N> {
+        &self.leg
     }
 
-    /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
-    fn continuous(&self) -> Option<S::Unknown<f64>> {
-        let v = self.leg.d.map(|d| d / self.h);
-        let (a, multipliers) = start::acceleration(self.system, &self.leg.q, &v).ok()?;
-        Some(self.system.unknown(&a.map(|a| a * self.h * self.h), &multipliers))
+    fn past(&self) -> Option<&[Leg<f64, N>; PAST]> {
+        self.past
+    }
+
+    fn unknown(&self, e: &[f64; N], multipliers: &[f64]) -> Self::Z {
+        self.system.unknown(e, multipliers)
+    }
+
+    fn second_difference(&self, z: &Self::Z) -> [f64; N] {
+        Step::second_difference(self, z)
+    }
+
+    fn from_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>) {
+        let known = self.system.known(self.constants, leg);
+        (
+            self.system.second_difference(self.constants, &known, z),
+            self.system.linearize(self.constants, &known, z),
+        )
+    }
+
+    fn scales(&self, z: &Self::Z) -> Option<Self::Z> {
+        S::SCALED.then(|| self.system.scales(self.constants, &self.known, z))
     }
 }
 

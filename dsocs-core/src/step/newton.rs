@@ -42,18 +42,25 @@ pub enum Stop {
 }
 
 /// Equations with as many rows as unknowns.
+///
+/// What is part of every step is compiled for the equations themselves. What is done seldom takes them as [`AnyEquations`], and
+/// is compiled once for each number of unknowns.
 pub(crate) trait Equations {
     /// The unknowns.
     type Z: Unknown<f64>;
 
     /// Whether the rows are affine in the unknowns.
-    const LINEAR: bool = false;
+    fn are_linear(&self) -> bool {
+        false
+    }
 
     /// Whether roots are watched for others nearby.
-    const WATCHED: bool = false;
+    fn are_watched(&self) -> bool {
+        false
+    }
 
     /// Whether they are watched also where the others would not be close.
-    fn watchful(&self) -> bool {
+    fn past_is_short(&self) -> bool {
         false
     }
 
@@ -70,6 +77,9 @@ pub(crate) trait Equations {
     /// Bounds of the rounding errors in the rows.
     fn rounding(&self, z: &Self::Z) -> Self::Z;
 }
+
+/// Equations for the unknowns `Z`, whatever their type.
+pub(crate) type AnyEquations<'a, Z> = dyn Equations<Z = Z> + 'a;
 
 /// What is noted on the way to a root.
 pub(crate) trait Notes<Z> {
@@ -155,17 +165,17 @@ type Evaluated<Z> = Result<Iterate<Z>, Failed<Z>>;
 type Descent<Z> = (Iterate<Z>, f64);
 
 /// Newton's iteration for one set of equations.
-struct Newton<'a, E: Equations> {
+struct Newton<'a, Z> {
     /// The equations.
-    equations: &'a E,
+    equations: &'a AnyEquations<'a, Z>,
     /// How large each unknown is expected to be, at least.
-    size: E::Z,
+    size: Z,
     /// The natural sizes, where they are known.
-    natural: Option<E::Z>,
+    natural: Option<Z>,
     /// How often the rows were evaluated.
     evaluations: u32,
     /// Evaluations that need not be made again.
-    made: &'a [Trial<E::Z>],
+    made: &'a [Trial<Z>],
 }
 
 /// An evaluation of the rows whose update nobody has looked at yet.
@@ -181,10 +191,10 @@ struct Trial<Z> {
 
 impl<Z: Unknown<f64>> Trial<Z> {
     #[inline]
-    fn new<E: Equations<Z = Z>>(equations: &E, z: Z) -> Self {
+    fn new<E: Equations<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
         let linearization = equations.linearize(&z);
         let rows = linearization.rows;
-        let (update, safe, determinant) = if E::LINEAR {
+        let (update, safe, determinant) = if equations.are_linear() {
             // the only update has to be a good one
             let update = linearization.update();
             (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
@@ -238,10 +248,10 @@ pub(crate) fn solve<E: Equations>(
     start: E::Z,
     size: &E::Z,
     max_iterations: u32,
-    notes: &mut impl Notes<E::Z>,
+    notes: &mut dyn Notes<E::Z>,
 ) -> Result<Root<E::Z>, Failed<E::Z>> {
     let first = Trial::new(equations, start);
-    if E::LINEAR {
+    if equations.are_linear() {
         if first.is_solution() && is_declared(equations, &first.next(), size) {
             return Ok(arrived(&first, 1));
         }
@@ -263,25 +273,56 @@ pub(crate) fn solve<E: Equations>(
 
 /// The same, where it is not part of every step.
 #[inline(never)]
-pub(crate) fn solve_apart<E: Equations>(
-    equations: &E,
-    start: E::Z,
-    size: &E::Z,
+pub(crate) fn solve_apart<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    start: Z,
+    size: &Z,
     max_iterations: u32,
-    notes: &mut impl Notes<E::Z>,
-) -> Result<Root<E::Z>, Failed<E::Z>> {
-    solve(equations, start, size, max_iterations, notes)
+    notes: &mut dyn Notes<Z>,
+) -> Result<Root<Z>, Failed<Z>> {
+    solve(&Apart(equations), start, size, max_iterations, notes)
+}
+
+/// Equations whose type is not known.
+struct Apart<'a, Z>(&'a AnyEquations<'a, Z>);
+
+impl<Z: Unknown<f64>> Equations for Apart<'_, Z> {
+    type Z = Z;
+
+    fn are_linear(&self) -> bool {
+        self.0.are_linear()
+    }
+
+    fn are_watched(&self) -> bool {
+        self.0.are_watched()
+    }
+
+    fn past_is_short(&self) -> bool {
+        self.0.past_is_short()
+    }
+
+    fn linearize(&self, z: &Z) -> Linearization<f64, Z> {
+        self.0.linearize(z)
+    }
+
+    fn is_declared(&self, z: &Z, nearby: &Z) -> bool {
+        self.0.is_declared(z, nearby)
+    }
+
+    fn rounding(&self, z: &Z) -> Z {
+        self.0.rounding(z)
+    }
 }
 
 /// The iteration after three evaluations that did not end it.
 #[inline(never)]
-fn go_on<E: Equations>(
-    equations: &E,
-    made: &[Trial<E::Z>],
-    size: &E::Z,
+fn go_on<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    made: &[Trial<Z>],
+    size: &Z,
     max_iterations: u32,
-    notes: &mut impl Notes<E::Z>,
-) -> Result<Root<E::Z>, Failed<E::Z>> {
+    notes: &mut dyn Notes<Z>,
+) -> Result<Root<Z>, Failed<Z>> {
     let newton = Newton {
         equations,
         size: *size,
@@ -320,7 +361,7 @@ fn watched<E: Equations>(
     }
     let close = after * (largest * largest) >= CLOSE * (before * before) * smallest;
     let straight = after * largest < BENT * before * smallest;
-    if E::WATCHED && !straight && (equations.watchful() || close) {
+    if equations.are_watched() && !straight && (equations.past_is_short() || close) {
         bent([first, second], size, root)
     } else {
         root
@@ -345,7 +386,7 @@ fn bent<Z: Unknown<f64>>([first, second]: [&Trial<Z>; 2], size: &Z, root: Root<Z
 
 /// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
 #[inline]
-fn is_declared<E: Equations>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
+fn is_declared<E: Equations + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
     let nearby = z.zip(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
     equations.is_declared(z, &nearby)
 }
@@ -376,10 +417,10 @@ pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
 
 /// Solves equations that failed from `start` once more, to write down the history of the updates.
 #[cold]
-pub(crate) fn explain<E: Equations>(
-    equations: &E,
-    start: E::Z,
-    size: &E::Z,
+pub(crate) fn explain<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    start: Z,
+    size: &Z,
     max_iterations: u32,
 ) -> NewtonFailure {
     let mut updates = Vec::new();
@@ -402,10 +443,10 @@ pub(crate) fn explain<E: Equations>(
     }
 }
 
-impl<E: Equations> Newton<'_, E> {
+impl<Z: Unknown<f64>> Newton<'_, Z> {
     /// The rows at `z` and the update from there.
-    fn evaluate(&mut self, z: E::Z) -> Evaluated<E::Z> {
-        let here = |trial: &&Trial<E::Z>| trial.at.z.as_ref() == z.as_ref() && trial.is_solution();
+    fn evaluate(&mut self, z: Z) -> Evaluated<Z> {
+        let here = |trial: &&Trial<Z>| trial.at.z.as_ref() == z.as_ref() && trial.is_solution();
         if let Some(trial) = self.made.iter().find(here) {
             return Ok(trial.at);
         }
@@ -420,9 +461,9 @@ impl<E: Equations> Newton<'_, E> {
 
     /// What it means that there is no update: a root all the same, a singularity, or no values at all.
     #[cold]
-    fn without_update(&self, z: E::Z, at: &Linearization<f64, E::Z>) -> Evaluated<E::Z> {
+    fn without_update(&self, z: Z, at: &Linearization<f64, Z>) -> Evaluated<Z> {
         let rows = at.rows;
-        let finite = |values: &E::Z| values.as_ref().iter().all(|x| x.is_finite());
+        let finite = |values: &Z| values.as_ref().iter().all(|x| x.is_finite());
         if !finite(&rows) || !at.jacobian.as_ref().iter().all(finite) {
             return Err(Failed {
                 reason: StepFailure::NotFinite,
@@ -431,7 +472,7 @@ impl<E: Equations> Newton<'_, E> {
                 evaluations: self.evaluations,
             });
         }
-        let is_zero = |rows: &E::Z| rows.as_ref().iter().all(|&row| row == 0.0);
+        let is_zero = |rows: &Z| rows.as_ref().iter().all(|&row| row == 0.0);
         // a double root is one; rows that stay zero when an unknown is moved say nothing of that unknown
         let determined = |place: usize| {
             let mut moved = z;
@@ -444,7 +485,7 @@ impl<E: Equations> Newton<'_, E> {
             return Ok(Iterate {
                 z,
                 rows,
-                update: E::Z::zero(),
+                update: Z::zero(),
             });
         }
         Err(Failed {
@@ -457,7 +498,7 @@ impl<E: Equations> Newton<'_, E> {
 
     /// The root after the last update.
     #[inline]
-    fn arrive(&self, last: &Iterate<E::Z>) -> Root<E::Z> {
+    fn arrive(&self, last: &Iterate<Z>) -> Root<Z> {
         let stop = if last.rows.as_ref().iter().all(|&row| row == 0.0) {
             Stop::Exact
         } else {
@@ -476,22 +517,17 @@ impl<E: Equations> Newton<'_, E> {
 
     /// The point that the full update leads to.
     #[inline]
-    fn full_step(&mut self, from: &Iterate<E::Z>) -> Evaluated<E::Z> {
+    fn full_step(&mut self, from: &Iterate<Z>) -> Evaluated<Z> {
         self.evaluate(from.z.zip(&from.update, |z, update| z + update))
     }
 
     /// Full updates from `start`, as long as each is much smaller than the one before: nothing else needs to be looked
     /// at.
-    fn look(
-        mut self,
-        start: E::Z,
-        max_iterations: u32,
-        notes: &mut impl Notes<E::Z>,
-    ) -> Result<Root<E::Z>, Failed<E::Z>> {
+    fn look(mut self, start: Z, max_iterations: u32, notes: &mut dyn Notes<Z>) -> Result<Root<Z>, Failed<Z>> {
         let mut now = self.evaluate(start)?;
         let mut size = now.update(&self.size).relative();
         notes.update(size);
-        if now.update(&self.size).is_small(LAST_UPDATE) || E::LINEAR {
+        if now.update(&self.size).is_small(LAST_UPDATE) || self.equations.are_linear() {
             return Ok(self.arrive(&now));
         }
         let mut next = self.full_step(&now);
@@ -524,7 +560,7 @@ impl<E: Equations> Newton<'_, E> {
 
     /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
     #[cold]
-    fn learn(&mut self, z: &E::Z, notes: &mut impl Notes<E::Z>) -> bool {
+    fn learn(&mut self, z: &Z, notes: &mut dyn Notes<Z>) -> bool {
         if z.as_ref().len() < 2 {
             return false; // nothing that it could be coupled with
         }
@@ -548,12 +584,12 @@ impl<E: Equations> Newton<'_, E> {
     #[inline(never)]
     fn iterate(
         mut self,
-        mut now: Iterate<E::Z>,
+        mut now: Iterate<Z>,
         mut size: f64,
-        next: Evaluated<E::Z>,
+        next: Evaluated<Z>,
         max_iterations: u32,
-        notes: &mut impl Notes<E::Z>,
-    ) -> Result<Root<E::Z>, Failed<E::Z>> {
+        notes: &mut dyn Notes<Z>,
+    ) -> Result<Root<Z>, Failed<Z>> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let mut progress = Progress::new(size);
         let mut evaluated = Some(next);
@@ -609,11 +645,11 @@ impl<E: Equations> Newton<'_, E> {
     /// scaled, which a test of the residual would.
     fn descend(
         &mut self,
-        from: &Iterate<E::Z>,
-        mut evaluated: Option<Evaluated<E::Z>>,
+        from: &Iterate<Z>,
+        mut evaluated: Option<Evaluated<Z>>,
         mut part: f64,
         patience: &mut u32,
-    ) -> Result<Descent<E::Z>, Failed<E::Z>> {
+    ) -> Result<Descent<Z>, Failed<Z>> {
         let mut full = None;
         while part >= SMALLEST_PART {
             let trial = match evaluated.take() {
@@ -650,7 +686,7 @@ impl<E: Equations> Newton<'_, E> {
     }
 
     /// Whether the update at `to` is smaller than the one at `from`, both relative to the same sizes.
-    fn shrinks(&self, from: &Iterate<E::Z>, to: &Iterate<E::Z>) -> bool {
+    fn shrinks(&self, from: &Iterate<Z>, to: &Iterate<Z>) -> bool {
         let (mut before, mut after) = (0.0_f64, 0.0_f64);
         // an unknown far below its natural size has no say in it
         let size = self.natural.unwrap_or(self.size).zip(&self.size, f64::max);
@@ -670,7 +706,7 @@ impl<E: Equations> Newton<'_, E> {
 
     /// The largest row relative to the bound of its rounding error.
     #[cold]
-    fn roundings(&self, at: &Iterate<E::Z>) -> f64 {
+    fn roundings(&self, at: &Iterate<Z>) -> f64 {
         let bounds = self.equations.rounding(&at.z);
         at.rows
             .as_ref()

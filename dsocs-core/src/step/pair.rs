@@ -1,12 +1,12 @@
 //! Steps with two solutions.
 
+use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
+use super::newton::{self, BENT, Root, relative};
+use super::predictor::{Continuation, FITS, PAST, Predictor};
+use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
-use crate::compiled::Compiled;
 use crate::error::{NewtonFailure, StepFailure};
-use crate::step::newton::{self, BENT, Equations as _, Root, relative};
-use crate::step::predictor::{Continuation, FITS, PAST, Predictor};
-use crate::step::unknown::{Linearization, Unknown as _};
 use crate::system::{Leg, System};
 
 /// A root that is this many lengths of a leg away is not in question.
@@ -18,9 +18,6 @@ const NEARER: f64 = 0.1;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
-
-/// The rows of a step, and their Jacobian.
-type Rows<S, const N: usize> = Linearization<f64, <S as Compiled<N>>::Unknown<f64>>;
 
 /// One of two roots.
 enum Candidate {
@@ -46,15 +43,18 @@ pub(super) struct Found<Z> {
     pub continuation: Continuation,
 }
 
-impl<S: System<N>, const N: usize> Step<'_, S, N> {
+/// Whether another root may be as near to the guess as this one.
+#[inline]
+pub(super) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
+    let straight = root.bend < BENT; // false for a NaN
+    !straight && (root.close || past_is_short)
+}
+
+impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// Holds the determinant at a root against those of the steps before.
-    #[inline]
-    pub(super) fn take_determinant(
-        &self,
-        root: &Root<S::Unknown<f64>>,
-        predictor: &mut Predictor<S::Unknown<f64>>,
-    ) -> Continuation {
-        if S::DIVIDED || S::LINEAR {
+    #[cold]
+    pub(super) fn continuation(&self, root: &Root<Z>, predictor: &mut Predictor<Z>) -> Continuation {
+        if !self.are_watched() || self.are_linear() {
             return Continuation::Fits;
         }
         let determinant = if root.determinant.value.is_nan() {
@@ -65,31 +65,29 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         predictor.take_determinant(determinant)
     }
 
-    /// The determinant of the rows' Jacobian.
-    #[cold]
-    fn determinant(&self, z: &S::Unknown<f64>) -> Determinant {
-        S::Unknown::<f64>::determinant(&self.linearize(z).jacobian)
+    /// Whether another root may be as near to the guess as this one.
+    fn is_in_question(&self, root: &Root<Z>) -> bool {
+        self.are_watched() && in_question(root, self.past_is_short())
     }
 
-    /// Whether another root may be as near to the guess as this one.
-    #[inline]
-    pub(super) fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
-        let straight = root.bend < BENT; // false for a NaN
-        !(S::DIVIDED || straight) && (root.close || self.watchful)
+    /// The determinant of the rows' Jacobian.
+    #[cold]
+    fn determinant(&self, z: &Z) -> Determinant {
+        Z::determinant(&self.linearize(z).jacobian)
     }
 
     /// A root, if no other one continues the motion for all that is known of it.
     #[cold]
     pub(super) fn checked(
         &self,
-        Found { root, continuation }: Found<S::Unknown<f64>>,
-        start: &S::Unknown<f64>,
+        Found { root, continuation }: Found<Z>,
+        start: &Z,
         guess: Guess,
-        predictor: &mut Predictor<S::Unknown<f64>>,
-        size: &S::Unknown<f64>,
-    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
+        predictor: &mut Predictor<Z>,
+        size: &Z,
+    ) -> Result<(Z, StepReport), NewtonFailure> {
         let other = match continuation {
-            Continuation::Fits if !self.in_question(&root) => None,
+            Continuation::Fits if !self.is_in_question(&root) => None,
             Continuation::Fits | Continuation::Departs => newton::nearby(self, start, &root.z, size),
             Continuation::Turned => self.other(start, &root.z, predictor, size),
         };
@@ -99,8 +97,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         // a root beyond the lengths of the legs belongs to no motion
         let apart = other.zip(&root.z, |other, root| other - root);
         let legs = self
-            .system
-            .unknown(&self.leg.d, &[])
+            .unknown(&self.leg().d, &[])
             .zip(size, |d, size| d.abs().max(size));
         if relative(&apart, &root.z, &legs) > FAR {
             return Ok(report(root, guess));
@@ -116,7 +113,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
             // the determinant alone is no reason to refuse a root to which all updates have led straight
-            None if !self.in_question(&root) => Ok(report(root, guess)),
+            None if !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,
@@ -133,20 +130,13 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
     /// also where it passes through zero because the two roots change sides: there nearness to the past says nothing.
     /// Determinants are compared along the line through both roots, extrapolated from the last four steps.
-    fn continued(
-        &self,
-        past: &[S::Unknown<f64>; PAST],
-        found: &S::Unknown<f64>,
-        other: &S::Unknown<f64>,
-        size: &S::Unknown<f64>,
-    ) -> Option<Candidate> {
-        let mut leg = self.leg;
+    fn continued(&self, past: &[Z; PAST], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+        let mut leg = *self.leg();
         let mut former = [self.linearize(found).jacobian; PAST];
         for (place, (z, jacobian)) in past.iter().zip(&mut former).enumerate() {
             let rows;
-            if let Some(past) = self.past {
-                let known = self.system.known(self.constants, &past[place]);
-                rows = self.system.linearize(self.constants, &known, z);
+            if let Some(past) = self.past() {
+                (_, rows) = self.from_leg(&past[place], z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
@@ -154,9 +144,9 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         }
         let direction = other.zip(found, |other, found| other - found);
         // the determinants extrapolated in the first three degrees, in units of that at a root: all have to be near 1
-        let fits = |root: &S::Unknown<f64>| {
+        let fits = |root: &Z| {
             let now = self.linearize(root).jacobian;
-            let part = |at| newton::orientation::<Self>(&now, at, &direction, size);
+            let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
             let [a, b, c, d] = [
                 part(&former[0])?,
                 part(&former[1])?,
@@ -178,15 +168,9 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     }
 
     /// Which of two roots the continuous system's acceleration speaks for, clearly.
-    fn near_continuous(
-        &self,
-        found: &S::Unknown<f64>,
-        other: &S::Unknown<f64>,
-        legs: &S::Unknown<f64>,
-    ) -> Option<Candidate> {
+    fn near_continuous(&self, found: &Z, other: &Z, legs: &Z) -> Option<Candidate> {
         let acceleration = self.continuous()?;
-        let distance =
-            |root: &S::Unknown<f64>| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
+        let distance = |root: &Z| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
         let (found, other) = (distance(found), distance(other));
         if found < NEARER * other {
             Some(Candidate::Found)
@@ -198,64 +182,53 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
     }
 
     /// The leg before a leg, and the rows of its step at its solution.
-    fn former(&self, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<(Leg<f64, N>, Rows<S, N>)> {
-        let mut known = self.system.known(self.constants, leg);
+    fn former(&self, leg: &Leg<f64, N>, z: &Z) -> Option<(Leg<f64, N>, Linearization<f64, Z>)> {
+        let (mut e, mut rows) = self.from_leg(leg, z);
         let mut former = *leg;
         // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
         for _ in 0..FORMER {
-            let e = self.system.second_difference(self.constants, &known, z);
             former = Leg {
                 q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
                 d: core::array::from_fn(|i| leg.d[i] - e[i]),
             };
-            known = self.system.known(self.constants, &former);
+            (e, rows) = self.from_leg(&former, z);
         }
-        let rows = self.system.linearize(self.constants, &known, z);
         former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
     }
 
     /// The root nearest to a guess, whatever other roots there are.
     pub fn solve_near(
         &self,
-        start: S::Unknown<f64>,
-        predictor: &mut Predictor<S::Unknown<f64>>,
+        start: Z,
+        predictor: &mut Predictor<Z>,
+        size: &Z,
         max_iterations: u32,
-    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        let size = self.size(predictor);
-        match newton::solve_apart(self, start, &size, max_iterations, &mut ()) {
+    ) -> Result<(Z, StepReport), NewtonFailure> {
+        match newton::solve_apart(self, start, size, max_iterations, &mut ()) {
             Ok(root) => {
-                self.take_determinant(&root, predictor);
+                self.continuation(&root, predictor);
                 Ok(report(root, Guess::Given))
             }
-            Err(_) => Err(newton::explain(self, start, &size, max_iterations)),
+            Err(_) => Err(newton::explain(self, start, size, max_iterations)),
         }
     }
 
     /// The root nearest to a guess, without a past.
     #[cold]
-    pub fn solve_from(
-        &self,
-        start: S::Unknown<f64>,
-        max_iterations: u32,
-    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        self.solve_near(start, &mut Predictor::new(), max_iterations)
+    pub fn solve_from(&self, start: Z, max_iterations: u32) -> Result<(Z, StepReport), NewtonFailure> {
+        let size = self.least();
+        self.solve_near(start, &mut Predictor::new(), &size, max_iterations)
     }
 
     /// Another root than `root`, looked for by deflation from several guesses; first from the one that led to it.
     #[cold]
-    fn other(
-        &self,
-        start: &S::Unknown<f64>,
-        root: &S::Unknown<f64>,
-        predictor: &Predictor<S::Unknown<f64>>,
-        size: &S::Unknown<f64>,
-    ) -> Option<S::Unknown<f64>> {
+    fn other(&self, start: &Z, root: &Z, predictor: &Predictor<Z>, size: &Z) -> Option<Z> {
         let beside = |part: f64| root.zip(size, |root, size| root + part * root.abs().max(size));
         let guesses = [
             Some(*start),
             predictor.last(),
             self.continuous(),
-            Some(S::Unknown::<f64>::zero()),
+            Some(Z::zero()),
             Some(beside(1e-6)),
             Some(beside(-1e-6)),
             Some(beside(1.0)),
@@ -266,7 +239,9 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             newton::nearby(self, &guess, root, size).or_else(|| newton::other_root(self, &guess, root, size))
         })
     }
+}
 
+impl<S: System<N>, const N: usize> Step<'_, S, N> {
     /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
     pub fn pair(
         &self,
@@ -277,15 +252,12 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         let found = match self.solve(&mut { *predictor }, max_iterations) {
             Ok(found) => found,
             Err(failure) if failure.reason == StepFailure::AmbiguousRoot => {
-                let vector = |values: &[f64]| {
-                    let mut z = S::Unknown::<f64>::zero();
-                    for (z, value) in z.as_mut().iter_mut().zip(values) {
-                        *z = *value;
-                    }
-                    z
-                };
-                let found =
-                    self.solve_near(vector(&failure.unknowns), &mut { *predictor }, max_iterations)?;
+                let found = self.any().solve_near(
+                    vector(&failure.unknowns),
+                    &mut { *predictor },
+                    &size,
+                    max_iterations,
+                )?;
                 return Ok(Pair {
                     found,
                     other: Some(vector(&failure.other)),
@@ -294,7 +266,7 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
             Err(failure) => return Err(failure),
         };
         let root = found.0;
-        let other = self.other(&root, &root, predictor, &size);
+        let other = self.any().other(&root, &root, predictor, &size);
         Ok(Pair { found, other })
     }
 }

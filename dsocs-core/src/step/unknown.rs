@@ -98,7 +98,12 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
 
     #[inline]
     fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
-        core::array::from_fn(|i| function(self[i], other[i]))
+        // a loop, not `array::from_fn`: there are hundreds of instances, and each would bring a dozen of the library's
+        let mut result = *self;
+        for (x, y) in result.iter_mut().zip(other) {
+            *x = function(*x, *y);
+        }
+        result
     }
 
     #[inline]

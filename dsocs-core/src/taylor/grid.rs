@@ -73,7 +73,7 @@ impl<S: Jets<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
     ) -> Result<(), RunError> {
         run::in_order(times, &self.clock)?;
         if self.on_grid.is_some() {
-            return run::sample(self, times, observer);
+            return run::sample(&mut run::Of(self), times, observer);
         }
         let Some(&end) = times.last() else {
             return Ok(());

@@ -77,7 +77,7 @@ const REFERENCES: [(f64, usize); 2] = [(1e-16, 18), (1e-17, 22)];
 /// digits.
 ///
 /// Measured on both systems of the paper this is right at more output times than Richardson's extrapolation of whole runs
-/// (`tests/tests/global_error.rs`), costs less, and needs no step to be halved.
+/// (`tests/tests/claims/global_error.rs`), costs less, and needs no step to be halved.
 ///
 /// ```
 /// use dsocs_core::prelude::*;

@@ -133,7 +133,7 @@ pub(super) fn run<S: Jets<N>, const N: usize>(
     let (mut step, mut composed, mut series);
     let run: &mut dyn Stepper<N> = match method {
         Method::Step => {
-            step = if plan.certify { flow.watchful() } else { flow };
+            step = flow;
             &mut step
         }
         Method::Composed(composition) => {

@@ -5,7 +5,7 @@
 //! Methods for Nonlinear Problems*, section 5.1). From a straight line a particle is led to its turn through all smaller
 //! turns. Scaling rows or unknowns changes nothing of the path.
 
-use super::{Equations, Root, relative, solve_apart};
+use super::{AnyEquations, Root, relative, solve_apart};
 use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows may be evaluated on the way.
@@ -33,13 +33,13 @@ struct Waypoint<Z> {
 }
 
 /// The path from one guess.
-struct Path<'a, E: Equations> {
+struct Path<'a, Z> {
     /// The equations.
-    equations: &'a E,
+    equations: &'a AnyEquations<'a, Z>,
     /// How large each unknown is expected to be, at least.
-    size: &'a E::Z,
+    size: &'a Z,
     /// The rows at the guess.
-    rows: E::Z,
+    rows: Z,
     /// How often the rows were evaluated.
     evaluations: u32,
 }
@@ -48,13 +48,13 @@ struct Path<'a, E: Equations> {
 ///
 /// Evaluations are added to `evaluations`, also those of a path that ends.
 #[cold]
-pub(crate) fn follow<E: Equations>(
-    equations: &E,
-    start: E::Z,
-    size: &E::Z,
+pub(crate) fn follow<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    start: Z,
+    size: &Z,
     max_iterations: u32,
     evaluations: &mut u32,
-) -> Option<Root<E::Z>> {
+) -> Option<Root<Z>> {
     let first = equations.linearize(&start);
     let mut path = Path {
         equations,
@@ -76,9 +76,9 @@ pub(crate) fn follow<E: Equations>(
     }
 }
 
-impl<E: Equations> Path<'_, E> {
+impl<Z: Unknown<f64>> Path<'_, Z> {
     /// The end of the path.
-    fn walk(&mut self, start: E::Z, slope: E::Z) -> Option<E::Z> {
+    fn walk(&mut self, start: Z, slope: Z) -> Option<Z> {
         let mut at = Waypoint { z: start, slope };
         let (mut lambda, mut step) = (0.0, 1.0_f64);
         while lambda < 1.0 && self.evaluations < MAX_EVALUATIONS {
@@ -98,7 +98,7 @@ impl<E: Equations> Path<'_, E> {
     }
 
     /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.
-    fn correct(&mut self, guess: E::Z, part: f64) -> Option<Waypoint<E::Z>> {
+    fn correct(&mut self, guess: Z, part: f64) -> Option<Waypoint<Z>> {
         let (mut z, mut before) = (guess, f64::INFINITY);
         for _ in 0..CORRECTIONS {
             self.evaluations += 1;

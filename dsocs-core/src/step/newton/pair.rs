@@ -8,7 +8,7 @@
 //! no longer the known one (K. M. Brown, W. B. Gearhart, *Deflation techniques for the calculation of further solutions of
 //! a nonlinear system*, 1971). Newton's update for them is that of the rows, made longer or shorter.
 
-use super::{Equations, relative};
+use super::{AnyEquations, relative};
 use crate::step::unknown::Unknown;
 
 /// How often the deflated rows are evaluated.
@@ -28,11 +28,16 @@ const DISTINCT: f64 = 1.0 / 16.0;
 
 /// The other root of a pair that Newton's iteration on its way from `start` to `root` comes near to.
 #[cold]
-pub(crate) fn nearby<E: Equations>(equations: &E, start: &E::Z, root: &E::Z, size: &E::Z) -> Option<E::Z> {
+pub(crate) fn nearby<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    start: &Z,
+    root: &Z,
+    size: &Z,
+) -> Option<Z> {
     let way = start.zip(root, |start, root| start - root);
     let sizes = root.zip(size, |root, size| root.abs().max(size));
     let at_root = equations.linearize(root).jacobian;
-    let orientation = |z: &E::Z| orientation::<E>(&at_root, &equations.linearize(z).jacobian, &way, &sizes);
+    let orientation = |z: &Z| orientation::<Z>(&at_root, &equations.linearize(z).jacobian, &way, &sizes);
     let fold = 1.0 / (1.0 - orientation(start)?);
     let other = root.zip(&way, |root, way| root + 2.0 * fold * way);
     if !other.as_ref().iter().all(|z| z.is_finite()) || orientation(&other)? >= 0.0 {
@@ -42,24 +47,24 @@ pub(crate) fn nearby<E: Equations>(equations: &E, start: &E::Z, root: &E::Z, siz
 }
 
 /// A Jacobian along a direction, in units of another one: with one unknown, the quotient of the two.
-pub(crate) fn orientation<E: Equations>(
-    unit: &<E::Z as Unknown<f64>>::Square,
-    jacobian: &<E::Z as Unknown<f64>>::Square,
-    direction: &E::Z,
-    sizes: &E::Z,
+pub(crate) fn orientation<Z: Unknown<f64>>(
+    unit: &Z::Square,
+    jacobian: &Z::Square,
+    direction: &Z,
+    sizes: &Z,
 ) -> Option<f64> {
-    let moved = E::Z::solve(unit, &product::<E>(jacobian, direction))?;
+    let moved = Z::solve(unit, &product::<Z>(jacobian, direction))?;
     Some(scalar_product(direction, &moved, sizes) / scalar_product(direction, direction, sizes))
 }
 
 /// A root other than `root`, from a guess that is not too far from it.
 #[cold]
-pub(crate) fn other_root<E: Equations>(
-    equations: &E,
-    guess: &E::Z,
-    root: &E::Z,
-    size: &E::Z,
-) -> Option<E::Z> {
+pub(crate) fn other_root<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    guess: &Z,
+    root: &Z,
+    size: &Z,
+) -> Option<Z> {
     let mut z = *guess;
     let mut arrived = false;
     for _ in 0..DEFLATED {
@@ -98,7 +103,7 @@ pub(crate) fn other_root<E: Equations>(
 }
 
 /// Whether a point is a root of the declared rows and differs from `root` by more than the bound of its rounding error.
-fn is_other<E: Equations>(equations: &E, z: &E::Z, root: &E::Z, size: &E::Z) -> bool {
+fn is_other<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, z: &Z, root: &Z, size: &Z) -> bool {
     let bounds = equations.rounding(z);
     let at = equations.linearize(z);
     let within = at.rows.as_ref().iter().zip(bounds.as_ref());
@@ -108,7 +113,7 @@ fn is_other<E: Equations>(equations: &E, z: &E::Z, root: &E::Z, size: &E::Z) -> 
     {
         return false;
     }
-    let Some(error) = E::Z::solve(&at.jacobian, &bounds) else {
+    let Some(error) = Z::solve(&at.jacobian, &bounds) else {
         return false;
     };
     let apart = z.zip(root, |z, root| z - root);
@@ -118,8 +123,8 @@ fn is_other<E: Equations>(equations: &E, z: &E::Z, root: &E::Z, size: &E::Z) -> 
 }
 
 /// `matrix · x`.
-fn product<E: Equations>(matrix: &<E::Z as Unknown<f64>>::Square, x: &E::Z) -> E::Z {
-    let mut product = E::Z::zero();
+fn product<Z: Unknown<f64>>(matrix: &Z::Square, x: &Z) -> Z {
+    let mut product = Z::zero();
     for (to, row) in product.as_mut().iter_mut().zip(matrix.as_ref()) {
         *to = row
             .as_ref()

@@ -161,18 +161,18 @@ pub fn run(report: &mut Report<'_>) {
         || single_steps(&undivided),
     );
     for h in [0.2, 0.1, 0.05, 0.0125] {
-        for (watchful, name, bar) in [(true, "watchful, ", Bar::AtMost(0.0)), (false, "", Bar::Reported)] {
-            let run = format!(
-                "pendulum without `branch` to t = 2000, h = {h}, {name}told the larger |w| where ambiguous"
-            );
-            report.measure_all(
-                [
-                    (format!("{run}: steps refused"), Bar::Reported),
-                    ("the same: wrong roots taken in silence".to_owned(), bar),
-                ],
-                || whole_run(&undivided, &pendulum, h, watchful),
-            );
-        }
+        let run =
+            format!("pendulum without `branch` to t = 2000, h = {h}, told the larger |w| where ambiguous");
+        report.measure_all(
+            [
+                (format!("{run}: steps refused"), Bar::Reported),
+                (
+                    "the same: wrong roots taken in silence".to_owned(),
+                    Bar::AtMost(0.0),
+                ),
+            ],
+            || whole_run(&undivided, &pendulum, h),
+        );
     }
     report.measure(
         "w through 0 in steps of 1e-9 at the hardest step, factor divided out: largest kink of θ [rad]",
@@ -262,12 +262,8 @@ fn whole_run(
     undivided: &Undivided,
     pendulum: &InertiaWheelPendulum,
     h: f64,
-    watchful: bool,
 ) -> Result<[f64; 2], Box<dyn Error>> {
     let mut flow = Flow::new(undivided, h, Start::second_order(Q0, V0))?;
-    if watchful {
-        flow = flow.watchful();
-    }
     let (mut refused, mut wrong) = (0.0, 0.0);
     while flow.time() < 2000.0 {
         let leg = flow.leg();

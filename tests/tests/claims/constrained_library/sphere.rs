@@ -4,7 +4,7 @@ use dsocs_core::geometry::{DiscreteFlow, momentum_map};
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::{Sphere, SphericalPendulum};
 
-use crate::{continuous, distance, is_second, order, start};
+use super::{continuous, distance, is_second, order, start};
 
 #[test]
 fn it_is_the_spherical_pendulum_in_angles() {

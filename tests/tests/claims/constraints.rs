@@ -1,17 +1,15 @@
 //! Constraints of every order, alone and mixed: what is generated moves as an independent formulation does.
 
+use crate::systems::orders::{
+    Ellipsoid, EllipsoidWithFields, EllipsoidWithForce, Mixed, MixedWithForce, Nonholonomic,
+    NonholonomicWithFields, Nonlinear, Rod, RodWithField, VariableMass,
+};
 #[allow(dead_code)] // shared with other tests
-mod systems;
-
 use dsocs_core::__private::{Declaration, Tangent};
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Node, SetupError, Start, Stepper, System};
 use dsocs_systems::{InertiaWheelPendulum, RodAndWheel};
 use dsocs_tests::fit::slope;
-use systems::orders::{
-    Ellipsoid, EllipsoidWithFields, EllipsoidWithForce, Mixed, MixedWithForce, Nonholonomic,
-    NonholonomicWithFields, Nonlinear, Rod, RodWithField, VariableMass,
-};
 
 /// The continuous motion at a time.
 fn continuous<S: Jets<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N], t: f64) -> Node<N> {

@@ -3,8 +3,6 @@
 #![allow(clippy::float_cmp)] // orders are compared as they are given
 
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
-mod systems;
-
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{
     ComposedFlow, Composition, Flow, RunError, SetupError, StageFailure, Start, Stepper, Symmetry, System,
@@ -16,7 +14,7 @@ use dsocs_tests::fit;
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector};
 
-use systems::{maps, mass};
+use crate::systems::{maps, mass};
 
 const METHODS: [Composition; 4] = [
     Composition::SINGLE,

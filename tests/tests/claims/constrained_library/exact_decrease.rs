@@ -3,7 +3,7 @@
 use dsocs_core::{Flow, Leg, RunError, Start, Stepper};
 use dsocs_systems::{ExactDecrease, InertiaWheelPendulum};
 
-use crate::{continuous, distance, order, start};
+use super::{continuous, distance, order, start};
 
 /// `V` on a leg, at its middle.
 fn lyapunov(h: f64, leg: &Leg<f64, 2>) -> f64 {

@@ -3,7 +3,7 @@
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::ContactOscillator;
 
-use crate::{continuous, distance, integrate, is_second, order, start};
+use super::{continuous, distance, integrate, is_second, order, start};
 
 /// The right-hand side for the state `(x, y, z, ẋ, ẏ, ż)`, with the multiplier of `(−y, 0, 1)` from the constraint's derivative.
 fn by_hand(oscillator: &ContactOscillator, [x, y, z, vx, vy, vz]: [f64; 6]) -> [f64; 6] {

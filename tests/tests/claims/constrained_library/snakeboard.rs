@@ -3,7 +3,7 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::Snakeboard;
 
-use crate::{continuous, distance, integrate, is_second, order, start};
+use super::{continuous, distance, integrate, is_second, order, start};
 
 #[test]
 fn it_moves_as_the_reduced_equations_say() {

@@ -3,7 +3,7 @@
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::Sleigh;
 
-use crate::{continuous, distance, fitted, integrate, is_second, order, start};
+use super::{continuous, distance, fitted, integrate, is_second, order, start};
 
 const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
 

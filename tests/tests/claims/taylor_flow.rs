@@ -4,8 +4,6 @@
 #![allow(clippy::float_cmp)] // times are kept as they are given
 
 #[allow(dead_code)] // the paper's systems are written by hand for other tests
-mod systems;
-
 use dsocs_core::geometry::motion;
 use dsocs_core::taylor::{Jets, TaylorFlow, Tolerance};
 use dsocs_core::{RunError, SeriesFailure, SetupError, Start, Stepper};
@@ -16,7 +14,7 @@ use dsocs_tests::fit;
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector};
 
-use systems::{builtin, constrained, maps, mass, opaque};
+use crate::systems::{builtin, constrained, maps, mass, opaque};
 
 #[test]
 fn the_pendulum_meets_the_reference_over_its_whole_time() {

@@ -2,7 +2,7 @@
 
 use dsocs_systems::NonholonomicParticle;
 
-use crate::{continuous, distance, is_second, order, start};
+use super::{continuous, distance, is_second, order, start};
 
 #[test]
 fn closed_form() {

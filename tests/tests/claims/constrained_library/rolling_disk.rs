@@ -3,7 +3,7 @@
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::RollingDisk;
 
-use crate::{continuous, distance, is_second, order, start};
+use super::{continuous, distance, is_second, order, start};
 
 #[test]
 fn closed_form() {

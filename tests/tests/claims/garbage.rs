@@ -1,14 +1,12 @@
 //! Any numbers for states, parameters and steps, on all systems: never a panic, never a hang, and every step that is
 //! accepted leads to a finite node.
 
+use crate::systems::{builtin, constrained, maps, mass, opaque};
 #[allow(dead_code)] // some of them are not for any numbers
-mod systems;
-
 use dsocs_core::{Flow, Real, Regularity, Start, Stepper, System};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain2, Wavy};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
-use systems::{builtin, constrained, maps, mass, opaque};
 
 /// A number of any kind, or an ordinary one.
 fn number() -> impl Strategy<Value = f64> {

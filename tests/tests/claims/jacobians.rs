@@ -4,8 +4,6 @@
 //! which the rows follow by nested dual numbers as the paper defines them. [`compare`] holds one against the other at random
 //! states, and the Jacobian also against difference quotients and against the generated code run with dual numbers.
 
-mod systems;
-
 use dsocs_core::System;
 use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::check::{Kind, Mismatch, State, compare};
@@ -13,7 +11,7 @@ use dsocs_tests::independent::Declaration;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
-use systems::{builtin, constrained, maps, mass, opaque, paper};
+use crate::systems::{builtin, constrained, maps, mass, opaque, paper};
 
 /// Where states are drawn from.
 struct Range {

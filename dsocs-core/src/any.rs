@@ -1,0 +1,46 @@
+//! A system of any type, for what is done seldom.
+
+use crate::declaration::Declaration;
+use crate::error::NewtonFailure;
+use crate::start;
+use crate::system::{Quantity, System};
+
+/// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
+/// coordinates, not for every system.
+pub(crate) trait AnySystem<const N: usize> {
+    /// The declaration.
+    fn declaration(&self) -> Declaration<'_, N>;
+
+    /// The coordinates.
+    fn coordinates(&self) -> &'static [Quantity; N];
+
+    /// The parameters, with their values.
+    fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
+
+    /// The acceleration and the multipliers of the continuous system at `(q, v)`.
+    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure>;
+}
+
+impl<S: System<N>, const N: usize> AnySystem<N> for S {
+    fn declaration(&self) -> Declaration<'_, N> {
+        Declaration::of(self)
+    }
+
+    fn coordinates(&self) -> &'static [Quantity; N] {
+        const { &S::COORDINATES }
+    }
+
+    fn parameters(&self) -> Vec<(&'static Quantity, f64)> {
+        let mut parameters = Vec::new();
+        for (index, parameter) in S::PARAMETERS.iter().enumerate() {
+            if let Some(value) = self.parameter(index) {
+                parameters.push((parameter, value));
+            }
+        }
+        parameters
+    }
+
+    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
+        start::acceleration(self, q, v)
+    }
+}

@@ -1,0 +1,228 @@
+//! What is done seldom in a step, whatever the type of the system: other guesses than the prediction, and what is told of a failure.
+
+use super::newton::{self, Equations, Root};
+use super::pair::Found;
+use super::predictor::{PAST, Predictor};
+use super::unknown::{Linearization, Unknown};
+use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
+use crate::any::AnySystem;
+use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
+use crate::multipliers;
+use crate::regularity::Regularity;
+use crate::system::{Leg, System};
+
+/// The equations of one step of a system of any type with `N` coordinates.
+///
+/// What takes a step in this form is compiled once for each number of coordinates and unknowns, not for every system.
+pub(crate) trait AnyStep<const N: usize>: Equations {
+    /// The system.
+    fn system(&self) -> &dyn AnySystem<N>;
+
+    /// The step.
+    fn h(&self) -> f64;
+
+    /// The step's first two nodes.
+    fn leg(&self) -> &Leg<f64, N>;
+
+    /// The legs of the last solutions, the last first, where these do not lie one step apart.
+    fn past(&self) -> Option<&[Leg<f64, N>; PAST]>;
+
+    /// The unknowns that belong to a second difference and to multipliers.
+    fn unknown(&self, e: &[f64; N], multipliers: &[f64]) -> Self::Z;
+
+    /// The second difference that belongs to the unknowns.
+    fn second_difference(&self, z: &Self::Z) -> [f64; N];
+
+    /// The second difference and the rows of the step that begins with another leg.
+    fn from_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>);
+
+    /// What the rows are, divided by the declared ones, where they are not the same.
+    fn scales(&self, z: &Self::Z) -> Option<Self::Z>;
+}
+
+/// Makes the equations of steps of any length, whose unknowns are `Z`; every system does.
+pub(crate) trait Steps<Z, const N: usize> {
+    /// Hands on the equations of the step `h` that begins with a leg.
+    fn step(&self, h: f64, leg: &Leg<f64, N>, take: &mut dyn FnMut(&dyn AnyStep<N, Z = Z>));
+}
+
+impl<S: System<N>, const N: usize> Steps<S::Unknown<f64>, N> for S {
+    fn step(&self, h: f64, leg: &Leg<f64, N>, take: &mut dyn FnMut(&dyn AnyStep<N, Z = S::Unknown<f64>>)) {
+        let constants = self.constants(&self.parameters(), h);
+        take(&Step::new(self, &constants, *leg, h));
+    }
+}
+
+/// Where and when a step failed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Failing<const N: usize> {
+    /// The number of the step's middle node.
+    pub index: u64,
+    /// Its time.
+    pub time: f64,
+    /// The first node.
+    pub q0: [f64; N],
+}
+
+/// Whether all numbers are finite.
+pub(super) fn finite<Z: Unknown<f64>>(values: &Z) -> bool {
+    values.as_ref().iter().all(|x| x.is_finite())
+}
+
+/// As many unknowns as there are values; those without one are zero.
+pub(super) fn vector<Z: Unknown<f64>>(values: &[f64]) -> Z {
+    let mut z = Z::zero();
+    for (z, value) in z.as_mut().iter_mut().zip(values) {
+        *z = *value;
+    }
+    z
+}
+
+impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
+    /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
+    pub fn unknowns(&self, e: &[f64; N]) -> Z {
+        let multipliers = multipliers::of_step(&self.system().declaration(), self.h(), self.leg(), e);
+        self.unknown(e, &multipliers)
+    }
+
+    /// The sign of the determinant of the rows, as they were declared.
+    pub fn orientation(&self, z: &Z) -> f64 {
+        let sign = Z::determinant(&self.linearize(z).jacobian).value.signum();
+        let scales = self.scales(z);
+        let scales = scales.iter().flat_map(|scales| scales.as_ref());
+        scales.fold(sign, |sign, scale| sign * scale.signum())
+    }
+
+    /// How large each unknown is expected to be without a past.
+    pub fn least(&self) -> Z {
+        let increment = self.unknown(&self.leg().d, &[]);
+        increment.zip(&increment, |d, _| SECOND_DIFFERENCE * d.abs())
+    }
+
+    /// Solves the step from every guess but the prediction.
+    #[cold]
+    pub fn solve_without_prediction(
+        &self,
+        predictor: &mut Predictor<Z>,
+        size: &Z,
+        max_iterations: u32,
+        mut evaluations: u32,
+    ) -> Result<(Z, StepReport), NewtonFailure> {
+        let straight = (Z::zero(), Guess::Straight);
+        let continuous = self.continuous().map(|z| (z, Guess::Continuous));
+        let last = predictor.last().map(|z| (z, Guess::Last));
+        let turned = predictor.last().and_then(|z| self.turned(&z));
+        // the first step has the acceleration for its best guess; later the last solution is nearer
+        let guesses = if last.is_none() {
+            [continuous, Some(straight), None, None]
+        } else {
+            [
+                turned.map(|z| (z, Guess::Turned)),
+                last,
+                Some(straight),
+                continuous,
+            ]
+        };
+        for (start, guess) in guesses.into_iter().flatten() {
+            match newton::solve_apart(self, start, size, max_iterations, predictor) {
+                Ok(root) => {
+                    evaluations += root.evaluations;
+                    let continuation = self.continuation(&root, predictor);
+                    let root = Root { evaluations, ..root };
+                    return self.checked(Found { root, continuation }, &start, guess, predictor, size);
+                }
+                Err(failed) => evaluations += failed.evaluations,
+            }
+        }
+        for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
+            if let Some(root) = newton::follow(self, start, size, max_iterations, &mut evaluations) {
+                self.continuation(&root, predictor);
+                return Ok(report(Root { evaluations, ..root }, Guess::Followed));
+            }
+        }
+        let best = predictor
+            .predict()
+            .or(continuous.map(|(z, _)| z))
+            .unwrap_or(straight.0);
+        Err(newton::explain(self, best, size, max_iterations))
+    }
+
+    /// The failure of a step whose rows have a root that leads to no finite node.
+    #[cold]
+    pub fn not_finite(&self, z: &Z) -> NewtonFailure {
+        // affine rows without an update are singular
+        let at = self.linearize(&Z::zero());
+        let singular =
+            at.update().is_none() && finite(&at.rows) && at.jacobian.as_ref().iter().all(finite::<Z>);
+        NewtonFailure {
+            reason: if singular {
+                StepFailure::Singular
+            } else {
+                StepFailure::NotFinite
+            },
+            unknowns: z.as_ref().to_vec(),
+            residual: self.linearize(z).rows.as_ref().to_vec(),
+            updates: Vec::new(),
+            other: Vec::new(),
+        }
+    }
+
+    /// The error of the step.
+    #[cold]
+    pub fn error(&self, at: &Failing<N>, cause: NewtonFailure) -> StepError {
+        let leg = self.leg();
+        let e = self.second_difference(&vector(&cause.unknowns));
+        let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
+        StepError::new(FailedStep {
+            index: at.index,
+            time: at.time,
+            h: self.h(),
+            q0: at.q0.to_vec(),
+            q1: leg.q.to_vec(),
+            q2: next(e),
+            other: if cause.other.is_empty() {
+                Vec::new()
+            } else {
+                next(self.second_difference(&vector(&cause.other)))
+            },
+            regularity: Regularity::of_declaration(&self.system().declaration(), self.h(), leg, &e),
+            coordinates: self
+                .system()
+                .coordinates()
+                .iter()
+                .map(|coordinate| coordinate.name)
+                .collect(),
+            cause,
+        })
+    }
+
+    /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
+    /// in the last. No polynomial through the past foresees a path that goes to and fro.
+    fn turned(&self, last: &Z) -> Option<Z> {
+        let d = self.leg().d;
+        let e = self.second_difference(last);
+        let product = |x: &[f64; N], y: &[f64; N]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+        // by the largest component first, for squares of any size
+        let largest = d
+            .iter()
+            .chain(&e)
+            .fold(0.0_f64, |largest, x| x.abs().max(largest));
+        let (d, e) = (d.map(|d| d / largest), e.map(|e| e / largest));
+        let length = product(&d, &d);
+        if product(&e, &e) <= length || length == 0.0 {
+            return None;
+        }
+        let before: [f64; N] = core::array::from_fn(|i| d[i] - e[i]);
+        let stretch = 2.0 * product(&before, &d) / length;
+        let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
+        e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
+    }
+
+    /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
+    pub(super) fn continuous(&self) -> Option<Z> {
+        let (leg, h) = (self.leg(), self.h());
+        let v = leg.d.map(|d| d / h);
+        let (a, multipliers) = self.system().acceleration(&leg.q, &v).ok()?;
+        Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
+    }
+}

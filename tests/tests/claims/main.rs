@@ -1,0 +1,32 @@
+//! What the whole thing proves, one file per claim: `cargo test -p dsocs-tests --test claims FILE::` runs one.
+
+mod chain;
+mod compensated;
+mod composition;
+mod constrained_library;
+mod constraints;
+mod control_law;
+mod discrete;
+mod energy;
+mod ensemble;
+mod error_tables;
+mod flow;
+mod garbage;
+mod geometry;
+mod global_error;
+mod jacobians;
+mod library;
+mod particle_reference;
+mod pendulum_reference;
+mod proper_branch;
+mod regularity;
+mod reversal;
+mod roots;
+mod run;
+mod stability;
+mod start;
+mod systems;
+mod taylor_events;
+mod taylor_flow;
+mod taylor_recurrences;
+mod wrong_input;
