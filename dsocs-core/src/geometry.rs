@@ -9,6 +9,9 @@
 //! are differentiated by differences. The tangent map of a step is that of the implicit function theorem on the generated
 //! rows ([`DiscreteFlow::tangent`]).
 //!
+//! A system is taken by reference, `&Pendulum`, as [`Declared`] or [`Solvable`], which every [`System`] is: whatever its type,
+//! the functions are compiled once for each number of coordinates.
+//!
 //! ```
 //! use dsocs_core::geometry::{DiscreteFlow, Evolution};
 //! use dsocs_core::{Leg, dsocs};
@@ -31,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod array;
 mod continuous;
 mod error;
 mod evolution;
@@ -40,10 +44,11 @@ mod legendre;
 mod map;
 mod momentum;
 mod pairs;
+mod solvable;
 mod theorem;
 
 #[allow(unused_imports)] // named in the documentation
-use crate::tangent::Tangent;
+use crate::{system::System, tangent::Tangent};
 
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
@@ -56,6 +61,7 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
+pub use solvable::{Declared, Solvable};
 pub use theorem::FlowTheorem;
 
 use crate::regularity;

@@ -1,42 +1,43 @@
 //! The continuous system's form, its variational equation, and the rate at which `dν` grows.
 
+use super::array::{along, moving, moving_twice, slopes};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
-use crate::declaration::Declaration;
+use super::solvable::{Declared, Solvable};
 use crate::multipliers;
-use crate::start;
-use crate::step::unknown::{Linearization, Unknown as _};
-use crate::system::{Point, System};
-use crate::tangent::{Tangent, Tangent2};
+use crate::system::Point;
+use crate::tangent::Tangent;
 
 /// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
 #[must_use]
-pub fn legendre<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
-    let declaration = Declaration::of(system);
-    core::array::from_fn(|j| {
-        let v = core::array::from_fn(|i| Tangent::new(v[i], f64::from(u8::from(i == j))));
-        declaration
-            .lagrangian(&q.map(|q| Tangent::new(q, 0.0)), &v)
-            .derivative()
-    })
+pub fn legendre<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+    let declaration = system.declaration();
+    let q = moving(q, &[0.0; N]);
+    let mut momentum = [0.0; N];
+    for (j, momentum) in momentum.iter_mut().enumerate() {
+        *momentum = declaration
+            .lagrangian(&q, &moving(v, &along(j, 1.0)))
+            .derivative();
+    }
+    momentum
 }
 
 /// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
 #[must_use]
-pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
-    let declaration = Declaration::of(system);
-    let part = |i: usize, chosen: usize| f64::from(u8::from(i == chosen));
+pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
+    let declaration = system.declaration();
     // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
-    let [by_q, by_v] = [[1.0, 0.0], [0.0, 1.0]].map(|[to_q, to_v]| -> [[f64; N]; N] {
-        core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                let q = core::array::from_fn(|k| Tangent2::second(q[k], [0.0, to_q * part(k, j)]));
-                let v = core::array::from_fn(|k| Tangent2::second(v[k], [part(k, i), to_v * part(k, j)]));
-                declaration.lagrangian(&q, &v).mixed()
-            })
-        })
-    });
-    TwoForm::from_fn(|a, i, b, j| match (a, b) {
+    let [mut by_q, mut by_v] = [[[0.0; N]; N]; 2];
+    for (entries, [to_q, to_v]) in [(&mut by_q, [1.0, 0.0]), (&mut by_v, [0.0, 1.0])] {
+        for (i, row) in entries.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                let q = moving_twice(q, [&[0.0; N], &along(j, to_q)]);
+                let v = moving_twice(v, [&along(i, 1.0), &along(j, to_v)]);
+                *entry = declaration.lagrangian(&q, &v).mixed();
+            }
+        }
+    }
+    TwoForm::from_fn(&|a, i, b, j| match (a, b) {
         (0, 0) => by_q[i][j] - by_q[j][i],
         (0, 1) => by_v[i][j],
         (1, 0) => -by_v[j][i],
@@ -47,8 +48,8 @@ pub fn canonical_form<S: System<N>, const N: usize>(system: &S, q: &[f64; N], v:
 /// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q`, in units of `L` per unit of
 /// the coordinate.
 #[must_use]
-pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<f64, N>) -> [f64; N] {
-    Declaration::of(system).continuous_force(point)
+pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> [f64; N] {
+    system.declaration().continuous_force(point)
 }
 
 /// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
@@ -56,13 +57,13 @@ pub fn constraint_force<S: System<N>, const N: usize>(system: &S, point: &Point<
 /// # Errors
 ///
 /// [`GeometryError::Acceleration`] if they determine none.
-pub fn motion<S: System<N>, const N: usize>(
-    system: &S,
+pub fn motion<const N: usize>(
+    system: &dyn Solvable<N>,
     q: [f64; N],
     v: [f64; N],
 ) -> Result<Point<f64, N>, GeometryError> {
-    match start::acceleration(system, &q, &v) {
-        Ok((a, _)) => Ok(Point { q, v, a }),
+    match system.acceleration(&q, &v) {
+        Ok(a) => Ok(Point { q, v, a }),
         Err(cause) => Err(GeometryError::Acceleration {
             q: q.to_vec(),
             v: v.to_vec(),
@@ -94,26 +95,25 @@ impl<const N: usize> Variation<N> {
 ///
 /// `None` if the rows do not determine the acceleration.
 #[must_use]
-pub fn variation<S: System<N>, const N: usize>(
-    system: &S,
+pub fn variation<const N: usize>(
+    system: &dyn Solvable<N>,
     point: &Point<f64, N>,
     displacement: &Displacement<N>,
 ) -> Option<Variation<N>> {
-    let along =
-        |x: &[f64; N], by: &[f64; N]| -> [Tangent; N] { core::array::from_fn(|i| Tangent::new(x[i], by[i])) };
     let at = |a: &[f64; N]| Point {
-        q: along(&point.q, &displacement.first),
-        v: along(&point.v, &displacement.second),
-        a: along(&point.a, a),
+        q: moving(&point.q, &displacement.first),
+        v: moving(&point.v, &displacement.second),
+        a: moving(&point.a, a),
     };
-    let declaration = Declaration::of(system);
+    let declaration = system.declaration();
     let multipliers = multipliers::of_point(&declaration, point);
-    let Linearization { jacobian, .. } = declaration.linearize_continuous::<S::Motion>(point, &multipliers);
     let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
     let rows = declaration.continuous(&at(&[0.0; N]), &fixed);
     let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
-    let change = S::Motion::solve(&jacobian, &start::vector(&right))?;
-    let a = core::array::from_fn(|i| change.as_ref().get(i).copied().unwrap_or(f64::NAN));
-    let force = declaration.continuous_force(&at(&a)).map(Tangent::derivative);
+    // the rows come first
+    let both = declaration.continuous_with_jacobian(point, &multipliers);
+    let change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
+    let a = *change.first_chunk()?;
+    let force = slopes(&declaration.continuous_force(&at(&a)), 1.0);
     Some(Variation { a, force })
 }

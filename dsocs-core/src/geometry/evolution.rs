@@ -1,13 +1,12 @@
 //! How the discrete two-form evolves.
 
+use super::array::{along, minus, moving, moving_leg, plus, slopes, times};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::units;
-use crate::declaration::Declaration;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, System};
 use crate::tangent::Tangent;
 
 /// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, each of its terms computed by itself.
@@ -34,29 +33,26 @@ impl<const N: usize> Evolution<N> {
     /// # Errors
     ///
     /// [`GeometryError`] if the triple is no trajectory or the flow has no derivative there.
-    pub fn of<S: System<N>>(
-        flow: &DiscreteFlow<'_, S, N>,
-        triple: &Triple<N>,
-    ) -> Result<Self, GeometryError> {
+    pub fn of(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Result<Self, GeometryError> {
         let tangent = flow.tangent(triple)?;
-        let (system, h) = (flow.system, flow.h);
-        let before = discrete_form(system, h, &triple.leg);
-        let last = mixed(system, h, &triple.last());
+        let before = discrete_form(flow.system, flow.h, &triple.leg);
+        let last = mixed(&flow.declaration(), flow.h, &triple.last());
         // D₁D₂L_d(q1, q2) times the derivatives of q2
-        let [by_first, by_second] = [tangent.by_first, tangent.by_second].map(|of| chained(&last, &of));
-        let after = TwoForm::from_fn(|a, i, b, j| match (a, b) {
+        let by_first = chained(&last, &tangent.by_first);
+        let by_second = chained(&last, &tangent.by_second);
+        let after = TwoForm::from_fn(&|a, i, b, j| match (a, b) {
             (0, 1) => by_first[j][i].0,
             (1, 0) => -by_first[i][j].0,
             (1, 1) => by_second[j][i].0 - by_second[i][j].0,
             _ => 0.0,
         });
         let force = force_slopes(flow, triple, &tangent);
-        let d_xi = TwoForm::from_fn(|a, i, b, j| {
+        let d_xi = TwoForm::from_fn(&|a, i, b, j| {
             let left = if b == 1 { force[a][i][j] } else { 0.0 };
             let right = if a == 1 { force[b][j][i] } else { 0.0 };
             right - left
         });
-        let terms = TwoForm::from_fn(|a, i, b, j| {
+        let terms = TwoForm::from_fn(&|a, i, b, j| {
             let pulled = match (a, b) {
                 (0, 1) => by_first[j][i].1,
                 (1, 0) => by_first[i][j].1,
@@ -77,7 +73,7 @@ impl<const N: usize> Evolution<N> {
     /// By how much the law is missed, relative to the terms: rounding, if it holds.
     #[must_use]
     pub fn defect(&self) -> f64 {
-        self.relative(|a, i, b, j| {
+        self.relative(&|a, i, b, j| {
             let entry = |form: &TwoForm<N>| form.blocks[a][b][i][j];
             entry(&self.after) - entry(&self.before) - entry(&self.d_xi)
         })
@@ -86,7 +82,7 @@ impl<const N: usize> Evolution<N> {
     /// How large `dξ` is, relative to the terms: rounding, if the flow is symplectic.
     #[must_use]
     pub fn change(&self) -> f64 {
-        self.relative(|a, i, b, j| self.d_xi.blocks[a][b][i][j])
+        self.relative(&|a, i, b, j| self.d_xi.blocks[a][b][i][j])
     }
 
     /// How large `dξ` is on some displacements, relative to the terms.
@@ -95,15 +91,10 @@ impl<const N: usize> Evolution<N> {
     /// them are those of [`pair_displacements`](super::pair_displacements).
     #[must_use]
     pub fn change_on(&self, displacements: &[Displacement<N>]) -> f64 {
-        let absolute = |x: &[f64; N]| x.map(f64::abs);
-        let size = |u: &Displacement<N>| Displacement {
-            first: absolute(&u.first),
-            second: absolute(&u.second),
-        };
         let mut largest = 0.0;
         for (k, u) in displacements.iter().enumerate() {
             for w in &displacements[..k] {
-                let terms = self.terms.of(&size(u), &size(w));
+                let terms = self.terms.of(&absolute(u), &absolute(w));
                 if terms > 0.0 {
                     largest = larger(largest, self.d_xi.of(u, w).abs() / terms);
                 }
@@ -113,11 +104,13 @@ impl<const N: usize> Evolution<N> {
     }
 
     /// The largest entry over its terms.
-    fn relative(&self, entry: impl Fn(usize, usize, usize, usize) -> f64) -> f64 {
-        self.terms.entries().fold(0.0, |largest, (a, i, b, j, terms)| {
+    fn relative(&self, entry: &dyn Fn(usize, usize, usize, usize) -> f64) -> f64 {
+        let mut largest = 0.0;
+        for ([a, i, b, j], terms) in self.terms.entries() {
             let entry = entry(a, i, b, j).abs();
-            larger(largest, if entry == 0.0 { 0.0 } else { entry / terms })
-        })
+            largest = larger(largest, if entry == 0.0 { 0.0 } else { entry / terms });
+        }
+        largest
     }
 }
 
@@ -126,45 +119,64 @@ fn larger(x: f64, y: f64) -> f64 {
     if x >= y || x.is_nan() { x } else { y }
 }
 
+/// A displacement with the absolute values of its components.
+fn absolute<const N: usize>(displacement: &Displacement<N>) -> Displacement<N> {
+    let mut absolute = *displacement;
+    for x in absolute.first.iter_mut().chain(&mut absolute.second) {
+        *x = x.abs();
+    }
+    absolute
+}
+
 /// A product of matrices, each entry with the sum of its terms' absolute values.
 fn chained<const N: usize>(left: &[[f64; N]; N], right: &[[f64; N]; N]) -> [[(f64, f64); N]; N] {
-    core::array::from_fn(|i| {
-        core::array::from_fn(|j| {
-            (0..N).fold((0.0, 0.0), |(sum, size), k| {
-                let term: f64 = left[i][k] * right[k][j];
-                (sum + term, size + term.abs())
-            })
-        })
-    })
+    let mut product = [[(0.0, 0.0); N]; N];
+    for (row, left) in product.iter_mut().zip(left) {
+        for (j, (sum, size)) in row.iter_mut().enumerate() {
+            for (left, right) in left.iter().zip(right) {
+                let term = left * right[j];
+                *sum += term;
+                *size += term.abs();
+            }
+        }
+    }
+    product
 }
 
 /// The derivative of the constraint force along the flow: `[a][i][j]` of component `j` by coordinate `i` of `q0` (`a = 0`) or
 /// `q1`.
-fn force_slopes<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+fn force_slopes<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     triple: &Triple<N>,
     tangent: &TangentMap<N>,
 ) -> [[[f64; N]; N]; 2] {
     let Triple { leg, e } = triple;
     let units = units(leg);
-    let (declaration, h) = (Declaration::of(flow.system), Tangent::splat(flow.h));
-    core::array::from_fn(|a| {
-        core::array::from_fn(|i| {
-            let unit = units[i];
-            let part = |k: usize, times: f64| if k == i { times } else { 0.0 };
-            // e = q2 − 2 q1 + q0 along the flow
-            let by = |k: usize| match a {
-                0 => tangent.by_first[k][i] + part(k, 1.0),
-                _ => tangent.by_second[k][i] - part(k, 2.0),
-            };
-            let [by_q, by_d] = if a == 0 { [0.0, -1.0] } else { [1.0, 1.0] };
-            let moving = Leg {
-                q: core::array::from_fn(|k| Tangent::new(leg.q[k], part(k, by_q * unit))),
-                d: core::array::from_fn(|k| Tangent::new(leg.d[k], part(k, by_d * unit))),
-            };
-            let e = core::array::from_fn(|k| Tangent::new(e[k], by(k) * unit));
-            let force = declaration.force(h, &moving, &e);
-            force.map(|force| force.derivative() / unit)
-        })
-    })
+    let (declaration, h) = (flow.declaration(), Tangent::splat(flow.h));
+    let mut found = [[[0.0; N]; N]; 2];
+    for (i, &unit) in units.iter().enumerate() {
+        let own = along(i, unit);
+        let back = along(i, -unit);
+        // e = q2 − 2 q1 + q0 along the flow
+        let by_first = plus(&column(&tangent.by_first, i), &along(i, 1.0));
+        let by_second = minus(&column(&tangent.by_second, i), &along(i, 2.0));
+        let moved = [
+            (moving_leg(leg, &[0.0; N], &back), by_first),
+            (moving_leg(leg, &own, &own), by_second),
+        ];
+        for (found, (leg, by)) in found.iter_mut().zip(moved) {
+            let e = moving(e, &times(unit, &by));
+            found[i] = slopes(&declaration.force(h, &leg, &e), unit);
+        }
+    }
+    found
+}
+
+/// A column of a matrix.
+fn column<const N: usize>(matrix: &[[f64; N]; N], j: usize) -> [f64; N] {
+    let mut column = [0.0; N];
+    for (entry, row) in column.iter_mut().zip(matrix) {
+        *entry = row[j];
+    }
+    column
 }

@@ -1,5 +1,7 @@
 //! Displacements of a pair, and two-forms on them.
 
+use super::array::along;
+
 /// A tangent vector at a pair of nodes, `(δq0, δq1)`; of the continuous system, `(δq, δv)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Displacement<const N: usize> {
@@ -13,10 +15,9 @@ impl<const N: usize> Displacement<N> {
     /// The displacement along coordinate `index` of the first node, or from `N` on of the second; zero beyond the last.
     #[must_use]
     pub fn unit(index: usize) -> Self {
-        let part = |offset: usize| core::array::from_fn(|i| f64::from(u8::from(i + offset == index)));
         Self {
-            first: part(0),
-            second: part(N),
+            first: along(index, 1.0),
+            second: index.checked_sub(N).map_or([0.0; N], |index| along(index, 1.0)),
         }
     }
 
@@ -37,10 +38,12 @@ pub struct TwoForm<const N: usize> {
 
 impl<const N: usize> TwoForm<N> {
     /// The form with the antisymmetric entries `entry(a, i, b, j)`.
-    pub(super) fn from_fn(entry: impl Fn(usize, usize, usize, usize) -> f64) -> Self {
-        let blocks = core::array::from_fn(|a| {
-            core::array::from_fn(|b| core::array::from_fn(|i| core::array::from_fn(|j| entry(a, i, b, j))))
-        });
+    pub(super) fn from_fn(entry: &dyn Fn(usize, usize, usize, usize) -> f64) -> Self {
+        let mut blocks = [[[[0.0; N]; N]; 2]; 2];
+        for place in places::<N>() {
+            let [a, i, b, j] = place;
+            blocks[a][b][i][j] = entry(a, i, b, j);
+        }
         Self { blocks }
     }
 
@@ -48,26 +51,33 @@ impl<const N: usize> TwoForm<N> {
     #[must_use]
     pub fn of(&self, u: &Displacement<N>, w: &Displacement<N>) -> f64 {
         let (u, w) = (u.parts(), w.parts());
-        self.entries().map(|(a, i, b, j, x)| u[a][i] * x * w[b][j]).sum()
+        let terms = self.entries().map(|([a, i, b, j], x)| u[a][i] * x * w[b][j]);
+        terms.sum()
     }
 
     /// The largest absolute value of an entry; NaN if one is.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        self.entries().fold(0.0, |largest, (.., x)| {
+        let mut largest = 0.0;
+        for (_, x) in self.entries() {
             if x.abs() > largest || x.is_nan() {
-                x.abs()
-            } else {
-                largest
+                largest = x.abs();
             }
-        })
+        }
+        largest
     }
 
     /// All entries, with their places.
-    pub(super) fn entries(&self) -> impl Iterator<Item = (usize, usize, usize, usize, f64)> + '_ {
-        let places = (0..2).flat_map(|a| (0..2).map(move |b| (a, b)));
-        places.flat_map(move |(a, b)| {
-            (0..N).flat_map(move |i| (0..N).map(move |j| (a, i, b, j, self.blocks[a][b][i][j])))
-        })
+    pub(super) fn entries(&self) -> impl Iterator<Item = ([usize; 4], f64)> + '_ {
+        places::<N>().map(|[a, i, b, j]| ([a, i, b, j], self.blocks[a][b][i][j]))
     }
+}
+
+/// The places `[a, i, b, j]` of entries: block by block, row by row.
+fn places<const N: usize>() -> impl Iterator<Item = [usize; 4]> {
+    let square = N * N;
+    (0..4 * square).map(move |place| {
+        let (block, inside) = (place / square, place % square);
+        [block / 2, inside / N, block % 2, inside % N]
+    })
 }

@@ -1,15 +1,15 @@
 //! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
 
+use super::array::{along, first_node, minus, moving_leg, times};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
+use super::solvable::Sought;
 use super::units;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::flow;
+use crate::multipliers;
 use crate::scalar::Scalar as _;
-use crate::step::Step;
-use crate::step::predictor::Predictor;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// How often the first node is improved before it is given up.
@@ -25,14 +25,14 @@ const ROUNDING: f64 = 1e-7;
 const RANK: f64 = 1e-14;
 
 /// An update and where it was made.
-struct Update<S: System<N>, const N: usize> {
+struct Update<const N: usize> {
     /// By how much the leg changes.
     d: [f64; N],
     /// The unknowns after it.
-    z: S::Unknown<f64>,
+    z: Vec<f64>,
 }
 
-impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
+impl<const N: usize> DiscreteFlow<'_, N> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
     /// The generated step with `−h` is where the search begins, and where the declaration is symmetric in time also its end
@@ -45,17 +45,18 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
     /// [`GeometryError::Inverse`] if no first node is found.
     pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut e = self.reversed(last).unwrap_or([0.0; N]);
-        let q1: [f64; N] = core::array::from_fn(|i| last.q[i] - last.d[i]);
+        let q1 = minus(&last.q, &last.d);
         let at = |e: &[f64; N]| Leg {
             q: q1,
-            d: core::array::from_fn(|i| last.d[i] - e[i]),
+            d: minus(&last.d, e),
         };
         let lengths = units(last);
-        let mut z = match self.solved(&at(&e), &e) {
-            Ok((z, _)) => z,
-            Err(_) => Step::new(self.system, &self.constants, at(&e), self.h)
-                .any()
-                .unknowns(&e),
+        let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
+            solution.z
+        } else {
+            let declaration = self.declaration();
+            let multipliers = multipliers::of_step(&declaration, self.h, &at(&e), &e);
+            declaration.unknown(&e, &multipliers)
         };
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
@@ -64,7 +65,7 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             };
             let size = update.d.iter().zip(&lengths);
             let size = size.map(|(d, length)| (d / length).abs()).fold(0.0, f64::max);
-            e = core::array::from_fn(|i| e[i] - update.d[i]);
+            e = minus(&e, &update.d);
             z = update.z;
             if size < LAST_UPDATE || (size < ROUNDING && size > before / 2.0) {
                 return Ok(Triple { leg: at(&e), e });
@@ -89,44 +90,39 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
         let last = triple.last();
         let turned = Leg {
             q: triple.leg.q,
-            d: last.d.map(|d| -d),
+            d: times(-1.0, &last.d),
         };
         let found = back.forward_near(&turned, &triple.e)?;
-        let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
-        let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
-        Ok(apart / norm(triple.leg.d).max(norm(last.d)))
+        let norm = |x: &[f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        let apart = norm(&minus(&found.e, &triple.e));
+        Ok(apart / norm(&triple.leg.d).max(norm(&last.d)))
     }
 
     /// The second difference of the step with `−h` from `(q2, q1)`.
     fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
-        let h = -self.h;
-        let constants = self.system.constants(&self.system.parameters(), h);
         let turned = Leg {
-            q: core::array::from_fn(|i| last.q[i] - last.d[i]),
-            d: last.d.map(|d| -d),
+            q: minus(&last.q, &last.d),
+            d: times(-1.0, &last.d),
         };
-        let step = Step::new(self.system, &constants, turned, h);
-        let (z, _) = step.solve(&mut Predictor::new(), flow::MAX_ITERATIONS).ok()?;
-        Some(step.second_difference(&z))
+        let solution = self.system.step(-self.h, &turned, Sought::First).ok()?;
+        Some(solution.e)
     }
 
     /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and what constraints of
     /// lower order ask of the first pair, while what they ask of the last one is given. So there may be more equations than
     /// unknowns, of which some follow from the others.
-    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &S::Unknown<f64>) -> Option<Update<S, N>> {
-        let count = z.as_ref().len();
-        let (all, bound) = (count + N, S::HOLONOMIC + S::NONHOLONOMIC);
+    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &[f64]) -> Option<Update<N>> {
+        let declaration = self.declaration();
+        let count = z.len();
+        let (all, bound) = (count + N, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
-        let declaration = Declaration::of(self.system);
         let mut matrix = Matrix::zeros(all + bound, all);
         let mut right = vec![0.0; all + bound];
         for column in 0..all {
             let part = |k: usize| if k == column { 1.0 } else { 0.0 };
-            let moving = Leg {
-                q: leg.q.map(Tangent::splat),
-                d: core::array::from_fn(|i| Tangent::new(leg.d[i], part(i) * units[i])),
-            };
-            let z = moved(z.as_ref(), |k| part(N + k));
+            let unit = units.get(column).copied().unwrap_or(0.0);
+            let moving = moving_leg(leg, &[0.0; N], &along(column, unit));
+            let z = moved(z, |k| part(N + k));
             let rows = declaration.rows(h, &moving, &z);
             let e = declaration.second_difference(h, &moving, &z);
             for (i, row) in rows.iter().enumerate() {
@@ -144,14 +140,15 @@ impl<S: System<N>, const N: usize> DiscreteFlow<'_, S, N> {
             }
         }
         let change = solved(matrix, right)?;
-        let mut z = *z;
-        for (k, z) in z.as_mut().iter_mut().enumerate() {
+        let mut z = z.to_vec();
+        for (k, z) in z.iter_mut().enumerate() {
             *z += change[N + k];
         }
-        Some(Update {
-            d: core::array::from_fn(|i| change[i] * units[i]),
-            z,
-        })
+        let mut d = units;
+        for (d, change) in d.iter_mut().zip(&change) {
+            *d *= change;
+        }
+        Some(Update { d, z })
     }
 }
 
@@ -161,12 +158,8 @@ fn first_pair<const N: usize>(
     h: Tangent,
     leg: &Leg<Tangent, N>,
 ) -> Vec<Tangent> {
-    let first = Leg {
-        q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
-        d: leg.d,
-    };
     let holonomic = declaration.holonomic();
-    let mut rows = declaration.pair(h, &first);
+    let mut rows = declaration.pair(h, &first_node(leg));
     rows.truncate(holonomic);
     rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
     rows

@@ -1,18 +1,16 @@
 //! The discrete flow as a map of pairs, and its tangent map.
 
+use super::array::{along, minus, moving_leg, plus, slopes};
 use super::error::GeometryError;
 use super::form::Displacement;
+use super::legendre::product;
+use super::solvable::{Solution, Solvable, Sought};
 use super::units;
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
-use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::regularity;
 use crate::scalar::Scalar as _;
-use crate::start;
-use crate::step::Step;
-use crate::step::predictor::Predictor;
-use crate::step::unknown::Unknown;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
@@ -37,9 +35,9 @@ impl<const N: usize> Triple<N> {
     /// The last two nodes, `(q1, q2)`.
     #[must_use]
     pub fn last(&self) -> Leg<f64, N> {
-        let d = core::array::from_fn(|i| self.leg.d[i] + self.e[i]);
+        let d = plus(&self.leg.d, &self.e);
         Leg {
-            q: core::array::from_fn(|i| self.leg.q[i] + d[i]),
+            q: plus(&self.leg.q, &d),
             d,
         }
     }
@@ -47,25 +45,23 @@ impl<const N: usize> Triple<N> {
     /// The nodes, rounded.
     #[must_use]
     pub fn nodes(&self) -> [[f64; N]; 3] {
-        let q0 = core::array::from_fn(|i| self.leg.q[i] - self.leg.d[i]);
+        let q0 = minus(&self.leg.q, &self.leg.d);
         [q0, self.leg.q, self.last().q]
     }
 }
 
 /// The discrete flow `F_{L_d}: (q0, q1) ↦ (q1, q2)` of a system and a step, as a map (paper, section 6).
 ///
-/// A [`Flow`] walks along one motion, with compensated sums and a past; this map begins anew at every pair.
-pub struct DiscreteFlow<'s, S: System<N>, const N: usize> {
+/// A [`Flow`](crate::Flow) walks along one motion, with compensated sums and a past; this map begins anew at every pair.
+#[derive(Clone, Copy)]
+pub struct DiscreteFlow<'s, const N: usize> {
     /// The system.
-    pub(super) system: &'s S,
+    pub(super) system: &'s dyn Solvable<N>,
     /// The step.
     pub(super) h: f64,
-    /// What the parameters and the step decide.
-    pub(super) constants: S::Constants<f64>,
 }
 
-// by hand, because a derivation would ask the system for as much
-impl<S: System<N>, const N: usize> core::fmt::Debug for DiscreteFlow<'_, S, N> {
+impl<const N: usize> core::fmt::Debug for DiscreteFlow<'_, N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("DiscreteFlow")
             .field("h", &self.h)
@@ -73,25 +69,20 @@ impl<S: System<N>, const N: usize> core::fmt::Debug for DiscreteFlow<'_, S, N> {
     }
 }
 
-impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
+impl<'s, const N: usize> DiscreteFlow<'s, N> {
     /// The flow of a step, which may be negative.
     ///
     /// # Errors
     ///
     /// [`GeometryError::Setup`] if the step or a parameter is not usable.
-    pub fn new(system: &'s S, h: f64) -> Result<Self, GeometryError> {
-        Flow::check(system, h)?;
-        Ok(Self {
-            system,
-            h,
-            constants: system.constants(&system.parameters(), h),
-        })
+    pub fn new(system: &'s dyn Solvable<N>, h: f64) -> Result<Self, GeometryError> {
+        system.check_step(h)?;
+        Ok(Self { system, h })
     }
 
-    /// The system.
-    #[must_use]
-    pub fn system(&self) -> &'s S {
-        self.system
+    /// The declaration.
+    pub(super) fn declaration(&self) -> Declaration<'s, N> {
+        self.system.declaration()
     }
 
     /// The step.
@@ -106,15 +97,11 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     ///
     /// [`GeometryError::Step`] if the step has no solution that is found.
     pub fn forward(&self, leg: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
-        let mut step = Step::new(self.system, &self.constants, *leg, self.h);
-        step.past_is_short = true;
-        match step.solve(&mut Predictor::new(), MAX_ITERATIONS) {
-            Ok((z, _)) => Ok(Triple {
-                leg: *leg,
-                e: step.second_difference(&z),
-            }),
-            Err(cause) => Err(failed(leg, cause)),
-        }
+        let solution = self.solved(leg, Sought::Watched)?;
+        Ok(Triple {
+            leg: *leg,
+            e: solution.e,
+        })
     }
 
     /// The trajectory that begins with a pair, with the last node nearest to that of a second difference: of two solutions,
@@ -124,22 +111,21 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     ///
     /// [`GeometryError::Step`] if the step has no solution that is found from there.
     pub fn forward_near(&self, leg: &Leg<f64, N>, e: &[f64; N]) -> Result<Triple<N>, GeometryError> {
-        let (z, step) = self.solved(leg, e)?;
+        let solution = self.solved(leg, Sought::Near(e))?;
         Ok(Triple {
             leg: *leg,
-            e: step.second_difference(&z),
+            e: solution.e,
         })
     }
 
-    /// The unknowns of the step from `leg` whose second difference is nearest to `e`.
+    /// The solution of the step from `leg`.
     pub(super) fn solved(
         &self,
         leg: &Leg<f64, N>,
-        e: &[f64; N],
-    ) -> Result<(S::Unknown<f64>, Step<'_, S, N>), GeometryError> {
-        let step = Step::new(self.system, &self.constants, *leg, self.h);
-        match step.any().solve_from(step.any().unknowns(e), MAX_ITERATIONS) {
-            Ok((z, _)) => Ok((z, step)),
+        sought: Sought<'_, N>,
+    ) -> Result<Solution<N>, GeometryError> {
+        match self.system.step(self.h, leg, sought) {
+            Ok(solution) => Ok(solution),
             Err(cause) => Err(failed(leg, cause)),
         }
     }
@@ -152,8 +138,7 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
     /// determine a derivative.
     pub fn tangent(&self, triple: &Triple<N>) -> Result<TangentMap<N>, GeometryError> {
         let Triple { leg, e } = triple;
-        let (z, step) = self.solved(leg, e)?;
-        let found = step.second_difference(&z);
+        let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
         let lengths = regularity::lengths(leg, e);
         if (0..N).any(|i| (found[i] - e[i]).abs() > SAME * lengths[i]) {
             let [q0, q1, q2] = triple.nodes().map(Vec::from);
@@ -165,24 +150,18 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
                 found: found.last().q.to_vec(),
             });
         }
-        let jacobian = step.system.linearize(step.constants, &step.known, &z).jacobian;
-        let (declaration, units) = (Declaration::of(self.system), units(leg));
+        let (declaration, units) = (self.declaration(), units(leg));
+        let jacobian = declaration.jacobian(self.h, leg, &z);
         // q0 = q1 − d, so moving q0 moves d back, and moving q1 moves both
         let column = |j: usize, [by_q, by_d]: [f64; 2]| -> Option<[f64; N]> {
-            let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
-                core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * units[j] } else { 0.0 }))
-            };
-            let leg = Leg {
-                q: along(&leg.q, by_q),
-                d: along(&leg.d, by_d),
-            };
+            let leg = moving_leg(leg, &along(j, by_q * units[j]), &along(j, by_d * units[j]));
             let h = Tangent::splat(self.h);
-            let rows = declaration.rows(h, &leg, &moved(z.as_ref(), |_| 0.0));
+            let rows = declaration.rows(h, &leg, &moved(&z, |_| 0.0));
             let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
-            let change = S::Unknown::<f64>::solve(&jacobian, &start::vector(&right))?;
-            let moving = moved(z.as_ref(), |k| change.as_ref()[k]);
+            let change = self.system.solve_unknowns(&jacobian, &right)?;
+            let moving = moved(&z, |k| change[k]);
             let e = declaration.second_difference(h, &leg, &moving);
-            let slopes: [f64; N] = core::array::from_fn(|i| e[i].derivative() / units[j]);
+            let slopes = slopes(&e, units[j]);
             slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
         };
         let columns =
@@ -191,11 +170,15 @@ impl<'s, S: System<N>, const N: usize> DiscreteFlow<'s, S, N> {
             let [q0, q1, _] = triple.nodes().map(Vec::from);
             return Err(GeometryError::Singular { q0, q1 });
         };
-        let identity = |i: usize, j: usize, times: f64| if i == j { times } else { 0.0 };
-        Ok(TangentMap {
-            by_first: core::array::from_fn(|i| core::array::from_fn(|j| back[j][i] + identity(i, j, -1.0))),
-            by_second: core::array::from_fn(|i| core::array::from_fn(|j| on[j][i] + identity(i, j, 2.0))),
-        })
+        let (mut by_first, mut by_second) = ([[0.0; N]; N], [[0.0; N]; N]);
+        for (i, (by_first, by_second)) in by_first.iter_mut().zip(&mut by_second).enumerate() {
+            (*by_first, *by_second) = (along(i, -1.0), along(i, 2.0));
+            for j in 0..N {
+                by_first[j] += back[j][i];
+                by_second[j] += on[j][i];
+            }
+        }
+        Ok(TangentMap { by_first, by_second })
     }
 }
 
@@ -210,7 +193,7 @@ pub(super) fn moved(z: &[f64], derivative: impl Fn(usize) -> f64) -> Vec<Tangent
 /// The error of a step that is not solved.
 fn failed<const N: usize>(leg: &Leg<f64, N>, cause: NewtonFailure) -> GeometryError {
     GeometryError::Step {
-        q0: (0..N).map(|i| leg.q[i] - leg.d[i]).collect(),
+        q0: minus(&leg.q, &leg.d).to_vec(),
         q1: leg.q.to_vec(),
         cause: Box::new(cause),
     }
@@ -230,12 +213,14 @@ impl<const N: usize> TangentMap<N> {
     #[must_use]
     pub fn apply(&self, displacement: &Displacement<N>) -> Displacement<N> {
         let Displacement { first, second } = displacement;
+        let mut moved = [0.0; N];
+        for (moved, (by_first, by_second)) in moved.iter_mut().zip(self.by_first.iter().zip(&self.by_second))
+        {
+            *moved = product(by_first, first) + product(by_second, second);
+        }
         Displacement {
             first: *second,
-            second: core::array::from_fn(|i| {
-                super::legendre::product(&self.by_first[i], first)
-                    + super::legendre::product(&self.by_second[i], second)
-            }),
+            second: moved,
         }
     }
 }

@@ -6,16 +6,16 @@
 //! the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the
 //! momentum equation with constraints in Cortés and Martínez 2001, section 6.)
 
+use super::array::minus;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
-use crate::declaration::Declaration;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
 /// those of the generator.
 #[must_use]
-pub fn momentum_map<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn momentum_map<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     leg: &Leg<f64, N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> f64 {
@@ -25,12 +25,12 @@ pub fn momentum_map<S: System<N>, const N: usize>(
 /// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, without its sign and relative to its terms: zero but for rounding if
 /// `L_d` is invariant.
 #[must_use]
-pub fn asymmetry<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn asymmetry<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     leg: &Leg<f64, N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> f64 {
-    let q0 = core::array::from_fn(|i| leg.q[i] - leg.d[i]);
+    let q0 = minus(&leg.q, &leg.d);
     let (minus, plus) = (
         legendre_minus(flow.system, flow.h, leg),
         legendre_plus(flow.system, flow.h, leg),
@@ -45,13 +45,13 @@ pub fn asymmetry<S: System<N>, const N: usize>(
 ///
 /// Where `L_d` is not invariant the first is not zero.
 #[must_use]
-pub fn momentum_equation<S: System<N>, const N: usize>(
-    flow: &DiscreteFlow<'_, S, N>,
+pub fn momentum_equation<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
     triple: &Triple<N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> [f64; 2] {
     let (first, last) = (triple.first(), triple.last());
-    let force = Declaration::of(flow.system).force(flow.h, &first, &triple.e);
+    let force = flow.declaration().force(flow.h, &first, &triple.e);
     let at = generator(&first.q);
     let work = flow.h * product(&force, &at);
     let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);

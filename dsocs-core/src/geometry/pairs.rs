@@ -1,12 +1,13 @@
 //! The pairs of nodes, and the states, that constraints of lower order allow.
 
+use super::array::{first_node, minus, moving, moving_leg, times};
 use super::form::Displacement;
 use super::map::Triple;
+use super::solvable::Declared;
 use super::units;
-use crate::declaration::Declaration;
 use crate::dense::{Matrix, length};
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// A singular value of the constraints' derivative below this part of the largest is zero.
@@ -18,24 +19,19 @@ const INDEPENDENT: f64 = 1e-10;
 ///
 /// Constraints of second order bind no pairs: without others all `2N` directions are given.
 #[must_use]
-pub fn pair_displacements<S: System<N>, const N: usize>(
-    system: &S,
+pub fn pair_displacements<const N: usize>(
+    system: &dyn Declared<N>,
     h: f64,
     leg: &Leg<f64, N>,
 ) -> Vec<Displacement<N>> {
-    let (declaration, units, h) = (Declaration::of(system), units(leg), Tangent::splat(h));
-    kernel(declaration.lower(), |k| {
+    let (declaration, units, h) = (system.declaration(), units(leg), Tangent::splat(h));
+    kernel(declaration.lower(), &|k| {
         let (unit, size) = (Displacement::<N>::unit(k), units[k % N]);
         // q0 = q1 − d
-        let moved = Leg {
-            q: core::array::from_fn(|i| Tangent::new(leg.q[i], size * unit.second[i])),
-            d: core::array::from_fn(|i| Tangent::new(leg.d[i], size * (unit.second[i] - unit.first[i]))),
-        };
-        let first = Leg {
-            q: core::array::from_fn(|i| moved.q[i] - moved.d[i]),
-            d: moved.d,
-        };
-        let holonomic = declaration.pair(h, &first).into_iter().take(S::HOLONOMIC);
+        let by = minus(&unit.second, &unit.first);
+        let moved = moving_leg(leg, &times(size, &unit.second), &times(size, &by));
+        let first = declaration.pair(h, &first_node(&moved));
+        let holonomic = first.into_iter().take(declaration.holonomic());
         let rows = declaration.pair(h, &moved).into_iter().chain(holonomic);
         rows.map(|row| row.derivative() / size).collect()
     })
@@ -44,34 +40,33 @@ pub fn pair_displacements<S: System<N>, const N: usize>(
 /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`, at a triple: one for each
 /// constraint, or none where the declaration gives the virtual displacements by fields.
 #[must_use]
-pub fn constraint_forms<S: System<N>, const N: usize>(
-    system: &S,
+pub fn constraint_forms<const N: usize>(
+    system: &dyn Declared<N>,
     h: f64,
     triple: &Triple<N>,
 ) -> Vec<[f64; N]> {
-    Declaration::of(system).forms(h, &triple.leg, &triple.e)
+    system.declaration().forms(h, &triple.leg, &triple.e)
 }
 
 /// An orthonormal basis of the displacements `(δq, δv)` of a state along which holonomic constraints, their derivatives in
 /// time and nonholonomic constraints keep their values.
 #[must_use]
-pub fn state_displacements<S: System<N>, const N: usize>(
-    system: &S,
+pub fn state_displacements<const N: usize>(
+    system: &dyn Declared<N>,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Vec<Displacement<N>> {
-    let declaration = Declaration::of(system);
-    kernel(2 * S::HOLONOMIC + S::NONHOLONOMIC, |k| {
+    let declaration = system.declaration();
+    kernel(declaration.holonomic() + declaration.lower(), &|k| {
         let unit = Displacement::<N>::unit(k);
-        let along = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], by[i]));
-        let rows = declaration.phase(&along(q, &unit.first), &along(v, &unit.second));
+        let rows = declaration.phase(&moving(q, &unit.first), &moving(v, &unit.second));
         rows.into_iter().map(Tangent::derivative).collect()
     })
 }
 
 /// An orthonormal basis of the kernel of rows, of which `column` gives the entries for one coordinate; all units where there
 /// are none.
-fn kernel<const N: usize>(rows: usize, column: impl Fn(usize) -> Vec<f64>) -> Vec<Displacement<N>> {
+fn kernel<const N: usize>(rows: usize, column: &dyn Fn(usize) -> Vec<f64>) -> Vec<Displacement<N>> {
     let all = || (0..2 * N).map(Displacement::unit).collect();
     if rows == 0 {
         return all();
@@ -92,9 +87,16 @@ fn kernel<const N: usize>(rows: usize, column: impl Fn(usize) -> Vec<f64>) -> Ve
     let kernel = decomposed.values.iter().zip(&decomposed.right);
     kernel
         .filter(|(value, _)| **value <= INDEPENDENT * largest)
-        .map(|(_, row)| Displacement {
-            first: core::array::from_fn(|i| row[i]),
-            second: core::array::from_fn(|i| row[N + i]),
-        })
+        .map(|(_, row)| displacement(row))
         .collect()
+}
+
+/// The displacement with some components, those of the first part first.
+fn displacement<const N: usize>(components: &[f64]) -> Displacement<N> {
+    let mut displacement = Displacement::unit(2 * N);
+    let parts = displacement.first.iter_mut().chain(&mut displacement.second);
+    for (part, &component) in parts.zip(components) {
+        *part = component;
+    }
+    displacement
 }

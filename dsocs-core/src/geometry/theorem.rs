@@ -1,11 +1,12 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
+use super::array::{plus, times};
+use super::solvable::Declared;
 use crate::declaration::Declaration;
 use crate::multipliers::count_unknown;
 use crate::regularity::{self, Regularity};
-use crate::step::Step;
-use crate::step::newton::Equations as _;
-use crate::system::{Leg, System};
+use crate::step::NEARLY_THE_SAME;
+use crate::system::Leg;
 
 /// A singular value below this part of the largest is zero for all that can be told.
 const RANK: f64 = 64.0 * f64::EPSILON;
@@ -37,8 +38,8 @@ pub struct FlowTheorem {
 impl FlowTheorem {
     /// The conditions at the triple of a leg and the second difference `e`, with the step `h`.
     #[must_use]
-    pub fn at<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        let declaration = Declaration::of(system);
+    pub fn at<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
+        let declaration = system.declaration();
         let regularity = Regularity::of_declaration(&declaration, h, leg, e);
         let mut values = regularity::all_singular_values(&declaration, h, leg, e);
         values.sort_by(|x, y| y.total_cmp(x));
@@ -50,7 +51,7 @@ impl FlowTheorem {
             full,
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
-            declared: is_declared(system, h, leg, e),
+            declared: is_declared(&declaration, h, leg, e),
         }
     }
 
@@ -68,10 +69,18 @@ impl FlowTheorem {
 }
 
 /// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
-fn is_declared<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> bool {
+fn is_declared<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> bool {
     let lengths = regularity::lengths(leg, e);
-    let constants = system.constants(&system.parameters(), h);
-    let step = Step::new(system, &constants, *leg, h);
-    let near: [f64; N] = core::array::from_fn(|i| e[i] + NEARBY * lengths[i]);
-    step.is_declared(&system.unknown(e, &[]), &system.unknown(&near, &[]))
+    let near = plus(e, &times(NEARBY, &lengths));
+    let scales = |e: &[f64; N]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
+    // false also where one of them is no number
+    scales(e)
+        .iter()
+        .zip(&scales(&near))
+        .all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
 }

@@ -34,7 +34,7 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
     fn second_difference(&self, z: &Self::Z) -> [f64; N];
 
     /// The second difference and the rows of the step that begins with another leg.
-    fn from_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>);
+    fn on_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>);
 
     /// What the rows are, divided by the declared ones, where they are not the same.
     fn scales(&self, z: &Self::Z) -> Option<Self::Z>;
@@ -92,12 +92,12 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     pub fn orientation(&self, z: &Z) -> f64 {
         let sign = Z::determinant(&self.linearize(z).jacobian).value.signum();
         let scales = self.scales(z);
-        let scales = scales.iter().flat_map(|scales| scales.as_ref());
+        let scales = scales.iter().flat_map(Z::as_ref);
         scales.fold(sign, |sign, scale| sign * scale.signum())
     }
 
     /// How large each unknown is expected to be without a past.
-    pub(super) fn least(&self) -> Z {
+    pub fn least(&self) -> Z {
         let increment = self.unknown(&self.leg().d, &[]);
         increment.zip(&increment, |d, _| SECOND_DIFFERENCE * d.abs())
     }

@@ -232,7 +232,7 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
         Step::second_difference(self, z)
     }
 
-    fn from_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>) {
+    fn on_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>) {
         let known = self.system.known(self.constants, leg);
         (
             self.system.second_difference(self.constants, &known, z),

@@ -136,7 +136,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         for (place, (z, jacobian)) in past.iter().zip(&mut former).enumerate() {
             let rows;
             if let Some(past) = self.past() {
-                (_, rows) = self.from_leg(&past[place], z);
+                (_, rows) = self.on_leg(&past[place], z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
@@ -183,7 +183,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
 
     /// The leg before a leg, and the rows of its step at its solution.
     fn former(&self, leg: &Leg<f64, N>, z: &Z) -> Option<(Leg<f64, N>, Linearization<f64, Z>)> {
-        let (mut e, mut rows) = self.from_leg(leg, z);
+        let (mut e, mut rows) = self.on_leg(leg, z);
         let mut former = *leg;
         // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
         for _ in 0..FORMER {
@@ -191,7 +191,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
                 d: core::array::from_fn(|i| leg.d[i] - e[i]),
             };
-            (e, rows) = self.from_leg(&former, z);
+            (e, rows) = self.on_leg(&former, z);
         }
         former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
     }

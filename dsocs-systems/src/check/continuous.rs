@@ -3,10 +3,12 @@
 //! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by
 //! [extrapolation](super::extrapolation), which does not conserve the law by itself.
 
-use dsocs_core::geometry::{Displacement, TwoForm, Variation};
+use dsocs_core::geometry::{
+    Displacement, Solvable, TwoForm, Variation, canonical_form, motion, state_displacements, variation,
+};
 
 use super::extrapolation::integrate;
-use super::{Measured, Probe, larger};
+use super::{Measured, larger};
 
 /// The tolerance of the integration, relative and absolute.
 const TOLERANCE: f64 = 1e-13;
@@ -14,7 +16,7 @@ const TOLERANCE: f64 = 1e-13;
 /// The motion with its variations and `dν` for every pair of them.
 struct Equations<'a, const N: usize> {
     /// The system.
-    probe: &'a dyn Probe<N>,
+    system: &'a dyn Solvable<N>,
     /// The number of variations.
     count: usize,
 }
@@ -36,14 +38,14 @@ fn displacement<const N: usize>(state: &[f64], k: usize) -> Displacement<N> {
 impl<const N: usize> Equations<'_, N> {
     /// The rate of change of a state.
     fn rate(&self, state: &[f64], rate: &mut [f64]) {
-        let Ok(point) = self.probe.motion(part::<N>(state, 0), part(state, N)) else {
+        let Ok(point) = motion(self.system, part::<N>(state, 0), part(state, N)) else {
             rate.fill(f64::NAN);
             return;
         };
         let mut variations = Vec::with_capacity(self.count);
         for k in 0..self.count {
             let moved = displacement::<N>(state, k);
-            let Some(variation) = self.probe.variation(&point, &moved) else {
+            let Some(variation) = variation(self.system, &point, &moved) else {
                 rate.fill(f64::NAN);
                 return;
             };
@@ -68,8 +70,12 @@ impl<const N: usize> Equations<'_, N> {
 
 /// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
 /// displacements that constraints of lower order allow.
-pub fn law<const N: usize>(probe: &dyn Probe<N>, [q0, v0]: &[[f64; N]; 2], until: f64) -> Measured<[f64; 2]> {
-    let allowed = probe.state_displacements(q0, v0);
+pub fn law<const N: usize>(
+    system: &dyn Solvable<N>,
+    [q0, v0]: &[[f64; N]; 2],
+    until: f64,
+) -> Measured<[f64; 2]> {
+    let allowed = state_displacements(system, q0, v0);
     let count = allowed.len();
     let mut start = vec![0.0; 2 * N * (1 + count) + count * count.saturating_sub(1) / 2];
     for i in 0..N {
@@ -79,15 +85,15 @@ pub fn law<const N: usize>(probe: &dyn Probe<N>, [q0, v0]: &[[f64; N]; 2], until
             (start[from + i], start[from + N + i]) = (displacement.first[i], displacement.second[i]);
         }
     }
-    let equations = Equations { probe, count };
+    let equations = Equations { system, count };
     let end = integrate(
         &mut |state, rate| equations.rate(state, rate),
         start,
         until,
         TOLERANCE,
     )?;
-    let before = probe.canonical_form(q0, v0);
-    let after = probe.canonical_form(&part(&end, 0), &part(&end, N));
+    let before = canonical_form(system, q0, v0);
+    let after = canonical_form(system, &part(&end, 0), &part(&end, N));
     let (mut missed, mut change) = (0.0, 0.0);
     let mut place = 2 * N * (1 + count);
     for (k, first) in allowed.iter().enumerate() {

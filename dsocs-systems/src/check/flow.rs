@@ -13,7 +13,7 @@ pub fn regularity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report)
     let theorems: Vec<FlowTheorem> = subject
         .triples
         .iter()
-        .map(|triple| subject.probe.theorem(triple))
+        .map(|triple| FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e))
         .collect();
     let count = |lost: fn(&FlowTheorem) -> bool| {
         let lost = theorems.iter().filter(|theorem| lost(theorem)).count();
@@ -64,7 +64,7 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         Bar::Reported
     };
     let turned = largest(&subject.triples, |triple| {
-        Ok(subject.probe.irreversibility(triple)?)
+        Ok(subject.flow.irreversibility(triple)?)
     });
     report.push(
         "distance of the step with −h from the first node, in legs",
@@ -72,7 +72,7 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         turned,
     );
     let inverse = largest(&subject.triples, |triple| {
-        let found = subject.probe.backward(&triple.last())?;
+        let found = subject.flow.backward(&triple.last())?;
         let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
         Ok(apart / norm(triple.leg.d).max(norm(triple.last().d)))

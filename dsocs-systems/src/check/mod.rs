@@ -13,13 +13,13 @@ mod symplectic;
 
 use std::error::Error;
 
-use dsocs_core::geometry::Triple;
+use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::{Leg, System};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
 
-use probe::{Probe, Typed};
+use probe::Probe;
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -123,7 +123,9 @@ impl Report {
 /// A system with the motion that it is checked on.
 struct Subject<'a, const N: usize> {
     /// The system.
-    probe: &'a dyn Probe<N>,
+    system: &'a dyn Probe<N>,
+    /// Its step as a map.
+    flow: DiscreteFlow<'a, N>,
     /// What is expected.
     expected: Expected,
     /// Symmetries of its Lagrangian.
@@ -155,27 +157,29 @@ pub fn check<S: System<N>, const N: usize>(
     settings: &Settings<'_>,
     (q0, v0): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let probe = Typed::new(system, settings.h)?;
-    findings(&probe, symmetries, expected, settings.end(), [q0, v0])
+    findings(system, symmetries, expected, settings, [q0, v0])
 }
 
 /// The findings of all checks.
 fn findings<const N: usize>(
-    probe: &dyn Probe<N>,
+    system: &dyn Probe<N>,
     symmetries: &[Symmetry],
     expected: Expected,
-    until: f64,
+    settings: &Settings<'_>,
     start: [[f64; N]; 2],
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let legs = probe.legs(&start, until)?;
+    let (h, until) = (settings.h, settings.end());
+    let flow = DiscreteFlow::new(system, h)?;
+    let legs = probe::legs(system, h, &start, until)?;
     let subject = Subject {
-        probe,
+        system,
+        flow,
         expected,
         symmetries,
-        h: probe.h(),
+        h,
         until,
         start,
-        triples: triples(probe, &legs)?,
+        triples: triples(&flow, &legs)?,
         legs,
     };
     let checks: [(&'static str, Check<N>); 5] = [
@@ -199,14 +203,14 @@ fn findings<const N: usize>(
 
 /// Triples along a motion, evenly spread.
 fn triples<const N: usize>(
-    probe: &dyn Probe<N>,
+    flow: &DiscreteFlow<'_, N>,
     legs: &[Leg<f64, N>],
 ) -> Result<Vec<Triple<N>>, CheckFailure> {
     let every = legs.len().div_ceil(TRIPLES);
     let mut found = Vec::new();
     for pair in legs.windows(2).step_by(every) {
         let e = core::array::from_fn(|i| pair[1].d[i] - pair[0].d[i]);
-        found.push(probe.forward_near(&pair[0], &e)?);
+        found.push(flow.forward_near(&pair[0], &e)?);
     }
     Ok(found)
 }

@@ -1,5 +1,7 @@
 //! Noether's theorem, and the momentum equation.
 
+use dsocs_core::geometry::{asymmetry, constraint_forms, momentum_equation, momentum_map};
+
 use super::{Report, Subject, larger, largest};
 use crate::entry::{Kind, Symmetry};
 use crate::stability::Bar;
@@ -20,7 +22,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         let generator = |q: &[f64; N]| symmetry.at(q);
         let name = symmetry.name();
         let invariance = largest(&subject.triples, |triple| {
-            Ok(subject.probe.asymmetry(&triple.leg, &generator))
+            Ok(asymmetry(&subject.flow, &triple.leg, generator))
         });
         report.push(
             format!("{name}: change of L_d, relative to its terms"),
@@ -28,7 +30,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             invariance,
         );
         let equation = largest(&subject.triples, |triple| {
-            let [missed, terms] = subject.probe.momentum_equation(triple, &generator);
+            let [missed, terms] = momentum_equation(&subject.flow, triple, generator);
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
         report.push(
@@ -54,7 +56,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 /// Where the declaration gives the displacements by fields this is not known.
 fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> bool {
     subject.triples.iter().all(|triple| {
-        let forms = subject.probe.forms(triple);
+        let forms = constraint_forms(subject.system, subject.h, triple);
         let generator = symmetry.at(&triple.leg.q);
         !forms.is_empty()
             && forms.iter().all(|form| {
@@ -71,7 +73,7 @@ fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> 
 fn drift<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> f64 {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for leg in &subject.legs {
-        let momentum = subject.probe.momentum_map(leg, &|q| symmetry.at(q));
+        let momentum = momentum_map(&subject.flow, leg, |q| symmetry.at(q));
         (least, most) = (least.min(momentum), larger(most, momentum));
     }
     let size = least.abs().max(most.abs());

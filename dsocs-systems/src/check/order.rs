@@ -1,6 +1,6 @@
 //! The order of the scheme, by a fit of its errors against the Taylor flow.
 
-use super::{Measured, Report, Subject, larger};
+use super::{Measured, Report, Subject, larger, probe};
 use crate::stability::Bar;
 
 /// Each of so many steps is half of the one before.
@@ -45,7 +45,7 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<Vec<[f64; 2]>> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let coarse = (subject.until / h).round().max(2.0) as u32;
     let times: Vec<f64> = (1..=coarse).map(|k| f64::from(k) * h).collect();
-    let exact = subject.probe.exact(&subject.start, &times, TOLERANCE)?;
+    let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
     let extent: [f64; N] = core::array::from_fn(|i| {
         let moved = exact.iter().map(|q| (q[i] - q0[i]).abs());
         moved.fold(0.0, larger)
@@ -55,7 +55,12 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<Vec<[f64; 2]>> {
     let mut errors = Vec::new();
     for halving in 0..HALVINGS {
         let parts = 1_u32 << halving;
-        let positions = subject.probe.positions(&subject.start, parts, exact.len())?;
+        let positions = probe::positions(
+            subject.system,
+            h / f64::from(parts),
+            &subject.start,
+            (parts, exact.len()),
+        )?;
         let mut error = 0.0;
         for (found, exact) in positions.iter().zip(&exact) {
             for ((found, exact), &extent) in found.iter().zip(exact).zip(&extent) {

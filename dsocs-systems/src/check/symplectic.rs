@@ -1,9 +1,11 @@
 //! How the symplectic form evolves, discretely and continuously.
 
 use dsocs_core::Leg;
-use dsocs_core::geometry::{Displacement, Evolution, GeometryError, Triple};
+use dsocs_core::geometry::{
+    DiscreteFlow, Displacement, Evolution, GeometryError, Triple, pair_displacements,
+};
 
-use super::{Probe, Report, Subject, continuous, larger};
+use super::{Report, Subject, continuous, larger};
 use crate::entry::Kind;
 use crate::stability::Bar;
 
@@ -30,11 +32,11 @@ const STILL: f64 = 1e-3;
 pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let mut figures = [0.0; 3];
     let measured = subject.triples.iter().try_for_each(|triple| {
-        let law = subject.probe.evolution(triple)?;
-        let allowed = subject.probe.pair_displacements(&triple.leg);
+        let law = Evolution::of(&subject.flow, triple)?;
+        let allowed = pair_displacements(subject.system, subject.h, &triple.leg);
         figures[0] = larger(figures[0], law.defect());
         figures[1] = larger(figures[1], law.change_on(&allowed));
-        figures[2] = larger(figures[2], quotient(subject.probe, triple, &law));
+        figures[2] = larger(figures[2], quotient(&subject.flow, triple, &law));
         Ok::<(), GeometryError>(())
     });
     let symplectic = match subject.expected.kind {
@@ -50,7 +52,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         ("TF against differences of steps", Bar::AtMost(QUOTIENT)),
     ];
     report.push_all(whats, &measured.map(|()| figures).map_err(Into::into));
-    let continuous = continuous::law(subject.probe, &subject.start, subject.until);
+    let continuous = continuous::law(subject.system, &subject.start, subject.until);
     let whats = [
         (
             "continuous: (Fᵗ)*Ω_L − Ω_L − dν, relative to the terms",
@@ -65,7 +67,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.
-fn quotient<const N: usize>(probe: &dyn Probe<N>, triple: &Triple<N>, law: &Evolution<N>) -> f64 {
+fn quotient<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>, law: &Evolution<N>) -> f64 {
     let size = triple.leg.d.iter().fold(0.0_f64, |size, d| size.hypot(*d));
     let mut apart = 0.0;
     for k in 0..2 * N {
@@ -76,7 +78,7 @@ fn quotient<const N: usize>(probe: &dyn Probe<N>, triple: &Triple<N>, law: &Evol
         let mut best = f64::INFINITY;
         for moved in MOVED {
             // where a moved step has no solution, as on the way past rest, other shifts tell
-            let Ok(found) = slopes(probe, triple, &unit, &exact, moved * length) else {
+            let Ok(found) = slopes(flow, triple, &unit, &exact, moved * length) else {
                 continue;
             };
             let relative = (0..N).map(|i| {
@@ -94,7 +96,7 @@ fn quotient<const N: usize>(probe: &dyn Probe<N>, triple: &Triple<N>, law: &Evol
 
 /// The difference quotients of `q2` along a displacement, by nodes moved as far as `shift` and its multiples.
 fn slopes<const N: usize>(
-    probe: &dyn Probe<N>,
+    flow: &DiscreteFlow<'_, N>,
     triple: &Triple<N>,
     unit: &Displacement<N>,
     exact: &[f64; N],
@@ -113,7 +115,7 @@ fn slopes<const N: usize>(
             let e = core::array::from_fn(|i| {
                 triple.e[i] + shift * (exact[i] - 2.0 * unit.second[i] + unit.first[i])
             });
-            let found = probe.forward_near(&moved, &e)?.last().q;
+            let found = flow.forward_near(&moved, &e)?.last().q;
             for i in 0..N {
                 slopes[i] += sign * weight * (found[i] - q2[i]);
             }
