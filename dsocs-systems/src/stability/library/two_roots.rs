@@ -71,12 +71,15 @@ struct Unsigned {
 /// The two second differences that solve a step, that of the motion meant at the start first.
 type Pair<const N: usize> = [[f64; N]; 2];
 
+/// What they are, for the step that begins with a leg.
+type Solve<'a, const N: usize> = &'a dyn Fn(&Leg<f64, N>) -> Result<Pair<N>, Box<dyn Error>>;
+
 /// How often a run is refused, and whether it has gone over to the wrong root without a word (which ends it).
 fn run<S: System<N>, const N: usize>(
     system: &S,
     h: f64,
     first: ([f64; N], [f64; N]),
-    pair: &dyn Fn(&Leg<f64, N>) -> Result<Pair<N>, Box<dyn Error>>,
+    pair: Solve<'_, N>,
 ) -> Result<[f64; 2], Box<dyn Error>> {
     let mut flow = Flow::new(system, h, Start::nodes(first.0, first.1))?;
     let (mut refused, mut swapped, mut begun) = (0.0, false, false);
