@@ -3,7 +3,7 @@
 use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
 use super::newton::{self, BENT, Root, relative};
-use super::predictor::{Continuation, FITS, PAST, Predictor};
+use super::predictor::{Continuation, FITS, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
@@ -12,14 +12,15 @@ use crate::system::{Leg, System};
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
-/// Without a past, a root is the one that is meant if it is nearer to the continuous system's acceleration than this part of
-/// the other one's distance.
+/// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
+/// acceleration, than this part of the other one's distance.
 const NEARER: f64 = 0.1;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
 
 /// One of two roots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Candidate {
     /// The one that was found first.
     Found,
@@ -41,6 +42,52 @@ pub(super) struct Found<Z> {
     pub root: Root<Z>,
     /// Whether the determinant continues those of the steps before.
     pub continuation: Continuation,
+}
+
+/// The only one of two roots for which something speaks.
+fn one_of(found: bool, other: bool) -> Option<Candidate> {
+    match (found, other) {
+        (true, false) => Some(Candidate::Found),
+        (false, true) => Some(Candidate::Other),
+        _ => None,
+    }
+}
+
+/// What comes next after the last values, the last first, if they lie on a polynomial: of the first three degrees if there
+/// are four of them; with fewer, of those degrees that so many determine.
+fn extrapolations(past: &[f64]) -> Vec<f64> {
+    match *past {
+        [a] => vec![a],
+        [a, b] => vec![a, 2.0 * a - b],
+        [a, b, c] => vec![2.0 * a - b, 3.0 * (a - b) + c],
+        [a, b, c, d, ..] => vec![2.0 * a - b, 3.0 * (a - b) + c, 4.0 * (a + c) - 6.0 * b - d],
+        [] => Vec::new(),
+    }
+}
+
+/// Which of two roots the unknowns of the last steps lead to: all extrapolations have to be [`NEARER`] to it.
+fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    // one extrapolation says nothing of how far it can be trusted
+    if past.len() < 3 {
+        return None;
+    }
+    let guesses: Vec<Vec<f64>> = (0..found.as_ref().len())
+        .map(|i| extrapolations(&past.iter().map(|z| z.as_ref()[i]).collect::<Vec<_>>()))
+        .collect();
+    let count = guesses.first()?.len();
+    let leads_to = |root: &Z, away: &Z| {
+        (0..count).all(|degree| {
+            let mut guess = Z::zero();
+            for (guess, guesses) in guess.as_mut().iter_mut().zip(&guesses) {
+                *guess = guesses[degree];
+            }
+            let distance = |to: &Z| relative(&to.zip(&guess, |x, y| x - y), to, size);
+            // both in the same units
+            let apart = relative(&away.zip(root, |x, y| x - y), root, size);
+            distance(root) < NEARER * apart
+        })
+    };
+    one_of(leads_to(found, other), leads_to(other, found))
 }
 
 /// Whether another root may be as near to the guess as this one.
@@ -102,9 +149,11 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         if relative(&apart, &root.z, &legs) > FAR {
             return Ok(report(root, guess));
         }
-        let candidate = match predictor.lately::<PAST>() {
-            Some(past) => self.continued(&past, &root.z, &other, size),
-            None => self.near_continuous(&root.z, &other, &legs),
+        let past = predictor.past();
+        let candidate = if past.is_empty() {
+            self.near_continuous(&root.z, &other, &legs)
+        } else {
+            self.continued(&past, &root.z, &other, size)
         };
         match candidate {
             Some(Candidate::Found) => Ok(report(root, guess)),
@@ -112,8 +161,6 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
-            // the determinant alone is no reason to refuse a root to which all updates have led straight
-            None if !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,
@@ -128,43 +175,44 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// Which of two roots continues the motion, if the past tells.
     ///
     /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
-    /// also where it passes through zero because the two roots change sides: there nearness to the past says nothing.
-    /// Determinants are compared along the line through both roots, extrapolated from the last four steps.
-    fn continued(&self, past: &[Z; PAST], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    /// also where it passes through zero because the two roots change sides. So do the unknowns themselves, where the step is
+    /// short enough. Either may be extrapolated from the last steps; what is said must not contradict the other.
+    fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+        let by_unknowns = continued_unknowns(past, found, other, size);
+        let by_determinants = self.continued_determinants(past, found, other, size);
+        match (by_determinants, by_unknowns) {
+            (candidate, None) | (None, candidate) => candidate,
+            (Some(one), Some(another)) => (one == another).then_some(one),
+        }
+    }
+
+    /// The same by determinants, along the line through both roots.
+    fn continued_determinants(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
         let mut leg = *self.leg();
-        let mut former = [self.linearize(found).jacobian; PAST];
-        for (place, (z, jacobian)) in past.iter().zip(&mut former).enumerate() {
+        let mut former = Vec::with_capacity(past.len());
+        for (place, z) in past.iter().enumerate() {
             let rows;
             if let Some(past) = self.past() {
                 (_, rows) = self.on_leg(&past[place], z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
-            *jacobian = rows.jacobian;
+            former.push(rows.jacobian);
         }
         let direction = other.zip(found, |other, found| other - found);
-        // the determinants extrapolated in the first three degrees, in units of that at a root: all have to be near 1
+        // in units of that at a root: all have to be near 1
         let fits = |root: &Z| {
             let now = self.linearize(root).jacobian;
             let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
-            let [a, b, c, d] = [
-                part(&former[0])?,
-                part(&former[1])?,
-                part(&former[2])?,
-                part(&former[3])?,
-            ];
-            let extrapolated = [2.0 * a - b, 3.0 * (a - b) + c, 4.0 * (a + c) - 6.0 * b - d];
+            let parts: Option<Vec<f64>> = former.iter().map(part).collect();
+            let extrapolated = extrapolations(&parts?);
             Some(
                 extrapolated
                     .iter()
                     .all(|determinant| (determinant - 1.0).abs() <= FITS),
             )
         };
-        match (fits(found)?, fits(other)?) {
-            (true, false) => Some(Candidate::Found),
-            (false, true) => Some(Candidate::Other),
-            _ => None,
-        }
+        one_of(fits(found)?, fits(other)?)
     }
 
     /// Which of two roots the continuous system's acceleration speaks for, clearly.
