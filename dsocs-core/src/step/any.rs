@@ -239,8 +239,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
     }
 
-    /// The unknowns of paths that leave the straight line a little: to one side, and to the other.
-    fn beside_straight(&self) -> [Z; 2] {
+    /// The unknowns of paths that leave the straight line a little, and more: to one side, and to the other.
+    fn beside_straight(&self) -> [Z; 4] {
         let d = self.leg().d;
         let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let by = |turn: f64| {
@@ -251,7 +251,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             }
             self.unknown(&e, &[])
         };
-        [by(1.0), by(-1.0)]
+        [1.0, -1.0, 6.0, -6.0].map(by)
     }
 
     /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.

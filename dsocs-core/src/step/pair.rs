@@ -3,7 +3,7 @@
 use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
 use super::newton::{self, BENT, Root, relative};
-use super::predictor::{Continuation, FITS, Predictor};
+use super::predictor::{Continuation, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
@@ -15,6 +15,15 @@ const FAR: f64 = 10.0;
 /// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
 /// acceleration, than this part of the other one's distance.
 const NEARER: f64 = 0.1;
+
+/// A root that took more evaluations than this was not foreseen.
+const MANY: u32 = 5;
+
+/// From so many solutions on, unknowns or determinants alone may say which root continues them.
+const ENOUGH: usize = 3;
+
+/// How far the determinant of the root that is meant may be from its continuation, relative to it.
+const TELLS: f64 = 0.4;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
@@ -67,25 +76,30 @@ fn extrapolations(past: &[f64]) -> Vec<f64> {
 
 /// Which of two roots the unknowns of the last steps lead to: all extrapolations have to be [`NEARER`] to it.
 fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
-    // one extrapolation says nothing of how far it can be trusted
-    if past.len() < 3 {
-        return None;
-    }
-    let guesses: Vec<Vec<f64>> = (0..found.as_ref().len())
-        .map(|i| extrapolations(&past.iter().map(|z| z.as_ref()[i]).collect::<Vec<_>>()))
-        .collect();
-    let count = guesses.first()?.len();
-    let leads_to = |root: &Z, away: &Z| {
-        (0..count).all(|degree| {
-            let mut guess = Z::zero();
-            for (guess, guesses) in guess.as_mut().iter_mut().zip(&guesses) {
-                *guess = guesses[degree];
+    let guesses = |past: &[Z]| -> Vec<Z> {
+        let mut guesses: Vec<Z> = Vec::new();
+        for i in 0..found.as_ref().len() {
+            let values: Vec<f64> = past.iter().map(|z| z.as_ref()[i]).collect();
+            let extrapolated = extrapolations(&values);
+            guesses.resize_with(extrapolated.len(), Z::zero);
+            for (guess, value) in guesses.iter_mut().zip(extrapolated) {
+                guess.as_mut()[i] = value;
             }
-            let distance = |to: &Z| relative(&to.zip(&guess, |x, y| x - y), to, size);
-            // both in the same units
-            let apart = relative(&away.zip(root, |x, y| x - y), root, size);
-            distance(root) < NEARER * apart
-        })
+        }
+        guesses
+    };
+    let (now, last) = (guesses(past), past.first()?);
+    // what is extrapolated has to be worth something: it would have foreseen the last one, too
+    let before = guesses(
+        past.get(1..)
+            .filter(|before| before.len() >= ENOUGH - 1)
+            .unwrap_or(&[]),
+    );
+    let leads_to = |root: &Z, away: &Z| {
+        let bound = NEARER * relative(&away.zip(root, |x, y| x - y), root, size);
+        // all in the same units
+        let near = |guess: &Z, to: &Z| relative(&to.zip(guess, |x, y| x - y), root, size) < bound;
+        now.iter().all(|guess| near(guess, root)) && before.iter().all(|guess| near(guess, last))
     };
     one_of(leads_to(found, other), leads_to(other, found))
 }
@@ -94,7 +108,7 @@ fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &
 #[inline]
 pub(super) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
     let straight = root.bend < BENT; // false for a NaN
-    !straight && (root.close || past_is_short)
+    !straight && (root.close || past_is_short || root.evaluations > MANY)
 }
 
 impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
@@ -135,8 +149,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     ) -> Result<(Z, StepReport), NewtonFailure> {
         let other = match continuation {
             Continuation::Fits if !self.is_in_question(&root) => None,
-            Continuation::Fits | Continuation::Departs => newton::nearby(self, start, &root.z, size),
-            Continuation::Turned => self.other(start, &root.z, predictor, size),
+            Continuation::Fits => newton::nearby(self, start, &root.z, size),
+            Continuation::Departs | Continuation::Turned => self.other(start, &root.z, predictor, size),
         };
         let Some(other) = other else {
             return Ok(report(root, guess));
@@ -181,8 +195,10 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let by_unknowns = continued_unknowns(past, found, other, size);
         let by_determinants = self.continued_determinants(past, found, other, size);
         match (by_determinants, by_unknowns) {
-            (candidate, None) | (None, candidate) => candidate,
             (Some(one), Some(another)) => (one == another).then_some(one),
+            // one or two solutions say too little for either to be enough
+            _ if past.len() < ENOUGH => None,
+            (candidate, None) | (None, candidate) => candidate,
         }
     }
 
@@ -205,12 +221,14 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             let now = self.linearize(root).jacobian;
             let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
             let parts: Option<Vec<f64>> = former.iter().map(part).collect();
-            let extrapolated = extrapolations(&parts?);
-            Some(
-                extrapolated
-                    .iter()
-                    .all(|determinant| (determinant - 1.0).abs() <= FITS),
-            )
+            let parts = parts?;
+            let bound = if parts.len() < ENOUGH { NEARER } else { TELLS };
+            let all_fit = extrapolations(&parts).iter().all(|x| (x - 1.0).abs() <= bound);
+            // and what is extrapolated has to be worth something: it would have foreseen the last one, too
+            let foreseen = parts.split_first().is_none_or(|(last, before)| {
+                before.len() < ENOUGH - 1 || extrapolations(before).iter().all(|x| (x - last).abs() <= bound)
+            });
+            Some(all_fit && foreseen)
         };
         one_of(fits(found)?, fits(other)?)
     }

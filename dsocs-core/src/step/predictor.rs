@@ -112,7 +112,9 @@ impl Determinants {
             [2.0 * a - b, 3.0 * (a - b) + c]
         };
         let bound = FITS * now.abs();
-        if continued.iter().all(|x| (x - now).abs() <= bound) {
+        // where it has changed by more than itself, it may as well have turned back before zero as have passed it
+        let is_clear = (a - now).abs() <= now.abs();
+        if is_clear && continued.iter().all(|x| (x - now).abs() <= bound) {
             Continuation::Fits
         } else if continued.iter().all(|x| x * now > 0.0) {
             Continuation::Departs
