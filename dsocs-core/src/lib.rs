@@ -98,7 +98,7 @@ pub use dsocs_macros::dsocs;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, Observed};
-pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure};
+pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, multipliers};
 pub use real::Real;
 pub use regularity::Regularity;

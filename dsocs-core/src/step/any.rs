@@ -24,6 +24,9 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
     /// The step's first two nodes.
     fn leg(&self) -> &Leg<f64, N>;
 
+    /// The acceleration with which the motion begins, where the step is the first and it is known.
+    fn begins(&self) -> Option<&[f64; N]>;
+
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     fn past(&self) -> Option<&[Leg<f64, N>; PAST]>;
 
@@ -254,11 +257,15 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         [1.0, -1.0, 6.0, -6.0].map(by)
     }
 
-    /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
+    /// The unknowns of the acceleration with which the motion begins or, where that is not known, of the continuous system's at
+    /// `(q1, d/h)`.
     pub(super) fn continuous(&self) -> Option<Z> {
         let (leg, h) = (self.leg(), self.h());
+        if let Some(a) = self.begins() {
+            return Some(self.unknowns(&a.map(|a| a * h * h)));
+        }
         let v = leg.d.map(|d| d / h);
-        let (a, multipliers) = self.system().acceleration(&leg.q, &v).ok()?;
+        let (a, multipliers) = self.system().acceleration(&leg.q, &v, None).ok()?;
         Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
     }
 }

@@ -25,6 +25,7 @@ mod roots;
 mod run;
 mod stability;
 mod start;
+mod start_on_constraints;
 mod systems;
 mod taylor_events;
 mod taylor_flow;
