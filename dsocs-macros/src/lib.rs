@@ -39,7 +39,7 @@ use proc_macro::TokenStream;
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
 /// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(q) = 0`, imposed at every node |
 /// | `nonholonomic = c;` or a list | constraints of velocities, `c(q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
-/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹` |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |

@@ -33,7 +33,7 @@ pub struct Driven;
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
-    kinematic = dot(x) - speed;
+    nonholonomic = dot(x) - speed;
     variational = [];
 }]
 pub struct Conveyor {

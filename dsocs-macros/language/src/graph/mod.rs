@@ -77,6 +77,18 @@ pub(crate) enum Leaf {
     Z(usize),
 }
 
+impl Leaf {
+    /// How often a coordinate is differentiated; `None` if this is none of the continuous motion.
+    pub(crate) fn order(self) -> Option<usize> {
+        match self {
+            Self::Q(_) => Some(0),
+            Self::V(_) => Some(1),
+            Self::A(_) => Some(2),
+            _ => None,
+        }
+    }
+}
+
 /// Functions of one argument.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub(crate) enum Unary {
@@ -289,14 +301,7 @@ impl Graph {
 
     /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.
     pub(crate) fn order(&self, id: NodeId) -> Option<usize> {
-        self.leaves(id)
-            .filter_map(|leaf| match leaf {
-                Leaf::Q(_) => Some(0),
-                Leaf::V(_) => Some(1),
-                Leaf::A(_) => Some(2),
-                _ => None,
-            })
-            .max()
+        self.leaves(id).filter_map(Leaf::order).max()
     }
 
     /// The nodes that a node is made of.

@@ -298,6 +298,10 @@ impl Lowering<'_> {
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }
+        let (value, _) = self.settled(value);
+        if self.graph.order(value).is_none_or(|order| order < limit) {
+            return Ok(value);
+        }
         let origin = self
             .origins
             .iter()

@@ -19,6 +19,69 @@ fn orders() {
     statement("nonholonomic = mass;", "mass", "does not depend on the motion");
 }
 
+/// Each would be a leapfrog with a second solution that grows.
+#[test]
+fn kinematic_rows_without_an_acceleration() {
+    const VELOCITIES: &str = "written `nonholonomic = …;`";
+    const POSITIONS: &str = "written `holonomic = …;`";
+    let rest = "variational = [(1, 0)];";
+    let two = |row: &str, place: &str, message: &str| {
+        statement(&format!("{rest} kinematic = {row};"), place, message);
+    };
+    two("dot(x) + x", "dot(x) + x", VELOCITIES);
+    two("x * y - 1", "x * y - 1", POSITIONS);
+    two("mass", "mass", "does not depend on the motion");
+    // what drops out, in the normal form or only once it is multiplied out
+    let idle = "ddot(x) - ddot(x) + dot(x)";
+    two(idle, idle, VELOCITIES);
+    let idle = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
+    two(idle, idle, "all of them drop out of this one");
+    let idle = "(ddot(x) + y) * (ddot(x) - y) - ddot(x).powi(2)";
+    two(idle, idle, POSITIONS);
+    let idle = "if ddot(x) < 0 { dot(x) } else { dot(y) }";
+    two(idle, idle, VELOCITIES);
+    two(
+        "0 * ddot(x) + curvature.at(x, dot(y))",
+        "0 * ddot(x) + curvature.at(x, dot(y))",
+        VELOCITIES,
+    );
+    statement(
+        "let v = dot(x); let f = |a| a + y; variational = []; kinematic = [v, f(ddot(x))];",
+        "v",
+        VELOCITIES,
+    );
+    statement(
+        "let f = |a| a + y; variational = []; kinematic = [ddot(y), f(dot(x))];",
+        "f(dot(x))",
+        VELOCITIES,
+    );
+    one(
+        "coordinates(x: [2]); lagrangian = dot(x[0]); variational = []; kinematic = [ddot(x[0]), dot(x[1])];",
+        "dot(x[1])",
+        VELOCITIES,
+    );
+    // a function that the attribute cannot see into depends on its arguments
+    let known =
+        model("coordinates(x); lagrangian = dot(x); variational = []; kinematic = curvature.at(x, ddot(x));");
+    assert_eq!(known.constraints[0].order, 2);
+}
+
+/// The statement that the message names takes the row as it is.
+#[test]
+fn what_drops_out_is_left_out() {
+    let row = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
+    let known = model(&format!(
+        "coordinates(x, y); lagrangian = dot(x); nonholonomic = {row};"
+    ));
+    let row = &known.constraints[0];
+    assert_eq!((row.order, known.graph.order(row.value)), (1, Some(1)));
+    statement(
+        "nonholonomic = (dot(x) + y).powi(2) - dot(x).powi(2) - 2 * dot(x) * y;",
+        "(dot(x) + y).powi(2) - dot(x).powi(2) - 2 * dot(x) * y",
+        "written `holonomic = …;`",
+    );
+}
+
 #[test]
 fn counts() {
     statement(

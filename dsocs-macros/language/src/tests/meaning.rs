@@ -275,7 +275,7 @@ fn the_variational_map_is_the_kinematic_one_unless_given() {
 fn the_parts_of_a_model() {
     let model = model(
         "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)); let w = dot(x) * y; let v = ddot(x); \
-         coordinates(x, y); kinematic = [dot(w), w + x]; variational = []; branch = [_, divide(w)]; observe = [w, v];",
+         coordinates(x, y); kinematic = [dot(w), w * ddot(y)]; variational = []; branch = [_, divide(w)]; observe = [w, v];",
     );
     assert_eq!(model.coordinates, ["x", "y"]);
     let parameters: Vec<_> = model
@@ -294,7 +294,7 @@ fn the_parts_of_a_model() {
     );
     assert_eq!(
         model.constraints.iter().map(|row| row.order).collect::<Vec<_>>(),
-        [2, 1]
+        [2, 2]
     );
     assert_eq!(model.constraints[0].divide, None);
     assert_eq!(model.constraints[1].divide, Some(model.observe[0].1));
