@@ -43,7 +43,7 @@ use proc_macro::TokenStream;
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
-/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper` (the default, `(q0, (q1 - q0) / h)`), `midpoint` or `trapezoid` |
+/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper`, `midpoint` or `trapezoid`; for the default see below |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
 /// | `discrete_lagrangian = L_d;` | in place of `L(φ_{L_d}⁻¹)`: a function of two nodes (see below) |
@@ -155,9 +155,13 @@ use proc_macro::TokenStream;
 /// ```
 ///
 /// `paper`, `midpoint` (`((q0 + q1) / 2, (q1 - q0) / h)`) and `trapezoid` (the mean of the Lagrangian over `(q0, v)` and `(q1, v)`,
-/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian, and so is `trapezoid`;
-/// `paper` is where the mass matrix is constant. A nonholonomic constraint is imposed where the Lagrangian is taken, so that
-/// it wants one of the first two. As `phi_kinematic`, `midpoint` is `((q0 + 2 * q1 + q2) / 4, …)`.
+/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian and every constraint, and so
+/// is `trapezoid`; `paper`, `(q0, (q1 - q0) / h)`, is where `L = T(v) - V(q)`. As `phi_kinematic`, `midpoint` is
+/// `((q0 + 2 * q1 + q2) / 4, …)`.
+///
+/// Where no `phi_lagrangian` is written, the step is of second order all the same: it is `paper` where the momentum `∂L/∂v` does not
+/// depend on the position (as with a constant mass matrix) and nothing is imposed on a leg, and `midpoint` elsewhere, with
+/// nonholonomic constraints and with `leg(e, 0)`. `phi_lagrangian = paper` asks for the paper's map everywhere.
 ///
 /// # Discrete systems
 ///

@@ -299,6 +299,7 @@ struct Friction {
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + field / 2 * (x * dot(y) - y * dot(x));
+    phi_lagrangian = paper;
 }]
 struct Charge {
     field: f64,

@@ -106,7 +106,11 @@ pub(crate) fn model(
     let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::pairs);
     let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::triple);
     let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
-    let phi_lagrangian = phi_lagrangian.map(|map| map.unwrap_or_else(|| lowering.paper_pairs()));
+    let phi_lagrangian = phi_lagrangian.map(|map| match (map, &lagrangian) {
+        (Some(declared), _) => declared,
+        (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, *lagrangian),
+        (None, _) => lowering.paper_pairs(),
+    });
     let phi_kinematic = phi_kinematic.map(Option::flatten);
     let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
     let discrete_lagrangian = scopes.part(

@@ -253,6 +253,50 @@ fn maps_of_components_and_of_vectors() {
     check("|q0, q1| (((q0.x + q1.0) / 2, (q0.y + q1.1) / 2), if h < 1 { (q1 - q0) * 2 } else { q0 })");
 }
 
+/// Where no map is written, the step is of order 2: the paper's map for `L = T(v) - V(q)`, the middle of the leg elsewhere.
+#[test]
+fn the_map_of_the_lagrangian_where_none_is_written() {
+    let code = |statements: &str| {
+        model(&format!("coordinates(x, y); {statements}"))
+            .code()
+            .to_string()
+    };
+    let is = |map: &str, statements: &str| {
+        let (default, declared) = (
+            code(statements),
+            code(&format!("{statements} phi_lagrangian = {map};")),
+        );
+        assert!(default == declared, "{statements}");
+    };
+    const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
+    is("paper", &format!("{FREE};"));
+    is("paper", &format!("{FREE} + dot(x).powi(4);"));
+    is(
+        "paper",
+        &format!("{FREE}; holonomic = x.powi(2) + y.powi(2) - 1;"),
+    );
+    is(
+        "paper",
+        &format!("{FREE}; kinematic = ddot(x) + x; forces = [(0, 1)];"),
+    );
+    is("paper", &format!("{FREE} + (x * dot(y) - dot(y) * x);"));
+    // a mass matrix that depends on the position, a force like that of a magnetic field
+    is("midpoint", &format!("{FREE} + x * dot(x).powi(2);"));
+    is("midpoint", &format!("{FREE} + x * dot(y);"));
+    is("midpoint", &format!("{FREE} + curvature.at(x, dot(y));"));
+    is("midpoint", &format!("{FREE}; nonholonomic = dot(x) - y;"));
+    is(
+        "midpoint",
+        &format!("{FREE}; nonholonomic = dot(x) - y; kinematic = ddot(y); variational = chetaev;"),
+    );
+    is(
+        "midpoint",
+        &format!(
+            "{FREE}; kinematic = ddot(x); forces = [(0, 1)]; discrete_kinematic = leg(dot(x), 1) - leg(dot(x), 0);"
+        ),
+    );
+}
+
 #[test]
 fn the_variational_map_is_the_kinematic_one_unless_given() {
     let kinematic = "phi_kinematic = |a, b, c| (b, (c - b) / h, (c - 2 * b + a) / h.powi(2));";
