@@ -42,7 +42,7 @@ use proc_macro::TokenStream;
 /// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
-/// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
+/// | `constraint_forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
 /// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper`, `midpoint` or `trapezoid`; for the default see below |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
@@ -73,7 +73,7 @@ use proc_macro::TokenStream;
 ///
 /// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and
 /// nonholonomic constraints have theirs by d'Alembert's rule (`dg`, `∂c/∂v`) unless others are written. Kinematic ones tell nothing of
-/// theirs: `forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
+/// theirs: `constraint_forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
 /// `∂c/∂a`. Written `variational` fields are all of `C_V`: together with the constraints they are as many as
 /// coordinates. Without constraints every displacement is virtual. The components of a field stand in a tuple, for one
 /// coordinate also alone.
@@ -85,7 +85,7 @@ use proc_macro::TokenStream;
 /// // a pendulum with a rod (d'Alembert) and a motor on its wheel (a Lyapunov constraint)
 /// holonomic = x.powi(2) + y.powi(2) - length.powi(2);
 /// kinematic = dot(lyapunov) + dissipation;
-/// forces = [(0, 0, 1)];
+/// constraint_forces = [(0, 0, 1)];
 /// ```
 ///
 /// # Expressions

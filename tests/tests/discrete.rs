@@ -74,7 +74,7 @@ fn orders_of_the_maps() {
     let rate = (2 + x.sin()) * dot(y) / 4;
     kinematic = dot(energy) + rate * dot(y);
     discrete_kinematic = leg(energy, 1) - leg(energy, 0) + h * node(rate * dot(y));
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
 }]
 struct Legs;
 
@@ -191,7 +191,7 @@ fn a_discrete_lagrangian_of_the_nodes_is_the_named_one() {
 
     kinematic = dot(lyapunov) + dissipation;
     discrete_kinematic = leg(lyapunov, 1) - leg(lyapunov, 0) + h * node(dissipation);
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
     phi_lagrangian = trapezoid;
     observe = [lyapunov, dissipation, w];
 }]

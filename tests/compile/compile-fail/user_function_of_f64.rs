@@ -10,7 +10,7 @@ fn friction(v: f64) -> f64 {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) + friction(dot(x));
-    forces = [(1, 0)];
+    constraint_forces = [(1, 0)];
 }]
 pub struct Slider;
 

@@ -26,7 +26,7 @@ pub struct Bare;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + x;
-    forces = [1];
+    constraint_forces = [1];
 }]
 pub struct Driven;
 

@@ -34,7 +34,7 @@ impl Declaration<3> for Two {
     coordinates(x, y, z);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) + x * y * z;
     kinematic = ddot(x) + dot(y) * ddot(z) + dot(x).powi(3);
-    forces = [(1, 0, dot(y))];
+    constraint_forces = [(1, 0, dot(y))];
 }]
 pub struct Forces {
     pub mass: f64,

@@ -37,7 +37,7 @@ pub struct DoublePendulumMidpoint {
     let potential = -gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
     lagrangian = kinetic - potential;
     kinematic = dot(kinetic + potential) + (dot(alpha) - dot(beta)).powi(2);
-    forces = [(1, -1)];
+    constraint_forces = [(1, -1)];
     phi_lagrangian = paper;
 }]
 pub struct Constrained {

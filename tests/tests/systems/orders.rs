@@ -49,7 +49,7 @@ pub struct EllipsoidWithFields {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
     holonomic = x.powi(2) + 2 * y.powi(2) + 3 * z.powi(2) - 1;
-    forces = [(10 * x, 20 * y, 30 * z)];
+    constraint_forces = [(10 * x, 20 * y, 30 * z)];
 }]
 pub struct EllipsoidWithForce {
     pub gravity: f64,
@@ -107,6 +107,6 @@ pub struct Mixed;
     holonomic = x.powi(2) + y.powi(2) - 1;
     nonholonomic = dot(z) - x * dot(u);
     kinematic = ddot(u) + dot(u) + u.powi(3) - x;
-    forces = [(0, 0, 0, 1)];
+    constraint_forces = [(0, 0, 0, 1)];
 }]
 pub struct MixedWithForce;

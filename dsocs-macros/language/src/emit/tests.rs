@@ -100,7 +100,7 @@ fn pendulum_with_a_lyapunov_constraint() {
                 + chi * (1 - (psi - n * theta).cos())
                 + m * e / d * (1 - theta.cos());
             kinematic = dot(lyapunov) + rho * w.tanh() * w;
-            forces = [(0, 1)];
+            constraint_forces = [(0, 1)];
             branch = divide(w);
             observe = [lyapunov];
         },

@@ -100,8 +100,8 @@ fn counts() {
         "1 holonomic constraint and 2 variational fields make 3 equations, for 2 coordinates",
     );
     statement(
-        "holonomic = x; nonholonomic = dot(y); forces = [(0, 1)];",
-        "forces",
+        "holonomic = x; nonholonomic = dot(y); constraint_forces = [(0, 1)];",
+        "constraint_forces",
         "as many forces as constraints: found 1 force and 1 holonomic constraint, 1 nonholonomic constraint",
     );
     statement("holonomic = [];", "[]", "at least one");
@@ -126,12 +126,12 @@ fn rules_of_displacements() {
         "or `chetaev`",
     );
     statement(
-        "kinematic = ddot(x); variational = chetaev; forces = [(1, 0)];",
-        "forces",
+        "kinematic = ddot(x); variational = chetaev; constraint_forces = [(1, 0)];",
+        "constraint_forces",
         "`variational` stands above",
     );
     statement(
-        "kinematic = ddot(x); forces = chetaev;",
+        "kinematic = ddot(x); constraint_forces = chetaev;",
         "chetaev",
         "a list of tuples",
     );
@@ -141,7 +141,7 @@ fn rules_of_displacements() {
         "expected independent constraints",
     );
     one(
-        "coordinates(x, y, z); lagrangian = dot(x); holonomic = x; kinematic = ddot(y); forces = [(2, 0, 0)];",
+        "coordinates(x, y, z); lagrangian = dot(x); holonomic = x; kinematic = ddot(y); constraint_forces = [(2, 0, 0)];",
         "(2, 0, 0)",
         "expected independent forces",
     );
@@ -172,7 +172,7 @@ fn discrete_expressions() {
         "v",
         "`leg(v, 0)`",
     );
-    let rest = "kinematic = ddot(x); forces = [(1, 0)];";
+    let rest = "kinematic = ddot(x); constraint_forces = [(1, 0)];";
     let kinematic = |value: &str| format!("{rest} discrete_kinematic = {value};");
     statement(&kinematic("x[1] - x[0]"), "x[1] - x[0]", "the third node");
     statement(
@@ -188,7 +188,7 @@ fn discrete_expressions() {
     assert_eq!(
         mistakes_on(
             "coordinates(x, theta: [2]); lagrangian = dot(x); let v = dot(theta[1]); kinematic = dot(v); \
-             forces = [(0, [0, 1])]; discrete_lagrangian = leg(v, 0) * (theta[1][1] - x[0]) / h; \
+             constraint_forces = [(0, [0, 1])]; discrete_lagrangian = leg(v, 0) * (theta[1][1] - x[0]) / h; \
              discrete_kinematic = leg(v, 1) - leg(v, 0) + h * node(dot(v)) + theta[0][2];",
             ITEM
         ),

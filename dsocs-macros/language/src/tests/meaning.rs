@@ -277,7 +277,7 @@ fn the_map_of_the_lagrangian_where_none_is_written() {
     );
     is(
         "paper",
-        &format!("{FREE}; kinematic = ddot(x) + x; forces = [(0, 1)];"),
+        &format!("{FREE}; kinematic = ddot(x) + x; constraint_forces = [(0, 1)];"),
     );
     is("paper", &format!("{FREE} + (x * dot(y) - dot(y) * x);"));
     // a mass matrix that depends on the position, a force like that of a magnetic field
@@ -292,7 +292,7 @@ fn the_map_of_the_lagrangian_where_none_is_written() {
     is(
         "midpoint",
         &format!(
-            "{FREE}; kinematic = ddot(x); forces = [(0, 1)]; discrete_kinematic = leg(dot(x), 1) - leg(dot(x), 0);"
+            "{FREE}; kinematic = ddot(x); constraint_forces = [(0, 1)]; discrete_kinematic = leg(dot(x), 1) - leg(dot(x), 0);"
         ),
     );
 }
@@ -412,7 +412,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
     let n = coordinates.len();
     let rows = vec!["ddot(a)"; forces.len()].join(", ");
     let declaration = format!(
-        "coordinates({}); lagrangian = dot(a); kinematic = [{rows}]; forces = [{}];",
+        "coordinates({}); lagrangian = dot(a); kinematic = [{rows}]; constraint_forces = [{}];",
         coordinates.join(", "),
         forces.join(", ")
     );

@@ -34,7 +34,7 @@ struct Diagonal;
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + x.sin() * dot(x);
     discrete_kinematic = (x[2] - x[1]) / h - x[1].cos();
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Onward;
 
