@@ -3,9 +3,10 @@
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
 //! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
-//! recurrences of Taylor series.
+//! recurrences of Taylor series. [`functions`] is where all of them call the user's functions.
 
 mod cold;
+mod functions;
 mod hot;
 mod jets;
 mod program;
@@ -15,6 +16,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use self::cold::Expressions;
+use self::functions::Functions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
@@ -44,9 +46,12 @@ fn system(model: &Model) -> TokenStream {
     let stages = Stages::new(&graph, &step, &unknowns, energy);
     let metadata = metadata(model);
     let compiled = hot::compiled(model, &graph, &stages, &unknowns);
-    let source = cold::source(model, &stages, (&graph, &declared), &expressions);
+    let functions = Functions::new(model);
+    let source = cold::source(model, &stages, (&graph, &declared), &expressions, &functions);
+    let functions = functions.methods(model);
     quote! {
         #metadata
+        #functions
         #compiled
         #source
     }

@@ -24,6 +24,8 @@ use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
 
+pub(crate) use builtin::Builtin;
+
 /// A node, unless a mistake was reported.
 type Lowered = Result<NodeId, Reported>;
 
