@@ -277,6 +277,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             },
             regularity: Regularity::of(self.system, self.h, &leg, &e),
             coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
+            may_divide: S::KINEMATIC > 0 && !S::DIVIDED,
             cause,
         })
     }

@@ -99,8 +99,8 @@ use proc_macro::TokenStream;
 /// - The functions of `f64` are methods or paths (`x.sin()`, `f64::sin(x)`): `sqrt`, `cbrt`, `exp`, `exp_m1`,
 ///   `exp2`, `ln`, `ln_1p`, `log10`, `log2`, `log`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`,
 ///   `tanh`, `asinh`, `acosh`, `atanh`, `abs`, `signum`, `recip`, `powi` (a literal exponent), `powf`, `atan2`,
-///   `hypot`, `min`, `max`, `mul_add`, `to_radians`, `to_degrees`. `min` and `max` compare by `<`: with NaN they
-///   give their last argument.
+///   `hypot`, `min`, `max`, `mul_add`, `to_radians`, `to_degrees`. `a.min(b)` and `a.max(b)` compare by
+///   `<`: where either is NaN, `min` gives `b` and `max` gives `a`.
 /// - A parameter is a field of the struct, by its name alone. Fields of type `f32` and of the integer types that
 ///   `f64` holds exactly are converted; `bool` serves in conditions. `masses[2]`, `geometry.length`,
 ///   `table.value(3)`, `std::f64::consts::PI` and constants in capitals are parameters too: any expression without

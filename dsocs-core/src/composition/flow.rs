@@ -410,6 +410,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 other,
                 regularity: Regularity::of(self.system, stage.h, &stage.leg, &e),
                 coordinates: S::COORDINATES.map(|coordinate| coordinate.name).to_vec(),
+                may_divide: S::KINEMATIC > 0 && !S::DIVIDED,
                 cause,
             })),
         })

@@ -10,6 +10,7 @@ mod function;
 mod index;
 mod map;
 mod shape;
+mod wrong;
 
 use proc_macro2::{Ident, TokenStream};
 use syn::{Expr, ItemStruct};

@@ -126,6 +126,21 @@ fn is_call(expression: &str, callee: &str, arguments: &[f64]) {
     assert!(wrt.is_empty());
 }
 
+/// As the attribute's documentation has it: both compare by `<`, which does not hold for NaN.
+#[test]
+fn the_smaller_and_the_larger_of_a_number_and_none() {
+    for nan in ["(0 / (x - x))", "(-1_f64).sqrt()"] {
+        means(&format!("{{ let n = {nan}; n.min(y) }}"), 0.7);
+        means(&format!("{{ let n = {nan}; y.max(n) }}"), 0.7);
+        for lost in ["y.min(n)", "n.max(y)"] {
+            let model = model(&format!(
+                "coordinates(x, y); let n = {nan}; let e = {lost}; lagrangian = e;"
+            ));
+            assert!(at().value(&model.graph, model.lagrangian).is_nan(), "{lost}");
+        }
+    }
+}
+
 #[test]
 fn arithmetic() {
     means("1 + 2 * x - y / 4", 1.0 + 0.6 - 0.175);
