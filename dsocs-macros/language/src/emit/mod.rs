@@ -20,7 +20,7 @@ use self::functions::Functions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField, plain};
+use crate::model::{Kind, Model, ParameterField, Warning, plain};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -28,10 +28,25 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     let item = &model.item;
     let system = system(model);
     let jets = jets::jets(model);
+    let warnings = model.warnings.iter().map(warning);
     quote! {
         #item
         #system
         #jets
+        #(#warnings)*
+    }
+}
+
+/// A warning at the user's name. The stable compiler lets an attribute warn in no other way than by the use of something deprecated.
+fn warning(warning: &Warning) -> TokenStream {
+    let Warning { place, message } = warning;
+    quote! {
+        #[allow(non_upper_case_globals)]
+        const _: () = {
+            #[deprecated(note = #message)]
+            const #place: () = ();
+            #place
+        };
     }
 }
 

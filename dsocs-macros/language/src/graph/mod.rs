@@ -8,12 +8,14 @@
 //! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
+//! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`]);
 //! - code, through [`crate::emit::program`].
 
 mod build;
 mod derivative;
 mod difference;
+mod evaluate;
 mod identity;
 mod rewrite;
 

@@ -10,6 +10,7 @@ mod function;
 mod index;
 mod map;
 mod shape;
+mod unused;
 mod wrong;
 
 use proc_macro2::{Ident, TokenStream};
@@ -21,6 +22,7 @@ use crate::ast::{
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::{Fields, first_paragraph};
+use crate::mechanics;
 use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
@@ -151,7 +153,8 @@ pub(crate) fn model(
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
     let observe = observe?.unwrap_or_default();
-    Ok(Model {
+    let mut model = Model {
+        warnings: Vec::new(),
         docs: docs(declaration, item, &observe),
         core: declaration.core.given().cloned(),
         item: item.clone(),
@@ -167,7 +170,31 @@ pub(crate) fn model(
         phi_kinematic,
         observe,
         graph,
-    })
+    };
+    check_factors(declaration, &model, errors)?;
+    model.warnings = unused::warnings(declaration, &model);
+    Ok(model)
+}
+
+/// Refuses factors that do not divide their constraints.
+fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> Result<(), Reported> {
+    let Some(branch) = declaration.branch.given() else {
+        return Ok(());
+    };
+    let first = model.constraints.len() - model.count(Kind::Kinematic);
+    let mut wrong = Ok(());
+    for (place, factor) in branch.factors.iter().enumerate() {
+        if let Ok(Some(factor)) = factor
+            && mechanics::is_no_factor(model, first + place)
+        {
+            wrong = Err(errors.at(
+                factor,
+                "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the constraint \
+                 is not zero",
+            ));
+        }
+    }
+    wrong
 }
 
 /// What the user says for people.

@@ -82,6 +82,59 @@ fn what_drops_out_is_left_out() {
     );
 }
 
+/// The declaration of a pendulum with a wheel, whose Lyapunov constraint has the factor `w` where the other equation holds.
+fn pendulum(factor: &str) -> String {
+    format!(
+        "coordinates(theta, psi);
+         lagrangian = 2 * dot(theta).powi(2) / 2 + 3 * (dot(theta) + dot(psi)).powi(2) / 2 - mass * (1 + theta.cos());
+         let a = 1 / 2; let c = 1 / 2 + 1 / 3; let k = -3;
+         let g_c = (k * a + a) * 6; let h_c = (-k * a - c) * 6; let f = (g_c.powi(2) + 4) / h_c;
+         let p1 = 5 * dot(theta) + 3 * dot(psi); let p2 = 3 * (dot(theta) + dot(psi));
+         let w = g_c * p1 + h_c * p2;
+         let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+             + 5 * (1 - (psi - k * theta).cos()) + 4 * mass * (1 - theta.cos());
+         kinematic = dot(lyapunov) + w * w.tanh(); constraint_forces = [(0, 1)]; branch = divide({factor});"
+    )
+}
+
+#[test]
+fn a_branch_is_a_factor() {
+    const NONE: &str = "expected a factor of the kinematic constraint";
+    assert_eq!(mistakes_on(&pendulum("w"), ITEM), []);
+    one(&pendulum("p1"), "p1", NONE);
+    one(&pendulum("dot(theta)"), "dot(theta)", NONE);
+    let rest = "variational = [(1, 0)];";
+    let right = |row: &str, factor: &str| {
+        let declaration = format!(
+            "coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2); {rest} \
+             kinematic = {row}; branch = divide({factor});"
+        );
+        assert_eq!(mistakes_on(&declaration, ITEM), [], "{declaration}");
+    };
+    right("(dot(x) - mass) * (ddot(y) + x)", "dot(x) - mass");
+    right("dot(x).powi(2) * (ddot(y) + x)", "dot(x)");
+    right("dot(x).sinh() * ddot(y) + 1 - dot(x).cos()", "dot(x)");
+    right("ddot(y) * (1 - x.sin().powi(2)) + x.cos() * y", "x.cos()");
+    // nothing can be said against these
+    right("ddot(y) + x", "1 + x.powi(2)");
+    right("ddot(y) + x", "curvature.at(x)");
+    let wrong = |row: &str, factor: &str| {
+        statement(
+            &format!("{rest} kinematic = {row}; branch = divide({factor});"),
+            factor,
+            NONE,
+        );
+    };
+    wrong("ddot(y) + x", "dot(y)");
+    wrong("(ddot(y) + x) * dot(x) + y", "dot(x)");
+    wrong("(dot(x) - mass) * (ddot(y) + x)", "dot(x) + mass");
+    statement(
+        "variational = []; kinematic = [ddot(y) * x, dot(x) * (ddot(x) + y)]; branch = [divide(y), divide(dot(x))];",
+        "y",
+        NONE,
+    );
+}
+
 #[test]
 fn counts() {
     statement(

@@ -30,7 +30,7 @@ pub(super) fn one_on(declaration: &str, item: &str, place: &str, message: &str) 
 
 /// A mistake in an expression of the motion.
 #[track_caller]
-fn expression(expression: &str, place: &str, message: &str) {
+pub(super) fn expression(expression: &str, place: &str, message: &str) {
     one(
         &format!("coordinates(x, y); let e = {expression}; lagrangian = e * e;"),
         place,
@@ -152,74 +152,6 @@ fn the_last_semicolon_may_be_left_out() {
         mistakes_on("coordinates(x);; lagrangian = dot(x).powi(2)", ITEM),
         []
     );
-}
-
-/// What is written elsewhere for what is written here in another way.
-#[test]
-fn other_ways_of_writing() {
-    for name in ["x_dot", "xdot", "dx", "dot_x", "dx_dt", "dxdt"] {
-        expression(&format!("{name} * y"), name, "did you mean `dot(x)`?");
-    }
-    for name in ["x_ddot", "xddot", "ddx", "ddot_x"] {
-        expression(&format!("{name} * y"), name, "did you mean `ddot(x)`?");
-    }
-    expression("dz * y", "dz", "expected a coordinate");
-    expression("x.dot() * y", "dot", "expected `dot(x)`");
-    let array = "coordinates(theta: [2]); let energy = theta[0]; lagrangian =";
-    one(
-        &format!("{array} theta_dot[1];"),
-        "theta_dot",
-        "did you mean `dot(theta[…])`?",
-    );
-    one(
-        &format!("{array} denergy;"),
-        "denergy",
-        "did you mean `dot(energy)`?",
-    );
-    // the field comes before the derivative of something else
-    assert_eq!(
-        mistakes_on(
-            "coordinates(x); lagrangian = dx * dot(x);",
-            "struct A { dx: f64 }"
-        ),
-        []
-    );
-
-    statement("holonomic = x - y = 0;", "= 0", "leave this out");
-    statement("holonomic = [x - y == 0.0, y];", "== 0.0", "leave this out");
-    statement("nonholonomic = dot(x) = y;", "= y", "`a = b` is written `a - b`");
-
-    expression(
-        "x**2 * dot(x)",
-        "**",
-        "`**` is no power in Rust; expected `.powi(2)`",
-    );
-    expression("x**y * dot(x)", "**", "expected `.powf(y)`");
-    expression("x ** mass", "**", "expected `.powf(mass)`");
-    expression("2**0.5 * dot(x)", "**", "expected `.powf(0.5)`");
-    assert_eq!(
-        mistakes_on(
-            "coordinates(x); let e = dot(x) * *shared; lagrangian = e * e;",
-            ITEM
-        ),
-        []
-    );
-}
-
-/// The nearest name is suggested, and none where none is near.
-#[test]
-fn nearest_names() {
-    let item = "struct A { n: f64, length: f64, m: f64 }";
-    let of = |name: &str| format!("coordinates(x); lagrangian = {name} * dot(x);");
-    one_on(&of("lenght"), item, "lenght", "did you mean `length`?");
-    one_on(
-        &of("lenght"),
-        "struct A { n: f64 }",
-        "lenght",
-        "expected a coordinate",
-    );
-    one_on(&of("leng"), item, "leng", "expected a coordinate");
-    one_on(&of("k"), item, "k", "expected a coordinate");
 }
 
 #[test]
