@@ -48,7 +48,7 @@ use proc_macro::TokenStream;
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
 /// | `discrete_lagrangian = L_d;` | in place of `L(φ_{L_d}⁻¹)`: a function of two nodes (see below) |
 /// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
-/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
+/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step; what is no factor of it is refused |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
 /// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
 ///
@@ -185,7 +185,11 @@ use proc_macro::TokenStream;
 ///
 /// # Errors
 ///
-/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there.
+/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there. A function of yours that is not
+/// generic is told by the compiler, once, at its name.
+///
+/// What has no effect is warned of: a `let` that nothing uses (`_name` says that it is meant so), a coordinate whose acceleration no equation
+/// determines.
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
     dsocs_language::expand(declaration.into(), &item.into()).into()

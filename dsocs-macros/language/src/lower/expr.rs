@@ -148,7 +148,7 @@ impl Lowering<'_> {
         if let BinOp::Mul(star) = op
             && let Some(reported) = self.power(star, right)
         {
-            return Err(reported);
+            return self.expr(left).and(Err(reported));
         }
         let right_side = right;
         let (left, right) = (self.expr(left), self.expr(right));
