@@ -1,5 +1,8 @@
 //! How generated code calls the functions of the user's, and what is said of one that is not generic over its number.
 
+// a call through these is the call itself
+#![allow(clippy::inline_always)]
+
 use super::Real;
 
 /// That a function takes and gives the number that it is called with.

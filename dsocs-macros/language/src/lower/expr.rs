@@ -45,7 +45,7 @@ impl Lowering<'_> {
                     "every expression is a number already; expected it without `as`",
                 ))
             }
-            Expr::Assign(assign) => Err(self.equation(&assign.eq_token, &assign.right)),
+            Expr::Assign(assign) => Err(self.equation(assign.eq_token, &assign.right)),
             other => Err(self.errors.at(other, not_a_number(other))),
         }
     }

@@ -6,8 +6,30 @@ use syn::{Expr, Lit, UnOp};
 
 use super::Lowering;
 use crate::errors::Reported;
+use crate::input::Field;
 use crate::names::{Binding, nearest};
 use crate::parse::{bare, plain_name};
+
+/// How names of derivatives end elsewhere, and what they mean; the longer ones first, since `x_ddot` also ends in `dot`.
+const SUFFIXES: [(&str, &str); 6] = [
+    ("_ddot", "ddot"),
+    ("ddot", "ddot"),
+    ("_dot", "dot"),
+    ("dot", "dot"),
+    ("dt", "dot"),
+    ("_prime", "dot"),
+];
+
+/// How they begin.
+const PREFIXES: [(&str, &str); 7] = [
+    ("ddot_", "ddot"),
+    ("ddot", "ddot"),
+    ("dd", "ddot"),
+    ("dot_", "dot"),
+    ("dot", "dot"),
+    ("v_", "dot"),
+    ("d", "dot"),
+];
 
 impl Lowering<'_> {
     /// What to say about an equation, where what is zero is written: `x - y = 0`.
@@ -29,10 +51,7 @@ impl Lowering<'_> {
             return None;
         };
         let reference = match plain_name(&unary.expr).map(|name| self.scope.get(name)) {
-            Some(Some(Binding::Field(index))) => self
-                .fields
-                .get(*index)
-                .is_none_or(|field| field.may_be_reference()),
+            Some(Some(Binding::Field(index))) => self.fields.get(*index).is_none_or(Field::may_be_reference),
             Some(_) => false,
             None => !matches!(&*unary.expr, Expr::Lit(_)) && self.is_closed(&unary.expr),
         };
@@ -86,24 +105,6 @@ impl Lowering<'_> {
         if self.component.is_some() || self.discrete.is_some() {
             return None;
         }
-        // the longer ones first: `x_ddot` also ends in `dot`
-        const SUFFIXES: [(&str, &str); 6] = [
-            ("_ddot", "ddot"),
-            ("ddot", "ddot"),
-            ("_dot", "dot"),
-            ("dot", "dot"),
-            ("dt", "dot"),
-            ("_prime", "dot"),
-        ];
-        const PREFIXES: [(&str, &str); 7] = [
-            ("ddot_", "ddot"),
-            ("ddot", "ddot"),
-            ("dd", "ddot"),
-            ("dot_", "dot"),
-            ("dot", "dot"),
-            ("v_", "dot"),
-            ("d", "dot"),
-        ];
         let of = |base: &str, word: &str| {
             let name = Ident::new(base, Span::call_site());
             match self.scope.get(&name)? {

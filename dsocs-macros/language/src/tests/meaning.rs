@@ -271,6 +271,7 @@ fn maps_of_components_and_of_vectors() {
 /// Where no map is written, the step is of order 2: the paper's map for `L = T(v) - V(q)`, the middle of the leg elsewhere.
 #[test]
 fn the_map_of_the_lagrangian_where_none_is_written() {
+    const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
     let code = |statements: &str| {
         model(&format!("coordinates(x, y); {statements}"))
             .code()
@@ -283,7 +284,6 @@ fn the_map_of_the_lagrangian_where_none_is_written() {
         );
         assert!(default == declared, "{statements}");
     };
-    const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
     is("paper", &format!("{FREE};"));
     is("paper", &format!("{FREE} + dot(x).powi(4);"));
     is(
