@@ -79,6 +79,11 @@ impl Lowering<'_> {
     /// On a triple a row of velocities alone is a leapfrog: it has a second solution, which grows where the motion decays.
     pub(super) fn settled(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
         let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
+        let highest = self.graph.order(value);
+        let mut top = leaves.iter().filter(|leaf| leaf.order() == highest);
+        if highest.is_none() || top.any(|&leaf| self.graph.shows(value, leaf)) {
+            return (value, highest);
+        }
         // on the side: a question leaves no trace in the code
         let mut graph = self.graph.clone();
         let order = (0..=2).rev().find(|&order| {
@@ -88,7 +93,7 @@ impl Lowering<'_> {
                 !graph.vanishes(slope)
             })
         });
-        if order == self.graph.order(value) {
+        if order == highest {
             return (value, order);
         }
         let zero = self.graph.constant(0.0);

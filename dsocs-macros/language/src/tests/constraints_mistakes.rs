@@ -36,6 +36,8 @@ fn kinematic_rows_without_an_acceleration() {
     two(idle, idle, VELOCITIES);
     let idle = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
     two(idle, idle, "all of them drop out of this one");
+    let idle = "((x + y).powi(2) - x * x - 2 * x * y - y * y) * ddot(x) + dot(x)";
+    two(idle, idle, "all of them drop out of this one");
     let idle = "(ddot(x) + y) * (ddot(x) - y) - ddot(x).powi(2)";
     two(idle, idle, POSITIONS);
     let idle = "if ddot(x) < 0 { dot(x) } else { dot(y) }";
