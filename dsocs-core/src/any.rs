@@ -20,6 +20,9 @@ pub(crate) trait AnySystem<const N: usize> {
     /// The parameters, with their values.
     fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
 
+    /// Whether a factor could be declared to be divided out of a constraint, and is not.
+    fn may_divide(&self) -> bool;
+
     /// The acceleration and the multipliers of the continuous system at `(q, v)`, looked for near an acceleration, or near none.
     fn acceleration(
         &self,
@@ -46,6 +49,10 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
             }
         }
         parameters
+    }
+
+    fn may_divide(&self) -> bool {
+        S::KINEMATIC > 0 && !S::DIVIDED
     }
 
     fn acceleration(

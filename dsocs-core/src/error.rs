@@ -298,6 +298,8 @@ pub struct FailedStep {
     pub regularity: Regularity,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
+    /// Whether a factor could be divided out: there is a kinematic constraint, and no `branch` is declared.
+    pub may_divide: bool,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,
 }
@@ -330,21 +332,29 @@ impl StepError {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
                  negative number, an overflow): check the start and the parameters, and try a smaller h"
             }
-            StepFailure::Singular => {
+            StepFailure::Singular if step.may_divide => {
                 "the constraints and the variational equations are not independent here; if two roots meet at a factor \
                  of the constraint, divide it out with `branch = divide(factor)`"
+            }
+            StepFailure::Singular => {
+                "the constraints and the variational equations are not independent here: look for a constraint that \
+                 repeats another one, or for a coordinate whose acceleration nothing determines"
             }
             StepFailure::Degenerate => {
                 "the declaration divides by something that is zero at this root, or a parameter makes one of its rows \
                  vanish: look for a velocity or a mass that is zero"
             }
-            StepFailure::AmbiguousRoot => {
+            StepFailure::AmbiguousRoot if step.may_divide => {
                 "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \
                  `Flow::advance_to`"
             }
-            StepFailure::NotConverged => {
+            StepFailure::AmbiguousRoot => "choose a root with `Flow::advance_to`, or try a smaller h",
+            StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
+            }
+            StepFailure::NotConverged => {
+                "try a smaller h and check that the start is consistent with the constraints"
             }
         }
     }

@@ -216,6 +216,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 .iter()
                 .map(|coordinate| coordinate.name)
                 .collect(),
+            may_divide: self.system().may_divide(),
             cause,
         })
     }
