@@ -210,7 +210,7 @@ impl<const N: usize> Start<N> {
             q0,
             v0,
             a0,
-            near: a0.or(self.near),
+            near: self.meant(),
             t0,
             q,
             d,
@@ -230,11 +230,16 @@ impl<const N: usize> Start<N> {
         };
         check_vector(system, "v0", &v0)?;
         let (q0, v0) = self.consistent(system, q0, v0)?;
-        let near = match rule {
+        let near = self.meant();
+        Ok(Phase { t0, q0, v0, near })
+    }
+
+    /// The acceleration that is meant, where it was said.
+    fn meant(&self) -> Option<[f64; N]> {
+        match self.rule {
             Rule::Exact { a0, .. } => Some(a0),
             _ => self.near,
-        };
-        Ok(Phase { t0, q0, v0, near })
+        }
     }
 
     /// A position and a velocity that obey the constraints of lower order.
@@ -274,7 +279,7 @@ pub(crate) struct Beginning<const N: usize> {
     pub v0: [f64; N],
     /// The acceleration there, where it was needed.
     pub a0: Option<[f64; N]>,
-    /// The acceleration with which the motion begins, as far as it was said or needed.
+    /// The acceleration with which the motion begins, where it was said.
     pub near: Option<[f64; N]>,
     /// The time of the first node.
     pub t0: f64,
