@@ -1,6 +1,7 @@
 //! The hard cases of the systems of this crate.
 
 mod backward;
+mod chains;
 mod functions;
 mod garbage;
 mod long;
@@ -94,14 +95,19 @@ pub const CASES: &[Case] = &[
         run: functions::run,
     },
     Case {
+        number: 11,
+        name: "beside a general method",
+        run: peers::run,
+    },
+    Case {
         number: 12,
         name: "two roots",
         run: two_roots::run_all,
     },
     Case {
-        number: 11,
-        name: "beside a general method",
-        run: peers::run,
+        number: 13,
+        name: "chains at rest",
+        run: chains::run_all,
     },
 ];
 

@@ -39,6 +39,7 @@ cases! {
     backward: 8;
     garbage: 9;
     library_functions: 10;
-    two_roots: 12;
     beside_a_general_method: 11;
+    two_roots: 12;
+    chains_at_rest: 13;
 }

@@ -1,0 +1,100 @@
+//! Chains that start at rest, whose accelerations span many decades: a pull at the inner end is felt at the outer one by a
+//! thousandth of a millionth of it. No unknown is known to more than the rows' rounding tells, and none has to be.
+
+use std::error::Error;
+use std::time::Instant;
+
+use dsocs_core::{Flow, RunError, Start, Stepper};
+
+use super::{Bar, Report};
+use crate::chain::PlanarChain8;
+
+/// The lengths of the steps, in s. With 0.02 the bent chain's outer link turns by 0.4 rad a step when it cracks like a whip, and its step
+/// has two solutions between which nothing decides.
+const STEPS: [f64; 7] = [0.01, 0.005, 0.004, 0.003, 0.002, 0.001, 1e-4];
+
+/// The steps of a run.
+const COUNT: usize = 400;
+
+/// What came of the runs from one start.
+#[derive(Default)]
+struct Outcome {
+    /// Runs that ended with an error.
+    refused: f64,
+    /// The most evaluations of one step.
+    most: f64,
+    /// The times of steps with at most two evaluations, in s.
+    usual: Vec<f64>,
+    /// Those of steps with three.
+    three: Vec<f64>,
+}
+
+/// Runs a chain from rest.
+fn run(angles: [f64; 8]) -> Result<Outcome, Box<dyn Error>> {
+    let chain = PlanarChain8::default();
+    let mut outcome = Outcome::default();
+    for h in STEPS {
+        let mut flow = Flow::new(&chain, h, Start::second_order(angles, [0.0; 8]))?;
+        for _ in 0..COUNT {
+            let begun = Instant::now();
+            let report = match flow.advance() {
+                Ok(report) => report,
+                Err(RunError::Step(_)) => {
+                    outcome.refused += 1.0;
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            };
+            let seconds = begun.elapsed().as_secs_f64();
+            outcome.most = outcome.most.max(f64::from(report.iterations));
+            match report.iterations {
+                0..=2 => outcome.usual.push(seconds),
+                3 => outcome.three.push(seconds),
+                _ => {}
+            }
+        }
+    }
+    Ok(outcome)
+}
+
+/// The median; NaN of nothing.
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// The figures.
+pub fn run_all(report: &mut Report<'_>) {
+    let mut bent = [0.0; 8];
+    bent[0] = 1.0;
+    let mut small = [1e-7; 8];
+    small[7] = -1e-7;
+    let starts = [
+        ("straight", [1.0; 8]),
+        ("the innermost link bent", bent),
+        ("nearly hanging", small),
+    ];
+    for (name, angles) in starts {
+        report.measure_all(
+            [
+                (
+                    format!("8 links at rest, {name}, h = 1e-4 … 0.01: runs that are refused"),
+                    Bar::AtMost(0.0),
+                ),
+                (
+                    "the same: evaluations of a step, at most".to_owned(),
+                    Bar::AtMost(12.0),
+                ),
+            ],
+            || run(angles).map(|outcome| [outcome.refused, outcome.most]),
+        );
+    }
+    report.measure(
+        "a step of three evaluations over one of at most two, straight: time",
+        Bar::AtMost(2.0),
+        || {
+            let mut outcome = run([1.0; 8])?;
+            Ok(median(&mut outcome.three) / median(&mut outcome.usual))
+        },
+    );
+}
