@@ -23,6 +23,7 @@ mod regularity;
 mod reversal;
 mod roots;
 mod run;
+mod scenes;
 mod stability;
 mod start;
 mod systems;
