@@ -14,6 +14,9 @@ const NUDGE: f64 = 1e-14;
 /// Below this part of the nodes an update is rounding.
 const ROUNDING: f64 = 1e-27;
 
+/// The part of a step that is nearly none.
+const SHORT: f64 = 1e-6;
+
 /// How many updates there may be.
 const UPDATES: usize = 60;
 
@@ -264,15 +267,57 @@ impl Step<'_> {
         None
     }
 
-    /// An update of the second difference relative to the nodes.
+    /// An update of the second difference relative to the legs.
     fn relative(&self, update: &[Double], z: &[Double]) -> f64 {
         let n = self.scene.coordinates;
-        let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.high.abs()));
+        let sizes = self.leg.d.iter().chain(&z[..n]);
+        let longest = sizes.fold(0.0_f64, |longest, x| longest.max(x.high.abs()));
         (0..n).fold(0.0, |largest, i| {
-            let size = self.leg.d[i].high.abs() + z[i].high.abs() + 1e-3 * longest;
+            let size = self.leg.d[i].high.abs() + z[i].high.abs() + 1e-3 * longest + 1e-9 * self.leg.q[i].high.abs();
             let ratio = update[i].high.abs() / size.max(1e-300);
             if ratio <= largest { largest } else { ratio }
         })
+    }
+
+    /// The unknowns that belong to the acceleration and the forces of the continuous motion: those of a step that is a
+    /// millionth as long.
+    #[must_use]
+    pub fn continuous(&self) -> Option<Vec<Double>> {
+        let n = self.scene.coordinates;
+        let leg = Leg {
+            q: self.leg.q.clone(),
+            d: times(&self.leg.d, SHORT),
+        };
+        let short = Step {
+            leg: &leg,
+            h: self.h * SHORT,
+            ..*self
+        };
+        let mut z = short.solve(&vec![Double::ZERO; self.unknowns()])?.z;
+        for e in &mut z[..n] {
+            *e = *e / Double::exact(SHORT * SHORT);
+        }
+        Some(z)
+    }
+
+    /// How much smaller the second update of a plain Newton iteration is than the first: small where the equations bend little
+    /// on the way from `z` to their root.
+    #[must_use]
+    pub fn contraction(&self, z: &[Double]) -> f64 {
+        let mut z = z.to_vec();
+        let mut sizes = [0.0; 2];
+        for size in &mut sizes {
+            let rows = self.rows(&z);
+            let Some(decomposed) = Decomposed::new(self.jacobian(&z, &rows)) else {
+                return f64::INFINITY;
+            };
+            let update = decomposed.solve(&rows);
+            for (z, update) in z.iter_mut().zip(&update) {
+                *z = *z - *update;
+            }
+            *size = self.relative(&update, &z);
+        }
+        if sizes[1] == 0.0 { 0.0 } else { sizes[1] / sizes[0] }
     }
 }
 

@@ -5,7 +5,7 @@ use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
 use super::discrete::{Decomposed, Leg, Step};
 use super::double::Double;
-use super::random::{Case, Random};
+use super::random::{Case, RESOLVED, Random};
 use super::scene::Scene;
 use crate::tape;
 
@@ -17,6 +17,9 @@ const PERTURBATION: f64 = 1e-11;
 
 /// How many motions are perturbed.
 const TWINS: u64 = 2;
+
+/// A node so many roundings away belongs to another motion.
+const FAR: f64 = 1e8;
 
 /// At how many legs the equations are compared.
 const LEGS: usize = 3;
@@ -101,7 +104,7 @@ fn equations<S: System<N>, const N: usize>(
             h: case.h,
             leg: &leg,
         };
-        let Some(solution) = step.solve(&vec![Double::ZERO; step.unknowns()]) else {
+        let Some(solution) = step.continuous().and_then(|guess| step.solve(&guess)) else {
             return;
         };
         let terms = step.terms(&solution.z, &solution.jacobian);
@@ -225,7 +228,7 @@ fn derivatives<S: System<N>, const N: usize>(
     let own = system.linearize(&constants, &known, &unknown).jacobian;
     let columns: Vec<Vec<f64>> = (0..aside.len())
         .map(|j| {
-            let nudge = Double::exact(1e-10 * sizes[j]);
+            let nudge = Double::exact(1e-10 * if sizes[j] > 0.0 { sizes[j] } else { 1.0 });
             let mut ends = [aside.clone(), aside.clone()];
             ends[0][j] = aside[j] - nudge;
             ends[1][j] = aside[j] + nudge;
@@ -276,22 +279,35 @@ fn run<S: System<N>, const N: usize>(
             h: case.h,
             leg: &leg,
         };
-        let solution = step
-            .solve(&predicted(&past, step.unknowns()))
-            .or_else(|| step.solve(&vec![Double::ZERO; step.unknowns()]));
+        let continuous = step.continuous();
+        let resolved = continuous.as_ref().is_some_and(|guess| step.contraction(guess) < RESOLVED);
+        // where the equations hardly bend there is one solution nearby; elsewhere the past has to tell
+        let solution = match continuous.filter(|_| resolved || past.len() < 3) {
+            Some(continuous) => step.solve(&continuous),
+            None if past.len() < 3 => None,
+            None => step.solve(&predicted(&past)),
+        };
         let ours = flow.advance();
+        let ambiguous = |words: &str| words.contains("no unique solution");
         let solution = match (solution, ours) {
-            (Some(solution), Ok(report)) => {
+            (Some(solution), Ok(report)) if resolved => {
                 found.evaluations = found.evaluations.max(report.iterations);
                 solution
             }
             (Some(_), Err(error)) => {
-                found.defects.push(format!("refused at step {k}: {error}"));
+                let words = error.to_string();
+                // two roots of a Lyapunov constraint may truly be too close
+                if resolved && !(ambiguous(&words) && case.scene.motor.is_some()) {
+                    found.defects.push(format!("refused at step {k}: {words}"));
+                } else {
+                    let kind = if resolved { "ambiguous" } else { "strained" };
+                    found.ended = Some(format!("{kind}: refused at step {k}: {words}"));
+                }
                 return;
             }
-            (None, result) => {
-                let word = if result.is_ok() { "is solved" } else { "is refused" };
-                found.ended = Some(format!("step {k} has no plain solution, and {word}"));
+            (solution, ours) => {
+                let [plain, own] = [solution.is_some(), ours.is_ok()];
+                found.ended = Some(format!("step {k} is too long: plain solution {plain}, own {own}"));
                 return;
             }
         };
@@ -324,11 +340,12 @@ fn run<S: System<N>, const N: usize>(
                 let distance = (twin.leg.q[i] - leg.q[i]).high.abs();
                 Found::take(condition, distance / PERTURBATION);
             }
-            if !(*condition * PERTURBATION < 0.01 * longest) {
+            if !(*condition * PERTURBATION <= 0.01 * longest) {
                 found.ended = Some(format!("step {k}: perturbations grow to {:.1e}", *condition));
                 return;
             }
         }
+        let last: Vec<f64> = leg.q.iter().map(|q| q.high).collect();
         let mut worst = 0.0;
         for (i, (q, condition)) in flow.position().iter().zip(&condition).enumerate() {
             let distance = (Double::exact(*q) - leg.q[i]).high.abs();
@@ -340,32 +357,18 @@ fn run<S: System<N>, const N: usize>(
         if k == 0 {
             Found::take(&mut found.node, worst);
         }
-        if worst > 1e6 {
-            found.defects.push(other_root(&flow, case, k, &leg));
+        if worst > FAR {
+            let ours = flow.leg();
+            let words = format!("step {k}: another root, {:?} after {:?}; expected {last:?}", ours.q, ours.d);
+            found.defects.push(words);
             return;
         }
     }
 }
 
-/// What is said of a run that has left the exact motion.
-fn other_root<S: System<N>, const N: usize>(flow: &Flow<'_, S, N>, case: &Case, k: usize, leg: &Leg) -> String {
-    let ours = flow.leg();
-    let before: Vec<f64> = (0..N).map(|i| ours.q[i] - ours.d[i]).collect();
-    let last = leg.q.iter().map(|q| q.high).collect::<Vec<_>>();
-    format!("step {k} (h = {}): {:?} from {before:?}, expected {last:?}", case.h, ours.q)
-}
-
-/// The polynomial through the last solutions.
-fn predicted(past: &[Vec<Double>], count: usize) -> Vec<Double> {
+/// The polynomial through the last three solutions.
+fn predicted(past: &[Vec<Double>]) -> Vec<Double> {
     let three = Double::exact(3.0);
-    let pick = |i: usize, j: usize| past[i][j];
-    (0..count)
-        .map(|j| match past.len() {
-            0 => Double::ZERO,
-            1 => pick(0, j),
-            2 => pick(0, j) + pick(0, j) - pick(1, j),
-            _ => three * (pick(0, j) - pick(1, j)) + pick(2, j),
-        })
-        .collect()
+    let places = past[0].iter().zip(&past[1]).zip(&past[2]);
+    places.map(|((a, b), c)| three * (*a - *b) + *c).collect()
 }
-

@@ -63,6 +63,13 @@ pub struct Case {
     pub q1: Vec<f64>,
 }
 
+/// A step is short enough where the second update of Newton's iteration, begun at the continuous motion, is at most this part of the
+/// first.
+pub const RESOLVED: f64 = 0.05;
+
+/// How often a step that is too long is made shorter.
+const SHORTER: usize = 12;
+
 /// Masses [kg] and lengths \[m\] span four decades.
 const SPAN: (f64, f64) = (0.01, 100.0);
 
@@ -132,15 +139,19 @@ pub fn tree(count: usize, map: Map, random: &mut Random) -> Scene {
     scene
 }
 
-/// A tree with a motor in one joint.
+/// A joint of a tree: an angle, and that of the rod which its rod hangs on.
 #[must_use]
-pub fn robot(count: usize, map: Map, lyapunov: bool, random: &mut Random) -> Scene {
-    let mut scene = tree(count, map, random);
-    let one = random.below(count);
-    let against = match scene.bodies[one].base {
-        Base::Body(base) => Some(base),
-        _ => None,
-    };
+pub fn joint(scene: &Scene, random: &mut Random) -> (usize, Option<usize>) {
+    let one = random.below(scene.bodies.len());
+    match scene.bodies[one].base {
+        Base::Body(base) => (one, Some(base)),
+        _ => (one, None),
+    }
+}
+
+/// A tree with a motor in one joint, or between two angles.
+#[must_use]
+pub fn robot(mut scene: Scene, joint: (usize, Option<usize>), lyapunov: bool, random: &mut Random) -> Scene {
     let rate = 1.0 / time(&scene);
     let weight: f64 = scene.bodies.iter().map(|body| body.mass * length(body).powi(2)).sum();
     let law = if lyapunov {
@@ -154,10 +165,7 @@ pub fn robot(count: usize, map: Map, lyapunov: bool, random: &mut Random) -> Sce
             target: random.between(-2.0, 2.0),
         }
     };
-    scene.motor = Some(Motor {
-        joint: (one, against),
-        law,
-    });
+    scene.motor = Some(Motor { joint, law });
     scene
 }
 
@@ -220,7 +228,7 @@ pub fn linkage(count: usize, rods: usize, map: Map, random: &mut Random) -> (Sce
 /// A train: a lead with a wheel that rolls, and trailers with wheels. The coordinates are the lead's place, the angles of all,
 /// and the turning of its wheel.
 #[must_use]
-pub fn train(count: usize, map: Map, random: &mut Random) -> Scene {
+pub fn train(count: usize, is_chain: bool, map: Map, random: &mut Random) -> Scene {
     let mut scene = empty(count + 3, map, random);
     if random.chance(0.7) {
         scene.gravity = 0.0; // it drives on a plane; else on a wall
@@ -236,7 +244,7 @@ pub fn train(count: usize, map: Map, random: &mut Random) -> Scene {
             }
         } else {
             Body {
-                base: Base::Body(random.below(i)),
+                base: Base::Body(if is_chain { i - 1 } else { random.below(i) }),
                 rod: Some((2 + i, length)),
                 mass,
             }
@@ -284,9 +292,11 @@ impl Case {
     pub fn new(scene: Scene, place: Option<&[f64]>, random: &mut Random) -> Option<Self> {
         let n = scene.coordinates;
         let time = time(&scene);
-        let h = time * random.decades(1e-3, 0.1);
+        let mut h = time * random.decades(1e-3, 0.1);
         let swing = if random.chance(0.2) { 0.1 } else { 2.0 };
-        let at_rest = random.chance(0.25);
+        let brakes = matches!(scene.motor.map(|motor| motor.law), Some(Law::Lyapunov { .. }));
+        // at rest a Lyapunov constraint says nothing
+        let at_rest = random.chance(0.25) && !brakes;
         let alike = random.chance(0.2).then(|| random.between(-swing, swing));
         let mut draw = |i: usize| match place {
             Some(place) => place[i],
@@ -298,11 +308,30 @@ impl Case {
         let v0: Vec<f64> = (0..n)
             .map(|_| if at_rest { 0.0 } else { random.between(-fast, fast) })
             .collect();
-        Self::consistent(scene, h, &q0, &v0)
+        for _ in 0..SHORTER {
+            let case = Self::consistent(&scene, h, &q0, &v0)?;
+            if case.is_resolved() {
+                return Some(case);
+            }
+            h /= 3.0;
+        }
+        None
+    }
+
+    /// Whether the first step is short enough for its equations to be nearly linear: then it has one solution nearby.
+    fn is_resolved(&self) -> bool {
+        let leg = Leg::between(&self.q0, &self.q1);
+        let step = Step {
+            scene: &self.scene,
+            h: self.h,
+            leg: &leg,
+        };
+        step.continuous()
+            .is_some_and(|guess| step.contraction(&guess) < RESOLVED)
     }
 
     /// The nearest state that obeys the constraints, and the node after it.
-    fn consistent(scene: Scene, h: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
+    fn consistent(scene: &Scene, h: f64, q0: &[f64], v0: &[f64]) -> Option<Self> {
         let (n, lower) = (scene.coordinates, scene.lower());
         let exact = |x: &[f64]| x.iter().copied().map(Double::exact).collect::<Vec<_>>();
         let rounded = |x: &[Double]| x.iter().map(|x| x.high).collect::<Vec<_>>();
@@ -336,7 +365,7 @@ impl Case {
             d: vec![Double::ZERO; n],
         };
         let step = Step {
-            scene: &scene,
+            scene,
             h,
             leg: &leg,
         };
@@ -375,7 +404,7 @@ impl Case {
             q0: q0.to_vec(),
             v0: rounded(&v),
             q1: rounded(&q1),
-            scene,
+            scene: scene.clone(),
         })
     }
 }
