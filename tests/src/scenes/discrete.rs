@@ -14,8 +14,8 @@ const NUDGE: f64 = 1e-14;
 /// Below this part of the nodes an update is rounding.
 const ROUNDING: f64 = 1e-27;
 
-/// The part of a step that is nearly none.
-const SHORT: f64 = 1e-6;
+/// A step that is this part of another one: short enough for the continuous motion, and long enough for nodes that are rounded.
+const SHORT: f64 = 1e-2;
 
 /// How many updates there may be.
 const UPDATES: usize = 60;
@@ -279,8 +279,8 @@ impl Step<'_> {
         })
     }
 
-    /// The unknowns that belong to the acceleration and the forces of the continuous motion: those of a step that is a
-    /// millionth as long.
+    /// The unknowns that belong to the acceleration and the forces of the continuous motion: those of a step that is
+    /// a hundredth as long, nearly.
     #[must_use]
     pub fn continuous(&self) -> Option<Vec<Double>> {
         let n = self.scene.coordinates;

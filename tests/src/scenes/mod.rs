@@ -10,3 +10,4 @@ pub mod hold;
 pub mod number;
 pub mod random;
 pub mod scene;
+pub mod text;
