@@ -5,6 +5,9 @@ use crate::error::NewtonFailure;
 use crate::start;
 use crate::system::{Quantity, System};
 
+/// An acceleration and multipliers.
+pub(crate) type Accelerated<const N: usize> = ([f64; N], Vec<f64>);
+
 /// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
 /// coordinates, not for every system.
 pub(crate) trait AnySystem<const N: usize> {
@@ -17,8 +20,16 @@ pub(crate) trait AnySystem<const N: usize> {
     /// The parameters, with their values.
     fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
 
-    /// The acceleration and the multipliers of the continuous system at `(q, v)`.
-    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure>;
+    /// Whether a factor could be declared to be divided out of a constraint, and is not.
+    fn may_divide(&self) -> bool;
+
+    /// The acceleration and the multipliers of the continuous system at `(q, v)`, looked for near an acceleration, or near none.
+    fn acceleration(
+        &self,
+        q: &[f64; N],
+        v: &[f64; N],
+        near: Option<&[f64; N]>,
+    ) -> Result<Accelerated<N>, NewtonFailure>;
 }
 
 impl<S: System<N>, const N: usize> AnySystem<N> for S {
@@ -40,7 +51,16 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
         parameters
     }
 
-    fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
-        start::acceleration(self, q, v)
+    fn may_divide(&self) -> bool {
+        S::KINEMATIC > 0 && !S::DIVIDED
+    }
+
+    fn acceleration(
+        &self,
+        q: &[f64; N],
+        v: &[f64; N],
+        near: Option<&[f64; N]>,
+    ) -> Result<Accelerated<N>, NewtonFailure> {
+        start::acceleration(self, q, v, near)
     }
 }

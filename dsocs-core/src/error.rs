@@ -108,6 +108,38 @@ impl fmt::Display for Rounded {
     }
 }
 
+/// A constraint that a start violates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Violation {
+    /// The kind of the constraint.
+    pub constraint: &'static str,
+    /// Its place among those of its kind, from 0.
+    pub index: usize,
+    /// Where it is asked for: at which node, or by which map.
+    pub at: &'static str,
+    /// Its value there, in its units.
+    pub value: f64,
+    /// The size of its terms.
+    pub size: f64,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            constraint,
+            index,
+            at,
+            value,
+            size,
+        } = *self;
+        write!(
+            f,
+            "{constraint} {} at {at} by {value:.3e}, where its terms are of the size {size:.3e}",
+            index + 1
+        )
+    }
+}
+
 /// Why a run could not be set up.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -140,21 +172,14 @@ pub enum SetupError {
         /// The value.
         value: f64,
     },
-    /// The start violates a holonomic or nonholonomic constraint.
+    /// The start violates holonomic or nonholonomic constraints.
     #[error(
-        "the start violates {constraint} {} by {violation:.3e}, and its terms are of the size {size:.3e}; expected a start \
-         that obeys it, or project it (`Start::projected`)",
-        .index + 1
+        "the start violates {}; expected a start that obeys what is declared, or project it (`Start::projected`)",
+        .violations.iter().map(ToString::to_string).collect::<Vec<_>>().join(", and ")
     )]
     Inconsistent {
-        /// The kind of the constraint.
-        constraint: &'static str,
-        /// Its place among those of its kind, from 0.
-        index: usize,
-        /// Its value, in its units.
-        violation: f64,
-        /// The size of its terms.
-        size: f64,
+        /// All that is violated.
+        violations: Vec<Violation>,
     },
     /// No nearby start that obeys the constraints was found.
     #[error(
@@ -197,7 +222,7 @@ pub enum SetupError {
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
         "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {cause}; {}",
-        Numbers(.q0), Numbers(.v0), acceleration_advice(.v0)
+        Numbers(.q0), Numbers(.v0), acceleration_advice(.v0, .cause)
     )]
     Acceleration {
         /// The first node.
@@ -230,12 +255,25 @@ pub enum SetupError {
 }
 
 /// What to try where the second-order start fails.
-fn acceleration_advice(v0: &[f64]) -> &'static str {
-    if v0.iter().all(|&v| v == 0.0) {
-        "the system starts at rest, where the constraint may be undefined: start with a velocity, or give both first \
-         nodes (Start::nodes)"
-    } else {
-        "check the start and the parameters, or use the paper's start (Start::paper), which needs no acceleration"
+fn acceleration_advice(v0: &[f64], cause: &NewtonFailure) -> &'static str {
+    let at_rest = v0.iter().all(|&v| v == 0.0);
+    match (cause.reason, at_rest) {
+        (StepFailure::NotFinite, true) => {
+            "the system starts at rest, where an expression of the declaration has no value: start with a velocity, or give \
+             both first nodes (`Start::nodes`)"
+        }
+        (StepFailure::NotFinite, false) => {
+            "an expression of the declaration has no value there (a division by zero, a root of a negative number): check the \
+             start and the parameters"
+        }
+        (_, true) => {
+            "the system starts at rest, where the acceleration may not be unique: start with a velocity, say which one is meant \
+             (`Start::near_acceleration`), or give both first nodes (`Start::nodes`)"
+        }
+        (_, false) => {
+            "if the equations have several solutions, say which one is meant (`Start::near_acceleration`); or use the paper's \
+             start (`Start::paper`), which needs no acceleration"
+        }
     }
 }
 
@@ -260,6 +298,8 @@ pub struct FailedStep {
     pub regularity: Regularity,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
+    /// Whether a factor could be divided out: there is a kinematic constraint, and no `branch` is declared.
+    pub may_divide: bool,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,
 }
@@ -292,21 +332,29 @@ impl StepError {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
                  negative number, an overflow): check the start and the parameters, and try a smaller h"
             }
-            StepFailure::Singular => {
+            StepFailure::Singular if step.may_divide => {
                 "the constraints and the variational equations are not independent here; if two roots meet at a factor \
                  of the constraint, divide it out with `branch = divide(factor)`"
+            }
+            StepFailure::Singular => {
+                "the constraints and the variational equations are not independent here: look for a constraint that \
+                 repeats another one, or for a coordinate whose acceleration nothing determines"
             }
             StepFailure::Degenerate => {
                 "the declaration divides by something that is zero at this root, or a parameter makes one of its rows \
                  vanish: look for a velocity or a mass that is zero"
             }
-            StepFailure::AmbiguousRoot => {
+            StepFailure::AmbiguousRoot if step.may_divide => {
                 "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \
                  `Flow::advance_to`"
             }
-            StepFailure::NotConverged => {
+            StepFailure::AmbiguousRoot => "choose a root with `Flow::advance_to`, or try a smaller h",
+            StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
+            }
+            StepFailure::NotConverged => {
+                "try a smaller h and check that the start is consistent with the constraints"
             }
         }
     }

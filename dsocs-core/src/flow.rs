@@ -177,6 +177,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn solve(&mut self) -> Result<StepReport, StepError> {
         let step = Step {
             past_is_short: self.index() <= SHORT_PAST,
+            begins: self.beginning.near.filter(|_| self.index() == 1),
             ..Step::new(self.system, &self.constants, self.leg(), self.h)
         };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
@@ -221,7 +222,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn first_node(&self) -> Node<N> {
         let Beginning { q0, v0, a0, .. } = self.beginning;
         let a = a0
-            .or_else(|| Some(start::acceleration(self.system, &q0, &v0).ok()?.0))
+            .or_else(|| Some(start::acceleration(self.system, &q0, &v0, None).ok()?.0))
             .unwrap_or([f64::NAN; N]);
         Node {
             index: self.clock.index(),
@@ -242,6 +243,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let mut step = Step::new(self.system, &self.constants, self.leg(), self.h);
         // without a past nothing else tells two roots apart
         step.past_is_short = self.index() <= SHORT_PAST;
+        step.begins = self.beginning.near.filter(|_| self.index() == 1);
         step
     }
 

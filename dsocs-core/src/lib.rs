@@ -98,7 +98,7 @@ pub use dsocs_macros::dsocs;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use ensemble::{Ensemble, Observed};
-pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure};
+pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, multipliers};
 pub use real::Real;
 pub use regularity::Regularity;
@@ -119,6 +119,7 @@ pub mod __private {
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
     pub use crate::lanes::Lanes;
+    pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::scalar::Scalar;
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};

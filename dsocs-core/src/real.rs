@@ -1,6 +1,7 @@
 //! The number type of functions that a declaration calls.
 
 mod bessel;
+pub(crate) mod generic;
 
 use core::fmt::{Debug, Display};
 use core::iter::{Product, Sum};

@@ -4,7 +4,7 @@ mod consistency;
 
 use core::marker::PhantomData;
 
-use crate::any::AnySystem;
+use crate::any::{Accelerated, AnySystem};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
@@ -39,6 +39,8 @@ pub struct Start<const N: usize> {
     t0: f64,
     /// Whether it is projected onto the constraints.
     projected: bool,
+    /// Where the acceleration is looked for.
+    near: Option<[f64; N]>,
 }
 
 /// What leads from the first node to the second.
@@ -70,17 +72,20 @@ impl<const N: usize> Start<N> {
             rule: Rule::Paper { v0 },
             t0: 0.0,
             projected: false,
+            near: None,
         }
     }
 
     /// `q1 = q0 + h v0 + h²/2 a0` with the acceleration `a0` of the continuous system at `(q0, v0)`: the start that
-    /// keeps the scheme's second order.
+    /// keeps the scheme's second order. Where constraints bind pairs of nodes or nodes, `q1` is then moved onto them, by as little
+    /// as possible, which does not change the order.
     pub const fn second_order(q0: [f64; N], v0: [f64; N]) -> Self {
         Self {
             q0,
             rule: Rule::SecondOrder { v0 },
             t0: 0.0,
             projected: false,
+            near: None,
         }
     }
 
@@ -104,6 +109,7 @@ impl<const N: usize> Start<N> {
             rule: Rule::Exact { v0, a0, d, h },
             t0: 0.0,
             projected: false,
+            near: None,
         })
     }
 
@@ -114,6 +120,7 @@ impl<const N: usize> Start<N> {
             rule: Rule::Nodes { q1 },
             t0: 0.0,
             projected: false,
+            near: None,
         }
     }
 
@@ -127,6 +134,14 @@ impl<const N: usize> Start<N> {
     /// possible, measured by the mass matrix. Without it a start that violates them is refused.
     pub const fn projected(mut self) -> Self {
         self.projected = true;
+        self
+    }
+
+    /// Looks for the acceleration at the start near `a0`, where the equations have several: a curvature of which only the square is
+    /// given turns the path to the left or to the right, and `a0` says which. Without it the search begins at no acceleration, and
+    /// fails where nothing decides.
+    pub const fn near_acceleration(mut self, a0: [f64; N]) -> Self {
+        self.near = Some(a0);
         self
     }
 
@@ -154,7 +169,7 @@ impl<const N: usize> Start<N> {
             Rule::SecondOrder { v0 } => {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                let a0 = state_acceleration(system, &q0, &v0)?;
+                let a0 = state_acceleration(system, &q0, &v0, self.near.as_ref())?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
                 (
@@ -191,11 +206,19 @@ impl<const N: usize> Start<N> {
         };
         let q = Compensated::exact(q0).plus(&d);
         check_vector(system, "q1", &q.hi)?;
-        Ok(Beginning { q0, v0, a0, t0, q, d })
+        Ok(Beginning {
+            q0,
+            v0,
+            a0,
+            near: self.meant(),
+            t0,
+            q,
+            d,
+        })
     }
 
-    /// The time, the position and the velocity, for methods that begin with these.
-    pub(crate) fn phase(&self, system: &dyn AnySystem<N>) -> Result<(f64, [f64; N], [f64; N]), SetupError> {
+    /// What methods begin with that begin with a position and a velocity.
+    pub(crate) fn phase(&self, system: &dyn AnySystem<N>) -> Result<Phase<N>, SetupError> {
         let Self { q0, rule, t0, .. } = *self;
         if !t0.is_finite() {
             return Err(SetupError::StartTime { t0 });
@@ -207,7 +230,16 @@ impl<const N: usize> Start<N> {
         };
         check_vector(system, "v0", &v0)?;
         let (q0, v0) = self.consistent(system, q0, v0)?;
-        Ok((t0, q0, v0))
+        let near = self.meant();
+        Ok(Phase { t0, q0, v0, near })
+    }
+
+    /// The acceleration that is meant, where it was said.
+    fn meant(&self) -> Option<[f64; N]> {
+        match self.rule {
+            Rule::Exact { a0, .. } => Some(a0),
+            _ => self.near,
+        }
     }
 
     /// A position and a velocity that obey the constraints of lower order.
@@ -225,6 +257,19 @@ impl<const N: usize> Start<N> {
     }
 }
 
+/// The start of a method that begins with a position and a velocity.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Phase<const N: usize> {
+    /// The time.
+    pub t0: f64,
+    /// The position.
+    pub q0: [f64; N],
+    /// The velocity.
+    pub v0: [f64; N],
+    /// Where the acceleration is looked for.
+    pub near: Option<[f64; N]>,
+}
+
 /// The start, worked out.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beginning<const N: usize> {
@@ -234,6 +279,8 @@ pub(crate) struct Beginning<const N: usize> {
     pub v0: [f64; N],
     /// The acceleration there, where it was needed.
     pub a0: Option<[f64; N]>,
+    /// The acceleration with which the motion begins, where it was said.
+    pub near: Option<[f64; N]>,
     /// The time of the first node.
     pub t0: f64,
     /// The second node.
@@ -275,10 +322,14 @@ pub(crate) fn state_acceleration<const N: usize>(
     system: &dyn AnySystem<N>,
     q0: &[f64; N],
     v0: &[f64; N],
+    near: Option<&[f64; N]>,
 ) -> Result<[f64; N], SetupError> {
     check_vector(system, "q0", q0)?;
     check_vector(system, "v0", v0)?;
-    match system.acceleration(q0, v0) {
+    if let Some(a0) = near {
+        check_vector(system, "a0", a0)?;
+    }
+    match system.acceleration(q0, v0, near) {
         Ok((a, _)) => Ok(a),
         Err(cause) => Err(SetupError::Acceleration {
             q0: q0.to_vec(),
@@ -288,13 +339,14 @@ pub(crate) fn state_acceleration<const N: usize>(
     }
 }
 
-/// The acceleration and the multipliers of the continuous system at `(q, v)`.
+/// The acceleration and the multipliers of the continuous system at `(q, v)`, looked for near an acceleration, or near none.
 pub(crate) fn acceleration<S: System<N>, const N: usize>(
     system: &S,
     q: &[f64; N],
     v: &[f64; N],
-) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
-    solve_continuous::<S::Motion, N>(Declaration::of(system), q, v)
+    near: Option<&[f64; N]>,
+) -> Result<Accelerated<N>, NewtonFailure> {
+    solve_continuous::<S::Motion, N>(Declaration::of(system), q, v, near)
 }
 
 /// The same of a declaration whose continuous system has the unknowns `U`.
@@ -302,7 +354,8 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
     declaration: Declaration<'_, N>,
     q: &[f64; N],
     v: &[f64; N],
-) -> Result<([f64; N], Vec<f64>), NewtonFailure> {
+    near: Option<&[f64; N]>,
+) -> Result<Accelerated<N>, NewtonFailure> {
     let equations = Continuous {
         declaration,
         q,
@@ -310,12 +363,16 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
         unknowns: PhantomData,
     };
     let zero = U::zero();
-    match newton::solve_apart(&equations, zero, &zero, MAX_ITERATIONS, &mut ()) {
+    let mut guess = zero;
+    for (guess, a) in guess.as_mut().iter_mut().zip(near.into_iter().flatten()) {
+        *guess = *a;
+    }
+    match newton::solve_apart(&equations, guess, &zero, MAX_ITERATIONS, &mut ()) {
         Ok(root) => Ok((
             equations.point(&root.z).a,
             of_motion::<N>(root.z.as_ref()).to_vec(),
         )),
-        Err(_) => Err(newton::explain(&equations, zero, &zero, MAX_ITERATIONS)),
+        Err(_) => Err(newton::explain(&equations, guess, &zero, MAX_ITERATIONS)),
     }
 }
 

@@ -39,16 +39,16 @@ use proc_macro::TokenStream;
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
 /// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(q) = 0`, imposed at every node |
 /// | `nonholonomic = c;` or a list | constraints of velocities, `c(q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
-/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹` |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
-/// | `forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
-/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper` (the default, `(q0, (q1 - q0) / h)`), `midpoint` or `trapezoid` |
+/// | `constraint_forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
+/// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper`, `midpoint` or `trapezoid`; for the default see below |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
 /// | `discrete_lagrangian = L_d;` | in place of `L(φ_{L_d}⁻¹)`: a function of two nodes (see below) |
 /// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
-/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step |
+/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step; what is no factor of it is refused |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
 /// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
 ///
@@ -73,7 +73,7 @@ use proc_macro::TokenStream;
 ///
 /// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and
 /// nonholonomic constraints have theirs by d'Alembert's rule (`dg`, `∂c/∂v`) unless others are written. Kinematic ones tell nothing of
-/// theirs: `forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
+/// theirs: `constraint_forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
 /// `∂c/∂a`. Written `variational` fields are all of `C_V`: together with the constraints they are as many as
 /// coordinates. Without constraints every displacement is virtual. The components of a field stand in a tuple, for one
 /// coordinate also alone.
@@ -85,7 +85,7 @@ use proc_macro::TokenStream;
 /// // a pendulum with a rod (d'Alembert) and a motor on its wheel (a Lyapunov constraint)
 /// holonomic = x.powi(2) + y.powi(2) - length.powi(2);
 /// kinematic = dot(lyapunov) + dissipation;
-/// forces = [(0, 0, 1)];
+/// constraint_forces = [(0, 0, 1)];
 /// ```
 ///
 /// # Expressions
@@ -99,8 +99,8 @@ use proc_macro::TokenStream;
 /// - The functions of `f64` are methods or paths (`x.sin()`, `f64::sin(x)`): `sqrt`, `cbrt`, `exp`, `exp_m1`,
 ///   `exp2`, `ln`, `ln_1p`, `log10`, `log2`, `log`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `sinh`, `cosh`,
 ///   `tanh`, `asinh`, `acosh`, `atanh`, `abs`, `signum`, `recip`, `powi` (a literal exponent), `powf`, `atan2`,
-///   `hypot`, `min`, `max`, `mul_add`, `to_radians`, `to_degrees`. `min` and `max` compare by `<`: with NaN they
-///   give their last argument.
+///   `hypot`, `min`, `max`, `mul_add`, `to_radians`, `to_degrees`. `a.min(b)` and `a.max(b)` compare by
+///   `<`: where either is NaN, `min` gives `b` and `max` gives `a`.
 /// - A parameter is a field of the struct, by its name alone. Fields of type `f32` and of the integer types that
 ///   `f64` holds exactly are converted; `bool` serves in conditions. `masses[2]`, `geometry.length`,
 ///   `table.value(3)`, `std::f64::consts::PI` and constants in capitals are parameters too: any expression without
@@ -155,9 +155,13 @@ use proc_macro::TokenStream;
 /// ```
 ///
 /// `paper`, `midpoint` (`((q0 + q1) / 2, (q1 - q0) / h)`) and `trapezoid` (the mean of the Lagrangian over `(q0, v)` and `(q1, v)`,
-/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian, and so is `trapezoid`;
-/// `paper` is where the mass matrix is constant. A nonholonomic constraint is imposed where the Lagrangian is taken, so that
-/// it wants one of the first two. As `phi_kinematic`, `midpoint` is `((q0 + 2 * q1 + q2) / 4, …)`.
+/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian and every constraint, and so
+/// is `trapezoid`; `paper`, `(q0, (q1 - q0) / h)`, is where `L = T(v) - V(q)`. As `phi_kinematic`, `midpoint` is
+/// `((q0 + 2 * q1 + q2) / 4, …)`.
+///
+/// Where no `phi_lagrangian` is written, the step is of second order all the same: it is `paper` where the momentum `∂L/∂v` does not
+/// depend on the position (as with a constant mass matrix) and nothing is imposed on a leg, and `midpoint` elsewhere, with
+/// nonholonomic constraints and with `leg(e, 0)`. `phi_lagrangian = paper` asks for the paper's map everywhere.
 ///
 /// # Discrete systems
 ///
@@ -181,7 +185,11 @@ use proc_macro::TokenStream;
 ///
 /// # Errors
 ///
-/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there.
+/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there. A function of yours that is not
+/// generic is told by the compiler, once, at its name.
+///
+/// What has no effect is warned of: a `let` that nothing uses (`_name` says that it is meant so), a coordinate whose acceleration no equation
+/// determines.
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
     dsocs_language::expand(declaration.into(), &item.into()).into()

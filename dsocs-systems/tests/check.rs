@@ -147,7 +147,6 @@ struct Rod;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
     nonholonomic = dot(z) - y * dot(x);
-    phi_lagrangian = midpoint;
 }]
 struct Nonholonomic;
 
@@ -156,6 +155,7 @@ struct Nonholonomic;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
     nonholonomic = dot(z) - y * dot(x);
+    phi_lagrangian = paper;
 }]
 struct OneSided;
 

@@ -15,7 +15,7 @@ use crate::error::{NewtonFailure, SetupError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
-use crate::start::{self, Start};
+use crate::start::{self, Phase, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
@@ -147,8 +147,8 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             Flow::check(system, fraction * h)?;
         }
         Declaration::of(system).prepare();
-        let (t0, q0, v0) = start.phase(system)?;
-        let a0 = start::state_acceleration(system, &q0, &v0)?;
+        let Phase { t0, q0, v0, near } = start.phase(system)?;
+        let a0 = start::state_acceleration(system, &q0, &v0, near.as_ref())?;
         let mut flow = Self {
             system,
             method,
@@ -281,6 +281,9 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             };
             let mut step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
             step.past_is_short = past_is_short;
+            if self.clock.index() == 0 {
+                step.begins = Some(state.a);
+            }
             step.past = Some(&stage.past);
             let (z, report) = match step.solve(&mut stage.predictor, self.max_iterations) {
                 Ok(solution) => solution,

@@ -37,7 +37,8 @@ impl fmt::Display for Symmetry {
                 "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"
             }
             Self::LagrangianMap => {
-                "with the declared `phi_lagrangian` the equations at a node depend on more than value, slope and curvature there"
+                "with its `phi_lagrangian` (`midpoint` by default where the momentum depends on the position) the equations at a node \
+                 depend on more than value, slope and curvature there"
             }
             Self::KinematicMap => {
                 "the declared `phi_kinematic` is not value, slope and curvature at the middle node"

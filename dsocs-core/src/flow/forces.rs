@@ -7,7 +7,7 @@ use crate::system::{Point, System};
 
 /// The multipliers `λ` of a node of any run of the system, one for each constraint, with which the constraint force is
 /// `Q = Σ λ_j α_j`: `α_j` is the form of the constraint's rule (d'Alembert's, Chetaev's) or the declared one. Their units are those
-/// of `L` by those of the constraint; for `forces = [(0, 1)]` the multiplier is the motor's torque.
+/// of `L` by those of the constraint; for `constraint_forces = [(0, 1)]` the multiplier is the motor's torque.
 ///
 /// Empty where the declaration gives the virtual displacements by fields. The forms are those at the node's position, velocity
 /// and acceleration.

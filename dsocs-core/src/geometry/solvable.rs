@@ -86,7 +86,7 @@ impl<S: System<N>, const N: usize> Solvable<N> for S {
     }
 
     fn acceleration(&self, q: &[f64; N], v: &[f64; N]) -> Result<[f64; N], NewtonFailure> {
-        Ok(start::acceleration(self, q, v)?.0)
+        Ok(start::acceleration(self, q, v, None)?.0)
     }
 
     fn solve_accelerations(&self, matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {

@@ -3,7 +3,7 @@
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::error::SetupError;
+use crate::error::{SetupError, Violation};
 use crate::rounding;
 use crate::scalar::Scalar as _;
 use crate::step::elimination;
@@ -15,6 +15,9 @@ const OBEYED: f64 = 1e-12;
 
 /// How often a projection is repeated.
 const MAX_ITERATIONS: usize = 50;
+
+/// A row of this part of its terms is zero but for its own rounding.
+const ROUNDED: f64 = f64::EPSILON;
 
 /// What the updates of a projection are small against, in units of rounding.
 const SETTLED: f64 = 8.0 * f64::EPSILON;
@@ -34,7 +37,8 @@ pub(super) fn check<const N: usize>(
         return Ok(());
     }
     let rows = declaration.phase(q, v);
-    obeyed(declaration, &rows, &rounding::phase_sizes(declaration, q, v))
+    let sizes = rounding::phase_sizes(declaration, q, v);
+    obeyed(violations(declaration, Node::Start, &rows, &sizes))
 }
 
 /// Checks that the second node obeys the constraints with the first.
@@ -48,49 +52,74 @@ pub(super) fn check_pair<const N: usize>(
         return Ok(());
     }
     // the first node, of whose pair nothing else is known
-    if declaration.holonomic() > 0 {
-        let rows = holonomic_rows(declaration, q0);
-        obeyed(
-            declaration,
-            &rows,
-            &rounding::phase_sizes(declaration, q0, &[0.0; N]),
-        )?;
-    }
+    let first = holonomic_rows(declaration, q0);
+    let sizes = rounding::phase_sizes(declaration, q0, &[0.0; N]);
+    let mut all = violations(declaration, Node::First, &first, &sizes);
     let leg = leg(q0, d);
-    obeyed(
-        declaration,
-        &declaration.pair(h, &leg),
-        &rounding::pair_sizes(declaration, h, &leg),
-    )
+    let rows = declaration.pair(h, &leg);
+    let sizes = rounding::pair_sizes(declaration, h, &leg);
+    all.extend(violations(declaration, Node::Second, &rows, &sizes));
+    obeyed(all)
 }
 
-/// Refuses the first row that is not zero.
-fn obeyed<const N: usize>(
+/// Where rows are asked for.
+#[derive(Clone, Copy)]
+enum Node {
+    /// At the position and the velocity of the start.
+    Start,
+    /// At the first of two nodes.
+    First,
+    /// At the second, and between the two.
+    Second,
+}
+
+/// The rows that are not zero.
+fn violations<const N: usize>(
     declaration: &Declaration<'_, N>,
+    node: Node,
     rows: &[f64],
     sizes: &[f64],
-) -> Result<(), SetupError> {
-    for (place, (&row, &size)) in rows.iter().zip(sizes).enumerate() {
+) -> Vec<Violation> {
+    let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
+    let mut violations = Vec::new();
+    for (place, (&value, &size)) in rows.iter().zip(sizes).enumerate() {
         // false also where it is not a number
-        let is_obeyed = row.abs() <= OBEYED * size;
-        if !is_obeyed {
-            let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
-            let (constraint, index) = if place < holonomic {
-                ("holonomic constraint", place)
-            } else if place < lower {
-                ("nonholonomic constraint", place - holonomic)
-            } else {
-                ("time derivative of holonomic constraint", place - lower)
-            };
-            return Err(SetupError::Inconsistent {
-                constraint,
-                index,
-                violation: row,
-                size,
-            });
+        let is_obeyed = value.abs() <= OBEYED * size;
+        if is_obeyed {
+            continue;
         }
+        let (constraint, index) = if place < holonomic {
+            ("holonomic constraint", place)
+        } else if place < lower {
+            ("nonholonomic constraint", place - holonomic)
+        } else {
+            ("time derivative of holonomic constraint", place - lower)
+        };
+        let at = match node {
+            Node::Start if place < holonomic => "q0",
+            Node::Start => "(q0, v0)",
+            Node::First => "the first node",
+            Node::Second if place < holonomic => "the second node",
+            Node::Second => "φ⁻¹(q0, q1) of the map of L",
+        };
+        violations.push(Violation {
+            constraint,
+            index,
+            at,
+            value,
+            size,
+        });
     }
-    Ok(())
+    violations
+}
+
+/// Refuses violations.
+fn obeyed(violations: Vec<Violation>) -> Result<(), SetupError> {
+    if violations.is_empty() {
+        Ok(())
+    } else {
+        Err(SetupError::Inconsistent { violations })
+    }
 }
 
 /// Whether a projection has ended on the constraints, and not where their derivatives vanish.
@@ -99,9 +128,13 @@ fn reached<const N: usize>(
     rows: &[f64],
     sizes: &[f64],
 ) -> Result<(), SetupError> {
-    obeyed(declaration, rows, sizes).map_err(|_| SetupError::Projection {
-        residual: rows.to_vec(),
-    })
+    if violations(declaration, Node::Second, rows, sizes).is_empty() {
+        Ok(())
+    } else {
+        Err(SetupError::Projection {
+            residual: rows.to_vec(),
+        })
+    }
 }
 
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
@@ -120,14 +153,20 @@ pub(super) fn project<const N: usize>(
             rows.truncate(declaration.holonomic());
             rows
         };
-        solve(q, &inverse, &q, rows)?
+        solve(q, &inverse, &q, rows, |q| {
+            rounding::phase_sizes(declaration, q, &v)
+        })?
     } else {
         q
     };
     let inverse = inverse_mass(declaration, &q, &v);
-    let v = solve(v, &inverse, &v, |v: &[Tangent; N]| {
+    let rows = |v: &[Tangent; N]| {
         let mut rows = declaration.phase(&q.map(|q| Tangent::new(q, 0.0)), v);
         rows.split_off(declaration.holonomic().min(rows.len()))
+    };
+    let v = solve(v, &inverse, &v, rows, |v| {
+        let mut sizes = rounding::phase_sizes(declaration, &q, v);
+        sizes.split_off(declaration.holonomic().min(sizes.len()))
     })?;
     let rows = declaration.phase(&q, &v);
     reached(declaration, &rows, &rounding::phase_sizes(declaration, &q, &v))?;
@@ -146,7 +185,7 @@ pub(super) fn onto_pair<const N: usize>(
         return Ok(d);
     }
     let inverse = inverse_mass(declaration, q0, v0);
-    let correction = solve([0.0; N], &inverse, q0, |correction: &[Tangent; N]| {
+    let rows = |correction: &[Tangent; N]| {
         let leg = leg(q0, &d);
         let moved = |x: [f64; N]| core::array::from_fn(|i| Tangent::new(x[i], 0.0) + correction[i]);
         let leg = Leg {
@@ -154,6 +193,13 @@ pub(super) fn onto_pair<const N: usize>(
             d: moved(leg.d),
         };
         declaration.pair(Tangent::splat(h), &leg)
+    };
+    // what is sought is known to the digits of the leg
+    let around = core::array::from_fn(|i| q0[i].abs().max(d.hi[i].abs()));
+    let correction = solve([0.0; N], &inverse, &around, rows, |correction| {
+        let mut d = d;
+        d.add(correction);
+        rounding::pair_sizes(declaration, h, &leg(q0, &d))
     })?;
     let mut d = d;
     d.add(&correction);
@@ -204,12 +250,14 @@ fn inverse_mass<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N], 
 }
 
 /// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
-/// matrix. What is sought is rounded like `around`, or like itself.
+/// matrix. What is sought is rounded like `around`, or like itself; `sizes` are those of the rows' terms. Where the rows are zero to
+/// rounding nothing is moved.
 fn solve<const N: usize>(
     mut x: [f64; N],
     inverse: &Matrix,
     around: &[f64; N],
     rows: impl Fn(&[Tangent; N]) -> Vec<Tangent>,
+    sizes: impl Fn(&[f64; N]) -> Vec<f64>,
 ) -> Result<[f64; N], SetupError> {
     let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let mut last = f64::INFINITY;
@@ -223,6 +271,10 @@ fn solve<const N: usize>(
             .collect();
         let count = columns.first().map_or(0, Vec::len);
         let value: Vec<f64> = (0..count).map(|i| columns[0][i].value()).collect();
+        let within = |(value, size): (&f64, f64)| value.abs() <= ROUNDED * size;
+        if value.iter().zip(sizes(&x)).all(within) {
+            return Ok(x);
+        }
         let slope = Matrix::from_fn(count, N, |i, j| columns[j][i].derivative());
         let forces = inverse.times(&slope.transposed());
         let metric = slope.times(&forces);

@@ -24,6 +24,9 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
     /// The step's first two nodes.
     fn leg(&self) -> &Leg<f64, N>;
 
+    /// The acceleration with which the motion begins, where the step is the first and it is known.
+    fn begins(&self) -> Option<&[f64; N]>;
+
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     fn past(&self) -> Option<&[Leg<f64, N>; PAST]>;
 
@@ -213,6 +216,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 .iter()
                 .map(|coordinate| coordinate.name)
                 .collect(),
+            may_divide: self.system().may_divide(),
             cause,
         })
     }
@@ -239,8 +243,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
     }
 
-    /// The unknowns of paths that leave the straight line a little: to one side, and to the other.
-    fn beside_straight(&self) -> [Z; 2] {
+    /// The unknowns of paths that leave the straight line a little, and more: to one side, and to the other.
+    fn beside_straight(&self) -> [Z; 4] {
         let d = self.leg().d;
         let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let by = |turn: f64| {
@@ -251,14 +255,18 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             }
             self.unknown(&e, &[])
         };
-        [by(1.0), by(-1.0)]
+        [1.0, -1.0, 6.0, -6.0].map(by)
     }
 
-    /// The unknowns of the continuous system's acceleration at `(q1, d/h)`.
+    /// The unknowns of the acceleration with which the motion begins or, where that is not known, of the continuous system's at
+    /// `(q1, d/h)`.
     pub(super) fn continuous(&self) -> Option<Z> {
         let (leg, h) = (self.leg(), self.h());
+        if let Some(a) = self.begins() {
+            return Some(self.unknowns(&a.map(|a| a * h * h)));
+        }
         let v = leg.d.map(|d| d / h);
-        let (a, multipliers) = self.system().acceleration(&leg.q, &v).ok()?;
+        let (a, multipliers) = self.system().acceleration(&leg.q, &v, None).ok()?;
         Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
     }
 }

@@ -74,6 +74,8 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     /// Whether the past is too short to tell by it which of two roots continues the motion: other roots are then looked for
     /// wherever the rows bend.
     pub past_is_short: bool,
+    /// The acceleration with which the motion begins, where the step is the first and it is known.
+    pub begins: Option<[f64; N]>,
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     pub past: Option<&'a [Leg<f64, N>; PAST]>,
 }
@@ -131,6 +133,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             leg,
             h,
             past_is_short: false,
+            begins: None,
             past: None,
         }
     }
@@ -218,6 +221,10 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
 
     fn leg(&self) -> &Leg<f64, N> {
         &self.leg
+    }
+
+    fn begins(&self) -> Option<&[f64; N]> {
+        self.begins.as_ref()
     }
 
     fn past(&self) -> Option<&[Leg<f64, N>; PAST]> {

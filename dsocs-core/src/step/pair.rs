@@ -3,7 +3,7 @@
 use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
 use super::newton::{self, BENT, Root, relative};
-use super::predictor::{Continuation, FITS, PAST, Predictor};
+use super::predictor::{Continuation, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
@@ -12,14 +12,24 @@ use crate::system::{Leg, System};
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
-/// Without a past, a root is the one that is meant if it is nearer to the continuous system's acceleration than this part of
-/// the other one's distance.
+/// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
+/// acceleration, than this part of the other one's distance.
 const NEARER: f64 = 0.1;
+
+/// A root that took more evaluations than this was not foreseen.
+const MANY: u32 = 5;
+
+/// From so many solutions on, unknowns or determinants alone may say which root continues them.
+const ENOUGH: usize = 3;
+
+/// How far the determinant of the root that is meant may be from its continuation, relative to it.
+const TELLS: f64 = 0.4;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
 
 /// One of two roots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Candidate {
     /// The one that was found first.
     Found,
@@ -43,11 +53,62 @@ pub(super) struct Found<Z> {
     pub continuation: Continuation,
 }
 
+/// The only one of two roots for which something speaks.
+fn one_of(found: bool, other: bool) -> Option<Candidate> {
+    match (found, other) {
+        (true, false) => Some(Candidate::Found),
+        (false, true) => Some(Candidate::Other),
+        _ => None,
+    }
+}
+
+/// What comes next after the last values, the last first, if they lie on a polynomial: of the first three degrees if there
+/// are four of them; with fewer, of those degrees that so many determine.
+fn extrapolations(past: &[f64]) -> Vec<f64> {
+    match *past {
+        [a] => vec![a],
+        [a, b] => vec![a, 2.0 * a - b],
+        [a, b, c] => vec![2.0 * a - b, 3.0 * (a - b) + c],
+        [a, b, c, d, ..] => vec![2.0 * a - b, 3.0 * (a - b) + c, 4.0 * (a + c) - 6.0 * b - d],
+        [] => Vec::new(),
+    }
+}
+
+/// Which of two roots the unknowns of the last steps lead to: all extrapolations have to be [`NEARER`] to it.
+fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    let guesses = |past: &[Z]| -> Vec<Z> {
+        let mut guesses: Vec<Z> = Vec::new();
+        for i in 0..found.as_ref().len() {
+            let values: Vec<f64> = past.iter().map(|z| z.as_ref()[i]).collect();
+            let extrapolated = extrapolations(&values);
+            guesses.resize_with(extrapolated.len(), Z::zero);
+            for (guess, value) in guesses.iter_mut().zip(extrapolated) {
+                guess.as_mut()[i] = value;
+            }
+        }
+        guesses
+    };
+    let (now, last) = (guesses(past), past.first()?);
+    // what is extrapolated has to be worth something: it would have foreseen the last one, too
+    let before = guesses(
+        past.get(1..)
+            .filter(|before| before.len() >= ENOUGH - 1)
+            .unwrap_or(&[]),
+    );
+    let leads_to = |root: &Z, away: &Z| {
+        let bound = NEARER * relative(&away.zip(root, |x, y| x - y), root, size);
+        // all in the same units
+        let near = |guess: &Z, to: &Z| relative(&to.zip(guess, |x, y| x - y), root, size) < bound;
+        now.iter().all(|guess| near(guess, root)) && before.iter().all(|guess| near(guess, last))
+    };
+    one_of(leads_to(found, other), leads_to(other, found))
+}
+
 /// Whether another root may be as near to the guess as this one.
 #[inline]
 pub(super) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
     let straight = root.bend < BENT; // false for a NaN
-    !straight && (root.close || past_is_short)
+    !straight && (root.close || past_is_short || root.evaluations > MANY)
 }
 
 impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
@@ -88,8 +149,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     ) -> Result<(Z, StepReport), NewtonFailure> {
         let other = match continuation {
             Continuation::Fits if !self.is_in_question(&root) => None,
-            Continuation::Fits | Continuation::Departs => newton::nearby(self, start, &root.z, size),
-            Continuation::Turned => self.other(start, &root.z, predictor, size),
+            Continuation::Fits => newton::nearby(self, start, &root.z, size),
+            Continuation::Departs | Continuation::Turned => self.other(start, &root.z, predictor, size),
         };
         let Some(other) = other else {
             return Ok(report(root, guess));
@@ -102,9 +163,11 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         if relative(&apart, &root.z, &legs) > FAR {
             return Ok(report(root, guess));
         }
-        let candidate = match predictor.lately::<PAST>() {
-            Some(past) => self.continued(&past, &root.z, &other, size),
-            None => self.near_continuous(&root.z, &other, &legs),
+        let past = predictor.past();
+        let candidate = if past.is_empty() {
+            self.near_continuous(&root.z, &other, &legs)
+        } else {
+            self.continued(&past, &root.z, &other, size)
         };
         match candidate {
             Some(Candidate::Found) => Ok(report(root, guess)),
@@ -112,8 +175,6 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
-            // the determinant alone is no reason to refuse a root to which all updates have led straight
-            None if !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,
@@ -128,43 +189,48 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// Which of two roots continues the motion, if the past tells.
     ///
     /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
-    /// also where it passes through zero because the two roots change sides: there nearness to the past says nothing.
-    /// Determinants are compared along the line through both roots, extrapolated from the last four steps.
-    fn continued(&self, past: &[Z; PAST], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    /// also where it passes through zero because the two roots change sides. So do the unknowns themselves, where the step is
+    /// short enough. Either may be extrapolated from the last steps; what is said must not contradict the other.
+    fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+        let by_unknowns = continued_unknowns(past, found, other, size);
+        let by_determinants = self.continued_determinants(past, found, other, size);
+        match (by_determinants, by_unknowns) {
+            (Some(one), Some(another)) => (one == another).then_some(one),
+            // one or two solutions say too little for either to be enough
+            _ if past.len() < ENOUGH => None,
+            (candidate, None) | (None, candidate) => candidate,
+        }
+    }
+
+    /// The same by determinants, along the line through both roots.
+    fn continued_determinants(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
         let mut leg = *self.leg();
-        let mut former = [self.linearize(found).jacobian; PAST];
-        for (place, (z, jacobian)) in past.iter().zip(&mut former).enumerate() {
+        let mut former = Vec::with_capacity(past.len());
+        for (place, z) in past.iter().enumerate() {
             let rows;
             if let Some(past) = self.past() {
                 (_, rows) = self.on_leg(&past[place], z);
             } else {
                 (leg, rows) = self.former(&leg, z)?;
             }
-            *jacobian = rows.jacobian;
+            former.push(rows.jacobian);
         }
         let direction = other.zip(found, |other, found| other - found);
-        // the determinants extrapolated in the first three degrees, in units of that at a root: all have to be near 1
+        // in units of that at a root: all have to be near 1
         let fits = |root: &Z| {
             let now = self.linearize(root).jacobian;
             let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
-            let [a, b, c, d] = [
-                part(&former[0])?,
-                part(&former[1])?,
-                part(&former[2])?,
-                part(&former[3])?,
-            ];
-            let extrapolated = [2.0 * a - b, 3.0 * (a - b) + c, 4.0 * (a + c) - 6.0 * b - d];
-            Some(
-                extrapolated
-                    .iter()
-                    .all(|determinant| (determinant - 1.0).abs() <= FITS),
-            )
+            let parts: Option<Vec<f64>> = former.iter().map(part).collect();
+            let parts = parts?;
+            let bound = if parts.len() < ENOUGH { NEARER } else { TELLS };
+            let all_fit = extrapolations(&parts).iter().all(|x| (x - 1.0).abs() <= bound);
+            // and what is extrapolated has to be worth something: it would have foreseen the last one, too
+            let foreseen = parts.split_first().is_none_or(|(last, before)| {
+                before.len() < ENOUGH - 1 || extrapolations(before).iter().all(|x| (x - last).abs() <= bound)
+            });
+            Some(all_fit && foreseen)
         };
-        match (fits(found)?, fits(other)?) {
-            (true, false) => Some(Candidate::Found),
-            (false, true) => Some(Candidate::Other),
-            _ => None,
-        }
+        one_of(fits(found)?, fits(other)?)
     }
 
     /// Which of two roots the continuous system's acceleration speaks for, clearly.

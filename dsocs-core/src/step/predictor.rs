@@ -100,10 +100,21 @@ impl Determinants {
     /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
     #[inline(never)] // seldom needed: most determinants hardly change from step to step
     fn compare(&self, now: f64) -> Continuation {
-        let [a, b, c, d] = self.last;
-        let continued = [2.0 * a - b, 3.0 * (a - b) + c];
+        let [a, b, c, _] = self.last;
+        // as many as are known
+        let continued = if a.is_nan() {
+            return Continuation::Fits;
+        } else if b.is_nan() {
+            [a, a]
+        } else if c.is_nan() {
+            [a, 2.0 * a - b]
+        } else {
+            [2.0 * a - b, 3.0 * (a - b) + c]
+        };
         let bound = FITS * now.abs();
-        if continued.iter().all(|x| (x - now).abs() <= bound) || d.is_nan() {
+        // where it has changed by more than itself, it may as well have turned back before zero as have passed it
+        let is_clear = (a - now).abs() <= now.abs();
+        if is_clear && continued.iter().all(|x| (x - now).abs() <= bound) {
             Continuation::Fits
         } else if continued.iter().all(|x| x * now > 0.0) {
             Continuation::Departs
@@ -230,20 +241,21 @@ impl<U: Unknown<f64>> Predictor<U> {
         last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
     }
 
-    /// The last `K` solutions (six at most), the last first; `None` where there are not so many.
-    pub fn lately<const K: usize>(&self) -> Option<[U; K]> {
+    /// The last solutions, [`PAST`] at most, the last first.
+    pub fn past(&self) -> Vec<U> {
         let mut differences = self.differences;
-        let solutions = core::array::from_fn(|k| {
+        let mut solutions = Vec::with_capacity(PAST);
+        for k in 0..PAST {
             // one step back: each difference loses the next one
             let known = if k == 0 { 0 } else { (ORDER + 1).saturating_sub(k) };
             for place in 0..known {
                 differences[place] =
                     differences[place].zip(&differences[place + 1], |now, change| now - change);
             }
-            differences[0]
-        });
-        let known = |z: &U| z.as_ref().iter().all(|z| !z.is_nan());
-        solutions.iter().all(known).then_some(solutions)
+            solutions.push(differences[0]);
+        }
+        solutions.retain(|z| z.as_ref().iter().all(|z| !z.is_nan()));
+        solutions
     }
 
     /// The extrapolated solution of the next step, or `None` without a past.

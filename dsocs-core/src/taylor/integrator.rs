@@ -11,6 +11,7 @@ use super::series::Series;
 use crate::compensated::Compensated;
 use crate::error::SetupError;
 use crate::run::{Clock, Node, Polynomial, RunError, Search};
+use crate::start::Phase;
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
 use crate::system::Point;
@@ -70,14 +71,14 @@ impl<const N: usize> fmt::Debug for Integrator<N> {
 }
 
 impl<const N: usize> Integrator<N> {
-    /// A motion from a time, a position and a velocity.
+    /// A motion from a time, a position and a velocity, with an acceleration near the one that is expected.
     ///
     /// # Errors
     ///
     /// [`SetupError`] if the system has no Taylor series there.
     pub(super) fn new(
         equations: &mut dyn Equations<N>,
-        (t0, q0, v0): (f64, [f64; N], [f64; N]),
+        Phase { t0, q0, v0, near }: Phase<N>,
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
         equations.declaration().prepare();
@@ -100,6 +101,9 @@ impl<const N: usize> Integrator<N> {
             on_grid: None,
             shown: t0,
         };
+        if let Some(a0) = near {
+            motion.next.expect(&a0);
+        }
         motion.begin(equations);
         let mut coefficients = motion.next.velocity().as_flattened().iter();
         if coefficients.all(|x| x.is_finite()) {

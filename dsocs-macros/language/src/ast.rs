@@ -51,7 +51,7 @@ pub(crate) struct Declaration {
     pub(crate) nonholonomic: Part<Constraints>,
     /// `kinematic = …;`
     pub(crate) kinematic: Part<Constraints>,
-    /// `variational = …;` or `forces = […];`
+    /// `variational = …;` or `constraint_forces = […];`
     pub(crate) directions: Part<Directions>,
     /// `discrete_lagrangian = EXPR;`
     pub(crate) discrete_lagrangian: Part<Scalar>,
@@ -124,10 +124,10 @@ pub(crate) struct Constraints {
     pub(crate) lets_before: usize,
 }
 
-/// `variational = […];`, `variational = chetaev;` or `forces = […];`
+/// `variational = […];`, `variational = chetaev;` or `constraint_forces = […];`
 #[derive(Clone)]
 pub(crate) struct Directions {
-    /// The word `variational` or `forces`.
+    /// The word `variational` or `constraint_forces`.
     pub(crate) keyword: Ident,
     /// Which of the two.
     pub(crate) side: Side,

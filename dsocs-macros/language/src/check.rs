@@ -80,7 +80,7 @@ fn counts(declaration: &Declaration, errors: &Errors) -> Result<(), Reported> {
         (Part::Broken(_), _) => Ok(()),
         (Part::Absent, Some(kinematic)) => Err(errors.at(
             &kinematic.keyword,
-            "expected `variational = […];`, `variational = chetaev;` or `forces = […];` beside `kinematic`: \
+            "expected `variational = […];`, `variational = chetaev;` or `constraint_forces = […];` beside `kinematic`: \
              the kinematic constraints do not tell in which directions the constraint forces act",
         )),
         (Part::Absent, None) => match counts.last_keyword() {

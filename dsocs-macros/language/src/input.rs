@@ -141,6 +141,11 @@ impl Field {
         })
     }
 
+    /// Whether its type may be a reference to a number.
+    pub(crate) fn may_be_reference(&self) -> bool {
+        self.reference || matches!(self.kind, Kind::Unknown | Kind::Generic)
+    }
+
     /// The numbers that it consists of.
     fn parameters(&self) -> Vec<ParameterField> {
         let name = self.ident.unraw().to_string();

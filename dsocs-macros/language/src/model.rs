@@ -9,6 +9,7 @@ use syn::{ItemStruct, Path};
 use crate::emit;
 use crate::expand::in_core;
 use crate::graph::{Graph, NodeId};
+use crate::source::Mistake;
 
 /// A declaration that has passed every check, its expressions in one graph.
 ///
@@ -43,6 +44,8 @@ pub struct Model {
     pub(crate) phi_variational: Option<[Vec<NodeId>; 3]>,
     /// The observed expressions and their names, in `Q`, `V` and `A`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
+    /// What has no effect.
+    pub(crate) warnings: Vec<Warning>,
     /// What is said of all this for people; the parameters carry theirs themselves.
     pub(crate) docs: Docs,
 }
@@ -78,6 +81,15 @@ impl Model {
         in_core(emit::expand(self), self.core.as_ref())
     }
 
+    /// What is declared and has no effect: the compiler warns of it.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Mistake> {
+        let warnings = self.warnings.iter();
+        warnings
+            .map(|warning| Mistake::of(warning.place.span(), warning.message.clone()))
+            .collect()
+    }
+
     /// How many multipliers are unknown, in a step and in the continuous system.
     pub(crate) fn multipliers(&self) -> usize {
         match self.displacements {
@@ -90,6 +102,15 @@ impl Model {
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+/// Something that is declared and has no effect.
+#[derive(Clone, Debug)]
+pub(crate) struct Warning {
+    /// The name, where it was declared.
+    pub(crate) place: Ident,
+    /// What is to be said about it.
+    pub(crate) message: String,
 }
 
 /// Documentation, each in one line.

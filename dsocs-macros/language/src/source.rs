@@ -41,6 +41,11 @@ impl Mistake {
         }
     }
 
+    /// A mistake at some tokens of a source.
+    pub(crate) fn of(span: Span, message: String) -> Self {
+        Self::at(span, span, message)
+    }
+
     /// The mistakes that `syn` tells in one error.
     fn all(error: &syn::Error, attribute: Span) -> impl Iterator<Item = Self> {
         let errors = error.clone().into_iter();

@@ -20,13 +20,7 @@ impl UnknownName {
     /// The error for a name that is none of `known`.
     pub fn new<T: Into<String>>(kind: &'static str, name: &str, known: impl IntoIterator<Item = T>) -> Self {
         let known: Vec<String> = known.into_iter().map(Into::into).collect();
-        let lower = name.to_lowercase();
-        let nearest = known
-            .iter()
-            .map(|candidate| (strsim::jaro_winkler(&candidate.to_lowercase(), &lower), candidate))
-            .filter(|&(similarity, _)| similarity > 0.7)
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, candidate)| candidate.clone());
+        let nearest = nearest(name, &known);
         Self {
             kind,
             name: name.to_owned(),
@@ -34,6 +28,25 @@ impl UnknownName {
             known,
         }
     }
+}
+
+/// The name that is fewest typing mistakes away, if it is near: one mistake in three letters, or its beginning.
+fn nearest(name: &str, known: &[String]) -> Option<String> {
+    let name = name.to_lowercase();
+    let letters = name.chars().count();
+    let mistakes = known.iter().map(|candidate| {
+        let candidate_low = candidate.to_lowercase();
+        let begins = letters >= 3 && candidate_low.starts_with(&name);
+        let mistakes = strsim::damerau_levenshtein(&candidate_low, &name);
+        (if begins { 0 } else { mistakes }, candidate)
+    });
+    mistakes
+        // a name of one letter is one mistake away from every other one
+        .filter(|&(mistakes, candidate)| {
+            mistakes <= letters.max(3) / 3 && mistakes < candidate.chars().count()
+        })
+        .min_by_key(|&(mistakes, _)| mistakes)
+        .map(|(_, candidate)| candidate.clone())
 }
 
 /// The name of a type in the form `my-system`.
@@ -87,6 +100,12 @@ mod tests {
         assert_eq!(nearest("pendulm").as_deref(), Some("pendulum"));
         assert_eq!(nearest("Particel").as_deref(), Some("particle"));
         assert_eq!(nearest("lenght").as_deref(), Some("length"));
+        assert_eq!(nearest("pend").as_deref(), Some("pendulum"));
         assert_eq!(nearest("xyz"), None);
+        // a letter that a long name contains is not near it
+        let nearest = |name| UnknownName::new("parameter", name, ["n", "m", "mass"]).nearest;
+        assert_eq!(nearest("lenght"), None);
+        assert_eq!(nearest("x"), None);
+        assert_eq!(nearest("Masss").as_deref(), Some("mass"));
     }
 }

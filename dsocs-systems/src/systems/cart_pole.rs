@@ -46,7 +46,7 @@ pub fn entry() -> crate::Entry {
     /// The rate `F` at which `V` falls [J²/s].
     let dissipation = gain * arm * (energy * dot(theta) * theta.cos()).powi(2);
     kinematic = ddot(x) - gain * energy * dot(theta) * theta.cos(); // (dV/dt + F) / (−m l E θ̇ cos θ)
-    forces = [(1, 0)];                                              // the motor drives the cart
+    constraint_forces = [(1, 0)];                                   // the motor drives the cart
     observe = [lyapunov, dissipation];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -39,7 +39,6 @@ pub fn entry() -> crate::Entry {
         - (x.powi(2) + stiffness_y * y.powi(2) + stiffness_z * z.powi(2)) / 2
         + field / 2 * ((x * dot(y) - y * dot(x)) + (y * dot(z) - z * dot(y)) + (z * dot(x) - x * dot(z)));
     nonholonomic = dot(z) - y * dot(x);
-    phi_lagrangian = midpoint;
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactOscillator {

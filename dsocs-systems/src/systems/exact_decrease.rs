@@ -59,7 +59,7 @@ pub fn entry() -> crate::Entry {
     discrete_kinematic = leg(lyapunov, 1) - leg(lyapunov, 0) + h * node(dissipation);
     phi_lagrangian = midpoint;
     branch = divide(w);
-    forces = [(0, 1)]; // the motor turns the wheel
+    constraint_forces = [(0, 1)]; // the motor turns the wheel
     observe = [lyapunov, dissipation, w];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,7 +37,6 @@ pub fn entry() -> crate::Entry {
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + inertia / 2 * dot(phi).powi(2)
         + mass * gravity * incline.sin() * x;
     nonholonomic = dot(x) * phi.sin() - dot(y) * phi.cos();
-    phi_lagrangian = midpoint;
     observe = [speed];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]

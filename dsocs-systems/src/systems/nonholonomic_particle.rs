@@ -34,7 +34,6 @@ pub fn entry() -> crate::Entry {
     );
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
     nonholonomic = dot(z) - slope * y * dot(x);
-    phi_lagrangian = midpoint;
     /// `ẋ √(1 + s² y²)`, which does not change [m/s].
     let invariant = dot(x) * (1 + (slope * y).powi(2)).sqrt();
     observe = [invariant];

@@ -55,7 +55,7 @@ pub fn entry() -> crate::Entry {
     let dissipation = rho * w * w.tanh();
 
     kinematic = dot(lyapunov) + dissipation; // dV/dt = −F
-    forces = [(0, 1)];                       // the motor turns the wheel
+    constraint_forces = [(0, 1)];            // the motor turns the wheel
     branch = divide(w);
     observe = [lyapunov, dissipation, w];
 }]

@@ -61,7 +61,7 @@ pub fn entry() -> crate::Entry {
 
     holonomic = (x.powi(2) + y.powi(2) - 1) / 2;
     kinematic = dot(lyapunov) + dissipation; // dV/dt = −F
-    forces = [(0, 0, 1)];                    // the motor turns the wheel
+    constraint_forces = [(0, 0, 1)];         // the motor turns the wheel
     phi_lagrangian = trapezoid;
     observe = [theta, w, lyapunov];
 }]

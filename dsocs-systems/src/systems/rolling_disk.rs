@@ -41,7 +41,6 @@ pub fn entry() -> crate::Entry {
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2))
         + inertia / 2 * dot(theta).powi(2) + turning / 2 * dot(phi).powi(2);
     nonholonomic = [dot(x) - radius * phi.cos() * dot(theta), dot(y) - radius * phi.sin() * dot(theta)];
-    phi_lagrangian = midpoint;
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollingDisk {

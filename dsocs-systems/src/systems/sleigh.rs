@@ -39,7 +39,6 @@ pub fn entry() -> crate::Entry {
     lagrangian = mass / 2 * (speed.powi(2) + (across + offset * dot(theta)).powi(2))
         + inertia / 2 * dot(theta).powi(2);
     nonholonomic = across;
-    phi_lagrangian = midpoint;
     observe = [speed];
 }]
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -55,7 +55,6 @@ pub fn entry() -> crate::Entry {
         -(theta + phi).sin() * dot(x) + (theta + phi).cos() * dot(y) + length * phi.cos() * dot(theta),
         -(theta - phi).sin() * dot(x) + (theta - phi).cos() * dot(y) - length * phi.cos() * dot(theta),
     ];
-    phi_lagrangian = midpoint;
     /// The speed along the board [m/s].
     let speed = dot(x) * theta.cos() + dot(y) * theta.sin();
     observe = [speed];

@@ -7,7 +7,7 @@ use dsocs_core::dsocs;
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
     holonomic = x.powi(2) + y.powi(2) - 1;
     nonholonomic = dot(z) - y * dot(x);
-    forces = [(1, 0, 0)];
+    constraint_forces = [(1, 0, 0)];
 }]
 pub struct Particle {
     pub mass: f64,

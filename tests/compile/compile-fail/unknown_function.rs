@@ -14,7 +14,7 @@ impl Waves {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - hight(x);
     kinematic = ddot(x) + waves.att(x, y);
-    forces = [(1, 0)];
+    constraint_forces = [(1, 0)];
 }]
 pub struct Slider {
     pub waves: Waves,

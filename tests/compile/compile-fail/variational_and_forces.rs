@@ -7,7 +7,7 @@ use dsocs_core::dsocs;
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
     kinematic = ddot(x);
     variational = [(0, 1)];
-    forces = [(1, 0)];
+    constraint_forces = [(1, 0)];
 }]
 pub struct Particle {
     pub mass: f64,

@@ -6,7 +6,7 @@ use dsocs_core::dsocs;
     coordinates(x, y);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
     kinematic = [ddot(x), ddot(y)];
-    forces = [(1, 0)];
+    constraint_forces = [(1, 0)];
 }]
 pub struct Particle {
     pub mass: f64,

@@ -20,7 +20,7 @@ struct Mixed;
     let energy = (dot(theta[0]).powi(2) + dot(theta[1]).powi(2)) / 2;
     lagrangian = energy;
     kinematic = dot(energy) + energy;
-    forces = [[0, 1]];
+    constraint_forces = [[0, 1]];
     discrete_lagrangian = sum(0..2, |i| ((theta[i][1] - theta[i][0]) / h).powi(2) / 2);
     discrete_kinematic = leg(energy, 1) - leg(energy, 0) + h * node(energy);
 }]

@@ -16,7 +16,7 @@ use dsocs_core::{System, dsocs};
         + (x + 1).acosh() + x.atanh() + x.abs() + x.signum() + x.recip() + x.to_radians() + x.to_degrees()
         + x.powi(-3) + x.powf(y) + x.atan2(y);
     kinematic = dot(all) + ddot(y);
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
     observe = [kinetic, all];
 }]
 pub struct Particle {

@@ -6,7 +6,7 @@ use dsocs_core::dsocs;
     coordinates(theta, psi);
     lagrangian = (dot(theta).powi(2) + (dot(theta) + dot(psi)).powi(2)) / 2 - theta.cos();
     kinematic = ddot(theta) + dot(theta) + theta;
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
 }]
 pub struct Pendulum;
 
@@ -14,7 +14,7 @@ pub struct Pendulum;
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     kinematic = ddot(x) * dot(x) + ddot(y) * dot(y);
-    forces = [(dot(x), dot(y))];
+    constraint_forces = [(dot(x), dot(y))];
 }]
 pub struct Constant;
 
@@ -22,7 +22,7 @@ pub struct Constant;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
     kinematic = ddot(z) - y * ddot(x);
-    forces = [(-y, 0, 1)];
+    constraint_forces = [(-y, 0, 1)];
 }]
 pub struct Knife;
 
@@ -30,7 +30,7 @@ pub struct Knife;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
     kinematic = [ddot(z) - y * ddot(x), ddot(x) + x];
-    forces = [(x, y, z), (y, z, x)];
+    constraint_forces = [(x, y, z), (y, z, x)];
     branch = [divide(1 + x.powi(2)), _];
 }]
 pub struct Two;

@@ -29,7 +29,7 @@ impl<R: Real> Smooth for R {
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - stiffness * laws::spring(x, y) + x.smooth();
     let power = friction(dot(x)).smooth();
     kinematic = dot(power) + ddot(y);
-    forces = [(1, y.smooth())];
+    constraint_forces = [(1, y.smooth())];
     branch = divide(dot(x).smooth());
     observe = [power];
 }]

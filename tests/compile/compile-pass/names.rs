@@ -18,7 +18,7 @@ struct f32;
     let rows = dot(q);
     let v = ddot(z) + T;
     kinematic = v + rows;
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
 }]
 #[allow(missing_docs)]
 pub struct Names<U: Copy> {

@@ -26,14 +26,14 @@ pub struct Bare;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + x;
-    forces = [1];
+    constraint_forces = [1];
 }]
 pub struct Driven;
 
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
-    kinematic = dot(x) - speed;
+    nonholonomic = dot(x) - speed;
     variational = [];
 }]
 pub struct Conveyor {

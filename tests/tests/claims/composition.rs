@@ -273,7 +273,7 @@ fn what_unequal_legs_keep() {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + damping * dot(x) + x;
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Damped {
     damping: f64,
@@ -285,7 +285,7 @@ struct Damped {
     lagrangian = dot(x).powi(2) / 2;
     let energy = (dot(x).powi(2) + x.powi(2)) / 2;
     kinematic = dot(energy) + friction * dot(x) * (dot(x) / small).tanh();
-    forces = [(1,)];
+    constraint_forces = [(1,)];
     branch = divide(dot(x));
 }]
 struct Friction {
@@ -297,6 +297,7 @@ struct Friction {
 #[dsocs {
     coordinates(x, y);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + field / 2 * (x * dot(y) - y * dot(x));
+    phi_lagrangian = paper;
 }]
 struct Charge {
     field: f64,
@@ -317,7 +318,7 @@ struct Midpoint {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
     kinematic = ddot(x) + x.sin() * dot(x);
-    forces = [(1,)];
+    constraint_forces = [(1,)];
     phi_lagrangian = |q0, q1| (q0, (q1 - q0) / h);
     phi_kinematic = |q0, q1, q2| (q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2));
 }]
@@ -330,7 +331,7 @@ struct Written {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + dot(x);
-    forces = [(1,)];
+    constraint_forces = [(1,)];
     phi_kinematic = |q0, q1, q2| (q1, (q1 - q0) / h, (q2 - 2 * q1 + q0) / h.powi(2));
 }]
 struct OneSided {}

@@ -26,6 +26,7 @@ mod run;
 mod scenes;
 mod stability;
 mod start;
+mod start_on_constraints;
 mod systems;
 mod taylor_events;
 mod taylor_flow;

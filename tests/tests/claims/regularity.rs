@@ -41,7 +41,7 @@ fn drag<R: Real>(v: R) -> R {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + drag(dot(x));
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Opaque;
 
@@ -50,7 +50,7 @@ struct Opaque;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = ddot(x) + dot(x) * (dot(x).powi(2) + 1).sqrt();
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Plain;
 

@@ -10,7 +10,7 @@ use dsocs_core::{Flow, Guess, RunError, Start, StepFailure, Stepper, dsocs};
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + x);
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Either {
     drift: f64,

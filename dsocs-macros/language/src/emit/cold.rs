@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
+use super::functions::Functions;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
@@ -66,6 +67,7 @@ pub(super) fn source(
     stages: &Stages,
     declared: (&Graph, &[NodeId]),
     expressions: &Expressions,
+    functions: &Functions,
 ) -> TokenStream {
     let name = &model.item.ident;
     let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
@@ -78,7 +80,7 @@ pub(super) fn source(
         bytes.extend(segment);
     }
     let tape = Literal::byte_string(&bytes);
-    let arms = calls.arms(&model.graph);
+    let arms = calls.arms(&model.graph, functions);
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     quote! {
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]

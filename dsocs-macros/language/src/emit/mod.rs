@@ -3,9 +3,10 @@
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
 //! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
-//! recurrences of Taylor series.
+//! recurrences of Taylor series. [`functions`] is where all of them call the user's functions.
 
 mod cold;
+mod functions;
 mod hot;
 mod jets;
 mod program;
@@ -15,10 +16,11 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use self::cold::Expressions;
+use self::functions::Functions;
 use self::stages::{Energy, Stages};
 use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField, plain};
+use crate::model::{Kind, Model, ParameterField, Warning, plain};
 use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
@@ -26,10 +28,25 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     let item = &model.item;
     let system = system(model);
     let jets = jets::jets(model);
+    let warnings = model.warnings.iter().map(warning);
     quote! {
         #item
         #system
         #jets
+        #(#warnings)*
+    }
+}
+
+/// A warning at the user's name. The stable compiler lets an attribute warn in no other way than by the use of something deprecated.
+fn warning(warning: &Warning) -> TokenStream {
+    let Warning { place, message } = warning;
+    quote! {
+        #[allow(non_upper_case_globals)]
+        const _: () = {
+            #[deprecated(note = #message)]
+            const #place: () = ();
+            #place
+        };
     }
 }
 
@@ -44,9 +61,12 @@ fn system(model: &Model) -> TokenStream {
     let stages = Stages::new(&graph, &step, &unknowns, energy);
     let metadata = metadata(model);
     let compiled = hot::compiled(model, &graph, &stages, &unknowns);
-    let source = cold::source(model, &stages, (&graph, &declared), &expressions);
+    let functions = Functions::new(model);
+    let source = cold::source(model, &stages, (&graph, &declared), &expressions, &functions);
+    let functions = functions.methods(model);
     quote! {
         #metadata
+        #functions
         #compiled
         #source
     }

@@ -100,7 +100,7 @@ fn pendulum_with_a_lyapunov_constraint() {
                 + chi * (1 - (psi - n * theta).cos())
                 + m * e / d * (1 - theta.cos());
             kinematic = dot(lyapunov) + rho * w.tanh() * w;
-            forces = [(0, 1)];
+            constraint_forces = [(0, 1)];
             branch = divide(w);
             observe = [lyapunov];
         },
@@ -147,14 +147,14 @@ fn the_papers_maps_written_out_are_the_default() {
 #[test]
 fn what_the_start_of_the_step_decides_is_not_in_the_iteration() {
     let code = particle(quote!());
-    assert!(method(&code, "known").contains("curvature"));
-    assert!(!method(&code, "linearize").contains("curvature"));
+    assert!(method(&code, "known").contains("__dsocs_function"));
+    assert!(!method(&code, "linearize").contains("__dsocs_function"));
     assert_eq!(
         method(&code, "linearize").matches("sqrt").count(),
         1,
         "one root an iteration"
     );
-    assert!(!method(&code, "report").contains("curvature"));
+    assert!(!method(&code, "report").contains("__dsocs_function"));
 }
 
 #[test]

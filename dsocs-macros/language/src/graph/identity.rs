@@ -10,7 +10,7 @@
 
 use std::collections::HashMap;
 
-use super::{Graph, Node, NodeId};
+use super::{Graph, Leaf, Node, NodeId, Unary};
 
 /// A Mersenne prime.
 const PRIME: u64 = (1 << 61) - 1;
@@ -29,6 +29,34 @@ impl Graph {
             return value == 0.0;
         }
         (0..SEEDS.len()).all(|point| self.residue(id, point) == Some(0))
+    }
+
+    /// Whether an expression varies with a leaf for certain, because the leaf stands in one place of it alone, where nothing hides it.
+    pub(crate) fn shows(&mut self, id: NodeId, leaf: Leaf) -> bool {
+        let with = |parts: Vec<NodeId>| {
+            let mut with = parts.into_iter().filter(|&part| self.depends_on(part, leaf));
+            match (with.next(), with.next()) {
+                (Some(part), None) => Some(part),
+                _ => None,
+            }
+        };
+        let (part, beside) = match self.node(id).clone() {
+            Node::Leaf(own) => return own == leaf,
+            Node::Sum(_, terms) => (
+                with(terms.into_iter().map(|(term, _)| term).collect()),
+                Vec::new(),
+            ),
+            Node::Product(factors) => {
+                let factors: Vec<_> = factors.into_iter().map(|(factor, _)| factor).collect();
+                (with(factors.clone()), factors)
+            }
+            Node::Unary(function, a) if function != Unary::Signum => (Some(a), Vec::new()),
+            _ => (None, Vec::new()),
+        };
+        part.is_some_and(|part| self.shows(part, leaf))
+            && beside
+                .into_iter()
+                .all(|factor| Some(factor) == part || !self.vanishes(factor))
     }
 
     /// What tells an expression from others that are not equal to it as rational functions, and the same for its

@@ -8,12 +8,14 @@
 //! - [`derivative`](Graph::derivative): dual numbers, expanded at compile time ([`mod@derivative`]);
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
+//! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`]);
 //! - code, through [`crate::emit::program`].
 
 mod build;
 mod derivative;
 mod difference;
+mod evaluate;
 mod identity;
 mod rewrite;
 
@@ -75,6 +77,18 @@ pub(crate) enum Leaf {
     Lambda(usize),
     /// An unknown of the step.
     Z(usize),
+}
+
+impl Leaf {
+    /// How often a coordinate is differentiated; `None` if this is none of the continuous motion.
+    pub(crate) fn order(self) -> Option<usize> {
+        match self {
+            Self::Q(_) => Some(0),
+            Self::V(_) => Some(1),
+            Self::A(_) => Some(2),
+            _ => None,
+        }
+    }
 }
 
 /// Functions of one argument.
@@ -289,14 +303,7 @@ impl Graph {
 
     /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.
     pub(crate) fn order(&self, id: NodeId) -> Option<usize> {
-        self.leaves(id)
-            .filter_map(|leaf| match leaf {
-                Leaf::Q(_) => Some(0),
-                Leaf::V(_) => Some(1),
-                Leaf::A(_) => Some(2),
-                _ => None,
-            })
-            .max()
+        self.leaves(id).filter_map(Leaf::order).max()
     }
 
     /// The nodes that a node is made of.

@@ -11,7 +11,7 @@ use crate::graph::{Comparison, Graph, NodeId, Unary};
 
 /// A function of `f64`, called as a method.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Builtin {
+pub(crate) enum Builtin {
     /// A function of the receiver alone.
     One(fn(&mut Graph, NodeId) -> NodeId),
     /// A function of the receiver and one argument.
@@ -101,7 +101,7 @@ impl Builtin {
     }
 
     /// The names of all functions.
-    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         BUILTINS.iter().map(|(name, _)| *name)
     }
 

@@ -110,6 +110,12 @@ impl Lowering<'_> {
                 "expected no type arguments: the type of the number varies",
             ));
         }
+        if matches!(name.as_str(), "dot" | "ddot") && arguments.is_empty() {
+            let receiver = call.receiver.to_token_stream().to_string().replace(' ', "");
+            return Err(self
+                .errors
+                .at(&call.method, format!("expected `{name}({receiver})`")));
+        }
         let receiver = self.expr(&call.receiver)?;
         if is_not_supported(&name) && self.graph.leaves(receiver).next().is_some() {
             return Err(self.errors.at(

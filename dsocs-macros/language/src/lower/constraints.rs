@@ -29,10 +29,11 @@ impl Lowering<'_> {
     }
 
     fn constraint(&mut self, row: &Expr, kind: Kind) -> Result<Row, Reported> {
-        let value = self.of_order(row, kind)?;
-        let order = self.graph.order(value);
+        let written = self.of_order(row, kind)?;
+        let (value, order) = self.settled(written);
+        let dropped_out = self.graph.order(written) == Some(2) && order < Some(2);
         let message = match (kind, order) {
-            (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(1..)) => {
+            (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(2)) => {
                 return Ok(Row {
                     tokens: row.to_token_stream(),
                     kind,
@@ -51,15 +52,62 @@ impl Lowering<'_> {
             (Kind::Nonholonomic, None) => {
                 "expected a velocity in a nonholonomic constraint; this does not depend on the motion"
             }
+            (Kind::Kinematic, Some(1)) if dropped_out => {
+                "expected an acceleration in a kinematic constraint, and all of them drop out of this one; \
+                 what is left is one of velocities, written `nonholonomic = …;`"
+            }
+            (Kind::Kinematic, Some(_)) if dropped_out => {
+                "expected an acceleration in a kinematic constraint, and all of them drop out of this one; \
+                 what is left is one of positions, written `holonomic = …;`"
+            }
+            (Kind::Kinematic, Some(1)) => {
+                "expected an acceleration in a kinematic constraint; one of positions and velocities is written \
+                 `nonholonomic = …;`"
+            }
             (Kind::Kinematic, Some(_)) => {
-                "expected a velocity or an acceleration in a kinematic constraint; \
-                 one of positions alone is written `holonomic = …;`"
+                "expected an acceleration in a kinematic constraint; one of positions alone is written `holonomic = …;`"
             }
             (Kind::Kinematic, None) => {
-                "expected a velocity or an acceleration in a kinematic constraint; this does not depend on the motion"
+                "expected an acceleration in a kinematic constraint; this does not depend on the motion"
             }
         };
         Err(self.errors.at(row, message))
+    }
+
+    /// An expression without the derivatives that drop out of it, and the highest that is left.
+    ///
+    /// On a triple a row of velocities alone is a leapfrog: it has a second solution, which grows where the motion decays.
+    pub(super) fn settled(&mut self, value: NodeId) -> (NodeId, Option<usize>) {
+        let leaves: Vec<Leaf> = self.graph.leaves(value).collect();
+        let highest = self.graph.order(value);
+        let mut top = leaves.iter().filter(|leaf| leaf.order() == highest);
+        if highest.is_none() || top.any(|&leaf| self.graph.shows(value, leaf)) {
+            return (value, highest);
+        }
+        // on the side: a question leaves no trace in the code
+        let mut graph = self.graph.clone();
+        let order = (0..=2).rev().find(|&order| {
+            let mut leaves = leaves.iter().filter(|leaf| leaf.order() == Some(order));
+            leaves.any(|&leaf| {
+                let slope = graph.derivative(value, leaf);
+                !graph.vanishes(slope)
+            })
+        });
+        if order == highest {
+            return (value, order);
+        }
+        let zero = self.graph.constant(0.0);
+        let idle = leaves.iter().filter(|leaf| leaf.order() > order);
+        let rest = self
+            .graph
+            .substitute(value, &idle.map(|&leaf| (leaf, zero)).collect());
+        let difference = self.graph.sub(value, rest);
+        if self.graph.vanishes(difference) {
+            (rest, order)
+        } else {
+            // a step function of what drops out, such as `ddot(x).signum()`
+            (value, order)
+        }
     }
 
     /// An expression without derivatives that its kind of constraint may not have.

@@ -4,6 +4,7 @@ use proc_macro2::Ident;
 use quote::{ToTokens, quote};
 use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
+use super::wrong::{is_zero, not_a_number};
 use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Leaf, NodeId};
@@ -44,6 +45,7 @@ impl Lowering<'_> {
                     "every expression is a number already; expected it without `as`",
                 ))
             }
+            Expr::Assign(assign) => Err(self.equation(assign.eq_token, &assign.right)),
             other => Err(self.errors.at(other, not_a_number(other))),
         }
     }
@@ -142,50 +144,20 @@ impl Lowering<'_> {
         Err(self.errors.at(name, format!("no name `{name}` is known here")))
     }
 
-    /// Reports a name that is no name of the declaration and does not look like a constant either.
-    pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
-        let text = name.to_string();
-        let message = match text.as_str() {
-            "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
-                .to_owned(),
-            "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
-            "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
-            "self" => "expected the parameter by its name alone, without `self`".to_owned(),
-            _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
-            _ if self.later.contains(&text) => {
-                format!("`{text}` is defined further down; expected its `let` before this use")
-            }
-            _ => {
-                let known = self
-                    .scope
-                    .names(|binding| self.component.is_none() || !is_of_motion(binding));
-                match nearest(&text, known) {
-                    Some(near) => format!("no name `{text}` is known here; did you mean `{near}`?"),
-                    None => format!(
-                        "no name `{text}` is known here; expected {}",
-                        self.kinds_of_names()
-                    ),
-                }
-            }
-        };
-        Err(self.errors.at(name, message))
-    }
-
-    fn kinds_of_names(&self) -> &'static str {
-        if self.component.is_some() {
-            "a node, a field of the struct or `h`"
-        } else {
-            "a coordinate, a field of the struct or an earlier `let`"
-        }
-    }
-
     fn binary(&mut self, left: &Expr, op: &BinOp, right: &Expr) -> Lowered {
+        if let BinOp::Mul(star) = op
+            && let Some(reported) = self.power(star, right)
+        {
+            return self.expr(left).and(Err(reported));
+        }
+        let right_side = right;
         let (left, right) = (self.expr(left), self.expr(right));
         let message = match op {
             BinOp::Add(_) => return Ok(self.graph.add(left?, right?)),
             BinOp::Sub(_) => return Ok(self.graph.sub(left?, right?)),
             BinOp::Mul(_) => return Ok(self.graph.mul(left?, right?)),
             BinOp::Div(_) => return Ok(self.graph.div(left?, right?)),
+            BinOp::Eq(equals) if is_zero(right_side) => return Err(self.equation(equals, right_side)),
             BinOp::BitXor(_) => "`^` is no power in Rust; expected `.powi(2)` or `.powf(a)`",
             BinOp::Lt(_) | BinOp::Le(_) | BinOp::Gt(_) | BinOp::Ge(_) | BinOp::Eq(_) | BinOp::Ne(_) => {
                 "expected a number; a comparison stands in the condition of `if … { … } else { … }` only"
@@ -377,37 +349,11 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether a name is none that a map may use.
-fn is_of_motion(binding: &Binding) -> bool {
-    match binding {
-        Binding::Coordinate(_) | Binding::Array(_) | Binding::Let(_) => true,
-        Binding::Function(function) => !function.of_nodes,
-        _ => false,
-    }
-}
-
 /// A component of a node of the path.
 fn node_leaf(node: usize, component: usize) -> Leaf {
     match node {
         0 => Leaf::X0(component),
         1 => Leaf::X1(component),
         _ => Leaf::X2(component),
-    }
-}
-
-/// What to say about an expression that is never a number.
-fn not_a_number(expr: &Expr) -> &'static str {
-    match expr {
-        Expr::Tuple(_) => "expected a number, found a tuple",
-        Expr::Array(_) | Expr::Repeat(_) => "expected a number, found a list",
-        Expr::Closure(_) => {
-            "expected a number, found a closure; a function of the declaration is `let f = |i| …;`, to be used as `f(2)`"
-        }
-        Expr::Range(_) => "expected a number, found a range, which stands in `sum(0..8, |i| …)`",
-        Expr::Macro(_) => "a macro cannot be seen into: expected the expression itself, or a function",
-        Expr::Match(_) => "expected a number; a choice is written `if … { … } else { … }`",
-        Expr::Reference(_) => "expected a number, without `&`",
-        Expr::Assign(_) => "expected one `=` in a statement",
-        _ => "expected a number",
     }
 }

@@ -1,14 +1,15 @@
 //! The discretization maps: closures of the nodes, whose values are vectors.
 
 use proc_macro2::Ident;
-use syn::{Expr, ExprClosure, Pat, ReturnType};
+use syn::visit::{self, Visit};
+use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
 use super::Lowering;
-use crate::ast::{Map, MapRule};
+use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::names::Binding;
-use crate::parse::bare;
+use crate::parse::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The points of the first order map whose mean is taken.
@@ -16,14 +17,50 @@ impl Lowering<'_> {
         Ok(match &map.rule {
             MapRule::Closure(closure) => vec![self.map(&map.keyword, closure)?],
             MapRule::Paper => self.paper_pairs(),
-            MapRule::Midpoint => vec![self.pair([0.5, 0.5])],
+            MapRule::Midpoint => self.midpoint_pairs(),
             MapRule::Trapezoid => vec![self.pair([1.0, 0.0]), self.pair([0.0, 1.0])],
         })
     }
 
-    /// The paper's first order map, `(q0, (q1 - q0) / h)`.
+    /// The paper's map of pairs, `(q0, (q1 - q0) / h)`.
     pub(super) fn paper_pairs(&mut self) -> Vec<[Vec<NodeId>; 2]> {
         vec![self.pair([1.0, 0.0])]
+    }
+
+    /// The chord and the middle of both ends.
+    fn midpoint_pairs(&mut self) -> Vec<[Vec<NodeId>; 2]> {
+        vec![self.pair([0.5, 0.5])]
+    }
+
+    /// The map where none is declared, of order 2 always.
+    ///
+    /// The paper's is where `L = T(v) - V(q)`: its `L_d` then differs from the trapezoid's by what telescopes. Where the momentum
+    /// depends on the position, and where a row is imposed on a leg, a point at one end of it is of order 1.
+    pub(super) fn default_pairs(
+        &mut self,
+        declaration: &Declaration,
+        lagrangian: NodeId,
+    ) -> Vec<[Vec<NodeId>; 2]> {
+        let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
+        if on_legs || self.momentum_varies(lagrangian) {
+            self.midpoint_pairs()
+        } else {
+            self.paper_pairs()
+        }
+    }
+
+    /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does.
+    fn momentum_varies(&mut self, lagrangian: NodeId) -> bool {
+        let n = self.coordinates.len();
+        // on the side: a question leaves no trace in the code
+        let mut graph = self.graph.clone();
+        (0..n).any(|i| {
+            let momentum = graph.derivative(lagrangian, Leaf::V(i));
+            (0..n).any(|j| {
+                let slope = graph.derivative(momentum, Leaf::Q(j));
+                !graph.vanishes(slope)
+            })
+        })
     }
 
     /// The chord at a mean of both ends.
@@ -177,6 +214,30 @@ impl Lowering<'_> {
                 .collect(),
         }
     }
+}
+
+/// Whether a discrete statement takes the value of an expression on a leg, `leg(e, 0)`.
+fn mentions_legs(declaration: &Declaration) -> bool {
+    struct Search(bool);
+    impl<'ast> Visit<'ast> for Search {
+        fn visit_expr_call(&mut self, call: &'ast ExprCall) {
+            self.0 |= plain_name(&call.func).is_some_and(|name| name == "leg");
+            visit::visit_expr_call(self, call);
+        }
+    }
+    let mut search = Search(false);
+    if let Some(scalar) = declaration.discrete_lagrangian.given() {
+        search.visit_expr(&scalar.value);
+    }
+    for row in declaration
+        .discrete_kinematic
+        .given()
+        .iter()
+        .flat_map(|part| &part.rows)
+    {
+        search.visit_expr(row);
+    }
+    search.0
 }
 
 fn node_name(pattern: &Pat) -> Option<&Ident> {

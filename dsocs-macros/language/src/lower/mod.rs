@@ -10,6 +10,8 @@ mod function;
 mod index;
 mod map;
 mod shape;
+mod unused;
+mod wrong;
 
 use proc_macro2::{Ident, TokenStream};
 use syn::{Expr, ItemStruct};
@@ -20,9 +22,12 @@ use crate::ast::{
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::{Fields, first_paragraph};
+use crate::mechanics;
 use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::bare;
+
+pub(crate) use builtin::Builtin;
 
 /// A node, unless a mistake was reported.
 type Lowered = Result<NodeId, Reported>;
@@ -106,7 +111,11 @@ pub(crate) fn model(
     let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::pairs);
     let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::triple);
     let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
-    let phi_lagrangian = phi_lagrangian.map(|map| map.unwrap_or_else(|| lowering.paper_pairs()));
+    let phi_lagrangian = phi_lagrangian.map(|map| match (map, &lagrangian) {
+        (Some(declared), _) => declared,
+        (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, *lagrangian),
+        (None, _) => lowering.paper_pairs(),
+    });
     let phi_kinematic = phi_kinematic.map(Option::flatten);
     let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
     let discrete_lagrangian = scopes.part(
@@ -144,7 +153,8 @@ pub(crate) fn model(
     let mut graph = lowering.graph;
     graph.set_numbers(parameters.iter().map(ParameterField::read));
     let observe = observe?.unwrap_or_default();
-    Ok(Model {
+    let mut model = Model {
+        warnings: Vec::new(),
         docs: docs(declaration, item, &observe),
         core: declaration.core.given().cloned(),
         item: item.clone(),
@@ -160,7 +170,31 @@ pub(crate) fn model(
         phi_kinematic,
         observe,
         graph,
-    })
+    };
+    check_factors(declaration, &model, errors)?;
+    model.warnings = unused::warnings(declaration, &model);
+    Ok(model)
+}
+
+/// Refuses factors that do not divide their constraints.
+fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> Result<(), Reported> {
+    let Some(branch) = declaration.branch.given() else {
+        return Ok(());
+    };
+    let first = model.constraints.len() - model.count(Kind::Kinematic);
+    let mut wrong = Ok(());
+    for (place, factor) in branch.factors.iter().enumerate() {
+        if let Ok(Some(factor)) = factor
+            && mechanics::is_no_factor(model, first + place)
+        {
+            wrong = Err(errors.at(
+                factor,
+                "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the constraint \
+                 is not zero",
+            ));
+        }
+    }
+    wrong
 }
 
 /// What the user says for people.
@@ -295,6 +329,10 @@ impl Lowering<'_> {
     fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
         self.origins.clear();
         let value = self.expr(expr)?;
+        if self.graph.order(value).is_none_or(|order| order < limit) {
+            return Ok(value);
+        }
+        let (value, _) = self.settled(value);
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }

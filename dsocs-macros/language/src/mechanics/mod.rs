@@ -7,10 +7,12 @@
 //! - [`mod@continuous`]: the continuous system, its force and its energy;
 //! - [`lower_order`]: what constraints of lower order ask of a pair of nodes and of a start;
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
+//! - [`factor`]: whether a declared factor divides its constraint;
 //! - [`symmetry`]: whether the step is symmetric in time.
 
 mod annihilator;
 mod continuous;
+mod factor;
 mod force;
 mod lower_order;
 mod nodes;
@@ -22,6 +24,7 @@ use crate::graph::NodeId;
 
 pub(crate) use annihilator::{Defect, annihilator};
 pub(crate) use continuous::{continuous, energy};
+pub(crate) use factor::is_no_factor;
 pub(crate) use force::discrete_lagrangian;
 pub(crate) use lower_order::{pair, phase};
 pub(crate) use step::{StepEquations, step};

@@ -2,16 +2,20 @@
 
 use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
-use syn::{Attribute, Block, Expr, Local, Pat, Path, Stmt, Token};
+use syn::{Attribute, Block, Expr, Stmt, Token};
 
-use crate::ast::{
-    Branch, Constraints, Declaration, Directions, Let, Map, MapRule, Observe, Part, Scalar, Side,
-};
+use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Part, Scalar, Side};
 use crate::errors::{Errors, Reported};
-use crate::input::doc;
-use crate::names::{did_you_mean, nearest};
+use crate::names::nearest;
 
 mod coordinates;
+mod lets;
+mod values;
+
+use self::lets::read_let;
+use self::values::{read_factor, read_fields, read_map, read_names, read_path, read_rows};
+
+pub(crate) use self::lets::plain_let;
 
 /// The words that a statement can begin with, apart from `let`.
 const STATEMENTS: [&str; 14] = [
@@ -21,7 +25,7 @@ const STATEMENTS: [&str; 14] = [
     "nonholonomic",
     "kinematic",
     "variational",
-    "forces",
+    "constraint_forces",
     "discrete_lagrangian",
     "discrete_kinematic",
     "phi_lagrangian",
@@ -202,7 +206,7 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
         "kinematic" => set(&mut declaration.kinematic, reported),
         "discrete_lagrangian" => set(&mut declaration.discrete_lagrangian, reported),
         "discrete_kinematic" => set(&mut declaration.discrete_kinematic, reported),
-        "variational" | "forces" => set(&mut declaration.directions, reported),
+        "variational" | "constraint_forces" => set(&mut declaration.directions, reported),
         "phi_lagrangian" => set(&mut declaration.phi_lagrangian, reported),
         "phi_kinematic" => set(&mut declaration.phi_kinematic, reported),
         "phi_variational" => set(&mut declaration.phi_variational, reported),
@@ -239,47 +243,6 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
     }
 }
 
-fn read_let(declaration: &mut Declaration, local: Local, attributes: &[Attribute], errors: &Errors) {
-    let name = match &local.pat {
-        Pat::Ident(pattern) => Some(pattern.ident.clone()),
-        Pat::Type(typed) => match &*typed.pat {
-            Pat::Ident(pattern) => Some(pattern.ident.clone()),
-            _ => None,
-        },
-        _ => None,
-    };
-    let value = plain_let(local, errors).map(|(_, value)| value);
-    if let Some(name) = name {
-        let doc = doc(attributes);
-        declaration.lets.push(Let { name, value, doc });
-    }
-}
-
-/// The parts of a `let` with a plain name.
-pub(crate) fn plain_let(local: Local, errors: &Errors) -> Result<(Ident, Expr), Reported> {
-    let name = match &local.pat {
-        Pat::Ident(pattern)
-            if pattern.by_ref.is_none() && pattern.mutability.is_none() && pattern.subpat.is_none() =>
-        {
-            Ok(pattern.ident.clone())
-        }
-        Pat::Type(typed) => {
-            Err(errors.at(&typed.ty, "no type is written here: every expression is a number"))
-        }
-        other => Err(errors.at(other, "expected a plain name, as in `let name = …;`")),
-    };
-    match local.init {
-        Some(init) => match init.diverge {
-            Some((otherwise, _)) => Err(errors.at(
-                otherwise,
-                "`let … else` has no meaning here: there is nothing to match",
-            )),
-            None => Ok((name?, *init.expr)),
-        },
-        None => Err(errors.at(&local.pat, "expected a value, as in `let name = …;`")),
-    }
-}
-
 fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, errors: &Errors) {
     let lets_before = declaration.lets.len();
     let at = &keyword.clone();
@@ -309,9 +272,9 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             });
             fill(part, at, rows, errors);
         }
-        name @ ("variational" | "forces") => {
+        name @ ("variational" | "constraint_forces") => {
             let side = match (name, plain_name(&value)) {
-                ("forces", _) => Side::Forces,
+                ("constraint_forces", _) => Side::Forces,
                 (_, Some(rule)) if rule == "chetaev" => Side::Chetaev,
                 _ => Side::Variational,
             };
@@ -364,68 +327,6 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
     }
 }
 
-/// The rows of a constraint statement.
-fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
-    match value {
-        Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
-            array,
-            "expected at least one constraint; without any, leave the statement out",
-        )),
-        Expr::Array(array) => Ok(array.elems.into_iter().collect()),
-        Expr::Tuple(tuple) => Err(errors.at(
-            tuple,
-            format!("expected several constraints in brackets, `{keyword} = [c1, c2];`"),
-        )),
-        row => Ok(vec![row]),
-    }
-}
-
-/// A map by its name or by a formula.
-fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<MapRule, Reported> {
-    let of_pairs = keyword == "phi_lagrangian";
-    let (example, names): (_, &[&str]) = if of_pairs {
-        ("|q0, q1| (q, v)", &["paper", "midpoint", "trapezoid"])
-    } else {
-        ("|q0, q1, q2| (q, v, a)", &["paper", "midpoint"])
-    };
-    let value = match value {
-        Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure))),
-        other => other,
-    };
-    let name = plain_name(&value).map(ToString::to_string);
-    match name.as_deref() {
-        Some("paper") => return Ok(MapRule::Paper),
-        Some("midpoint") => return Ok(MapRule::Midpoint),
-        Some("trapezoid") if of_pairs => return Ok(MapRule::Trapezoid),
-        Some("trapezoid") => {
-            return Err(errors.at(
-                value,
-                "the trapezoid is a mean of two points, which `phi_lagrangian` alone can be; \
-                 expected `paper`, `midpoint` or a closure",
-            ));
-        }
-        _ => {}
-    }
-    let hint = did_you_mean(name.as_deref().unwrap_or(""), names.iter().copied());
-    let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
-    let names = names.join(", ");
-    Err(errors.at(
-        value,
-        format!("expected {names} or a closure, `{keyword} = {example};`{hint}"),
-    ))
-}
-
-/// The path of the core.
-fn read_path(value: Expr, errors: &Errors) -> Result<Path, Reported> {
-    match value {
-        Expr::Path(value) if value.qself.is_none() => Ok(value.path),
-        other => Err(errors.at(
-            other,
-            "expected the path of dsocs-core, such as `crate = prelude::dsocs_core;`",
-        )),
-    }
-}
-
 fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, errors: &Errors) {
     if part.is_absent() {
         *part = value.map_or_else(Part::Broken, Part::Given);
@@ -445,73 +346,13 @@ fn fill_directions(
             errors.at(
                 keyword,
                 format!(
-                    "expected either `variational` or `forces`: they say the same thing from two sides, and `{}` stands above",
+                    "expected either `variational` or `constraint_forces`: they say the same thing from two sides, and `{}` stands above",
                     first.keyword
                 ),
             );
         }
         _ => fill(part, keyword, value, errors),
     }
-}
-
-fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
-    let Expr::Array(array) = value else {
-        let rule = if keyword == "variational" {
-            ", or `chetaev`"
-        } else {
-            ""
-        };
-        return Err(errors.at(
-            value,
-            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`{rule}"),
-        ));
-    };
-    Ok(array.elems.into_iter().collect())
-}
-
-fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
-    const EXPECTED: &str = "expected `divide(factor)`, or `_` for a row of a list that is left as it is";
-    match value {
-        Expr::Infer(_) => Ok(None),
-        Expr::Call(call) => match plain_name(&call.func) {
-            Some(name) if name == "divide" => match call.args.first() {
-                Some(factor) if call.args.len() == 1 => Ok(Some(factor.clone())),
-                _ => Err(errors.at(
-                    &call,
-                    format!("expected one factor, `divide(factor)`, found {}", call.args.len()),
-                )),
-            },
-            Some(name) => {
-                let hint = did_you_mean(&name.to_string(), ["divide"]);
-                let message = if hint.is_empty() {
-                    EXPECTED.to_owned()
-                } else {
-                    format!("nothing is called `{name}` here{hint}")
-                };
-                Err(errors.at(name, message))
-            }
-            None => Err(errors.at(call, EXPECTED)),
-        },
-        other => Err(errors.at(other, EXPECTED)),
-    }
-}
-
-fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Result<Ident, Reported>>, Reported> {
-    let Expr::Array(array) = value else {
-        return Err(errors.at(
-            value,
-            "expected a list of names in brackets, `observe = [energy, momentum];`",
-        ));
-    };
-    let names = array.elems.iter().map(|element| {
-        plain_name(element).cloned().ok_or_else(|| {
-            errors.at(
-                element,
-                "expected the name of a `let`: give the expression a name first",
-            )
-        })
-    });
-    Ok(names.collect())
 }
 
 /// The name that an expression consists of, if it is one.
@@ -524,6 +365,12 @@ pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
 
 /// Reports a word that no statement begins with; the nearest one is taken to be meant.
 fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
+    if word == "forces" {
+        let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \
+                       a force that is given, such as friction, is none of them";
+        mark(declaration, "constraint_forces", errors.at(keyword, message));
+        return;
+    }
     match nearest(word, STATEMENTS) {
         Some(near) => {
             let message = format!("no statement is called `{word}`; did you mean `{near}`?");

@@ -19,6 +19,124 @@ fn orders() {
     statement("nonholonomic = mass;", "mass", "does not depend on the motion");
 }
 
+/// Each would be a leapfrog with a second solution that grows.
+#[test]
+fn kinematic_rows_without_an_acceleration() {
+    const VELOCITIES: &str = "written `nonholonomic = …;`";
+    const POSITIONS: &str = "written `holonomic = …;`";
+    let rest = "variational = [(1, 0)];";
+    let two = |row: &str, place: &str, message: &str| {
+        statement(&format!("{rest} kinematic = {row};"), place, message);
+    };
+    two("dot(x) + x", "dot(x) + x", VELOCITIES);
+    two("x * y - 1", "x * y - 1", POSITIONS);
+    two("mass", "mass", "does not depend on the motion");
+    // what drops out, in the normal form or only once it is multiplied out
+    let idle = "ddot(x) - ddot(x) + dot(x)";
+    two(idle, idle, VELOCITIES);
+    let idle = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
+    two(idle, idle, "all of them drop out of this one");
+    let idle = "((x + y).powi(2) - x * x - 2 * x * y - y * y) * ddot(x) + dot(x)";
+    two(idle, idle, "all of them drop out of this one");
+    let idle = "(ddot(x) + y) * (ddot(x) - y) - ddot(x).powi(2)";
+    two(idle, idle, POSITIONS);
+    let idle = "if ddot(x) < 0 { dot(x) } else { dot(y) }";
+    two(idle, idle, VELOCITIES);
+    two(
+        "0 * ddot(x) + curvature.at(x, dot(y))",
+        "0 * ddot(x) + curvature.at(x, dot(y))",
+        VELOCITIES,
+    );
+    statement(
+        "let v = dot(x); let f = |a| a + y; variational = []; kinematic = [v, f(ddot(x))];",
+        "v",
+        VELOCITIES,
+    );
+    statement(
+        "let f = |a| a + y; variational = []; kinematic = [ddot(y), f(dot(x))];",
+        "f(dot(x))",
+        VELOCITIES,
+    );
+    one(
+        "coordinates(x: [2]); lagrangian = dot(x[0]); variational = []; kinematic = [ddot(x[0]), dot(x[1])];",
+        "dot(x[1])",
+        VELOCITIES,
+    );
+    // a function that the attribute cannot see into depends on its arguments
+    let known =
+        model("coordinates(x); lagrangian = dot(x); variational = []; kinematic = curvature.at(x, ddot(x));");
+    assert_eq!(known.constraints[0].order, 2);
+}
+
+/// The statement that the message names takes the row as it is.
+#[test]
+fn what_drops_out_is_left_out() {
+    let row = "(ddot(x) + dot(y)).powi(2) - ddot(x).powi(2) - 2 * ddot(x) * dot(y)";
+    let known = model(&format!(
+        "coordinates(x, y); lagrangian = dot(x); nonholonomic = {row};"
+    ));
+    let row = &known.constraints[0];
+    assert_eq!((row.order, known.graph.order(row.value)), (1, Some(1)));
+    statement(
+        "nonholonomic = (dot(x) + y).powi(2) - dot(x).powi(2) - 2 * dot(x) * y;",
+        "(dot(x) + y).powi(2) - dot(x).powi(2) - 2 * dot(x) * y",
+        "written `holonomic = …;`",
+    );
+}
+
+/// The declaration of a pendulum with a wheel, whose Lyapunov constraint has the factor `w` where the other equation holds.
+fn pendulum(factor: &str) -> String {
+    format!(
+        "coordinates(theta, psi);
+         lagrangian = 2 * dot(theta).powi(2) / 2 + 3 * (dot(theta) + dot(psi)).powi(2) / 2 - mass * (1 + theta.cos());
+         let a = 1 / 2; let c = 1 / 2 + 1 / 3; let k = -3;
+         let g_c = (k * a + a) * 6; let h_c = (-k * a - c) * 6; let f = (g_c.powi(2) + 4) / h_c;
+         let p1 = 5 * dot(theta) + 3 * dot(psi); let p2 = 3 * (dot(theta) + dot(psi));
+         let w = g_c * p1 + h_c * p2;
+         let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+             + 5 * (1 - (psi - k * theta).cos()) + 4 * mass * (1 - theta.cos());
+         kinematic = dot(lyapunov) + w * w.tanh(); constraint_forces = [(0, 1)]; branch = divide({factor});"
+    )
+}
+
+#[test]
+fn a_branch_is_a_factor() {
+    const NONE: &str = "expected a factor of the kinematic constraint";
+    assert_eq!(mistakes_on(&pendulum("w"), ITEM), []);
+    one(&pendulum("p1"), "p1", NONE);
+    one(&pendulum("dot(theta)"), "dot(theta)", NONE);
+    let rest = "variational = [(1, 0)];";
+    let right = |row: &str, factor: &str| {
+        let declaration = format!(
+            "coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2); {rest} \
+             kinematic = {row}; branch = divide({factor});"
+        );
+        assert_eq!(mistakes_on(&declaration, ITEM), [], "{declaration}");
+    };
+    right("(dot(x) - mass) * (ddot(y) + x)", "dot(x) - mass");
+    right("dot(x).powi(2) * (ddot(y) + x)", "dot(x)");
+    right("dot(x).sinh() * ddot(y) + 1 - dot(x).cos()", "dot(x)");
+    right("ddot(y) * (1 - x.sin().powi(2)) + x.cos() * y", "x.cos()");
+    // nothing can be said against these
+    right("ddot(y) + x", "1 + x.powi(2)");
+    right("ddot(y) + x", "curvature.at(x)");
+    let wrong = |row: &str, factor: &str| {
+        statement(
+            &format!("{rest} kinematic = {row}; branch = divide({factor});"),
+            factor,
+            NONE,
+        );
+    };
+    wrong("ddot(y) + x", "dot(y)");
+    wrong("(ddot(y) + x) * dot(x) + y", "dot(x)");
+    wrong("(dot(x) - mass) * (ddot(y) + x)", "dot(x) + mass");
+    statement(
+        "variational = []; kinematic = [ddot(y) * x, dot(x) * (ddot(x) + y)]; branch = [divide(y), divide(dot(x))];",
+        "y",
+        NONE,
+    );
+}
+
 #[test]
 fn counts() {
     statement(
@@ -37,8 +155,8 @@ fn counts() {
         "1 holonomic constraint and 2 variational fields make 3 equations, for 2 coordinates",
     );
     statement(
-        "holonomic = x; nonholonomic = dot(y); forces = [(0, 1)];",
-        "forces",
+        "holonomic = x; nonholonomic = dot(y); constraint_forces = [(0, 1)];",
+        "constraint_forces",
         "as many forces as constraints: found 1 force and 1 holonomic constraint, 1 nonholonomic constraint",
     );
     statement("holonomic = [];", "[]", "at least one");
@@ -63,12 +181,12 @@ fn rules_of_displacements() {
         "or `chetaev`",
     );
     statement(
-        "kinematic = ddot(x); variational = chetaev; forces = [(1, 0)];",
-        "forces",
+        "kinematic = ddot(x); variational = chetaev; constraint_forces = [(1, 0)];",
+        "constraint_forces",
         "`variational` stands above",
     );
     statement(
-        "kinematic = ddot(x); forces = chetaev;",
+        "kinematic = ddot(x); constraint_forces = chetaev;",
         "chetaev",
         "a list of tuples",
     );
@@ -78,7 +196,7 @@ fn rules_of_displacements() {
         "expected independent constraints",
     );
     one(
-        "coordinates(x, y, z); lagrangian = dot(x); holonomic = x; kinematic = ddot(y); forces = [(2, 0, 0)];",
+        "coordinates(x, y, z); lagrangian = dot(x); holonomic = x; kinematic = ddot(y); constraint_forces = [(2, 0, 0)];",
         "(2, 0, 0)",
         "expected independent forces",
     );
@@ -109,7 +227,7 @@ fn discrete_expressions() {
         "v",
         "`leg(v, 0)`",
     );
-    let rest = "kinematic = ddot(x); forces = [(1, 0)];";
+    let rest = "kinematic = ddot(x); constraint_forces = [(1, 0)];";
     let kinematic = |value: &str| format!("{rest} discrete_kinematic = {value};");
     statement(&kinematic("x[1] - x[0]"), "x[1] - x[0]", "the third node");
     statement(
@@ -125,7 +243,7 @@ fn discrete_expressions() {
     assert_eq!(
         mistakes_on(
             "coordinates(x, theta: [2]); lagrangian = dot(x); let v = dot(theta[1]); kinematic = dot(v); \
-             forces = [(0, [0, 1])]; discrete_lagrangian = leg(v, 0) * (theta[1][1] - x[0]) / h; \
+             constraint_forces = [(0, [0, 1])]; discrete_lagrangian = leg(v, 0) * (theta[1][1] - x[0]) / h; \
              discrete_kinematic = leg(v, 1) - leg(v, 0) + h * node(dot(v)) + theta[0][2];",
             ITEM
         ),

@@ -126,6 +126,21 @@ fn is_call(expression: &str, callee: &str, arguments: &[f64]) {
     assert!(wrt.is_empty());
 }
 
+/// As the attribute's documentation has it: both compare by `<`, which does not hold for NaN.
+#[test]
+fn the_smaller_and_the_larger_of_a_number_and_none() {
+    for nan in ["(0 / (x - x))", "(-1_f64).sqrt()"] {
+        means(&format!("{{ let n = {nan}; n.min(y) }}"), 0.7);
+        means(&format!("{{ let n = {nan}; y.max(n) }}"), 0.7);
+        for lost in ["y.min(n)", "n.max(y)"] {
+            let model = model(&format!(
+                "coordinates(x, y); let n = {nan}; let e = {lost}; lagrangian = e;"
+            ));
+            assert!(at().value(&model.graph, model.lagrangian).is_nan(), "{lost}");
+        }
+    }
+}
+
 #[test]
 fn arithmetic() {
     means("1 + 2 * x - y / 4", 1.0 + 0.6 - 0.175);
@@ -253,6 +268,50 @@ fn maps_of_components_and_of_vectors() {
     check("|q0, q1| (((q0.x + q1.0) / 2, (q0.y + q1.1) / 2), if h < 1 { (q1 - q0) * 2 } else { q0 })");
 }
 
+/// Where no map is written, the step is of order 2: the paper's map for `L = T(v) - V(q)`, the middle of the leg elsewhere.
+#[test]
+fn the_map_of_the_lagrangian_where_none_is_written() {
+    const FREE: &str = "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - x * y";
+    let code = |statements: &str| {
+        model(&format!("coordinates(x, y); {statements}"))
+            .code()
+            .to_string()
+    };
+    let is = |map: &str, statements: &str| {
+        let (default, declared) = (
+            code(statements),
+            code(&format!("{statements} phi_lagrangian = {map};")),
+        );
+        assert!(default == declared, "{statements}");
+    };
+    is("paper", &format!("{FREE};"));
+    is("paper", &format!("{FREE} + dot(x).powi(4);"));
+    is(
+        "paper",
+        &format!("{FREE}; holonomic = x.powi(2) + y.powi(2) - 1;"),
+    );
+    is(
+        "paper",
+        &format!("{FREE}; kinematic = ddot(x) + x; constraint_forces = [(0, 1)];"),
+    );
+    is("paper", &format!("{FREE} + (x * dot(y) - dot(y) * x);"));
+    // a mass matrix that depends on the position, a force like that of a magnetic field
+    is("midpoint", &format!("{FREE} + x * dot(x).powi(2);"));
+    is("midpoint", &format!("{FREE} + x * dot(y);"));
+    is("midpoint", &format!("{FREE} + curvature.at(x, dot(y));"));
+    is("midpoint", &format!("{FREE}; nonholonomic = dot(x) - y;"));
+    is(
+        "midpoint",
+        &format!("{FREE}; nonholonomic = dot(x) - y; kinematic = ddot(y); variational = chetaev;"),
+    );
+    is(
+        "midpoint",
+        &format!(
+            "{FREE}; kinematic = ddot(x); constraint_forces = [(0, 1)]; discrete_kinematic = leg(dot(x), 1) - leg(dot(x), 0);"
+        ),
+    );
+}
+
 #[test]
 fn the_variational_map_is_the_kinematic_one_unless_given() {
     let kinematic = "phi_kinematic = |a, b, c| (b, (c - b) / h, (c - 2 * b + a) / h.powi(2));";
@@ -275,7 +334,7 @@ fn the_variational_map_is_the_kinematic_one_unless_given() {
 fn the_parts_of_a_model() {
     let model = model(
         "lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)); let w = dot(x) * y; let v = ddot(x); \
-         coordinates(x, y); kinematic = [dot(w), w + x]; variational = []; branch = [_, divide(w)]; observe = [w, v];",
+         coordinates(x, y); kinematic = [dot(w), w * ddot(y)]; variational = []; branch = [_, divide(w)]; observe = [w, v];",
     );
     assert_eq!(model.coordinates, ["x", "y"]);
     let parameters: Vec<_> = model
@@ -294,7 +353,7 @@ fn the_parts_of_a_model() {
     );
     assert_eq!(
         model.constraints.iter().map(|row| row.order).collect::<Vec<_>>(),
-        [2, 1]
+        [2, 2]
     );
     assert_eq!(model.constraints[0].divide, None);
     assert_eq!(model.constraints[1].divide, Some(model.observe[0].1));
@@ -368,7 +427,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
     let n = coordinates.len();
     let rows = vec!["ddot(a)"; forces.len()].join(", ");
     let declaration = format!(
-        "coordinates({}); lagrangian = dot(a); kinematic = [{rows}]; forces = [{}];",
+        "coordinates({}); lagrangian = dot(a); kinematic = [{rows}]; constraint_forces = [{}];",
         coordinates.join(", "),
         forces.join(", ")
     );

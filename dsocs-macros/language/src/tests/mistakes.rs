@@ -30,7 +30,7 @@ pub(super) fn one_on(declaration: &str, item: &str, place: &str, message: &str) 
 
 /// A mistake in an expression of the motion.
 #[track_caller]
-fn expression(expression: &str, place: &str, message: &str) {
+pub(super) fn expression(expression: &str, place: &str, message: &str) {
     one(
         &format!("coordinates(x, y); let e = {expression}; lagrangian = e * e;"),
         place,
@@ -65,6 +65,11 @@ fn statements() {
         "energy = 1;",
         "energy",
         "expected a statement: `let`, `coordinates`",
+    );
+    statement(
+        "kinematic = ddot(x); forces = [(1, 0)];",
+        "forces",
+        "`forces` is called `constraint_forces`",
     );
     statement("lagrangian = 1;", "lagrangian", "twice");
     statement("coordinates(z);", "coordinates", "twice");
@@ -320,7 +325,7 @@ fn counts() {
     statement(
         "kinematic = ddot(x);",
         "kinematic",
-        "expected `variational = […];`, `variational = chetaev;` or `forces",
+        "expected `variational = […];`, `variational = chetaev;` or `constraint_forces = […];`",
     );
     statement(
         "kinematic = [ddot(x), ddot(y)]; variational = [(1, 0)];",
@@ -333,8 +338,8 @@ fn counts() {
         "0 constraints and 1 variational field make 1 equation,",
     );
     statement(
-        "kinematic = [ddot(x), ddot(y)]; forces = [(1, 0)];",
-        "forces",
+        "kinematic = [ddot(x), ddot(y)]; constraint_forces = [(1, 0)];",
+        "constraint_forces",
         "expected as many forces as kinematic constraints: found 1 force and 2 kinematic constraints",
     );
     statement(
@@ -348,8 +353,8 @@ fn counts() {
         "found 1",
     );
     statement(
-        "kinematic = ddot(x); variational = [(1, 0)]; forces = [(1, 0)];",
-        "forces",
+        "kinematic = ddot(x); variational = [(1, 0)]; constraint_forces = [(1, 0)];",
+        "constraint_forces",
         "either",
     );
     statement(
@@ -370,16 +375,22 @@ fn counts() {
 fn forces() {
     let three = "coordinates(x, y, z); lagrangian = dot(x) * dot(y) * dot(z);";
     one(
-        &format!("{three} kinematic = [ddot(x), ddot(y)]; forces = [(1, 2, 0), (2, 4, 0)];"),
+        &format!("{three} kinematic = [ddot(x), ddot(y)]; constraint_forces = [(1, 2, 0), (2, 4, 0)];"),
         "(2, 4, 0)",
         "independent",
     );
     one(
-        &format!("{three} kinematic = [ddot(x), ddot(y)]; forces = [(0.1, 0.2, 0), (0.3, 0.6, 0)];"),
+        &format!(
+            "{three} kinematic = [ddot(x), ddot(y)]; constraint_forces = [(0.1, 0.2, 0), (0.3, 0.6, 0)];"
+        ),
         "(0.1, 0.2, 0)",
         "independent",
     );
-    statement("kinematic = ddot(x); forces = [(0, 0)];", "(0, 0)", "independent");
+    statement(
+        "kinematic = ddot(x); constraint_forces = [(0, 0)];",
+        "(0, 0)",
+        "independent",
+    );
     statement(
         "kinematic = ddot(x); variational = [(0, 0)];",
         "(0, 0)",

@@ -43,7 +43,7 @@ fn declaration() -> impl Strategy<Value = String> {
         4 => expression().prop_map(|e| format!("kinematic = {e};")),
         2 => (expression(), expression()).prop_map(|(a, b)| format!("kinematic = [{a}, {b}];")),
         4 => (expression(), expression()).prop_map(|(a, b)| format!("variational = [({a}, {b})];")),
-        2 => (expression(), expression()).prop_map(|(a, b)| format!("forces = [({a}, {b})];")),
+        2 => (expression(), expression()).prop_map(|(a, b)| format!("constraint_forces = [({a}, {b})];")),
         1 => expression().prop_map(|e| format!("branch = divide({e});")),
         2 => expression().prop_map(|e| format!("let a = {e};")),
         1 => Just("observe = [a];".to_owned()),

@@ -21,7 +21,7 @@ fn every_mistake_is_reported_in_the_order_of_the_source() {
          let a = xx + dot(ddot(y));\n\
          lagrangian = a + ddot(x) + \"s\";\n\
          kinematic = [a, x, thta];\n\
-         forces = [(zz, 1)];\n\
+         constraint_forces = [(zz, 1)];\n\
          observe = [b];\n\
          wrong = 1;";
     let places: Vec<_> = mistakes_on(declaration, ITEM)
@@ -36,7 +36,7 @@ fn every_mistake_is_reported_in_the_order_of_the_source() {
             "\"s\"",
             "x",
             "thta",
-            "forces",
+            "constraint_forces",
             "zz",
             "b",
             "wrong"
@@ -48,7 +48,7 @@ fn every_mistake_is_reported_in_the_order_of_the_source() {
 fn one_mistake_gives_one_error() {
     one(
         "coordinates(x, y); let w = dot(x) + mas; let v = w * w; lagrangian = v; kinematic = dot(v); \
-         forces = [(v, 1)]; branch = divide(w); observe = [v, w];",
+         constraint_forces = [(v, 1)]; branch = divide(w); observe = [v, w];",
         "mas",
         "did you mean `mass`?",
     );

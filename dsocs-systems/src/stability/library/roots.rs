@@ -31,7 +31,7 @@ const H: f64 = 0.1;
         + chi * (1 - (psi - n * theta).cos())
         + m * e / d * (1 - theta.cos());
     kinematic = dot(lyapunov) + rho * w * w.tanh();
-    forces = [(0, 1)];
+    constraint_forces = [(0, 1)];
 }]
 #[derive(Clone)]
 pub struct Undivided {

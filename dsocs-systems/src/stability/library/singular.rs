@@ -32,9 +32,9 @@ struct Diagonal;
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
-    kinematic = dot(x) - x.cos();
-    forces = [(1,)];
-    phi_kinematic = |q0, q1, q2| (q1, (q2 - q1) / h, (q2 - 2 * q1 + q0) / h.powi(2));
+    kinematic = ddot(x) + x.sin() * dot(x);
+    discrete_kinematic = (x[2] - x[1]) / h - x[1].cos();
+    constraint_forces = [(1,)];
 }]
 struct Onward;
 

@@ -28,7 +28,7 @@ const APART: f64 = 1e-6;
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (ddot(x) + k[0] * x + s[0] * (w[0] * x).sin() + f[0]) * (ddot(x) + k[1] * x + s[1] * (w[1] * x).sin() + f[1]);
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Springs {
     k: [f64; 2],
@@ -49,7 +49,7 @@ impl Springs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2;
     kinematic = (dot(x) - drift) * (ddot(x) + stiffness * x);
-    forces = [(1,)];
+    constraint_forces = [(1,)];
 }]
 struct Either {
     drift: f64,
@@ -62,7 +62,7 @@ struct Either {
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
     let square = dot(x).powi(2) + dot(y).powi(2);
     kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)).powi(2) / square.powi(3) - curvature.at(x, y).powi(2);
-    forces = [(-dot(y), dot(x))];
+    constraint_forces = [(-dot(y), dot(x))];
 }]
 struct Unsigned {
     curvature: Wavy,

@@ -34,6 +34,7 @@ macro_rules! one_row {
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + f64::sin(x * dot(x)) * y;
     kinematic = ddot(x) + dot(all);
     variational = [(1, 1)];
+    phi_lagrangian = paper;
 }]
 pub struct Everywhere {
     pub p: f64,
@@ -68,6 +69,7 @@ one_row!(Everywhere);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + (1 + dot(x).powi(2)).sqrt() * y.exp();
     kinematic = ddot(x) + dot(all);
     variational = [(1, 1)];
+    phi_lagrangian = paper;
 }]
 pub struct Positive {
     pub p: f64,
@@ -98,6 +100,7 @@ one_row!(Positive);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + (x * dot(y)).cos() * p;
     kinematic = ddot(x) + dot(all);
     variational = [(1, 1)];
+    phi_lagrangian = paper;
 }]
 pub struct Bounded {
     pub p: f64,

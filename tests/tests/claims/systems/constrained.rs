@@ -34,7 +34,7 @@ impl Declaration<3> for Two {
     coordinates(x, y, z);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) + x * y * z;
     kinematic = ddot(x) + dot(y) * ddot(z) + dot(x).powi(3);
-    forces = [(1, 0, dot(y))];
+    constraint_forces = [(1, 0, dot(y))];
 }]
 pub struct Forces {
     pub mass: f64,
@@ -60,7 +60,7 @@ impl Declaration<3> for Forces {
     coordinates(x, y, z);
     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2));
     let factor = dot(x) + 4;
-    kinematic = [(ddot(y) + z) * factor + dot(z).sin(), ddot(z) + x];
+    kinematic = [(ddot(y) + z) * factor + dot(z) * factor.sinh(), ddot(z) + x];
     variational = [(1, dot(y), dot(x))];
     branch = [divide(factor), _];
 }]
@@ -74,7 +74,10 @@ impl Declaration<3> for Divided {
     }
 
     fn kinematic<R: Number>(&self, q: [R; 3], v: [R; 3], a: [R; 3]) -> Vec<R> {
-        vec![(a[1] + q[2]) * (v[0] + 4.0) + v[2].sin(), a[2] + q[0]]
+        vec![
+            (a[1] + q[2]) * (v[0] + 4.0) + v[2] * (v[0] + 4.0).sinh(),
+            a[2] + q[0],
+        ]
     }
 
     fn divide<R: Number>(&self, _: [R; 3], v: [R; 3]) -> Vec<Option<R>> {

@@ -9,6 +9,7 @@ use dsocs_tests::independent::{Declaration, Number, map2, rate};
     lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
         + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos()
         + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
+    phi_lagrangian = paper;
 }]
 pub struct DoublePendulum {
     pub ratio: f64,
@@ -36,7 +37,8 @@ pub struct DoublePendulumMidpoint {
     let potential = -gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
     lagrangian = kinetic - potential;
     kinematic = dot(kinetic + potential) + (dot(alpha) - dot(beta)).powi(2);
-    forces = [(1, -1)];
+    constraint_forces = [(1, -1)];
+    phi_lagrangian = paper;
 }]
 pub struct Constrained {
     pub ratio: f64,

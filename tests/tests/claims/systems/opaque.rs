@@ -102,6 +102,7 @@ impl Declaration<2> for Metric {
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).soft() + dot(x).powi(2) - gain * saddle(x, dot(x));
+    phi_lagrangian = paper;
 }]
 pub struct Speed {
     pub gain: f64,

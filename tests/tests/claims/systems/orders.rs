@@ -49,7 +49,7 @@ pub struct EllipsoidWithFields {
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
     holonomic = x.powi(2) + 2 * y.powi(2) + 3 * z.powi(2) - 1;
-    forces = [(10 * x, 20 * y, 30 * z)];
+    constraint_forces = [(10 * x, 20 * y, 30 * z)];
 }]
 pub struct EllipsoidWithForce {
     pub gravity: f64,
@@ -60,7 +60,6 @@ pub struct EllipsoidWithForce {
     coordinates(x, y: [2]);
     lagrangian = (dot(x).powi(2) + dot(y[0]).powi(2) + (1 + x.powi(2)) * dot(y[1]).powi(2)) / 2 - y[0];
     holonomic = x.powi(2) + y[0].powi(2) + (y[1] - x).powi(2) - 1;
-    phi_lagrangian = midpoint;
 }]
 pub struct VariableMass;
 
@@ -69,7 +68,6 @@ pub struct VariableMass;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
     nonholonomic = dot(z) - y * dot(x);
-    phi_lagrangian = midpoint;
 }]
 pub struct Nonholonomic;
 
@@ -79,7 +77,6 @@ pub struct Nonholonomic;
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - (x.powi(2) + y.powi(2)) / 2;
     nonholonomic = dot(z) - y * dot(x);
     variational = [(1, dot(x), y), (0, 1 + x.powi(2), 0)];
-    phi_lagrangian = midpoint;
 }]
 pub struct NonholonomicWithFields;
 
@@ -89,7 +86,6 @@ pub struct NonholonomicWithFields;
     coordinates(x, y, z);
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - x * z;
     nonholonomic = [dot(z) - y * dot(x) - x, dot(x).powi(2) + dot(y).powi(2) - 1];
-    phi_lagrangian = midpoint;
 }]
 pub struct Nonlinear;
 
@@ -101,7 +97,6 @@ pub struct Nonlinear;
     nonholonomic = dot(z) - x * dot(u);
     kinematic = ddot(u) + dot(u) + u.powi(3) - x;
     variational = chetaev;
-    phi_lagrangian = midpoint;
 }]
 pub struct Mixed;
 
@@ -112,7 +107,6 @@ pub struct Mixed;
     holonomic = x.powi(2) + y.powi(2) - 1;
     nonholonomic = dot(z) - x * dot(u);
     kinematic = ddot(u) + dot(u) + u.powi(3) - x;
-    forces = [(0, 0, 0, 1)];
-    phi_lagrangian = midpoint;
+    constraint_forces = [(0, 0, 0, 1)];
 }]
 pub struct MixedWithForce;

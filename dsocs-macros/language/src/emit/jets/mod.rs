@@ -4,7 +4,6 @@
 //! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
 //! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
-mod call;
 mod lower;
 mod sequence;
 mod write;

@@ -61,7 +61,7 @@ fn pendulum() -> (TokenStream, TokenStream) {
         let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
             + chi * (1 - (psi - n * theta).cos()) + m * e / d * (1 - theta.cos());
         kinematic = dot(lyapunov) + rho * w * w.tanh();
-        forces = [(0, 1)];
+        constraint_forces = [(0, 1)];
         branch = divide(w);
     };
     let item = quote! {

@@ -1,10 +1,10 @@
 //! The code of a recurrence: order 0, and any other order.
 
 use proc_macro2::{Ident, Literal, Span, TokenStream};
-use quote::quote;
+use quote::{ToTokens, quote, quote_spanned};
 
-use super::call;
 use super::sequence::{Constant, Lane, Op, Operand, Sequence, Sequences};
+use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, NodeId};
 
 /// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/taylor/kernel.rs`.
@@ -255,7 +255,10 @@ impl<'g> Writer<'g> {
                     .map(|i| Ident::new(&format!("x{i}"), span))
                     .collect();
                 let count = at(args.len());
-                let result = call::call(self.graph.callee(*callee), &names, wrt);
+                let arguments: Vec<_> = names.iter().map(ToTokens::to_token_stream).collect();
+                let number =
+                    |number: Literal| quote_spanned!(span=> ::dsocs_core::taylor::Jet::from(#number));
+                let result = functions::call(self.graph, *callee, &arguments, wrt, &number);
                 let inputs: Vec<_> = args.iter().map(|&arg| self.moves(arg)).collect();
                 quote! {
                     #to = #table.calls[#place].record::<#count>(

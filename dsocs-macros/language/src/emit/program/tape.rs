@@ -6,8 +6,8 @@ use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
 use super::schedule::Product;
-use super::write::plain_call;
 use super::{Given, Op, Program, Stored, Value};
+use crate::emit::functions::Functions;
 use crate::graph::{Comparison, Graph, Leaf, Param, Unary};
 
 /// The byte of the first function.
@@ -38,7 +38,7 @@ impl Calls {
     }
 
     /// The arms that evaluate the calls, with the arguments as plain numbers.
-    pub(crate) fn arms(&self, graph: &Graph) -> Vec<TokenStream> {
+    pub(crate) fn arms(&self, graph: &Graph, functions: &Functions) -> Vec<TokenStream> {
         let calls = self.0.iter().enumerate();
         calls
             .map(|(place, called)| {
@@ -49,7 +49,7 @@ impl Calls {
                             .map(|i| Ident::new(&format!("x{i}"), Span::mixed_site()))
                             .collect();
                         let arguments: Vec<_> = names.iter().map(|name| quote!(#name)).collect();
-                        let result = plain_call(graph.callee(*callee), &arguments, wrt);
+                        let result = functions.on_numbers(graph, *callee, &arguments, wrt);
                         quote!((#place, &[#(#names),*]) => #result)
                     }
                     Called::Expression(param) => match graph.read_param(*param) {

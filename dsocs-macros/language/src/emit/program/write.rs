@@ -7,7 +7,8 @@ use quote::{quote, quote_spanned};
 
 use super::schedule::{Product, Schedule};
 use super::{Given, Op, Program, Stored, Value};
-use crate::graph::{Callee, Comparison, Leaf, Param};
+use crate::emit::functions;
+use crate::graph::{Comparison, Graph, Leaf, Param};
 
 /// Every `let` opens a scope inside of the one before it. Some thousands of them, one in another, overflow the stack of
 /// the compiler where it writes debug information; longer code stands in blocks, which hand on what is used later.
@@ -157,7 +158,7 @@ impl Program<'_> {
             }
             Op::Call { callee, args, wrt } => {
                 let args: Vec<_> = args.iter().map(operand).collect();
-                call(self.graph.callee(*callee), &args, wrt)
+                call(self.graph, *callee, &args, wrt)
             }
         }
     }
@@ -345,58 +346,14 @@ fn number(value: f64) -> TokenStream {
     quote!(__T::splat(#literal))
 }
 
-/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers nested as deep as
-/// the partial derivative asks, seeded one argument a level.
-fn call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
-    let span = callee.span();
+/// A call of the user's function in each lane: with plain numbers for its value, with dual numbers for a derivative.
+fn call(graph: &Graph, callee: usize, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
+    let span = graph.callee(callee).span();
     let lane = Ident::new("lane", Span::mixed_site());
     let args: Vec<_> = args
         .iter()
         .map(|arg| quote_spanned!(span=> __T::lane(#arg, #lane)))
         .collect();
-    let result = plain_call(callee, &args, wrt);
+    let result = functions::call(graph, callee, &args, wrt, &|number| quote!(#number));
     quote_spanned!(span=> __T::from_lanes(|#lane| [#result])[0])
-}
-
-/// A call of the user's function with plain numbers: its value, or the derivative by some arguments.
-pub(super) fn plain_call(callee: &Callee, args: &[TokenStream], wrt: &[usize]) -> TokenStream {
-    // everything at the user's name, so that rustc's word on a wrong function points there
-    let span = callee.span();
-    let args: Vec<_> = args
-        .iter()
-        .enumerate()
-        .map(|(place, arg)| seed(span, arg, place, wrt))
-        .collect();
-    let result = match callee {
-        Callee::Function(function) => quote_spanned!(span=> #function(#(#args),*)),
-        Callee::Method(method) => {
-            let (receiver, rest) = (&args[0], &args[1..]);
-            quote_spanned!(span=> (#receiver).#method(#(#rest),*))
-        }
-    };
-    let parts = wrt.iter().map(|_| Ident::new("eps", span));
-    quote_spanned!(span=> #result #(.#parts)*)
-}
-
-fn seed(span: Span, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
-    match wrt.split_first() {
-        None => value.clone(),
-        Some((&first, rest)) => {
-            let inner = seed(span, value, place, rest);
-            let tangent = seed_constant(span, if first == place { 1.0 } else { 0.0 }, rest.len());
-            quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #tangent))
-        }
-    }
-}
-
-fn seed_constant(span: Span, value: f64, depth: usize) -> TokenStream {
-    if depth == 0 {
-        let value = Literal::f64_suffixed(value);
-        return quote!(#value);
-    }
-    let (inner, zero) = (
-        seed_constant(span, value, depth - 1),
-        seed_constant(span, 0.0, depth - 1),
-    );
-    quote_spanned!(span=> ::dsocs_core::__private::Dual::new(#inner, #zero))
 }

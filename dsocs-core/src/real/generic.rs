@@ -1,0 +1,100 @@
+//! How generated code calls the functions of the user's, and what is said of one that is not generic over its number.
+
+// a call through these is the call itself
+#![allow(clippy::inline_always)]
+
+use super::Real;
+
+/// That a function takes and gives the number that it is called with.
+///
+/// Asked for every argument and for the result at once, it is refused once.
+#[diagnostic::on_unimplemented(
+    message = "a function that a declaration calls has to be generic over `Real`, and this one is of `{T}`",
+    label = "expected a function that is generic over `Real`",
+    note = "derivatives come from other numbers than `f64`: `fn f<R: dsocs_core::Real>(x: R) -> R`"
+)]
+pub trait Generic<T>: Sized {
+    /// The number as the function takes it.
+    fn given(self) -> T;
+    /// The number that the function gives.
+    fn taken(result: T) -> Self;
+}
+
+#[diagnostic::do_not_recommend]
+impl<T: Real> Generic<T> for T {
+    #[inline(always)]
+    fn given(self) -> T {
+        self
+    }
+    #[inline(always)]
+    fn taken(result: T) -> Self {
+        result
+    }
+}
+
+/// Calls a function of one argument, whose types are its own: they are found first, and then asked for.
+#[inline(always)]
+pub fn call_1<F, A, T, N>(f: F, a: N) -> N
+where
+    F: Fn(A) -> T,
+    N: Generic<A> + Generic<T>,
+{
+    N::taken(f(a.given()))
+}
+
+/// [`call_1`] with two arguments.
+#[inline(always)]
+pub fn call_2<F, A, B, T, N>(f: F, a: N, b: N) -> N
+where
+    F: Fn(A, B) -> T,
+    N: Generic<A> + Generic<B> + Generic<T>,
+{
+    N::taken(f(a.given(), b.given()))
+}
+
+/// [`call_1`] with three arguments.
+#[inline(always)]
+pub fn call_3<F, A, B, C, T, N>(f: F, a: N, b: N, c: N) -> N
+where
+    F: Fn(A, B, C) -> T,
+    N: Generic<A> + Generic<B> + Generic<C> + Generic<T>,
+{
+    N::taken(f(a.given(), b.given(), c.given()))
+}
+
+/// [`call_1`] with four arguments.
+#[inline(always)]
+pub fn call_4<F, A, B, C, D, T, N>(f: F, a: N, b: N, c: N, d: N) -> N
+where
+    F: Fn(A, B, C, D) -> T,
+    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<T>,
+{
+    N::taken(f(a.given(), b.given(), c.given(), d.given()))
+}
+
+/// [`call_1`] with five arguments.
+#[inline(always)]
+pub fn call_5<F, A, B, C, D, E, T, N>(f: F, a: N, b: N, c: N, d: N, e: N) -> N
+where
+    F: Fn(A, B, C, D, E) -> T,
+    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<E> + Generic<T>,
+{
+    N::taken(f(a.given(), b.given(), c.given(), d.given(), e.given()))
+}
+
+/// [`call_1`] with six arguments.
+#[inline(always)]
+pub fn call_6<F, A, B, C, D, E, G, T, N>(f: F, a: N, b: N, c: N, d: N, e: N, g: N) -> N
+where
+    F: Fn(A, B, C, D, E, G) -> T,
+    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<E> + Generic<G> + Generic<T>,
+{
+    N::taken(f(
+        a.given(),
+        b.given(),
+        c.given(),
+        d.given(),
+        e.given(),
+        g.given(),
+    ))
+}

@@ -1,0 +1,234 @@
+//! The user's functions: each is called in one place, generic over its number.
+//!
+//! Steps, tapes and jets call a function with many types of numbers. They do so through one method of the struct for each function,
+//! so that rustc tells once what is wrong with a function, at its name.
+
+use std::collections::BTreeSet;
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::{ToTokens, format_ident, quote, quote_spanned};
+
+use crate::graph::{Callee, Graph, Node};
+use crate::lower::Builtin;
+use crate::model::{Displacements, Model};
+use crate::names::nearest;
+
+/// Functions of up to so many arguments are called through `dsocs_core`, which knows what to say about a wrong one.
+const MOST_ARGUMENTS: usize = 6;
+
+/// A function, and with how many arguments it is called.
+type Called = (usize, usize);
+
+/// The functions in what is differentiated.
+pub(super) struct Functions(BTreeSet<Called>);
+
+impl Functions {
+    /// Those of a declaration. One that is observed alone is called with plain numbers alone, and so need not be generic.
+    pub(super) fn new(model: &Model) -> Self {
+        let mut nodes = vec![model.lagrangian];
+        nodes.extend(model.discrete_lagrangian);
+        for row in &model.constraints {
+            nodes.push(row.value);
+            nodes.extend(row.divide.into_iter().chain(row.discrete));
+        }
+        nodes.extend(model.forms.iter().flat_map(|form| &form.components));
+        if let Displacements::Fields(fields) = &model.displacements {
+            nodes.extend(fields.iter().flatten());
+        }
+        nodes.extend(model.phi_lagrangian.iter().flatten().flatten());
+        let triples = [&model.phi_kinematic, &model.phi_variational];
+        nodes.extend(triples.into_iter().flatten().flatten().flatten());
+        let mut called = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        while let Some(node) = nodes.pop() {
+            if !seen.insert(node) {
+                continue;
+            }
+            if let Node::Call { callee, args, .. } = model.graph.node(node) {
+                called.insert((*callee, args.len()));
+            }
+            nodes.extend(model.graph.parts(node));
+        }
+        Self(called)
+    }
+
+    /// The methods through which they are called.
+    pub(super) fn methods(&self, model: &Model) -> TokenStream {
+        if self.0.is_empty() {
+            return TokenStream::new();
+        }
+        let name = &model.item.ident;
+        let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+        let methods = self.0.iter();
+        let methods = methods.map(|&(callee, count)| method(model.graph.callee(callee), callee, count));
+        quote! {
+            #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+            #[automatically_derived]
+            impl #impl_generics #name #type_generics #where_clause {
+                #(#methods)*
+            }
+        }
+    }
+
+    /// The value of a function at plain numbers, or its derivative.
+    pub(super) fn on_numbers(
+        &self,
+        graph: &Graph,
+        callee: usize,
+        arguments: &[TokenStream],
+        wrt: &[usize],
+    ) -> TokenStream {
+        if self.0.contains(&(callee, arguments.len())) {
+            call(graph, callee, arguments, wrt, &|number| quote!(#number))
+        } else {
+            plain(graph.callee(callee), arguments)
+        }
+    }
+}
+
+/// The method of one function.
+fn method(callee: &Callee, place: usize, count: usize) -> TokenStream {
+    // everything that is wrong with a function is told at the user's name
+    let span = callee.span();
+    let name = method_name(place, count, span);
+    let number = Ident::new("__Number", Span::mixed_site());
+    let named = |name: &str| Ident::new(name, span);
+    let x: Vec<_> = (0..count).map(|i| named(&format!("__x{i}"))).collect();
+    let body = match callee {
+        // the function's own types come first, so that what is wrong with them is told once
+        Callee::Function(_) if count <= MOST_ARGUMENTS => {
+            let (function, call) = (named("__function"), plain(callee, &x));
+            let through = named(&format!("call_{count}"));
+            quote_spanned! {span=>
+                let #function = |#(#x),*| #call;
+                ::dsocs_core::__private::#through(#function, #(#x),*)
+            }
+        }
+        Callee::Function(_) => plain(callee, &x),
+        Callee::Method(method) => {
+            let (hint, call, receiver) = (hint_for(method, count - 1), plain(callee, &x), &x[0]);
+            quote_spanned!(span=> #hint let mut #receiver = #receiver; #call)
+        }
+    };
+    quote! {
+        #[inline(always)]
+        #[allow(unused_mut, dead_code)]
+        fn #name<#number: ::dsocs_core::Real>(&self, #(#x: #number),*) -> #number {
+            #body
+        }
+    }
+}
+
+/// For a method of numbers whose name is like that of a function of `f64`: one of that name that is found last, after any of the
+/// user's own, and says which is meant.
+fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
+    let meant = meant(&method.to_string())?;
+    let span = method.span();
+    let message = format!("numbers have no method `{method}`; did you mean `{meant}`?");
+    let label = format!("expected `{meant}`");
+    let types: Vec<_> = (0..count).map(|i| format_ident!("__A{}", i)).collect();
+    Some(quote_spanned! {span=>
+        #[diagnostic::on_unimplemented(message = #message, label = #label)]
+        trait __Meant {}
+        trait __NotThere: Sized {
+            // by `&mut self`, which is tried after `self` and `&self`
+            fn #method<#(#types),*>(&mut self #(, _: #types)*) -> Self
+            where
+                Self: __Meant,
+            {
+                ::core::unreachable!()
+            }
+        }
+        impl<__T: ::dsocs_core::Real> __NotThere for __T {}
+    })
+}
+
+/// The function of `f64` that is likely to be meant by the name of another method.
+fn meant(name: &str) -> Option<&'static str> {
+    const MEANT: [(&str, &str); 9] = [
+        ("pow", "powi"),
+        ("square", "powi(2)"),
+        ("squared", "powi(2)"),
+        ("sqr", "powi(2)"),
+        ("cube", "powi(3)"),
+        ("log_e", "ln"),
+        ("arcsin", "asin"),
+        ("arccos", "acos"),
+        ("arctan", "atan"),
+    ];
+    let known = MEANT.iter().find(|(known, _)| *known == name);
+    known
+        .map(|(_, meant)| *meant)
+        .or_else(|| nearest(name, Builtin::names()))
+}
+
+/// The call as the user wrote it.
+fn plain(callee: &Callee, arguments: &[impl ToTokens]) -> TokenStream {
+    let span = callee.span();
+    match callee {
+        Callee::Function(function) => quote_spanned!(span=> #function(#(#arguments),*)),
+        Callee::Method(method) => {
+            let (receiver, rest) = (&arguments[0], &arguments[1..]);
+            quote_spanned!(span=> (#receiver).#method(#(#rest),*))
+        }
+    }
+}
+
+fn method_name(place: usize, count: usize, span: Span) -> Ident {
+    format_ident!(
+        "__dsocs_function_{}_{}",
+        place,
+        count,
+        span = Span::call_site().located_at(span)
+    )
+}
+
+/// The value of a function, or its derivative by some arguments: with dual numbers nested as deep as the derivative asks, seeded one
+/// argument a level. `number` makes a constant of the type of the arguments.
+pub(super) fn call(
+    graph: &Graph,
+    callee: usize,
+    arguments: &[TokenStream],
+    wrt: &[usize],
+    number: &dyn Fn(Literal) -> TokenStream,
+) -> TokenStream {
+    let seeds = Seeds {
+        span: graph.callee(callee).span(),
+        number,
+    };
+    let name = method_name(callee, arguments.len(), seeds.span);
+    let arguments = arguments
+        .iter()
+        .enumerate()
+        .map(|(place, argument)| seeds.argument(argument, place, wrt));
+    let receiver = Ident::new("self", Span::call_site().located_at(seeds.span));
+    let parts = wrt.iter().map(|_| Ident::new("eps", seeds.span));
+    quote_spanned!(seeds.span=> #receiver.#name(#(#arguments),*) #(.#parts)*)
+}
+
+/// Dual numbers that tell derivatives.
+struct Seeds<'s> {
+    span: Span,
+    number: &'s dyn Fn(Literal) -> TokenStream,
+}
+
+impl Seeds<'_> {
+    fn argument(&self, value: &TokenStream, place: usize, wrt: &[usize]) -> TokenStream {
+        match wrt.split_first() {
+            None => value.clone(),
+            Some((&first, rest)) => {
+                let inner = self.argument(value, place, rest);
+                let tangent = self.constant(if first == place { 1.0 } else { 0.0 }, rest.len());
+                quote_spanned!(self.span=> ::dsocs_core::__private::Dual::new(#inner, #tangent))
+            }
+        }
+    }
+
+    fn constant(&self, value: f64, depth: usize) -> TokenStream {
+        if depth == 0 {
+            return (self.number)(Literal::f64_suffixed(value));
+        }
+        let (inner, zero) = (self.constant(value, depth - 1), self.constant(0.0, depth - 1));
+        quote_spanned!(self.span=> ::dsocs_core::__private::Dual::new(#inner, #zero))
+    }
+}

@@ -1,0 +1,123 @@
+//! What is declared and has no effect: `let`s that nothing uses, coordinates that nothing moves.
+
+use std::collections::HashSet;
+
+use proc_macro2::Ident;
+use syn::visit::{self, Visit};
+use syn::{Expr, ExprPath};
+
+use crate::ast::{Declaration, MapRule};
+use crate::graph::{Graph, Leaf};
+use crate::model::{Kind, Model, Warning};
+
+/// The warnings about a model.
+pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning> {
+    let mut warnings = unused_lets(declaration);
+    let (graph, n) = (&model.graph, model.coordinates.len());
+    for (i, name) in model.coordinates.iter().enumerate().take(n) {
+        if is_at_rest(model, graph, i) {
+            warnings.push(Warning {
+                place: name.clone(),
+                message: format!(
+                    "nothing determines the acceleration of `{name}`: the Lagrangian has no `dot({name})`, and no constraint binds \
+                     it"
+                ),
+            });
+        }
+    }
+    warnings
+}
+
+/// Whether no equation has the acceleration of a coordinate, so that none can be solved for it.
+fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
+    let bound = model.constraints.iter().any(|row| {
+        let highest = match row.kind {
+            Kind::Holonomic => Leaf::Q(i),
+            Kind::Nonholonomic => Leaf::V(i),
+            Kind::Kinematic => Leaf::A(i),
+        };
+        graph.depends_on(row.value, highest)
+    });
+    !bound && !graph.depends_on(model.lagrangian, Leaf::V(i)) && model.discrete_lagrangian.is_none()
+}
+
+/// The `let`s whose names stand nowhere else.
+fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
+    let mut mentioned = Mentioned::default();
+    for expr in expressions(declaration) {
+        mentioned.visit_expr(expr);
+    }
+    let observed = declaration
+        .observe
+        .given()
+        .into_iter()
+        .flat_map(|part| &part.names);
+    let observed = observed.flatten().map(ToString::to_string);
+    mentioned.0.extend(observed);
+    let unused = declaration.lets.iter().filter(|binding| {
+        let name = binding.name.to_string();
+        !name.starts_with('_') && !mentioned.0.contains(&name)
+    });
+    let warning = |name: &Ident| Warning {
+        place: name.clone(),
+        message: format!("nothing uses this `let`; `_{name}` says that it is meant so"),
+    };
+    unused.map(|binding| warning(&binding.name)).collect()
+}
+
+/// All expressions of a declaration.
+fn expressions(declaration: &Declaration) -> Vec<&Expr> {
+    let mut all: Vec<&Expr> = Vec::new();
+    all.extend(
+        declaration
+            .lets
+            .iter()
+            .filter_map(|binding| binding.value.as_ref().ok()),
+    );
+    for part in [&declaration.lagrangian, &declaration.discrete_lagrangian] {
+        all.extend(part.given().map(|part| &part.value));
+    }
+    let rows = [
+        &declaration.holonomic,
+        &declaration.nonholonomic,
+        &declaration.kinematic,
+        &declaration.discrete_kinematic,
+    ];
+    for part in rows {
+        all.extend(part.given().into_iter().flat_map(|part| &part.rows));
+    }
+    all.extend(
+        declaration
+            .directions
+            .given()
+            .into_iter()
+            .flat_map(|part| &part.fields),
+    );
+    for part in [
+        &declaration.phi_lagrangian,
+        &declaration.phi_kinematic,
+        &declaration.phi_variational,
+    ] {
+        if let Some(MapRule::Closure(closure)) = part.given().map(|map| &map.rule) {
+            all.push(&closure.body);
+        }
+    }
+    let factors = declaration
+        .branch
+        .given()
+        .into_iter()
+        .flat_map(|part| &part.factors);
+    all.extend(factors.flatten().flatten());
+    all
+}
+
+/// The names that stand in expressions.
+#[derive(Default)]
+struct Mentioned(HashSet<String>);
+
+impl<'ast> Visit<'ast> for Mentioned {
+    fn visit_expr_path(&mut self, path: &'ast ExprPath) {
+        self.0.extend(path.path.get_ident().map(ToString::to_string));
+        visit::visit_expr_path(self, path);
+    }
+}

@@ -1,0 +1,188 @@
+//! What is said about names and expressions that have no meaning.
+
+use proc_macro2::{Ident, Span};
+use quote::{ToTokens, quote};
+use syn::{Expr, Lit, UnOp};
+
+use super::Lowering;
+use crate::errors::Reported;
+use crate::input::Field;
+use crate::names::{Binding, nearest};
+use crate::parse::{bare, plain_name};
+
+/// How names of derivatives end elsewhere, and what they mean; the longer ones first, since `x_ddot` also ends in `dot`.
+const SUFFIXES: [(&str, &str); 6] = [
+    ("_ddot", "ddot"),
+    ("ddot", "ddot"),
+    ("_dot", "dot"),
+    ("dot", "dot"),
+    ("dt", "dot"),
+    ("_prime", "dot"),
+];
+
+/// How they begin.
+const PREFIXES: [(&str, &str); 7] = [
+    ("ddot_", "ddot"),
+    ("ddot", "ddot"),
+    ("dd", "ddot"),
+    ("dot_", "dot"),
+    ("dot", "dot"),
+    ("v_", "dot"),
+    ("d", "dot"),
+];
+
+impl Lowering<'_> {
+    /// What to say about an equation, where what is zero is written: `x - y = 0`.
+    pub(super) fn equation(&self, equals: impl ToTokens, right: &Expr) -> Reported {
+        let message = if is_zero(right) {
+            "expected the expression that is zero, alone: leave this out"
+        } else {
+            "expected the expression that is zero, alone: `a = b` is written `a - b`"
+        };
+        self.errors.at(quote!(#equals #right), message)
+    }
+
+    /// `x ** 2`, which Rust reads as `x * (*2)`.
+    pub(super) fn power(&self, star: impl ToTokens, right: &Expr) -> Option<Reported> {
+        let Expr::Unary(unary) = right else {
+            return None;
+        };
+        let UnOp::Deref(second) = unary.op else {
+            return None;
+        };
+        let reference = match plain_name(&unary.expr).map(|name| self.scope.get(name)) {
+            Some(Some(Binding::Field(index))) => self.fields.get(*index).is_none_or(Field::may_be_reference),
+            Some(_) => false,
+            None => !matches!(&*unary.expr, Expr::Lit(_)) && self.is_closed(&unary.expr),
+        };
+        if reference {
+            return None;
+        }
+        let exponent = unary.expr.to_token_stream();
+        let power = match self.integer(&unary.expr) {
+            Some(_) => "powi",
+            None => "powf",
+        };
+        let message = format!("`**` is no power in Rust; expected `.{power}({exponent})`");
+        Some(self.errors.at(quote!(#star #second), message))
+    }
+
+    /// Reports a name that is no name of the declaration and does not look like a constant either.
+    pub(super) fn check_free_name(&self, name: &Ident) -> Result<(), Reported> {
+        let text = name.to_string();
+        let message = match text.as_str() {
+            "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
+                .to_owned(),
+            "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
+            "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
+            "self" => "expected the parameter by its name alone, without `self`".to_owned(),
+            _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
+            _ if self.later.contains(&text) => {
+                format!("`{text}` is defined further down; expected its `let` before this use")
+            }
+            _ => {
+                if let Some(meant) = self.derivative_meant(&text) {
+                    let message = format!("no name `{text}` is known here; did you mean `{meant}`?");
+                    return Err(self.errors.at(name, message));
+                }
+                let known = self
+                    .scope
+                    .names(|binding| self.component.is_none() || !is_of_motion(binding));
+                match nearest(&text, known) {
+                    Some(near) => format!("no name `{text}` is known here; did you mean `{near}`?"),
+                    None => format!(
+                        "no name `{text}` is known here; expected {}",
+                        self.kinds_of_names()
+                    ),
+                }
+            }
+        };
+        Err(self.errors.at(name, message))
+    }
+
+    /// The derivative that a name like `x_dot`, `xdot`, `dx` or `x_ddot` stands for elsewhere.
+    fn derivative_meant(&self, text: &str) -> Option<String> {
+        if self.component.is_some() || self.discrete.is_some() {
+            return None;
+        }
+        let of = |base: &str, word: &str| {
+            let name = Ident::new(base, Span::call_site());
+            match self.scope.get(&name)? {
+                Binding::Coordinate(_) | Binding::Let(Ok(_)) => Some(format!("{word}({base})")),
+                Binding::Array(_) => Some(format!("{word}({base}[…])")),
+                _ => None,
+            }
+        };
+        let base = |base: &str, word: &str| {
+            // `dx_dt`, `dxdt`
+            let base = base.strip_suffix('_').unwrap_or(base);
+            let inner = base.strip_prefix('d').filter(|_| text.ends_with("dt"));
+            let inner = inner
+                .filter(|inner| is_name(inner))
+                .and_then(|inner| of(inner, word));
+            inner.or_else(|| {
+                Some(base)
+                    .filter(|base| is_name(base))
+                    .and_then(|base| of(base, word))
+            })
+        };
+        let ends = SUFFIXES
+            .iter()
+            .filter_map(|&(end, word)| Some((text.strip_suffix(end)?, word)));
+        let begins = PREFIXES
+            .iter()
+            .filter_map(|&(begin, word)| Some((text.strip_prefix(begin)?, word)));
+        ends.chain(begins).find_map(|(rest, word)| base(rest, word))
+    }
+
+    fn kinds_of_names(&self) -> &'static str {
+        if self.component.is_some() {
+            "a node, a field of the struct or `h`"
+        } else {
+            "a coordinate, a field of the struct or an earlier `let`"
+        }
+    }
+}
+
+/// Whether an expression is the number 0.
+pub(super) fn is_zero(expr: &Expr) -> bool {
+    let digits = match bare(expr) {
+        Expr::Lit(literal) => match &literal.lit {
+            Lit::Int(number) => number.base10_parse().ok(),
+            Lit::Float(number) => number.base10_parse().ok(),
+            _ => None,
+        },
+        _ => None,
+    };
+    digits == Some(0.0)
+}
+
+/// Whether a text can be a name.
+fn is_name(text: &str) -> bool {
+    syn::parse_str::<Ident>(text).is_ok()
+}
+
+/// Whether a name is none that a map may use.
+fn is_of_motion(binding: &Binding) -> bool {
+    match binding {
+        Binding::Coordinate(_) | Binding::Array(_) | Binding::Let(_) => true,
+        Binding::Function(function) => !function.of_nodes,
+        _ => false,
+    }
+}
+
+/// What to say about an expression that is never a number.
+pub(super) fn not_a_number(expr: &Expr) -> &'static str {
+    match expr {
+        Expr::Tuple(_) => "expected a number, found a tuple",
+        Expr::Array(_) | Expr::Repeat(_) => "expected a number, found a list",
+        Expr::Closure(_) => {
+            "expected a number, found a closure; a function of the declaration is `let f = |i| …;`, to be used as `f(2)`"
+        }
+        Expr::Range(_) => "expected a number, found a range, which stands in `sum(0..8, |i| …)`",
+        Expr::Macro(_) => "a macro cannot be seen into: expected the expression itself, or a function",
+        Expr::Match(_) => "expected a number; a choice is written `if … { … } else { … }`",
+        Expr::Reference(_) => "expected a number, without `&`",
+        _ => "expected a number",
+    }
+}

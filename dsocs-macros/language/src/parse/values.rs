@@ -1,0 +1,131 @@
+//! What stands behind the `=` of a statement: rows, maps, fields, factors, names, a path.
+
+use proc_macro2::Ident;
+use syn::{Expr, Path};
+
+use super::plain_name;
+use crate::ast::MapRule;
+use crate::errors::{Errors, Reported};
+use crate::names::did_you_mean;
+
+/// The rows of a constraint statement.
+pub(super) fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+    match value {
+        Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
+            array,
+            "expected at least one constraint; without any, leave the statement out",
+        )),
+        Expr::Array(array) => Ok(array.elems.into_iter().collect()),
+        Expr::Tuple(tuple) => Err(errors.at(
+            tuple,
+            format!("expected several constraints in brackets, `{keyword} = [c1, c2];`"),
+        )),
+        row => Ok(vec![row]),
+    }
+}
+
+/// A map by its name or by a formula.
+pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<MapRule, Reported> {
+    let of_pairs = keyword == "phi_lagrangian";
+    let (example, names): (_, &[&str]) = if of_pairs {
+        ("|q0, q1| (q, v)", &["paper", "midpoint", "trapezoid"])
+    } else {
+        ("|q0, q1, q2| (q, v, a)", &["paper", "midpoint"])
+    };
+    let value = match value {
+        Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure))),
+        other => other,
+    };
+    let name = plain_name(&value).map(ToString::to_string);
+    match name.as_deref() {
+        Some("paper") => return Ok(MapRule::Paper),
+        Some("midpoint") => return Ok(MapRule::Midpoint),
+        Some("trapezoid") if of_pairs => return Ok(MapRule::Trapezoid),
+        Some("trapezoid") => {
+            return Err(errors.at(
+                value,
+                "the trapezoid is a mean of two points, which `phi_lagrangian` alone can be; \
+                 expected `paper`, `midpoint` or a closure",
+            ));
+        }
+        _ => {}
+    }
+    let hint = did_you_mean(name.as_deref().unwrap_or(""), names.iter().copied());
+    let names: Vec<_> = names.iter().map(|name| format!("`{name}`")).collect();
+    let names = names.join(", ");
+    Err(errors.at(
+        value,
+        format!("expected {names} or a closure, `{keyword} = {example};`{hint}"),
+    ))
+}
+
+/// The path of the core.
+pub(super) fn read_path(value: Expr, errors: &Errors) -> Result<Path, Reported> {
+    match value {
+        Expr::Path(value) if value.qself.is_none() => Ok(value.path),
+        other => Err(errors.at(
+            other,
+            "expected the path of dsocs-core, such as `crate = prelude::dsocs_core;`",
+        )),
+    }
+}
+
+pub(super) fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+    let Expr::Array(array) = value else {
+        let rule = if keyword == "variational" {
+            ", or `chetaev`"
+        } else {
+            ""
+        };
+        return Err(errors.at(
+            value,
+            format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`{rule}"),
+        ));
+    };
+    Ok(array.elems.into_iter().collect())
+}
+
+pub(super) fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
+    const EXPECTED: &str = "expected `divide(factor)`, or `_` for a row of a list that is left as it is";
+    match value {
+        Expr::Infer(_) => Ok(None),
+        Expr::Call(call) => match plain_name(&call.func) {
+            Some(name) if name == "divide" => match call.args.first() {
+                Some(factor) if call.args.len() == 1 => Ok(Some(factor.clone())),
+                _ => Err(errors.at(
+                    &call,
+                    format!("expected one factor, `divide(factor)`, found {}", call.args.len()),
+                )),
+            },
+            Some(name) => {
+                let hint = did_you_mean(&name.to_string(), ["divide"]);
+                let message = if hint.is_empty() {
+                    EXPECTED.to_owned()
+                } else {
+                    format!("nothing is called `{name}` here{hint}")
+                };
+                Err(errors.at(name, message))
+            }
+            None => Err(errors.at(call, EXPECTED)),
+        },
+        other => Err(errors.at(other, EXPECTED)),
+    }
+}
+
+pub(super) fn read_names(value: Expr, errors: &Errors) -> Result<Vec<Result<Ident, Reported>>, Reported> {
+    let Expr::Array(array) = value else {
+        return Err(errors.at(
+            value,
+            "expected a list of names in brackets, `observe = [energy, momentum];`",
+        ));
+    };
+    let names = array.elems.iter().map(|element| {
+        plain_name(element).cloned().ok_or_else(|| {
+            errors.at(
+                element,
+                "expected the name of a `let`: give the expression a name first",
+            )
+        })
+    });
+    Ok(names.collect())
+}

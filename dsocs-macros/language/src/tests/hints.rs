@@ -1,0 +1,116 @@
+//! What is likely to be meant by what has no meaning, and what is said of what has no effect.
+
+use super::mistakes::{expression, mistakes_on, one, one_on, statement};
+use super::{ITEM, model};
+
+/// What is written elsewhere for what is written here in another way.
+#[test]
+fn other_ways_of_writing() {
+    for name in ["x_dot", "xdot", "dx", "dot_x", "dx_dt", "dxdt"] {
+        expression(&format!("{name} * y"), name, "did you mean `dot(x)`?");
+    }
+    for name in ["x_ddot", "xddot", "ddx", "ddot_x"] {
+        expression(&format!("{name} * y"), name, "did you mean `ddot(x)`?");
+    }
+    expression("dz * y", "dz", "expected a coordinate");
+    expression("x.dot() * y", "dot", "expected `dot(x)`");
+    let array = "coordinates(theta: [2]); let energy = theta[0]; lagrangian =";
+    one(
+        &format!("{array} theta_dot[1];"),
+        "theta_dot",
+        "did you mean `dot(theta[…])`?",
+    );
+    one(
+        &format!("{array} denergy;"),
+        "denergy",
+        "did you mean `dot(energy)`?",
+    );
+    // the field comes before the derivative of something else
+    assert_eq!(
+        mistakes_on(
+            "coordinates(x); lagrangian = dx * dot(x);",
+            "struct A { dx: f64 }"
+        ),
+        []
+    );
+
+    statement("holonomic = x - y = 0;", "= 0", "leave this out");
+    statement("holonomic = [x - y == 0.0, y];", "== 0.0", "leave this out");
+    statement("nonholonomic = dot(x) = y;", "= y", "`a = b` is written `a - b`");
+
+    expression(
+        "x**2 * dot(x)",
+        "**",
+        "`**` is no power in Rust; expected `.powi(2)`",
+    );
+    expression("x**y * dot(x)", "**", "expected `.powf(y)`");
+    expression("x ** mass", "**", "expected `.powf(mass)`");
+    expression("2**0.5 * dot(x)", "**", "expected `.powf(0.5)`");
+    assert_eq!(
+        mistakes_on(
+            "coordinates(x); let e = dot(x) * *shared; lagrangian = e * e;",
+            ITEM
+        ),
+        []
+    );
+}
+
+/// What has no effect is no mistake, but is told.
+#[test]
+fn warnings() {
+    let told = |declaration: &str| -> Vec<(usize, String)> {
+        let model = model(declaration).warnings().into_iter();
+        model.map(|warning| (warning.column, warning.message)).collect()
+    };
+    let free = "coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2)";
+    assert_eq!(told(&format!("{free};")), []);
+    let unused = told(&format!("{free}; let used = x; let speed = used;"));
+    assert_eq!(unused.len(), 1, "{unused:?}");
+    assert_eq!(unused[0].0, free.len() + "; let used = x; let ".len() + 1);
+    assert!(unused[0].1.contains("nothing uses this `let`"), "{unused:?}");
+    for used in [
+        "let _speed = x;",
+        "let seen = x; observe = [seen];",
+        "let f = |i| i; holonomic = x - f(y);",
+        "let n = 3; holonomic = x - sum(0..n, |i| i) * y;",
+        "let w = dot(x); kinematic = ddot(x) * w; variational = [(0, 1)]; branch = divide(w);",
+        "let u = x; variational = [(u, 0), (0, 1)];",
+    ] {
+        assert_eq!(told(&format!("{free}; {used}")), [], "{used}");
+    }
+
+    let massless = "coordinates(x, y); lagrangian = dot(x).powi(2)";
+    for forgotten in [
+        ";",
+        " - x * y.powi(2);",
+        "; kinematic = ddot(x) + y; variational = [(0, 1)];",
+    ] {
+        let told = told(&format!("{massless}{forgotten}"));
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert_eq!(told[0].0, "coordinates(x, ".len() + 1);
+        assert!(told[0].1.contains("the acceleration of `y`"), "{told:?}");
+    }
+    for bound in [
+        "holonomic = y - x.powi(2);",
+        "nonholonomic = dot(y) - x;",
+        "kinematic = ddot(y) - x; constraint_forces = [(0, 1)];",
+    ] {
+        assert_eq!(told(&format!("{massless}; {bound}")), [], "{bound}");
+    }
+}
+
+/// The nearest name is suggested, and none where none is near.
+#[test]
+fn nearest_names() {
+    let item = "struct A { n: f64, length: f64, m: f64 }";
+    let of = |name: &str| format!("coordinates(x); lagrangian = {name} * dot(x);");
+    one_on(&of("lenght"), item, "lenght", "did you mean `length`?");
+    one_on(
+        &of("lenght"),
+        "struct A { n: f64 }",
+        "lenght",
+        "expected a coordinate",
+    );
+    one_on(&of("leng"), item, "leng", "expected a coordinate");
+    one_on(&of("k"), item, "k", "expected a coordinate");
+}

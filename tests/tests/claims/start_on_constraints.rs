@@ -1,0 +1,150 @@
+//! Starts where constraints bind them, and where the equations have more than one acceleration.
+
+use dsocs_core::{
+    ComposedFlow, Composition, Flow, SetupError, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
+};
+use proptest::prelude::*;
+
+/// A ball that is turned about an axis at a constant rate: `w' = rate`.
+#[dsocs {
+    coordinates(x, w);
+    lagrangian = (dot(x).powi(2) + dot(w).powi(2) * (1 + x.powi(2))) / 2 - x.powi(2);
+    nonholonomic = dot(w) - rate;
+}]
+struct Driven {
+    rate: f64,
+}
+
+/// Two beads on crossing wires through the origin, and a third that the first drags along.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + 2 * dot(y).powi(2) + 3 * dot(z).powi(2)) / 2;
+    holonomic = [y - slope * x, x.sin() + y.powi(2) - z];
+}]
+struct Wires {
+    slope: f64,
+}
+
+/// A rod of unit length about a point.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    holonomic = x.powi(2) + y.powi(2) - 1;
+}]
+struct Rod {}
+
+/// A particle of which only the square of the curvature is said.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let square = dot(x).powi(2) + dot(y).powi(2);
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)).powi(2) / square.powi(3) - curvature.powi(2);
+    variational = [(dot(x), dot(y))];
+}]
+struct Unsigned {
+    curvature: f64,
+}
+
+/// Zero, or a number of any size down to the smallest that a leg can have.
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        1 => Just(0.0),
+        3 => (-40_i32..1, -1.0..1.0_f64).prop_map(|(power, x)| x * 2.0_f64.powi(power)),
+    ]
+}
+
+fn accepted<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) {
+    if let Err(error) = Flow::new(system, h, start) {
+        panic!("{start:?}, h = {h}: {error}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 800, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// At the origin and near it there is nothing to be small against but the leg itself.
+    #[test]
+    fn consistent_starts_are_accepted_also_at_the_origin(
+        x in coordinate(), w in coordinate(), v in -2.0..2.0_f64, rate in -2.0..2.0_f64, power in -12_i32..0,
+    ) {
+        let h = 2.0_f64.powi(power) / 1.1;
+        let driven = Driven { rate };
+        let (wires, y) = (Wires { slope: 0.5 }, 0.5 * x);
+        let (beads, velocity) = ([x, y, x.sin() + y * y], [v, 0.5 * v, x.cos() * v + 2.0 * y * 0.5 * v]);
+        for start in [Start::second_order([x, w], [v, rate]), Start::paper([x, w], [v, rate])] {
+            accepted(&driven, h, start);
+            accepted(&driven, h, start.projected());
+        }
+        for start in [Start::second_order(beads, velocity), Start::paper(beads, velocity)] {
+            accepted(&wires, h, start);
+        }
+    }
+
+    /// The angle is anything, so that the rod may lie along an axis.
+    #[test]
+    fn a_rod_may_start_anywhere(turn in 0_u32..8, more in coordinate(), v in -2.0..2.0_f64, power in -12_i32..0) {
+        let angle = f64::from(turn) * std::f64::consts::FRAC_PI_4 + more;
+        let (sin, cos) = angle.sin_cos();
+        let h = 2.0_f64.powi(power) / 1.1;
+        accepted(&Rod {}, h, Start::second_order([sin, -cos], [v * cos, v * sin]));
+    }
+}
+
+#[test]
+fn all_that_is_violated_is_told() {
+    let wires = Wires { slope: 0.5 };
+    let Err(error) = Flow::new(&wires, 0.1, Start::second_order([1.0, 0.6, 2.0], [1.0, 0.5, 9.0])) else {
+        panic!("accepted");
+    };
+    let SetupError::Inconsistent { violations } = &error else {
+        panic!("{error:?}");
+    };
+    let told: Vec<_> = violations
+        .iter()
+        .map(|violation| (violation.constraint, violation.index, violation.at))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            ("holonomic constraint", 0, "q0"),
+            ("holonomic constraint", 1, "q0"),
+            ("time derivative of holonomic constraint", 1, "(q0, v0)"),
+        ]
+    );
+    assert!((violations[0].value - 0.1).abs() < 1e-15, "{error}");
+    let Err(error) = Flow::new(&Driven { rate: 1.0 }, 0.1, Start::nodes([0.0, 0.0], [0.0, 0.2])) else {
+        panic!("accepted");
+    };
+    assert!(
+        error
+            .to_string()
+            .contains("nonholonomic constraint 1 at φ⁻¹(q0, q1) of the map of L by 1.000e0"),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_acceleration_can_be_named_where_there_are_several() {
+    let system = Unsigned { curvature: 0.5 };
+    let start = Start::second_order([0.0, 0.0], [1.0, 0.0]);
+    let Err(error) = Flow::new(&system, 0.01, start) else {
+        panic!("one of two was taken in silence");
+    };
+    assert!(error.to_string().contains("Start::near_acceleration"), "{error}");
+    for side in [1.0, -1.0] {
+        // the circle of radius 2, to either side; a rough guess is enough
+        let start = start.near_acceleration([0.0, 0.3 * side]);
+        let exact = |t: f64| [2.0 * (t / 2.0).sin(), side * (2.0 - 2.0 * (t / 2.0).cos())];
+        let away = |q: &[f64; 2], t: f64| (q[0] - exact(t)[0]).hypot(q[1] - exact(t)[1]);
+        let flow = Flow::new(&system, 0.01, start).unwrap().to(10.0).unwrap();
+        assert!(away(&flow.q, 10.0) < 1e-3, "{:?}", flow.q);
+        let composed = ComposedFlow::new(&system, 0.01, Composition::KAHAN_LI_6, start).unwrap();
+        let composed = { composed }.to(10.0).unwrap();
+        assert!(away(&composed.q, 10.0) < 1e-10, "{:?}", composed.q);
+        let taylor = TaylorFlow::new(&system, start, Tolerance::relative(1e-12))
+            .unwrap()
+            .to(10.0)
+            .unwrap();
+        assert!(away(&taylor.q, 10.0) < 1e-9, "{:?}", taylor.q);
+    }
+}
