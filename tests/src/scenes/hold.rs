@@ -48,7 +48,49 @@ pub struct Found {
     pub ended: Option<String>,
 }
 
+/// How far rows, nodes and runs may be away, in units of what rounding does. A row is a sum of some dozen terms, each of some
+/// rounded products.
+const ROUNDINGS: f64 = 32.0;
+
+/// How far the declared root may be away relative to the natural sizes: what is made of parameters alone is worked out in
+/// single parts, all else in double the precision.
+const OF_PARAMETERS: f64 = 1e-14;
+
+/// How far the Jacobian may be away, in units of its row's rounding. It decides how fast the iteration converges, not where to; an entry that
+/// is a difference of far places (a short rod far from the origin) has fewer digits than its row.
+const SLOPES: f64 = 1e6;
+
 impl Found {
+    /// What is wrong: refusals, and figures beyond their bars.
+    #[must_use]
+    pub fn wrong(&self) -> Vec<String> {
+        let mut wrong = self.defects.clone();
+        for (name, figure, bar) in [
+            ("rows", self.rows, ROUNDINGS),
+            ("root", self.root, OF_PARAMETERS),
+            ("Jacobian", self.jacobian, SLOPES),
+            ("node", self.node, ROUNDINGS),
+            ("path", self.path, ROUNDINGS),
+        ] {
+            // also what is not a number
+            if !(figure <= bar) {
+                wrong.push(format!("{name}: {figure:.1e}, at most {bar:.0e}"));
+            }
+        }
+        wrong
+    }
+
+    /// The larger of each figure of two scenes, and all steps.
+    pub fn join(&mut self, other: &Self) {
+        Self::take(&mut self.rows, other.rows);
+        Self::take(&mut self.root, other.root);
+        Self::take(&mut self.jacobian, other.jacobian);
+        Self::take(&mut self.node, other.node);
+        Self::take(&mut self.path, other.path);
+        self.steps += other.steps;
+        self.evaluations = self.evaluations.max(other.evaluations);
+    }
+
     /// Takes a figure.
     fn take(figure: &mut f64, value: f64) {
         // what is not a number stays
@@ -113,7 +155,7 @@ fn equations<S: System<N>, const N: usize>(
         let aside: Vec<Double> = (0..N)
             .map(|i| solution.z[i] + Double::exact(random.between(-0.1, 0.1) * (spread[i] + solution.z[i].high.abs())))
             .collect();
-        triple(system, &step, &aside, found);
+        triple(system, &step, &aside, random, found);
         root(system, &step, &solution.z, &spread, found);
         derivatives(system, &step, &solution.z, &spread, random, found);
         if place + 1 < LEGS {
@@ -129,7 +171,13 @@ fn back(leg: &Leg) -> Vec<Double> {
 }
 
 /// Forces and constraints at a triple.
-fn triple<S: System<N>, const N: usize>(system: &S, step: &Step<'_>, e: &[Double], found: &mut Found) {
+fn triple<S: System<N>, const N: usize>(
+    system: &S,
+    step: &Step<'_>,
+    e: &[Double],
+    random: &mut Random,
+    found: &mut Found,
+) {
     let (e, leg) = (rounded::<N>(e), declared_leg(step));
     if let Err(differs) = tape::same_bits(system, step.h, &leg, &e, &[]) {
         found.defects.push(format!("tape: {differs}"));
@@ -137,7 +185,16 @@ fn triple<S: System<N>, const N: usize>(system: &S, step: &Step<'_>, e: &[Double
     let exact: Vec<Double> = e.iter().copied().map(Double::exact).collect();
     let mut z = exact.clone();
     z.resize(step.unknowns(), Double::ZERO);
-    let terms = step.terms(&z, &step.jacobian(&z, &step.rows(&z)));
+    let rows = step.rows(&z);
+    let mut terms = step.terms(&z, &step.jacobian(&z, &rows));
+    // and what rounding does to numbers made of the parameters
+    for _ in 0..TWINS {
+        let scene = step.scene.perturbed(PERTURBATION, random);
+        let changed = Step { scene: &scene, ..*step }.rows(&z);
+        for (term, (changed, row)) in terms.iter_mut().zip(changed.iter().zip(&rows)) {
+            *term += ((*changed - *row).high / PERTURBATION).abs();
+        }
+    }
     let tape = Declaration::of(system);
     let force = tape.force(step.h, &leg, &e);
     let constraints = tape.declared(step.h, &leg, &e, &[]);

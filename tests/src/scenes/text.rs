@@ -118,7 +118,7 @@ impl Written {
             if let Some(against) = motor.joint.1 {
                 form[against] = "-1";
             }
-            writeln!(self.text, "kinematic = {row};\nforces = [({},)];", form.join(", "))?;
+            writeln!(self.text, "kinematic = {row};\nconstraint_forces = [({},)];", form.join(", "))?;
         }
         let map = match scene.map {
             Map::Paper => "paper",
@@ -208,7 +208,9 @@ fn scattered(scene: &Scene, random: &mut Random) -> Vec<f64> {
 #[must_use]
 pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) -> String {
     let mut text = String::from("//! Random scenes.\n\nuse dsocs_core::dsocs;\nuse dsocs_tests::scenes::{hold::hold, text};\n\n");
-    let mut main = String::from("fn main() {\n");
+    let mut main = String::from(
+        "fn main() -> std::process::ExitCode {\n    let mut wrong = 0;\n    let mut all = dsocs_tests::scenes::hold::Found::default();\n",
+    );
     for number in numbers {
         let scene = scene(number);
         let written = Written::new(&scene, is_literal(number));
@@ -224,9 +226,10 @@ pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) ->
              let p = text::Written::new(&case.scene, text::is_literal({number})).parameters;\n        \
              let system = Scene{number} {{ p: core::array::from_fn(|i| p[i]) }};\n        \
              let found = hold(&system, &case, {steps}, variation);\n        \
-             println!(\"scene {number}.{{variation}}: {{found:?}}\");\n    }}"
+             println!(\"scene {number}.{{variation}}: {{found:?}}\");\n        all.join(&found);\n        \
+             for words in found.wrong() {{\n            wrong += 1;\n            println!(\"wrong: scene {number}.{{variation}}: {{words}}\");\n        }}\n    }}"
         );
     }
-    main.push_str("}\n");
+    main.push_str("    println!(\"{wrong} wrong, {all:?}\");\n    std::process::ExitCode::from(u8::from(wrong > 0))\n}\n");
     text + &main
 }

@@ -24,6 +24,7 @@ mod reversal;
 mod roots;
 mod run;
 mod scenes;
+mod scenes_written;
 mod stability;
 mod start;
 mod start_on_constraints;

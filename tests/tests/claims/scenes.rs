@@ -2,7 +2,7 @@
 //! parameters make the topology, and held against a second formulation in double the precision that shares nothing with the
 //! attribute or the solver ([`dsocs_tests::scenes`]).
 
-use dsocs_core::{System, dsocs};
+use dsocs_core::{Flow, Start, Stepper as _, System, dsocs};
 use dsocs_tests::scenes::hold::{Found, hold};
 use dsocs_tests::scenes::random::{Case, Random, linkage, robot, train, tree};
 use dsocs_tests::scenes::scene::{Law, Map, Scene, Spring};
@@ -105,7 +105,7 @@ trees! {
     Servo; 3, 9; {
         let angle = theta[1] - theta[0];
         kinematic = ddot(angle) + 2 * law[1] * law[0] * dot(angle) + law[0].powi(2) * (angle - law[2]);
-        forces = [(-1, 1, 0)];
+        constraint_forces = [(-1, 1, 0)];
     } { law: [f64; 3] = servo }
 }
 
@@ -114,7 +114,7 @@ trees! {
     Brake; 3, 9; {
         let angle = theta[1] - theta[0];
         kinematic = dot(kinetic + potential) + rho * dot(angle).powi(2);
-        forces = [(-1, 1, 0)];
+        constraint_forces = [(-1, 1, 0)];
     } { rho: f64 = rho }
 }
 
@@ -123,7 +123,7 @@ trees! {
     AnyServo; 3, 9; {
         let angle = sum(0..3, |i| motor[i] * theta[i]);
         kinematic = ddot(angle) + 2 * law[1] * law[0] * dot(angle) + law[0].powi(2) * (angle - law[2]);
-        forces = [(|i| motor[i])];
+        constraint_forces = [(|i| motor[i])];
     } { motor: [f64; 3] = joint, law: [f64; 3] = servo }
 }
 
@@ -253,18 +253,11 @@ fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declare
         held += 1;
         let found = hold(&declared(&case.scene), &case, STEPS, seed);
         println!("{name} {seed}: {found:?}");
-        for (worst, figure) in [
-            (&mut worst.rows, found.rows),
-            (&mut worst.root, found.root),
-            (&mut worst.jacobian, found.jacobian),
-            (&mut worst.node, found.node),
-            (&mut worst.path, found.path),
-        ] {
-            *worst = worst.max(figure);
+        worst.join(&found);
+        let wrong = found.wrong();
+        if !wrong.is_empty() {
+            defects.push(format!("{name} {seed}: {wrong:#?}\n{case:?}"));
         }
-        worst.steps += found.steps;
-        worst.evaluations = worst.evaluations.max(found.evaluations);
-        defects.extend(found.defects.iter().map(|words| format!("{name} {seed}: {words}\n{:?}", case.scene)));
     }
     println!("{name}: {held} scenes, {worst:?}");
     assert!(defects.is_empty(), "{}", defects.join("\n\n"));
@@ -300,6 +293,32 @@ fn joints_that_are_parameters() {
         angles(robot(scene, joint, false, random), random)
     };
     all("any servo", 3, draw, AnyServo::new);
+}
+
+/// Two masses with a spring between them, and one of them on a pendulum's potential.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + y.cos() - stiffness / 2 * (x - y).powi(2);
+    phi_lagrangian = midpoint;
+}]
+struct Tied {
+    stiffness: f64,
+}
+
+/// The row of `x` is linear in both second differences; it is solved for that of `y`, whose coefficient is the shorter expression.
+#[test]
+#[ignore = "a defect: a row is solved for an unknown whose coefficient is a parameter, which may be zero"]
+fn a_spring_without_stiffness() {
+    for stiffness in [1.0, 1e-8, 0.0] {
+        let tied = Tied { stiffness };
+        let start = Start::second_order([0.5, 0.3], [0.2, -0.1]);
+        let mut flow = Flow::new(&tied, 0.01, start).unwrap();
+        let last = flow.to(1.0).unwrap();
+        println!("stiffness {stiffness}: {:?}", last.q);
+        if stiffness < 1e-3 {
+            assert!((last.q[0] - 0.7).abs() < 1e-7, "{:?}", last.q);
+        }
+    }
 }
 
 #[test]
