@@ -17,6 +17,13 @@ const ROUNDING: f64 = 1e-27;
 /// A step that is this part of another one: short enough for the continuous motion, and long enough for nodes that are rounded.
 const SHORT: f64 = 1e-2;
 
+/// A step is short enough where the second update of Newton's iteration, begun at the continuous motion, is at most this part of the
+/// first.
+const RESOLVED: f64 = 0.05;
+
+/// By how much an angle may turn in a step that is short enough [rad].
+const TURN: f64 = 0.5;
+
 /// How many updates there may be.
 const UPDATES: usize = 60;
 
@@ -99,9 +106,7 @@ impl Step<'_> {
         match self.scene.map {
             Map::Paper => self.scene.lagrangian(q0, &v),
             Map::Midpoint => self.scene.lagrangian(&middle(q0, q1), &v),
-            Map::Trapezoid => {
-                (self.scene.lagrangian(q0, &v) + self.scene.lagrangian(q1, &v)) * T::of(0.5)
-            }
+            Map::Trapezoid => (self.scene.lagrangian(q0, &v) + self.scene.lagrangian(q1, &v)) * T::of(0.5),
         }
     }
 
@@ -179,7 +184,11 @@ impl Step<'_> {
     /// The sizes that second differences are measured by.
     fn sizes(&self, z: &[Double]) -> Vec<f64> {
         let n = self.scene.coordinates;
-        let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.high.abs()));
+        let longest = self
+            .leg
+            .d
+            .iter()
+            .fold(0.0_f64, |longest, d| longest.max(d.high.abs()));
         let size = |i: usize| {
             let own = z[i].high.abs();
             if i < n {
@@ -273,7 +282,8 @@ impl Step<'_> {
         let sizes = self.leg.d.iter().chain(&z[..n]);
         let longest = sizes.fold(0.0_f64, |longest, x| longest.max(x.high.abs()));
         (0..n).fold(0.0, |largest, i| {
-            let size = self.leg.d[i].high.abs() + z[i].high.abs() + 1e-3 * longest + 1e-9 * self.leg.q[i].high.abs();
+            let size =
+                self.leg.d[i].high.abs() + z[i].high.abs() + 1e-3 * longest + 1e-9 * self.leg.q[i].high.abs();
             let ratio = update[i].high.abs() / size.max(1e-300);
             if ratio <= largest { largest } else { ratio }
         })
@@ -300,10 +310,20 @@ impl Step<'_> {
         Some(z)
     }
 
+    /// Whether the step is short enough to have one solution nearby: Newton's iteration from the continuous motion, `guess`, is
+    /// nearly done with its first update, and no angle turns by more than a part of a radian.
+    #[must_use]
+    pub fn is_resolved(&self, guess: &[Double]) -> bool {
+        let turns = self.scene.angles().into_iter().all(|angle| {
+            let d = self.leg.d[angle].high;
+            d.abs() < TURN && (d + guess[angle].high).abs() < TURN
+        });
+        turns && self.contraction(guess) < RESOLVED
+    }
+
     /// How much smaller the second update of a plain Newton iteration is than the first: small where the equations bend little
     /// on the way from `z` to their root.
-    #[must_use]
-    pub fn contraction(&self, z: &[Double]) -> f64 {
+    fn contraction(&self, z: &[Double]) -> f64 {
         let mut z = z.to_vec();
         let mut sizes = [0.0; 2];
         for size in &mut sizes {

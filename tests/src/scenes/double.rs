@@ -187,11 +187,19 @@ impl Scalar for Double {
     }
 
     fn select_lt(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
-        if (left - right).high < 0.0 { then } else { otherwise }
+        if (left - right).high < 0.0 {
+            then
+        } else {
+            otherwise
+        }
     }
 
     fn select_le(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
-        if (left - right).high <= 0.0 { then } else { otherwise }
+        if (left - right).high <= 0.0 {
+            then
+        } else {
+            otherwise
+        }
     }
 
     fn abs(self) -> Self {

@@ -5,7 +5,7 @@ use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
 use super::discrete::{Decomposed, Leg, Step};
 use super::double::Double;
-use super::random::{Case, RESOLVED, Random};
+use super::random::{Case, Random};
 use super::scene::Scene;
 use crate::tape;
 
@@ -153,7 +153,10 @@ fn equations<S: System<N>, const N: usize>(
         let spread = solution.decomposed.spread(&terms);
         // a triple that solves nothing
         let aside: Vec<Double> = (0..N)
-            .map(|i| solution.z[i] + Double::exact(random.between(-0.1, 0.1) * (spread[i] + solution.z[i].high.abs())))
+            .map(|i| {
+                solution.z[i]
+                    + Double::exact(random.between(-0.1, 0.1) * (spread[i] + solution.z[i].high.abs()))
+            })
             .collect();
         triple(system, &step, &aside, random, found);
         root(system, &step, &solution.z, &spread, found);
@@ -190,7 +193,11 @@ fn triple<S: System<N>, const N: usize>(
     // and what rounding does to numbers made of the parameters
     for _ in 0..TWINS {
         let scene = step.scene.perturbed(PERTURBATION, random);
-        let changed = Step { scene: &scene, ..*step }.rows(&z);
+        let changed = Step {
+            scene: &scene,
+            ..*step
+        }
+        .rows(&z);
         for (term, (changed, row)) in terms.iter_mut().zip(changed.iter().zip(&rows)) {
             *term += ((*changed - *row).high / PERTURBATION).abs();
         }
@@ -198,10 +205,21 @@ fn triple<S: System<N>, const N: usize>(
     let tape = Declaration::of(system);
     let force = tape.force(step.h, &leg, &e);
     let constraints = tape.declared(step.h, &leg, &e, &[]);
-    let expected = step.action(&exact).into_iter().map(|x| -x).chain(step.constraints(&exact));
+    let expected = step
+        .action(&exact)
+        .into_iter()
+        .map(|x| -x)
+        .chain(step.constraints(&exact));
     for ((value, expected), term) in force.iter().chain(&constraints).zip(expected).zip(&terms) {
         let distance = (Double::exact(*value) - expected).high.abs();
-        Found::take(&mut found.rows, if distance == 0.0 { 0.0 } else { distance / (UNIT * term) });
+        Found::take(
+            &mut found.rows,
+            if distance == 0.0 {
+                0.0
+            } else {
+                distance / (UNIT * term)
+            },
+        );
     }
 }
 
@@ -248,15 +266,27 @@ fn root<S: System<N>, const N: usize>(
     found: &mut Found,
 ) {
     let own = unknowns(system, z);
-    let sizes = unknowns(system, &spread.iter().copied().map(Double::exact).collect::<Vec<_>>());
+    let sizes = unknowns(
+        system,
+        &spread.iter().copied().map(Double::exact).collect::<Vec<_>>(),
+    );
     let (rows, jacobian) = linearize(system, step, &own);
     let Some(decomposed) = Decomposed::new(jacobian) else {
-        found.defects.push("singular where the second formulation is not".into());
+        found
+            .defects
+            .push("singular where the second formulation is not".into());
         return;
     };
     for (update, size) in decomposed.solve(&rows).iter().zip(&sizes) {
         let distance = update.high.abs();
-        Found::take(&mut found.root, if distance == 0.0 { 0.0 } else { distance / size.high.abs() });
+        Found::take(
+            &mut found.root,
+            if distance == 0.0 {
+                0.0
+            } else {
+                distance / size.high.abs()
+            },
+        );
     }
 }
 
@@ -269,7 +299,10 @@ fn derivatives<S: System<N>, const N: usize>(
     random: &mut Random,
     found: &mut Found,
 ) {
-    let sizes = unknowns(system, &spread.iter().copied().map(Double::exact).collect::<Vec<_>>());
+    let sizes = unknowns(
+        system,
+        &spread.iter().copied().map(Double::exact).collect::<Vec<_>>(),
+    );
     let sizes: Vec<f64> = sizes.iter().map(|size| size.high.abs()).collect();
     let aside: Vec<Double> = unknowns(system, z)
         .iter()
@@ -301,7 +334,14 @@ fn derivatives<S: System<N>, const N: usize>(
         let size: f64 = (0..sizes.len()).map(|j| columns[j][i].abs() * sizes[j]).sum();
         for (j, entry) in row.iter().enumerate() {
             let distance = (entry - columns[j][i]).abs() * sizes[j];
-            Found::take(&mut found.jacobian, if distance == 0.0 { 0.0 } else { distance / (UNIT * size) });
+            Found::take(
+                &mut found.jacobian,
+                if distance == 0.0 {
+                    0.0
+                } else {
+                    distance / (UNIT * size)
+                },
+            );
         }
     }
 }
@@ -337,7 +377,7 @@ fn run<S: System<N>, const N: usize>(
             leg: &leg,
         };
         let continuous = step.continuous();
-        let resolved = continuous.as_ref().is_some_and(|guess| step.contraction(guess) < RESOLVED);
+        let resolved = continuous.as_ref().is_some_and(|guess| step.is_resolved(guess));
         // where the equations hardly bend there is one solution nearby; elsewhere the past has to tell
         let solution = match continuous.filter(|_| resolved || past.len() < 3) {
             Some(continuous) => step.solve(&continuous),
@@ -381,7 +421,12 @@ fn run<S: System<N>, const N: usize>(
                 .collect();
             let mut z = solution.z.clone();
             for _ in 0..6 {
-                let rows: Vec<Double> = step.rows(&z).iter().zip(&noise).map(|(row, noise)| *row - *noise).collect();
+                let rows: Vec<Double> = step
+                    .rows(&z)
+                    .iter()
+                    .zip(&noise)
+                    .map(|(row, noise)| *row - *noise)
+                    .collect();
                 for (z, update) in z.iter_mut().zip(solution.decomposed.solve(&rows)) {
                     *z = *z - update;
                 }
@@ -416,7 +461,10 @@ fn run<S: System<N>, const N: usize>(
         }
         if worst > FAR {
             let ours = flow.leg();
-            let words = format!("step {k}: another root, {:?} after {:?}; expected {last:?}", ours.q, ours.d);
+            let words = format!(
+                "step {k}: another root, {:?} after {:?}; expected {last:?}",
+                ours.q, ours.d
+            );
             found.defects.push(words);
             return;
         }

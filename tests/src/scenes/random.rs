@@ -63,10 +63,6 @@ pub struct Case {
     pub q1: Vec<f64>,
 }
 
-/// A step is short enough where the second update of Newton's iteration, begun at the continuous motion, is at most this part of the
-/// first.
-pub const RESOLVED: f64 = 0.05;
-
 /// How often a step that is too long is made shorter.
 const SHORTER: usize = 12;
 
@@ -153,7 +149,11 @@ pub fn joint(scene: &Scene, random: &mut Random) -> (usize, Option<usize>) {
 #[must_use]
 pub fn robot(mut scene: Scene, joint: (usize, Option<usize>), lyapunov: bool, random: &mut Random) -> Scene {
     let rate = 1.0 / time(&scene);
-    let weight: f64 = scene.bodies.iter().map(|body| body.mass * length(body).powi(2)).sum();
+    let weight: f64 = scene
+        .bodies
+        .iter()
+        .map(|body| body.mass * length(body).powi(2))
+        .sum();
     let law = if lyapunov {
         Law::Lyapunov {
             rho: weight * rate * random.decades(1e-3, 1.0),
@@ -249,7 +249,9 @@ pub fn train(count: usize, is_chain: bool, map: Map, random: &mut Random) -> Sce
                 mass,
             }
         });
-        scene.inertias.push((2 + i, mass * length * length * random.decades(1e-2, 1.0)));
+        scene
+            .inertias
+            .push((2 + i, mass * length * length * random.decades(1e-2, 1.0)));
         if i > 0 && random.chance(0.6) {
             scene.springs.push(Spring::Twist {
                 ends: (2 + i, Some(2 + random.below(i))),
@@ -303,7 +305,10 @@ impl Case {
             None => alike.unwrap_or_else(|| random.between(-swing, swing)),
         };
         let q0: Vec<f64> = (0..n).map(&mut draw).collect();
-        let reach = scene.rods.iter().fold(0.0_f64, |reach, rod| reach.max(rod.length));
+        let reach = scene
+            .rods
+            .iter()
+            .fold(0.0_f64, |reach, rod| reach.max(rod.length));
         let fast = random.decades(0.1, 3.0) / time * if reach > 0.0 { reach } else { 1.0 };
         let v0: Vec<f64> = (0..n)
             .map(|_| if at_rest { 0.0 } else { random.between(-fast, fast) })
@@ -326,8 +331,7 @@ impl Case {
             h: self.h,
             leg: &leg,
         };
-        step.continuous()
-            .is_some_and(|guess| step.contraction(&guess) < RESOLVED)
+        step.continuous().is_some_and(|guess| step.is_resolved(&guess))
     }
 
     /// The nearest state that obeys the constraints, and the node after it.
@@ -348,27 +352,31 @@ impl Case {
             })
         };
         // the constraints are linear in the velocity
-        let product = |x: &[Double], y: &[Double]| {
-            x.iter().zip(y).fold(Double::ZERO, |sum, (x, y)| sum + *x * *y)
-        };
+        let product =
+            |x: &[Double], y: &[Double]| x.iter().zip(y).fold(Double::ZERO, |sum, (x, y)| sum + *x * *y);
         let v = if lower == 0 {
             v
         } else {
-            let gram = forms.iter().map(|x| forms.iter().map(|y| product(x, y)).collect());
+            let gram = forms
+                .iter()
+                .map(|x| forms.iter().map(|y| product(x, y)).collect());
             let violated: Vec<Double> = forms.iter().map(|form| product(form, &v)).collect();
             let multipliers = Decomposed::new(gram.collect())?.solve(&violated);
-            v.iter().zip(along(&multipliers)).map(|(v, away)| *v - away).collect()
+            v.iter()
+                .zip(along(&multipliers))
+                .map(|(v, away)| *v - away)
+                .collect()
         };
-        let straight: Vec<Double> = q.iter().zip(&v).map(|(q, v)| *q + *v * Double::exact(h)).collect();
+        let straight: Vec<Double> = q
+            .iter()
+            .zip(&v)
+            .map(|(q, v)| *q + *v * Double::exact(h))
+            .collect();
         let leg = Leg {
             q: q.clone(),
             d: vec![Double::ZERO; n],
         };
-        let step = Step {
-            scene,
-            h,
-            leg: &leg,
-        };
+        let step = Step { scene, h, leg: &leg };
         let moved = |multipliers: &[Double]| -> Vec<Double> {
             let away = along(multipliers);
             straight.iter().zip(away).map(|(q, away)| *q - away).collect()
@@ -396,7 +404,10 @@ impl Case {
             }
         }
         let q1 = moved(&multipliers);
-        let worst = step.pair(&q, &q1).iter().fold(0.0_f64, |worst, row| worst.max(row.high.abs()));
+        let worst = step
+            .pair(&q, &q1)
+            .iter()
+            .fold(0.0_f64, |worst, row| worst.max(row.high.abs()));
         let size = q1.iter().fold(0.0_f64, |size, q| size.max(q.high.abs()));
         // also not where something is no number
         (worst <= 1e-20 * (1.0 + size * size) / h).then(|| Self {

@@ -153,6 +153,13 @@ impl Scene {
         self.lower() + usize::from(self.motor.is_some())
     }
 
+    /// The coordinates that are directions of rods or wheels.
+    #[must_use]
+    pub fn angles(&self) -> Vec<usize> {
+        let rods = self.bodies.iter().filter_map(|body| Some(body.rod?.0));
+        rods.chain(self.wheels.iter().map(|wheel| wheel.angle)).collect()
+    }
+
     /// Which rods lead from the origin, or from a free place, to each body: 1 or 0 for every body and every one of `angles`.
     #[must_use]
     pub fn paths(&self, angles: core::ops::Range<usize>) -> Vec<f64> {
@@ -201,7 +208,11 @@ impl Scene {
             }
         }
         match other.motor.as_mut().map(|motor| &mut motor.law) {
-            Some(Law::Servo { rate, damping, target }) => [rate, damping, target].into_iter().for_each(change),
+            Some(Law::Servo {
+                rate,
+                damping,
+                target,
+            }) => [rate, damping, target].into_iter().for_each(change),
             Some(Law::Lyapunov { rho }) => change(rho),
             None => {}
         }
@@ -248,10 +259,16 @@ impl Scene {
         }
         for spring in &self.springs {
             let (stretch, stiffness) = match *spring {
-                Spring::Twist { ends, stiffness, rest } => (joint(ends, q) - T::of(rest), stiffness),
-                Spring::Line { ends, stiffness, rest } => {
-                    (square(apart(ends, &places)).root() - T::of(rest), stiffness)
-                }
+                Spring::Twist {
+                    ends,
+                    stiffness,
+                    rest,
+                } => (joint(ends, q) - T::of(rest), stiffness),
+                Spring::Line {
+                    ends,
+                    stiffness,
+                    rest,
+                } => (square(apart(ends, &places)).root() - T::of(rest), stiffness),
             };
             potential = potential + T::of(stiffness / 2.0) * stretch * stretch;
         }
@@ -301,7 +318,11 @@ impl Scene {
         let motor = self.motor?;
         let w = joint(motor.joint, v);
         Some(match motor.law {
-            Law::Servo { rate, damping, target } => {
+            Law::Servo {
+                rate,
+                damping,
+                target,
+            } => {
                 let (rate, damping) = (T::of(rate), T::of(2.0) * T::of(damping));
                 joint(motor.joint, a)
                     + damping * rate * w

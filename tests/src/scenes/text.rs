@@ -66,8 +66,16 @@ impl Written {
         }
         for spring in &scene.springs {
             let (length, stiffness, rest) = match *spring {
-                Spring::Twist { ends, stiffness, rest } => (difference('q', ends), stiffness, rest),
-                Spring::Line { ends, stiffness, rest } => (
+                Spring::Twist {
+                    ends,
+                    stiffness,
+                    rest,
+                } => (difference('q', ends), stiffness, rest),
+                Spring::Line {
+                    ends,
+                    stiffness,
+                    rest,
+                } => (
                     format!("({}).hypot({})", difference('x', ends), difference('y', ends)),
                     stiffness,
                     rest,
@@ -83,7 +91,9 @@ impl Written {
         for rod in &scene.rods {
             let length = self.number(rod.length);
             let (x, y) = (difference('x', rod.ends), difference('y', rod.ends));
-            rows.push(format!("(({x}).powi(2) + ({y}).powi(2) - {length} * {length}) / 2"));
+            rows.push(format!(
+                "(({x}).powi(2) + ({y}).powi(2) - {length} * {length}) / 2"
+            ));
         }
         if !rows.is_empty() {
             writeln!(self.text, "holonomic = [{}];", rows.join(", "))?;
@@ -91,7 +101,9 @@ impl Written {
         rows.clear();
         for wheel in &scene.wheels {
             let (body, angle) = (wheel.body, wheel.angle);
-            rows.push(format!("q{angle}.cos() * dot(x{body}) + q{angle}.sin() * dot(y{body})"));
+            rows.push(format!(
+                "q{angle}.cos() * dot(x{body}) + q{angle}.sin() * dot(y{body})"
+            ));
             if let Some((roll, radius)) = wheel.rolls {
                 let radius = self.number(radius);
                 rows.push(format!(
@@ -105,12 +117,21 @@ impl Written {
         if let Some(motor) = scene.motor {
             writeln!(self.text, "let angle = {};", difference('q', motor.joint))?;
             let row = match motor.law {
-                Law::Servo { rate, damping, target } => {
+                Law::Servo {
+                    rate,
+                    damping,
+                    target,
+                } => {
                     let [rate, damping, target] = [rate, damping, target].map(|x| self.number(x));
-                    format!("ddot(angle) + 2 * {damping} * {rate} * dot(angle) + {rate} * {rate} * (angle - {target})")
+                    format!(
+                        "ddot(angle) + 2 * {damping} * {rate} * dot(angle) + {rate} * {rate} * (angle - {target})"
+                    )
                 }
                 Law::Lyapunov { rho } => {
-                    format!("dot(kinetic + potential) + {} * dot(angle).powi(2)", self.number(rho))
+                    format!(
+                        "dot(kinetic + potential) + {} * dot(angle).powi(2)",
+                        self.number(rho)
+                    )
                 }
             };
             let mut form = vec!["0"; scene.coordinates];
@@ -118,7 +139,11 @@ impl Written {
             if let Some(against) = motor.joint.1 {
                 form[against] = "-1";
             }
-            writeln!(self.text, "kinematic = {row};\nconstraint_forces = [({},)];", form.join(", "))?;
+            writeln!(
+                self.text,
+                "kinematic = {row};\nconstraint_forces = [({},)];",
+                form.join(", ")
+            )?;
         }
         let map = match scene.map {
             Map::Paper => "paper",
@@ -207,7 +232,9 @@ fn scattered(scene: &Scene, random: &mut Random) -> Vec<f64> {
 /// A program that declares scenes and holds each against the second formulation, in some variations.
 #[must_use]
 pub fn program(numbers: core::ops::Range<u64>, variations: u64, steps: usize) -> String {
-    let mut text = String::from("//! Random scenes.\n\nuse dsocs_core::dsocs;\nuse dsocs_tests::scenes::{hold::hold, text};\n\n");
+    let mut text = String::from(
+        "//! Random scenes.\n\nuse dsocs_core::dsocs;\nuse dsocs_tests::scenes::{hold::hold, text};\n\n",
+    );
     let mut main = String::from(
         "fn main() -> std::process::ExitCode {\n    let mut wrong = 0;\n    let mut all = dsocs_tests::scenes::hold::Found::default();\n",
     );

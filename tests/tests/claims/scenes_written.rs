@@ -32,7 +32,11 @@ fn written_scenes_are_those_of_a_second_formulation() {
     );
     fs::write(folder.path().join("Cargo.toml"), manifest).unwrap();
     fs::create_dir(folder.path().join("src")).unwrap();
-    fs::write(folder.path().join("src/main.rs"), program(0..SCENES, VARIATIONS, STEPS)).unwrap();
+    fs::write(
+        folder.path().join("src/main.rs"),
+        program(0..SCENES, VARIATIONS, STEPS),
+    )
+    .unwrap();
     // the versions that the workspace was built with, which are here already
     let lock = workspace.join("Cargo.lock");
     if lock.exists() {
@@ -40,7 +44,10 @@ fn written_scenes_are_those_of_a_second_formulation() {
     }
     let ran = Command::new(env!("CARGO"))
         .args(["run", "--offline", "--message-format", "short"])
-        .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).join(".."))
+        .env(
+            "CARGO_TARGET_DIR",
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join(".."),
+        )
         .current_dir(folder.path())
         .output()
         .unwrap();
