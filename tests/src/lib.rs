@@ -7,4 +7,5 @@ pub mod fit;
 pub mod independent;
 #[cfg(doctest)]
 mod readme;
+pub mod scenes;
 pub mod tape;

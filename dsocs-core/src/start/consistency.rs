@@ -57,9 +57,37 @@ pub(super) fn check_pair<const N: usize>(
     let mut all = violations(declaration, Node::First, &first, &sizes);
     let leg = leg(q0, d);
     let rows = declaration.pair(h, &leg);
-    let sizes = rounding::pair_sizes(declaration, h, &leg);
+    let mut sizes = rounding::pair_sizes(declaration, h, &leg);
+    for (size, change) in sizes.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
+        *size += change / OBEYED;
+    }
     all.extend(violations(declaration, Node::Second, &rows, &sizes));
     obeyed(all)
+}
+
+/// How much the rows of a pair of nodes may change where both nodes are rounded: a velocity is their difference, to which a
+/// short step leaves few digits, so that no nodes of double precision obey a constraint of velocities better.
+fn of_rounded_nodes<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: f64,
+    q0: &[f64; N],
+    leg: &Leg<f64, N>,
+) -> Vec<f64> {
+    let mut changes = vec![0.0; declaration.lower()];
+    for j in 0..N {
+        let moved =
+            |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
+        let ends = Leg {
+            q: moved(&leg.q),
+            d: moved(&leg.d),
+        };
+        let rounding = f64::EPSILON * (q0[j].abs() + leg.q[j].abs());
+        let rows = declaration.pair(Tangent::splat(h), &ends);
+        for (change, row) in changes.iter_mut().zip(rows) {
+            *change += row.derivative().abs() * rounding;
+        }
+    }
+    changes
 }
 
 /// Where rows are asked for.

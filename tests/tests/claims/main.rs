@@ -23,6 +23,8 @@ mod regularity;
 mod reversal;
 mod roots;
 mod run;
+mod scenes;
+mod scenes_written;
 mod stability;
 mod start;
 mod start_on_constraints;

@@ -1,0 +1,479 @@
+//! Holds a declared system against its scene.
+
+use dsocs_core::__private::Declaration;
+use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
+
+use super::discrete::{Decomposed, Leg, Step};
+use super::double::Double;
+use super::random::{Case, Random};
+use super::scene::Scene;
+use crate::tape;
+
+/// The unit roundoff of `f64`.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// How large the perturbations are by which the condition of a motion is measured.
+const PERTURBATION: f64 = 1e-11;
+
+/// How many motions are perturbed.
+const TWINS: u64 = 2;
+
+/// A node so many roundings away belongs to another motion.
+const FAR: f64 = 1e8;
+
+/// At how many legs the equations are compared.
+const LEGS: usize = 3;
+
+/// What was found out about one scene. Distances are in units of what rounding does (see [`hold`]).
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Of the constraint force and of the constraints at random triples.
+    pub rows: f64,
+    /// Of the root in double the precision: of the declared rows from that of the second formulation, relative to the unknowns'
+    /// natural sizes.
+    pub root: f64,
+    /// Of the Jacobian from central differences of the rows in double the precision.
+    pub jacobian: f64,
+    /// Of nodes that were solved from a leg at random.
+    pub node: f64,
+    /// Of the nodes of a run.
+    pub path: f64,
+    /// How many steps of the run were compared.
+    pub steps: usize,
+    /// The largest number of evaluations in a step.
+    pub evaluations: u32,
+    /// Defects, in words: refusals where the second formulation has a solution, and what is not the same.
+    pub defects: Vec<String>,
+    /// What ended the comparison early, and is no defect.
+    pub ended: Option<String>,
+}
+
+/// How far rows, nodes and runs may be away, in units of what rounding does. A row is a sum of some dozen terms, each of some
+/// rounded products.
+const ROUNDINGS: f64 = 32.0;
+
+/// How far the declared root may be away relative to the natural sizes: what is made of parameters alone is worked out in
+/// single parts, all else in double the precision.
+const OF_PARAMETERS: f64 = 1e-14;
+
+/// How far the Jacobian may be away, in units of its row's rounding. It decides how fast the iteration converges, not where to; an entry that
+/// is a difference of far places (a short rod far from the origin) has fewer digits than its row.
+const SLOPES: f64 = 1e6;
+
+impl Found {
+    /// What is wrong: refusals, and figures beyond their bars.
+    #[must_use]
+    pub fn wrong(&self) -> Vec<String> {
+        let mut wrong = self.defects.clone();
+        for (name, figure, bar) in [
+            ("rows", self.rows, ROUNDINGS),
+            ("root", self.root, OF_PARAMETERS),
+            ("Jacobian", self.jacobian, SLOPES),
+            ("node", self.node, ROUNDINGS),
+            ("path", self.path, ROUNDINGS),
+        ] {
+            // also what is not a number
+            if !(figure <= bar) {
+                wrong.push(format!("{name}: {figure:.1e}, at most {bar:.0e}"));
+            }
+        }
+        wrong
+    }
+
+    /// The larger of each figure of two scenes, and all steps.
+    pub fn join(&mut self, other: &Self) {
+        Self::take(&mut self.rows, other.rows);
+        Self::take(&mut self.root, other.root);
+        Self::take(&mut self.jacobian, other.jacobian);
+        Self::take(&mut self.node, other.node);
+        Self::take(&mut self.path, other.path);
+        self.steps += other.steps;
+        self.evaluations = self.evaluations.max(other.evaluations);
+    }
+
+    /// Takes a figure.
+    fn take(figure: &mut f64, value: f64) {
+        // what is not a number stays
+        if !(value <= *figure) {
+            *figure = value;
+        }
+    }
+}
+
+/// Compares a system with its scene: the start, the equations at legs at random, and a run of some steps.
+///
+/// A row is known to `u T` with the unit roundoff `u` and the sizes `T` of its terms ([`Step::terms`]); so an unknown is to `u S`,
+/// `S = |J⁻¹| T`. After several steps that is what perturbations of the same kind come to: beside the exact motion others are computed whose
+/// rows are wrong by `σ T` and whose parameters by `σ`, at random, with `σ` = 1e-11. A node is in units of their distance times `u/σ`, plus its own last place.
+pub fn hold<S: System<N>, const N: usize>(system: &S, case: &Case, steps: usize, seed: u64) -> Found {
+    let mut found = Found::default();
+    let mut random = Random::new(seed);
+    let array = |x: &[f64]| -> [f64; N] { core::array::from_fn(|i| x.get(i).copied().unwrap_or(f64::NAN)) };
+    let (q0, v0, q1) = (array(&case.q0), array(&case.v0), array(&case.q1));
+    if let Err(error) = Flow::new(system, case.h, Start::second_order(q0, v0)) {
+        found.defects.push(format!("start: {error}"));
+    }
+    let start = Leg::between(&case.q0, &case.q1);
+    equations(system, case, &start, &mut random, &mut found);
+    let flow = match Flow::new(system, case.h, Start::nodes(q0, q1)) {
+        Ok(flow) => flow,
+        Err(error) => {
+            found.defects.push(format!("nodes: {error}"));
+            return found;
+        }
+    };
+    run(flow, case, start, steps, &mut random, &mut found);
+    found
+}
+
+/// The numbers of single parts.
+fn rounded<const N: usize>(x: &[Double]) -> [f64; N] {
+    core::array::from_fn(|i| x.get(i).map_or(f64::NAN, |x| x.high))
+}
+
+/// The equations, at the start's leg and along the exact motion.
+fn equations<S: System<N>, const N: usize>(
+    system: &S,
+    case: &Case,
+    start: &Leg,
+    random: &mut Random,
+    found: &mut Found,
+) {
+    let mut leg = start.clone();
+    for place in 0..LEGS {
+        let step = Step {
+            scene: &case.scene,
+            h: case.h,
+            leg: &leg,
+        };
+        let Some(solution) = step.continuous().and_then(|guess| step.solve(&guess)) else {
+            return;
+        };
+        let terms = step.terms(&solution.z, &solution.jacobian);
+        let spread = solution.decomposed.spread(&terms);
+        // a triple that solves nothing
+        let aside: Vec<Double> = (0..N)
+            .map(|i| {
+                solution.z[i]
+                    + Double::exact(random.between(-0.1, 0.1) * (spread[i] + solution.z[i].high.abs()))
+            })
+            .collect();
+        triple(system, &step, &aside, random, found);
+        root(system, &step, &solution.z, &spread, found);
+        derivatives(system, &step, &solution.z, &spread, random, found);
+        if place + 1 < LEGS {
+            leg = leg.next(&solution.z[..N]);
+            leg = Leg::between(&rounded::<N>(&back(&leg)), &rounded::<N>(&leg.q));
+        }
+    }
+}
+
+/// The node before.
+fn back(leg: &Leg) -> Vec<Double> {
+    leg.q.iter().zip(&leg.d).map(|(q, d)| *q - *d).collect()
+}
+
+/// Forces and constraints at a triple.
+fn triple<S: System<N>, const N: usize>(
+    system: &S,
+    step: &Step<'_>,
+    e: &[Double],
+    random: &mut Random,
+    found: &mut Found,
+) {
+    let (e, leg) = (rounded::<N>(e), declared_leg(step));
+    if let Err(differs) = tape::same_bits(system, step.h, &leg, &e, &[]) {
+        found.defects.push(format!("tape: {differs}"));
+    }
+    let exact: Vec<Double> = e.iter().copied().map(Double::exact).collect();
+    let mut z = exact.clone();
+    z.resize(step.unknowns(), Double::ZERO);
+    let rows = step.rows(&z);
+    let mut terms = step.terms(&z, &step.jacobian(&z, &rows));
+    // and what rounding does to numbers made of the parameters
+    for _ in 0..TWINS {
+        let scene = step.scene.perturbed(PERTURBATION, random);
+        let changed = Step {
+            scene: &scene,
+            ..*step
+        }
+        .rows(&z);
+        for (term, (changed, row)) in terms.iter_mut().zip(changed.iter().zip(&rows)) {
+            *term += ((*changed - *row).high / PERTURBATION).abs();
+        }
+    }
+    let tape = Declaration::of(system);
+    let force = tape.force(step.h, &leg, &e);
+    let constraints = tape.declared(step.h, &leg, &e, &[]);
+    let expected = step
+        .action(&exact)
+        .into_iter()
+        .map(|x| -x)
+        .chain(step.constraints(&exact));
+    for ((value, expected), term) in force.iter().chain(&constraints).zip(expected).zip(&terms) {
+        let distance = (Double::exact(*value) - expected).high.abs();
+        Found::take(
+            &mut found.rows,
+            if distance == 0.0 {
+                0.0
+            } else {
+                distance / (UNIT * term)
+            },
+        );
+    }
+}
+
+/// The leg of a step as the generated code takes it.
+fn declared_leg<const N: usize>(step: &Step<'_>) -> DeclaredLeg<f64, N> {
+    DeclaredLeg {
+        q: rounded(&step.leg.q),
+        d: rounded(&step.leg.d),
+    }
+}
+
+/// The generated rows and their Jacobian at unknowns, in double the precision.
+fn linearize<S: System<N>, const N: usize>(
+    system: &S,
+    step: &Step<'_>,
+    z: &[Double],
+) -> (Vec<Double>, Vec<Vec<Double>>) {
+    let array = |x: &[Double]| core::array::from_fn(|i| x.get(i).copied().unwrap_or(Double::ZERO));
+    let leg = DeclaredLeg {
+        q: array(&step.leg.q),
+        d: array(&step.leg.d),
+    };
+    let constants = system.constants(&system.parameters(), Double::exact(step.h));
+    let known = system.known(&constants, &leg);
+    let mut unknown = system.unknown::<Double>(&[Double::ZERO; N], &[]);
+    unknown.as_mut().copy_from_slice(z);
+    let at = system.linearize(&constants, &known, &unknown);
+    let jacobian = at.jacobian.as_ref().iter().map(|row| row.as_ref().to_vec());
+    (at.rows.as_ref().to_vec(), jacobian.collect())
+}
+
+/// The unknowns of the generated code that belong to those of the second formulation.
+fn unknowns<S: System<N>, const N: usize>(system: &S, z: &[Double]) -> Vec<Double> {
+    let e: [Double; N] = core::array::from_fn(|i| z[i]);
+    system.unknown(&e, &z[N..]).as_ref().to_vec()
+}
+
+/// The generated rows vanish where those of the second formulation do.
+fn root<S: System<N>, const N: usize>(
+    system: &S,
+    step: &Step<'_>,
+    z: &[Double],
+    spread: &[f64],
+    found: &mut Found,
+) {
+    let own = unknowns(system, z);
+    let sizes = unknowns(
+        system,
+        &spread.iter().copied().map(Double::exact).collect::<Vec<_>>(),
+    );
+    let (rows, jacobian) = linearize(system, step, &own);
+    let Some(decomposed) = Decomposed::new(jacobian) else {
+        found
+            .defects
+            .push("singular where the second formulation is not".into());
+        return;
+    };
+    for (update, size) in decomposed.solve(&rows).iter().zip(&sizes) {
+        let distance = update.high.abs();
+        Found::take(
+            &mut found.root,
+            if distance == 0.0 {
+                0.0
+            } else {
+                distance / size.high.abs()
+            },
+        );
+    }
+}
+
+/// The generated Jacobian is that of the generated rows, at a point beside the root.
+fn derivatives<S: System<N>, const N: usize>(
+    system: &S,
+    step: &Step<'_>,
+    z: &[Double],
+    spread: &[f64],
+    random: &mut Random,
+    found: &mut Found,
+) {
+    let sizes = unknowns(
+        system,
+        &spread.iter().copied().map(Double::exact).collect::<Vec<_>>(),
+    );
+    let sizes: Vec<f64> = sizes.iter().map(|size| size.high.abs()).collect();
+    let aside: Vec<Double> = unknowns(system, z)
+        .iter()
+        .zip(&sizes)
+        .map(|(z, size)| Double::exact((*z).high + random.between(-0.01, 0.01) * size))
+        .collect();
+    let constants = system.constants(&system.parameters(), step.h);
+    let known = system.known(&constants, &declared_leg(step));
+    let mut unknown = system.unknown::<f64>(&[0.0; N], &[]);
+    for (unknown, z) in unknown.as_mut().iter_mut().zip(&aside) {
+        *unknown = z.high;
+    }
+    let own = system.linearize(&constants, &known, &unknown).jacobian;
+    let columns: Vec<Vec<f64>> = (0..aside.len())
+        .map(|j| {
+            let nudge = Double::exact(1e-10 * if sizes[j] > 0.0 { sizes[j] } else { 1.0 });
+            let mut ends = [aside.clone(), aside.clone()];
+            ends[0][j] = aside[j] - nudge;
+            ends[1][j] = aside[j] + nudge;
+            let [before, after] = ends.map(|z| linearize(system, step, &z).0);
+            let pairs = after.iter().zip(&before);
+            pairs
+                .map(|(after, before)| ((*after - *before) / (nudge + nudge)).high)
+                .collect()
+        })
+        .collect();
+    for (i, row) in own.as_ref().iter().enumerate() {
+        let row = row.as_ref();
+        let size: f64 = (0..sizes.len()).map(|j| columns[j][i].abs() * sizes[j]).sum();
+        for (j, entry) in row.iter().enumerate() {
+            let distance = (entry - columns[j][i]).abs() * sizes[j];
+            Found::take(
+                &mut found.jacobian,
+                if distance == 0.0 {
+                    0.0
+                } else {
+                    distance / (UNIT * size)
+                },
+            );
+        }
+    }
+}
+
+/// A motion that is perturbed.
+struct Twin {
+    scene: Scene,
+    leg: Leg,
+}
+
+/// A run beside the exact motion.
+fn run<S: System<N>, const N: usize>(
+    mut flow: Flow<'_, S, N>,
+    case: &Case,
+    start: Leg,
+    steps: usize,
+    random: &mut Random,
+    found: &mut Found,
+) {
+    let mut twins: Vec<Twin> = (0..TWINS)
+        .map(|_| Twin {
+            scene: case.scene.perturbed(PERTURBATION, random),
+            leg: start.clone(),
+        })
+        .collect();
+    let mut leg = start;
+    let mut past: Vec<Vec<Double>> = Vec::new();
+    let mut condition = vec![0.0_f64; N];
+    for k in 0..steps {
+        let step = Step {
+            scene: &case.scene,
+            h: case.h,
+            leg: &leg,
+        };
+        let continuous = step.continuous();
+        let resolved = continuous.as_ref().is_some_and(|guess| step.is_resolved(guess));
+        // where the equations hardly bend there is one solution nearby; elsewhere the past has to tell
+        let solution = match continuous.filter(|_| resolved || past.len() < 3) {
+            Some(continuous) => step.solve(&continuous),
+            None if past.len() < 3 => None,
+            None => step.solve(&predicted(&past)),
+        };
+        let ours = flow.advance();
+        let ambiguous = |words: &str| words.contains("no unique solution");
+        let solution = match (solution, ours) {
+            (Some(solution), Ok(report)) if resolved => {
+                found.evaluations = found.evaluations.max(report.iterations);
+                solution
+            }
+            (Some(_), Err(error)) => {
+                let words = error.to_string();
+                // two roots of a Lyapunov constraint may truly be too close
+                if resolved && !(ambiguous(&words) && case.scene.motor.is_some()) {
+                    found.defects.push(format!("refused at step {k}: {words}"));
+                } else {
+                    let kind = if resolved { "ambiguous" } else { "strained" };
+                    found.ended = Some(format!("{kind}: refused at step {k}: {words}"));
+                }
+                return;
+            }
+            (solution, ours) => {
+                let [plain, own] = [solution.is_some(), ours.is_ok()];
+                found.ended = Some(format!("step {k} is too long: plain solution {plain}, own {own}"));
+                return;
+            }
+        };
+        let terms = step.terms(&solution.z, &solution.jacobian);
+        for twin in &mut twins {
+            let step = Step {
+                scene: &twin.scene,
+                h: case.h,
+                leg: &twin.leg,
+            };
+            let noise: Vec<Double> = terms
+                .iter()
+                .map(|term| Double::exact(PERTURBATION * term * random.between(-1.0, 1.0)))
+                .collect();
+            let mut z = solution.z.clone();
+            for _ in 0..6 {
+                let rows: Vec<Double> = step
+                    .rows(&z)
+                    .iter()
+                    .zip(&noise)
+                    .map(|(row, noise)| *row - *noise)
+                    .collect();
+                for (z, update) in z.iter_mut().zip(solution.decomposed.solve(&rows)) {
+                    *z = *z - update;
+                }
+            }
+            twin.leg = twin.leg.next(&z[..N]);
+        }
+        leg = leg.next(&solution.z[..N]);
+        past.insert(0, solution.z);
+        past.truncate(3);
+        let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.high.abs()));
+        for (i, condition) in condition.iter_mut().enumerate() {
+            for twin in &twins {
+                let distance = (twin.leg.q[i] - leg.q[i]).high.abs();
+                Found::take(condition, distance / PERTURBATION);
+            }
+            if !(*condition * PERTURBATION <= 0.01 * longest) {
+                found.ended = Some(format!("step {k}: perturbations grow to {:.1e}", *condition));
+                return;
+            }
+        }
+        let last: Vec<f64> = leg.q.iter().map(|q| q.high).collect();
+        let mut worst = 0.0;
+        for (i, (q, condition)) in flow.position().iter().zip(&condition).enumerate() {
+            let distance = (Double::exact(*q) - leg.q[i]).high.abs();
+            let unit = UNIT * (condition + leg.q[i].high.abs());
+            Found::take(&mut worst, if distance == 0.0 { 0.0 } else { distance / unit });
+        }
+        Found::take(&mut found.path, worst);
+        found.steps = k + 1;
+        if k == 0 {
+            Found::take(&mut found.node, worst);
+        }
+        if worst > FAR {
+            let ours = flow.leg();
+            let words = format!(
+                "step {k}: another root, {:?} after {:?}; expected {last:?}",
+                ours.q, ours.d
+            );
+            found.defects.push(words);
+            return;
+        }
+    }
+}
+
+/// The polynomial through the last three solutions.
+fn predicted(past: &[Vec<Double>]) -> Vec<Double> {
+    let three = Double::exact(3.0);
+    let places = past[0].iter().zip(&past[1]).zip(&past[2]);
+    places.map(|((a, b), c)| three * (*a - *b) + *c).collect()
+}

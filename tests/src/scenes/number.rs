@@ -1,0 +1,144 @@
+//! What the second formulation computes with: numbers, and numbers with one derivative.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number.
+pub trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// A number of double precision.
+    #[must_use]
+    fn of(value: f64) -> Self;
+
+    /// The square root; zero at zero.
+    #[must_use]
+    fn root(self) -> Self;
+
+    /// The sine.
+    #[must_use]
+    fn sine(self) -> Self;
+
+    /// The cosine.
+    #[must_use]
+    fn cosine(self) -> Self;
+}
+
+/// A number with its derivative.
+#[derive(Clone, Copy, Debug)]
+pub struct Dual<T> {
+    /// The number.
+    pub value: T,
+    /// Its derivative.
+    pub slope: T,
+}
+
+impl<T: Number> Dual<T> {
+    /// Numbers with their derivatives along a direction.
+    pub fn along(values: &[T], slopes: &[T]) -> Vec<Self> {
+        let pairs = values.iter().zip(slopes);
+        pairs.map(|(&value, &slope)| Self { value, slope }).collect()
+    }
+
+    /// Numbers that do not change, but for the one at `place`.
+    pub fn at(values: &[T], place: usize) -> Vec<Self> {
+        let numbers = values.iter().enumerate();
+        numbers
+            .map(|(i, &value)| Self {
+                value,
+                slope: T::of(f64::from(u8::from(i == place))),
+            })
+            .collect()
+    }
+
+    /// Numbers that do not change.
+    pub fn fixed(values: &[T]) -> Vec<Self> {
+        Self::at(values, values.len())
+    }
+}
+
+impl<T: Number> Add for Dual<T> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl<T: Number> Sub for Dual<T> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self {
+            value: self.value - other.value,
+            slope: self.slope - other.slope,
+        }
+    }
+}
+
+impl<T: Number> Mul for Dual<T> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            slope: self.value * other.slope + self.slope * other.value,
+        }
+    }
+}
+
+impl<T: Number> Div for Dual<T> {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self {
+            value,
+            slope: (self.slope - value * other.slope) / other.value,
+        }
+    }
+}
+
+impl<T: Number> Neg for Dual<T> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            slope: -self.slope,
+        }
+    }
+}
+
+impl<T: Number> Number for Dual<T> {
+    fn of(value: f64) -> Self {
+        Self {
+            value: T::of(value),
+            slope: T::of(0.0),
+        }
+    }
+
+    fn root(self) -> Self {
+        let value = self.value.root();
+        Self {
+            value,
+            slope: self.slope / (value + value),
+        }
+    }
+
+    fn sine(self) -> Self {
+        Self {
+            value: self.value.sine(),
+            slope: self.value.cosine() * self.slope,
+        }
+    }
+
+    fn cosine(self) -> Self {
+        Self {
+            value: self.value.cosine(),
+            slope: -(self.value.sine() * self.slope),
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! Random scenes written out as declarations: their topology is in the text. They are declared by a crate of their own, which is
+//! generated, built and run; so this is the long form of [`super::scenes`], for its kinds, maps and numbers of bodies (2 to 16).
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use dsocs_tests::scenes::text::program;
+
+/// How many scenes are declared.
+const SCENES: u64 = 24;
+
+/// How often each is run, with other numbers and another state.
+const VARIATIONS: u64 = 10;
+
+/// How many steps each run makes.
+const STEPS: usize = 100;
+
+#[test]
+#[ignore = "long: 24 declarations are built and 240 scenes run in some minutes"]
+fn written_scenes_are_those_of_a_second_formulation() {
+    let folder = tempfile::tempdir().unwrap();
+    let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    let workspace = workspace.canonicalize().unwrap();
+    let manifest = format!(
+        "[package]\nname = \"random-scenes\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[dependencies]\n\
+         dsocs-core = {{ path = \"{}\", features = [\"num-dual\"] }}\ndsocs-tests = {{ path = \"{}\" }}\n\n\
+         [profile.dev]\nopt-level = 1\ndebug = \"line-tables-only\"\n\n\
+         [profile.dev.package.\"*\"]\nopt-level = 0\ndebug = false\n\n[workspace]\n",
+        workspace.join("dsocs-core").display(),
+        workspace.join("tests").display(),
+    );
+    fs::write(folder.path().join("Cargo.toml"), manifest).unwrap();
+    fs::create_dir(folder.path().join("src")).unwrap();
+    fs::write(
+        folder.path().join("src/main.rs"),
+        program(0..SCENES, VARIATIONS, STEPS),
+    )
+    .unwrap();
+    // the versions that the workspace was built with, which are here already
+    let lock = workspace.join("Cargo.lock");
+    if lock.exists() {
+        fs::copy(lock, folder.path().join("Cargo.lock")).unwrap();
+    }
+    let ran = Command::new(env!("CARGO"))
+        .args(["run", "--offline", "--message-format", "short"])
+        .env(
+            "CARGO_TARGET_DIR",
+            Path::new(env!("CARGO_TARGET_TMPDIR")).join(".."),
+        )
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    println!("{}", String::from_utf8_lossy(&ran.stdout));
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+}
