@@ -269,7 +269,8 @@ pub enum SetupError {
     Velocity,
     /// The tolerance cannot be used.
     #[error(
-        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1, the second not be negative"
+        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \
+         that can be reached), the second not be negative"
     )]
     Tolerance {
         /// The relative part.
