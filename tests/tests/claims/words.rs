@@ -34,7 +34,7 @@ use massless::Massless;
     holonomic = [
         x[4] - x[0] * x[1],
         (x[0] - x[2]).powi(2) + (x[1] - x[3]).powi(2) - 1,
-        ((x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2)).sqrt() - 1,
+        (x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2) - 1,
     ];
 }]
 struct TwoRods;
@@ -105,9 +105,10 @@ fn a_combination_without_a_mass_is_named() {
 
 #[test]
 fn constraints_that_repeat_each_other_are_named() {
-    let (q0, v0) = ([0.0, 0.5, 0.6, 1.3, 0.0], [0.0; 5]);
-    let mut flow = Flow::new(&TwoRods, 0.1, Start::nodes(q0, q0)).unwrap();
-    let RunError::Step(error) = flow.advance().map(|_| ()).unwrap_err() else {
+    // the rods turn
+    let (q0, v0) = ([0.0, 0.5, 0.6, 1.3, 0.0], [0.8, -0.6, 0.0, 0.0, 0.4]);
+    let mut flow = Flow::new(&TwoRods, 0.1, Start::paper(q0, v0)).unwrap();
+    let RunError::Step(error) = flow.until(10.0).unwrap_err().error else {
         panic!("no step failed")
     };
     let deficiency = error.details().deficiency.as_ref().unwrap();
@@ -119,11 +120,8 @@ fn constraints_that_repeat_each_other_are_named() {
     let told = "holonomic constraints 2 and 3 depend on each other here";
     assert!(message.contains(told), "{message}");
     assert!(message.contains("leave out the one that repeats"), "{message}");
-    // the acceleration may be found all the same, if rounding does not tell the two apart
-    if Flow::new(&TwoRods, 0.1, Start::second_order(q0, v0)).is_err() {
-        let (_, message) = refused(&TwoRods, q0, v0);
-        assert!(message.contains(told), "{message}");
-    }
+    let (_, message) = refused(&TwoRods, q0, v0);
+    assert!(message.contains(told), "{message}");
 }
 
 #[test]
