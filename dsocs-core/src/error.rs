@@ -209,7 +209,7 @@ pub enum SetupError {
     },
     /// No nearby start that obeys the constraints was found.
     #[error(
-        "the start could not be projected onto the constraints: what is left of them is {}; try a start nearer to them",
+        "the start could not be projected onto the constraints: what is left of them is {}; try a start nearer to them, where their derivatives are not zero",
         Numbers(.residual)
     )]
     Projection {
@@ -408,8 +408,8 @@ impl StepError {
                  vanish: look for a velocity or a mass that is zero"
             }
             StepFailure::AmbiguousRoot if step.index == 1 => {
-                "say with which acceleration the motion begins (`Start::near_acceleration`), or choose a root with \
-                 `Flow::advance_to`"
+                "say with which acceleration the motion begins (`Start::near_acceleration`), choose a root with \
+                 `Flow::advance_to`, or try a smaller h"
             }
             StepFailure::AmbiguousRoot if step.may_divide => {
                 "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \

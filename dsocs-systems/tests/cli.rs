@@ -398,7 +398,7 @@ fn numbers_may_be_expressions() {
         ("2pi,0", "operator before `pi`"),
         (
             "theta,0",
-            "found `theta`: numbers, pi, sqrt(…), + - * / and parentheses can be written",
+            "`theta` is not a number; numbers, pi, sqrt(…), + - * / and parentheses can be written",
         ),
     ] {
         let (code, message) = refused(&["run", "pendulum", "--q0", value]);
@@ -587,7 +587,8 @@ fn an_inconsistent_start_is_refused_or_projected() {
     let (code, message) = refused(&start);
     assert_eq!(code, 2);
     assert!(
-        message.contains("violates holonomic constraint 1 by -7.500e-2") && message.contains("--project"),
+        message.contains("violates holonomic constraint 1 at q0 by -7.500e-2")
+            && message.contains("--project"),
         "{message}"
     );
     for method in [&[][..], &["--tolerance", "1e-10"]] {
@@ -761,8 +762,8 @@ fn stability_is_measured_on_any_system() {
 
     for (arguments, expected) in [
         (
-            &["stability", "--cases", "12"][..],
-            "no case 12; the cases are 1, 2",
+            &["stability", "--cases", "13"][..],
+            "no case 13; the cases are 1, 2",
         ),
         (
             &["stability", "particle", "--cases", "7"],

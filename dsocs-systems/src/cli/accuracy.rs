@@ -58,7 +58,7 @@ impl AccuracyArguments {
             .tolerance
             .filter(|&tolerance| reachable(tolerance) > tolerance)?;
         Some(format!(
-            "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their              size, and that is the tolerance taken"
+            "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their size, and that is the tolerance taken"
         ))
     }
 

@@ -17,7 +17,7 @@ pub fn number(text: &str) -> Result<f64, String> {
     match reader.rest.trim_start() {
         "" => Ok(value),
         rest => Err(format!(
-            "expected an operator before `{rest}`: {GRAMMAR} can be written"
+            "expected an operator before `{rest}`; {GRAMMAR} can be written"
         )),
     }
 }
@@ -116,13 +116,9 @@ impl Reader<'_> {
         }
         let (digits, rest) = text.split_at(end);
         self.rest = rest;
-        digits.parse().map_err(|_| {
-            let found = match (digits, text) {
-                ("", "") => "the end".to_owned(),
-                ("", text) => format!("`{text}`"),
-                (digits, _) => format!("`{digits}`"),
-            };
-            format!("expected a number, found {found}: {GRAMMAR} can be written")
+        digits.parse().map_err(|_| match (digits, text) {
+            ("", "") => "a number is missing at the end".to_owned(),
+            ("", word) | (word, _) => format!("`{word}` is not a number; {GRAMMAR} can be written"),
         })
     }
 }
@@ -161,16 +157,16 @@ mod tests {
     #[test]
     fn what_is_no_expression_is_refused_with_the_reason() {
         for (text, reason) in [
-            ("", "found the end"),
-            ("x", "found `x`"),
+            ("", "missing at the end"),
+            ("x", "`x` is not a number"),
             ("2pi", "operator before `pi`"),
-            ("1 +", "found the end"),
+            ("1 +", "missing at the end"),
             ("(1", "not closed"),
             ("1)", "operator before `)`"),
             ("sqrt 2", "sqrt(2)"),
-            ("1.2.3", "found `1.2.3`"),
+            ("1.2.3", "`1.2.3` is not"),
             ("2^3", "operator before `^3`"),
-            ("1e", "found `1e`"),
+            ("1e", "`1e` is not"),
         ] {
             let message = number(text).unwrap_err();
             assert!(message.contains(reason), "{text}: {message}");
