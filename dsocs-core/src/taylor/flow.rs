@@ -60,8 +60,12 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
             // what the equations for the acceleration leave open says more than a series that is not finite
             Err(error) => {
                 match start::state_acceleration(system, &phase.q0, &phase.v0, phase.near.as_ref()) {
-                    Err(acceleration) => Err(acceleration),
-                    Ok(_) => Err(error),
+                    Err(
+                        acceleration @ SetupError::Acceleration {
+                            deficiency: Some(_), ..
+                        },
+                    ) => Err(acceleration),
+                    _ => Err(error),
                 }
             }
         }
