@@ -20,6 +20,9 @@ pub(crate) trait AnySystem<const N: usize> {
     /// The parameters, with their values.
     fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
 
+    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
+    fn constraints(&self) -> [usize; 3];
+
     /// Whether a factor could be declared to be divided out of a constraint, and is not.
     fn may_divide(&self) -> bool;
 
@@ -49,6 +52,10 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
             }
         }
         parameters
+    }
+
+    fn constraints(&self) -> [usize; 3] {
+        [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
     }
 
     fn may_divide(&self) -> bool {

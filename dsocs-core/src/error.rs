@@ -5,6 +5,7 @@ use core::fmt;
 use thiserror::Error;
 
 use crate::composition::{Composition, Symmetry};
+use crate::deficiency::Deficiency;
 use crate::regularity::Regularity;
 use crate::taylor::SeriesError;
 
@@ -13,14 +14,14 @@ use crate::taylor::SeriesError;
 pub enum StepFailure {
     /// A row of the equations or of their Jacobian is infinite or not a number.
     NotFinite,
-    /// The Jacobian is singular: the equations do not determine the next node.
+    /// The Jacobian is singular: the equations do not determine the unknowns.
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
     /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
     /// unknowns is zero: the row does not exist there, or says nothing.
     Degenerate,
-    /// Two roots lie so close together that neither the guess nor the past tells which one belongs to the motion.
+    /// There are two solutions, near or far apart, and neither the guess nor the past tells which one belongs to the motion.
     AmbiguousRoot,
 }
 
@@ -30,7 +31,7 @@ impl fmt::Display for StepFailure {
             Self::NotFinite => "the equations are not finite",
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
-            Self::AmbiguousRoot => "two roots are too close to tell which one goes on",
+            Self::AmbiguousRoot => "there are two solutions, and the past does not tell which one goes on",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })
     }
@@ -53,16 +54,25 @@ pub struct NewtonFailure {
 
 impl fmt::Display for NewtonFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: residual by row {}", self.reason, Numbers(&self.residual))?;
-        match self.updates.as_slice() {
+        write!(f, "{}: {}", self.reason, History(self))
+    }
+}
+
+impl fmt::Display for History<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let NewtonFailure {
+            residual, updates, ..
+        } = self.0;
+        write!(f, "residual by row {}", Numbers(residual))?;
+        match updates.as_slice() {
             [] => Ok(()),
-            [.., last] if self.updates.len() > 6 => {
-                let shown = &self.updates[..5];
+            [.., last] if updates.len() > 6 => {
+                let shown = &updates[..5];
                 write!(
                     f,
                     ", relative updates {} … {last:.1e} ({} in all)",
                     Numbers(shown),
-                    self.updates.len()
+                    updates.len()
                 )
             }
             all => write!(f, ", relative updates {}", Numbers(all)),
@@ -71,6 +81,22 @@ impl fmt::Display for NewtonFailure {
 }
 
 impl core::error::Error for NewtonFailure {}
+
+/// A failed iteration, after what the equations leave open if that is why.
+struct Told<'a>(Option<&'a Deficiency>, &'a NewtonFailure);
+
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(deficiency, cause) = self;
+        match deficiency {
+            Some(deficiency) => write!(f, "{deficiency} ({}): {}", cause.reason, History(cause)),
+            None => cause.fmt(f),
+        }
+    }
+}
+
+/// The history of a failed iteration.
+struct History<'a>(&'a NewtonFailure);
 
 /// Numbers in brackets, short enough for a message.
 struct Numbers<'a>(&'a [f64]);
@@ -183,7 +209,7 @@ pub enum SetupError {
     },
     /// No nearby start that obeys the constraints was found.
     #[error(
-        "the start could not be projected onto the constraints: what is left of them is {}; try a start nearer to them",
+        "the start could not be projected onto the constraints: what is left of them is {}; try a start nearer to them, where their derivatives are not zero",
         Numbers(.residual)
     )]
     Projection {
@@ -221,14 +247,16 @@ pub enum SetupError {
     },
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
-        "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {cause}; {}",
-        Numbers(.q0), Numbers(.v0), acceleration_advice(.v0, .cause)
+        "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {}; {}",
+        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .cause), acceleration_advice(.v0, .cause, .deficiency.as_deref())
     )]
     Acceleration {
         /// The first node.
         q0: Vec<f64>,
         /// The initial velocity.
         v0: Vec<f64>,
+        /// What the equations leave open there, if that is why.
+        deficiency: Option<Box<Deficiency>>,
         /// How the solution for the acceleration failed.
         #[source]
         cause: Box<NewtonFailure>,
@@ -241,7 +269,8 @@ pub enum SetupError {
     Velocity,
     /// The tolerance cannot be used.
     #[error(
-        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1, the second not be negative"
+        "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \
+         that can be reached), the second not be negative"
     )]
     Tolerance {
         /// The relative part.
@@ -255,7 +284,10 @@ pub enum SetupError {
 }
 
 /// What to try where the second-order start fails.
-fn acceleration_advice(v0: &[f64], cause: &NewtonFailure) -> &'static str {
+fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&Deficiency>) -> &'static str {
+    if let Some(advice) = deficiency.and_then(Deficiency::advice) {
+        return advice;
+    }
     let at_rest = v0.iter().all(|&v| v == 0.0);
     match (cause.reason, at_rest) {
         (StepFailure::NotFinite, true) => {
@@ -300,8 +332,34 @@ pub struct FailedStep {
     pub coordinates: Vec<&'static str>,
     /// Whether a factor could be divided out: there is a kinematic constraint, and no `branch` is declared.
     pub may_divide: bool,
+    /// What the equations leave open at the last candidate, if that is why the step failed.
+    pub deficiency: Option<Deficiency>,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,
+}
+
+impl FailedStep {
+    /// The coordinate in which two candidates are farthest apart, in units of its last leg, and by how much.
+    fn apart(&self) -> Option<(&'static str, f64)> {
+        let legs = self.q0.iter().zip(&self.q1).map(|(q0, q1)| (q1 - q0).abs());
+        let legs: Vec<f64> = legs.collect();
+        let longest = legs
+            .iter()
+            .fold(f64::MIN_POSITIVE, |longest, &leg| longest.max(leg));
+        let apart = self
+            .q2
+            .iter()
+            .zip(&self.other)
+            .map(|(one, other)| (one - other).abs());
+        let places = self.coordinates.iter().zip(apart).zip(&legs);
+        places
+            .max_by(|((_, one), leg), ((_, other), other_leg)| {
+                // a leg that stands still is no unit
+                let relative = |apart: f64, leg: f64| apart / leg.max(1e-3 * longest);
+                relative(*one, **leg).total_cmp(&relative(*other, **other_leg))
+            })
+            .map(|((name, apart), _)| (*name, apart))
+    }
 }
 
 /// A step without a solution. The details are boxed: a step that succeeds should not pay for them.
@@ -323,6 +381,11 @@ impl StepError {
     /// What to try, for people.
     fn advice(&self) -> &'static str {
         let step = &*self.0;
+        // where a factor may be divided out the advice is about that
+        let deficiency = step.deficiency.as_ref().filter(|_| !step.may_divide);
+        if let Some(advice) = deficiency.and_then(Deficiency::advice) {
+            return advice;
+        }
         match step.cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate if step.q0 == step.q1 => {
                 "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity is undefined: \
@@ -343,6 +406,10 @@ impl StepError {
             StepFailure::Degenerate => {
                 "the declaration divides by something that is zero at this root, or a parameter makes one of its rows \
                  vanish: look for a velocity or a mass that is zero"
+            }
+            StepFailure::AmbiguousRoot if step.index == 1 => {
+                "say with which acceleration the motion begins (`Start::near_acceleration`), choose a root with \
+                 `Flow::advance_to`, or try a smaller h"
             }
             StepFailure::AmbiguousRoot if step.may_divide => {
                 "name the factor that belongs to the unwanted root with `branch = divide(factor)`, or choose a root with \
@@ -370,7 +437,7 @@ impl fmt::Display for StepError {
             Rounded(step.time),
             step.h,
             if step.other.is_empty() { "" } else { "unique " },
-            step.cause,
+            Told(step.deficiency.as_ref(), &step.cause),
             step.coordinates.join(", "),
             Numbers(&step.q0),
             Numbers(&step.q1),
@@ -378,6 +445,9 @@ impl fmt::Display for StepError {
         )?;
         if !step.other.is_empty() {
             write!(f, " or {}", Numbers(&step.other))?;
+            if let Some((name, apart)) = step.apart() {
+                write!(f, ", farthest apart in `{name}`, by {apart:.1e}")?;
+            }
         }
         let condition = step.regularity.condition();
         if condition.is_finite() {

@@ -71,6 +71,7 @@ mod compensated;
 mod compiled;
 mod composition;
 mod declaration;
+mod deficiency;
 mod dense;
 mod dual;
 mod ensemble;
@@ -97,6 +98,7 @@ mod testing;
 pub use dsocs_macros::dsocs;
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
+pub use deficiency::{Deficiency, DependentRow};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, multipliers};

@@ -7,6 +7,7 @@ use core::marker::PhantomData;
 use crate::any::{Accelerated, AnySystem};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
+use crate::deficiency;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
@@ -334,6 +335,7 @@ pub(crate) fn state_acceleration<const N: usize>(
         Err(cause) => Err(SetupError::Acceleration {
             q0: q0.to_vec(),
             v0: v0.to_vec(),
+            deficiency: deficiency::of_start(system, q0, v0, near, &cause).map(Box::new),
             cause: Box::new(cause),
         }),
     }

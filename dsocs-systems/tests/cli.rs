@@ -370,6 +370,107 @@ fn bad_input_is_refused_with_status_2() {
 }
 
 #[test]
+fn numbers_may_be_expressions() {
+    let run = ["run", "pendulum", "--step", "0.01", "--until", "0.1"];
+    let with = |options: &[&str]| stdout(&[&run, options].concat());
+    let half = std::f64::consts::FRAC_PI_2;
+    let plain = with(&[
+        "--q0",
+        &format!("{half},{}", -half),
+        "--v0",
+        "0.5,2",
+        "--set",
+        "rho=1.5",
+    ]);
+    let written = with(&[
+        "--q0",
+        "pi/2,-pi/2",
+        "--v0",
+        "1/2,sqrt(4)",
+        "--set",
+        "rho = (1 + 2)/2",
+    ]);
+    assert_eq!(plain, written);
+    let steps = |step, until| stdout(&["run", "particle", "--step", step, "--until", until]);
+    assert_eq!(steps("1/8", "2*2"), steps("0.125", "4"));
+    for (value, reason) in [
+        ("pie/2,0", "operator before `e/2`"),
+        ("2pi,0", "operator before `pi`"),
+        (
+            "theta,0",
+            "`theta` is not a number; numbers, pi, sqrt(…), + - * / and parentheses can be written",
+        ),
+    ] {
+        let (code, message) = refused(&["run", "pendulum", "--q0", value]);
+        assert_eq!(code, 2);
+        assert!(message.contains(reason) && message.contains("--q0"), "{message}");
+    }
+    let (code, message) = refused(&["run", "pendulum", "--q0", "1/0,0"]);
+    assert_eq!(code, 2);
+    assert!(
+        message.contains("component `theta` of the start's q0 is inf"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_figure_alone_prints_no_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |options: &[&str]| {
+        let arguments = [&["run", "particle", "--until", "1", "--plot", "a.svg"], options].concat();
+        dsocs(folder.path(), &arguments).output().unwrap()
+    };
+    let alone = run(&[]);
+    assert!(alone.status.success() && alone.stdout.is_empty());
+    assert!(folder.path().join("a.svg").exists());
+    let both = run(&["--out", "-"]);
+    assert!(both.status.success() && both.stdout.starts_with(b"t,x,y,"));
+}
+
+#[test]
+fn a_tolerance_below_rounding_is_told() {
+    let run = |tolerance: &str| {
+        output(&[
+            "run",
+            "particle",
+            "--until",
+            "5",
+            "--step",
+            "0.5",
+            "--tolerance",
+            tolerance,
+        ])
+    };
+    let fine = run("1e-30");
+    let note = String::from_utf8(fine.stderr).unwrap();
+    assert!(fine.status.success());
+    assert!(
+        note.contains("1e-30 cannot be reached") && note.contains("1.1e-16"),
+        "{note}"
+    );
+    assert_eq!(fine.stdout, run(&format!("{:e}", f64::EPSILON / 2.0)).stdout);
+    assert!(run("1e-15").stderr.is_empty());
+    let (code, message) = refused(&["run", "particle", "--tolerance", "0"]);
+    assert_eq!(code, 2);
+    assert!(message.contains("1.1e-16"), "{message}");
+}
+
+#[test]
+fn an_energy_that_explodes_is_told() {
+    // springs, and a step of many of their periods
+    let exploding = output(&["run", "snakeboard", "--step", "100", "--until", "200"]);
+    let warning = String::from_utf8(exploding.stderr).unwrap();
+    for part in [
+        "warning: the energy grows from 0.145",
+        "at t = 200",
+        "h = 100 is too long",
+    ] {
+        assert!(warning.contains(part), "no {part:?} in: {warning}");
+    }
+    assert!(output(&["run", "snakeboard"]).stderr.is_empty());
+}
+
+#[test]
 fn a_failed_step_leaves_what_was_computed() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [
@@ -486,7 +587,8 @@ fn an_inconsistent_start_is_refused_or_projected() {
     let (code, message) = refused(&start);
     assert_eq!(code, 2);
     assert!(
-        message.contains("violates holonomic constraint 1 by -7.500e-2") && message.contains("--project"),
+        message.contains("violates holonomic constraint 1 at q0 by -7.500e-2")
+            && message.contains("--project"),
         "{message}"
     );
     for method in [&[][..], &["--tolerance", "1e-10"]] {
@@ -660,8 +762,8 @@ fn stability_is_measured_on_any_system() {
 
     for (arguments, expected) in [
         (
-            &["stability", "--cases", "12"][..],
-            "no case 12; the cases are 1, 2",
+            &["stability", "--cases", "13"][..],
+            "no case 13; the cases are 1, 2",
         ),
         (
             &["stability", "particle", "--cases", "7"],

@@ -26,7 +26,7 @@ use crate::taylor::GlobalError;
 /// let error = GlobalError::new(&system, start, 10.0)?;
 /// let mut estimates = Estimates::new(error, |_: &Node<1>, [x]: &[f64; 1]| worst = worst.max(*x));
 /// Flow::new(&system, 0.1, start)?.stream(10.0, &mut estimates)?;
-/// let known_to = estimates.finish()?.doubt();
+/// let known_to = estimates.finish()?.uncertainty();
 /// assert!(worst > 1e-3 && worst < 1e-2 && known_to < 1e-14);
 /// # Ok::<(), dsocs_core::RunError>(())
 /// ```
@@ -43,7 +43,7 @@ pub struct Estimates<'s, S: System<N>, F, const N: usize> {
 impl<S: System<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Estimates")
-            .field("doubt", &self.error.doubt())
+            .field("uncertainty", &self.error.uncertainty())
             .field("failed", &self.failed)
             .finish_non_exhaustive()
     }
@@ -62,7 +62,7 @@ impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
         }
     }
 
-    /// The continuous motion that the run was compared with, which knows how well it is known ([`GlobalError::doubt`]).
+    /// The continuous motion that the run was compared with, which knows how well it is known ([`GlobalError::uncertainty`]).
     ///
     /// # Errors
     ///

@@ -120,6 +120,12 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
 
     /// Turns round: time runs back from the node where the run stands, which becomes number 0 and is not handed out again.
     ///
+    /// What runs back is the same method with the step `-h`. It retraces the nodes, to rounding, only where the step is symmetric in
+    /// time: the step of a [`crate::Flow`] with the default maps and a mass matrix that is constant, and the compositions of it. Elsewhere
+    /// (`phi_lagrangian` of first order, a mass matrix that depends on the position) it is another motion, as near to the first as the
+    /// step is exact; so it is with a [`crate::TaylorFlow`], to its tolerance. Friction and other damping grow on the way back, and so do
+    /// rounding errors.
+    ///
     /// # Errors
     ///
     /// [`RunError::OneWay`] if the method has no step back; other errors if there is none here. The run stays as it was.

@@ -6,6 +6,7 @@ use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
 use crate::any::AnySystem;
+use crate::deficiency;
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
@@ -196,6 +197,15 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     pub fn error(&self, at: &Failing<N>, cause: NewtonFailure) -> StepError {
         let leg = self.leg();
         let e = self.second_difference(&vector(&cause.unknowns));
+        let open = |e| deficiency::of_step(self.system(), self.h(), leg, e);
+        let deficiency = match cause.reason {
+            StepFailure::Singular => open(&e),
+            // rows that are singular but for rounding send the iteration anywhere: these are so on a straight line, too
+            StepFailure::NotConverged => {
+                open(&[0.0; N]).and_then(|straight| open(&e).filter(|open| *open == straight))
+            }
+            StepFailure::NotFinite | StepFailure::Degenerate | StepFailure::AmbiguousRoot => None,
+        };
         let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
         StepError::new(FailedStep {
             index: at.index,
@@ -217,6 +227,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 .map(|coordinate| coordinate.name)
                 .collect(),
             may_divide: self.system().may_divide(),
+            deficiency,
             cause,
         })
     }

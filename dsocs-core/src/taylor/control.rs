@@ -11,7 +11,8 @@ use crate::error::SetupError;
 /// component, at the beginning of the step or in what the acceleration there adds in the step, so that the motion may turn
 /// round or begin at rest. The position then is exact to as much of the way that it makes in the step. The default
 /// absolute part is 0: there is no hidden scale. Components are compared as numbers; where coordinates of different units
-/// differ much in size, say in what units they compare ([`super::TaylorFlow::scales`]).
+/// differ much in size, say in what units they compare ([`super::TaylorFlow::scales`]). A relative part below the unit round-off,
+/// 1.1e-16, is not reached: rounding is what is left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {

@@ -55,8 +55,20 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         start::check_parameters(system)?;
         let phase = start.phase(system)?;
         let mut equations = Recurrences::new(system);
-        let motion = Integrator::new(&mut equations, phase, &tolerance)?;
-        Ok(Self { equations, motion })
+        match Integrator::new(&mut equations, phase, &tolerance) {
+            Ok(motion) => Ok(Self { equations, motion }),
+            // what the equations for the acceleration leave open says more than a series that is not finite
+            Err(error) => {
+                match start::state_acceleration(system, &phase.q0, &phase.v0, phase.near.as_ref()) {
+                    Err(
+                        acceleration @ SetupError::Acceleration {
+                            deficiency: Some(_), ..
+                        },
+                    ) => Err(acceleration),
+                    _ => Err(error),
+                }
+            }
+        }
     }
 
     /// Hands out nodes at a grid of times, the current one and those `h` apart, back in time for a negative `h`. The steps

@@ -110,7 +110,7 @@ const REFERENCES: [Tolerance; 2] = [
 ///     let [x] = error.at(node.t, &node.q)?;
 ///     assert!((x - (node.q[0] - node.t.cos()).abs()).abs() < 1e-14);
 /// }
-/// assert!(error.doubt() < 1e-14);
+/// assert!(error.uncertainty() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
@@ -118,7 +118,7 @@ pub struct GlobalError<'s, S: System<N>, const N: usize> {
     /// The motions, the one that counts first.
     motions: [Motion<'s, S, N>; 2],
     /// The largest distance of the two so far.
-    doubt: f64,
+    uncertainty: f64,
 }
 
 impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
@@ -134,7 +134,7 @@ impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
                 Motion::new(system, start, until, first)?,
                 Motion::new(system, start, until, second)?,
             ],
-            doubt: 0.0,
+            uncertainty: 0.0,
         })
     }
 
@@ -147,20 +147,25 @@ impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
     pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
         let [first, second] = &mut self.motions;
         let (truth, other) = (first.at(t)?.q, second.at(t)?.q);
-        Ok(distances(&truth, &other, q, &mut self.doubt))
+        Ok(distances(&truth, &other, q, &mut self.uncertainty))
     }
 
     /// How well the continuous motion itself is known, up to the last time: errors below say nothing.
     #[must_use]
-    pub fn doubt(&self) -> f64 {
-        self.doubt
+    pub fn uncertainty(&self) -> f64 {
+        self.uncertainty
     }
 }
 
 /// How far the position `q` is from the true one; and how far that is from the other, if it is farther than any before.
-fn distances<const N: usize>(truth: &[f64; N], other: &[f64; N], q: &[f64; N], doubt: &mut f64) -> [f64; N] {
+fn distances<const N: usize>(
+    truth: &[f64; N],
+    other: &[f64; N],
+    q: &[f64; N],
+    uncertainty: &mut f64,
+) -> [f64; N] {
     for (truth, other) in truth.iter().zip(other) {
-        *doubt = doubt.max((truth - other).abs());
+        *uncertainty = uncertainty.max((truth - other).abs());
     }
     core::array::from_fn(|i| (q[i] - truth[i]).abs())
 }

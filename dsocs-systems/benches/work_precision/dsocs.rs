@@ -1,4 +1,4 @@
-//! Our own ladder: the paper's step, its compositions, and the continuous flow.
+//! Our own methods: the paper's step, its compositions, and the continuous flow.
 
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, Symmetry, System};
@@ -75,8 +75,8 @@ where
     })
 }
 
-/// The compositions of the step, with the names of their rungs.
-const RUNGS: [(Composition, &str); 3] = [
+/// The compositions of the step, with their names.
+const COMPOSITIONS: [(Composition, &str); 3] = [
     (Composition::SUZUKI_4, "dsocs order 4"),
     (Composition::KAHAN_LI_6, "dsocs order 6"),
     (Composition::KAHAN_LI_8, "dsocs order 8"),
@@ -91,12 +91,12 @@ where
     P::System: System<N> + 'static,
 {
     let possible = <P::System as System<N>>::SYMMETRY == Symmetry::AnyLegs;
-    let rungs = RUNGS.into_iter().filter(move |_| possible);
-    rungs.map(move |rung| Box::new(rungs_of(problem, rung)) as Box<dyn Iterator<Item = Candidate>>)
+    let methods = COMPOSITIONS.into_iter().filter(move |_| possible);
+    methods.map(move |method| Box::new(steps_of(problem, method)) as Box<dyn Iterator<Item = Candidate>>)
 }
 
 /// One composition with several steps.
-fn rungs_of<P, const N: usize, const D: usize>(
+fn steps_of<P, const N: usize, const D: usize>(
     problem: P,
     (method, solver): (Composition, &'static str),
 ) -> impl Iterator<Item = Candidate>

@@ -141,8 +141,8 @@ impl Bench {
         };
         take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
         take(Box::new(dsocs::order2(problem)));
-        for rung in dsocs::composed(problem) {
-            take(rung);
+        for method in dsocs::composed(problem) {
+            take(method);
         }
         take(Box::new(ode_solvers_peer::dop853(problem)));
         take(Box::new(ode_solvers_peer::dopri5(problem)));

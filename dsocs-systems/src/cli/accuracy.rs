@@ -4,6 +4,7 @@ use clap::Args;
 use dsocs_core::Composition;
 
 use super::CliError;
+use super::expression;
 use crate::entry::{Method, Row};
 
 /// The options that choose how a motion is computed.
@@ -13,12 +14,24 @@ pub struct AccuracyArguments {
     #[arg(long, value_name = "P", value_parser = order)]
     order: Option<Composition>,
     /// Run the continuous motion, by Taylor series, to this tolerance relative to the velocities, with output every --step
-    #[arg(long, value_name = "EPS", conflicts_with = "order")]
+    #[arg(long, value_name = "EPS", conflicts_with = "order", allow_hyphen_values = true, value_parser = expression::number)]
     tolerance: Option<f64>,
     /// Record the global error of every coordinate at every node, measured against the continuous motion by Taylor series to
     /// nearly all digits, and say how large it becomes
     #[arg(long)]
     estimate_error: bool,
+}
+
+/// The unit round-off of double precision, `2⁻⁵³`.
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// A tolerance that can be reached; what is no tolerance is left for what refuses it.
+fn reachable(tolerance: f64) -> f64 {
+    if tolerance > 0.0 {
+        tolerance.max(UNIT)
+    } else {
+        tolerance
+    }
 }
 
 /// Reads the order of a composition.
@@ -33,10 +46,20 @@ impl AccuracyArguments {
     /// The method that is asked for.
     pub fn method(&self) -> Method {
         match (self.tolerance, self.order) {
-            (Some(tolerance), _) => Method::Tolerance(tolerance),
+            (Some(tolerance), _) => Method::Tolerance(reachable(tolerance)),
             (None, Some(method)) if method.order() > 2 => Method::Composed(method),
             (None, _) => Method::Step,
         }
+    }
+
+    /// What is to be said of a tolerance that cannot be reached.
+    pub fn note(&self) -> Option<String> {
+        let tolerance = self
+            .tolerance
+            .filter(|&tolerance| reachable(tolerance) > tolerance)?;
+        Some(format!(
+            "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their size, and that is the tolerance taken"
+        ))
     }
 
     /// Whether errors are to be estimated.
@@ -96,7 +119,7 @@ pub struct Errors {
     /// The errors at the last node.
     last: Vec<f64>,
     /// How well the motion is known.
-    doubt: f64,
+    uncertainty: f64,
 }
 
 impl Errors {
@@ -113,7 +136,7 @@ impl Errors {
         }
         self.last.clear();
         self.last.extend_from_slice(row.errors);
-        self.doubt = row.doubt;
+        self.uncertainty = row.uncertainty;
     }
 
     /// What is to be said.
@@ -130,7 +153,7 @@ impl Errors {
         Some(format!(
             "note: the largest errors are {}; the motion they are measured against is known to {:.0e}",
             parts.join(", "),
-            self.doubt
+            self.uncertainty
         ))
     }
 }

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::output::OutputFile;
 use super::stability::number;
 use super::start::StartArguments;
-use super::{CliError, Program, output};
+use super::{CliError, Program, expression, output};
 use crate::check::{Finding, Settings};
 use crate::stability::Bar;
 
@@ -21,10 +21,10 @@ pub struct CheckArguments {
     /// The systems, of `list`; all of them unless given
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
-    #[arg(long, visible_alias = "h", value_name = "H")]
+    #[arg(long, visible_alias = "h", value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
     /// The end of the motion that is checked, in s [default: 40 steps]
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where the motion begins, and the parameters
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! Where the rows of a run go.
 
-use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
+use std::io::{self, BufWriter, Stdout, Write};
 use std::path::Path;
 
 use super::CliError;
@@ -19,7 +19,7 @@ pub enum Destination {
 
 impl Destination {
     /// The place that was asked for, and the format it wants. A file is begun, so that a place that cannot be written
-    /// is found before the run. Without a file rows go to standard output; if nobody asked for rows, not to a terminal.
+    /// is found before the run. Without a file rows go to standard output, unless nobody asked for rows.
     ///
     /// # Errors
     ///
@@ -29,7 +29,7 @@ impl Destination {
             Some(path) if path.as_os_str() != "-" => {
                 Ok((TableFormat::of(path)?, Self::File(OutputFile::create(path)?)))
             }
-            None if !rows_wanted && io::stdout().is_terminal() => Ok((TableFormat::Csv, Self::Nowhere)),
+            None if !rows_wanted => Ok((TableFormat::Csv, Self::Nowhere)),
             _ => Ok((TableFormat::Csv, Self::Stdout(BufWriter::new(io::stdout())))),
         }
     }

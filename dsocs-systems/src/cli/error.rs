@@ -15,6 +15,13 @@ use dsocs_core::{RunError, SetupError};
 /// The options that do what an error advises.
 fn options(failure: &RunFailure) -> &'static str {
     match failure {
+        // a missing mass or row is no matter of the start
+        RunFailure::Setup(SetupError::Acceleration {
+            deficiency: Some(deficiency),
+            ..
+        }) if !deficiency.at_guess_alone => {
+            "\n(on the command line: `--set`, where it is a parameter that is zero)"
+        }
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
         }

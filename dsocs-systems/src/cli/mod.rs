@@ -36,9 +36,12 @@ mod check;
 mod destination;
 #[cfg(feature = "dsocs")]
 pub mod dsocs;
+mod energy;
 mod error;
+mod expression;
 mod interrupt;
 mod list;
+
 mod output;
 #[cfg(feature = "dsocs")]
 mod paper;

@@ -10,6 +10,8 @@ use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
 use super::destination::Destination;
+use super::energy::Energy;
+use super::expression;
 use super::plot::Plot;
 use super::start::StartArguments;
 use super::table::TableWriter;
@@ -26,17 +28,17 @@ pub struct RunArguments {
     /// The system, one of `list`; may be left out where there is one
     system: Option<String>,
     /// The step h, in s; negative to run back in time
-    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
     /// The time to run to, in s
-    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where it begins, and the parameters
     #[command(flatten)]
     from: StartArguments,
     /// The second node, instead of a velocity
     #[arg(
-        long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',',
+        long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number,
         conflicts_with_all = ["v0", "start"]
     )]
     q1: Option<Vec<f64>>,
@@ -53,7 +55,7 @@ pub struct RunArguments {
     /// Write (and plot) these columns alone, in this order
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     columns: Option<Vec<String>>,
-    /// The table: a .csv or .json file, `-` for CSV on standard output (the default)
+    /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Record how regular the equations are at every node: the smallest singular values of D₃ and D₁, by which the
@@ -112,11 +114,12 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let bar = progress::bar((plan.until / plan.h).abs() as u64, entry.name());
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
-    let (mut lost, mut errors) = (Lost::default(), Errors::default());
+    let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
+        energy.look(row);
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -143,7 +146,12 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
     });
     bar.finish_and_clear();
-    let notes = [lost.note(), errors.note(entry.description().names())];
+    let notes = [
+        lost.note(),
+        errors.note(entry.description().names()),
+        energy.note(plan.method, plan.h),
+        arguments.accuracy.note(),
+    ];
     for note in notes.into_iter().flatten() {
         eprintln!("{note}");
     }

@@ -8,7 +8,7 @@ use comfy_table::{Cell, CellAlignment, Color, Table, presets};
 use serde_json::{Value, json};
 
 use super::start::StartArguments;
-use super::{CliError, Program, output, progress};
+use super::{CliError, Program, expression, output, progress};
 use crate::check::Settings;
 #[cfg(feature = "dsocs")]
 use crate::stability::CASES;
@@ -25,10 +25,10 @@ pub struct StabilityArguments {
     /// The systems, of `list`, to be measured on their own motions; all of them unless given
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
-    #[arg(long, value_name = "H")]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
     /// The end of the long run, in s [default: the system's own]
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where the motion begins, and the parameters
     #[command(flatten)]

@@ -3,16 +3,17 @@
 use clap::Args;
 
 use super::CliError;
+use super::expression;
 use crate::entry::Entry;
 
 /// Where a motion begins, and the parameters.
 #[derive(Args, Debug)]
 pub struct StartArguments {
-    /// The first node, a number for each coordinate
-    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',')]
+    /// The first node, a number for each coordinate; here and wherever a number is asked for, `pi/2` or `sqrt(2)` is one, too
+    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     q0: Option<Vec<f64>>,
     /// The initial velocity, a number for each coordinate
-    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',')]
+    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     v0: Option<Vec<f64>>,
     /// A parameter's value; may be given several times
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
@@ -22,11 +23,7 @@ pub struct StartArguments {
 /// Reads `name=value`.
 fn assignment(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE")?;
-    let value = value
-        .trim()
-        .parse()
-        .map_err(|_| format!("`{value}` is not a number"))?;
-    Ok((name.trim().to_owned(), value))
+    Ok((name.trim().to_owned(), expression::number(value)?))
 }
 
 impl StartArguments {

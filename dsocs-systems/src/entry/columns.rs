@@ -28,7 +28,7 @@ pub struct Row<'a> {
     /// The estimated error of each coordinate, if it is asked for.
     pub errors: &'a [f64],
     /// How well the motion is known that errors are measured against.
-    pub doubt: f64,
+    pub uncertainty: f64,
 }
 
 impl Row<'_> {

@@ -99,7 +99,7 @@ trait Errors<const N: usize> {
     fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError>;
 
     /// How well the continuous motion is known.
-    fn doubt(&self) -> f64;
+    fn uncertainty(&self) -> f64;
 }
 
 impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
@@ -107,8 +107,8 @@ impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
         Self::at(self, t, q)
     }
 
-    fn doubt(&self) -> f64 {
-        Self::doubt(self)
+    fn uncertainty(&self) -> f64 {
+        Self::uncertainty(self)
     }
 }
 
@@ -178,14 +178,14 @@ fn hand_on<const N: usize>(
             multipliers: &system.multipliers_of(node),
             regularity,
             errors: &[],
-            doubt: 0.0,
+            uncertainty: 0.0,
         };
         let Some(error) = &mut error else {
             return sink(&row);
         };
         match error.at(node.t, &node.q) {
             Ok(errors) => {
-                (row.errors, row.doubt) = (&errors, error.doubt());
+                (row.errors, row.uncertainty) = (&errors, error.uncertainty());
                 sink(&row)
             }
             Err(error) => {

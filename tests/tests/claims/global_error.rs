@@ -85,9 +85,9 @@ fn scores<S: System<2>>(
         }
     }
     assert!(
-        error.doubt() < rounding[0].max(rounding[1]),
+        error.uncertainty() < rounding[0].max(rounding[1]),
         "{:e}",
-        error.doubt()
+        error.uncertainty()
     );
     println!(
         "{method}, {parts} steps a second: Taylor {}/{} within a factor 3, at worst {:.3}; Richardson {}/{}, at worst {:.1e}",

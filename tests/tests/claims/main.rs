@@ -32,4 +32,5 @@ mod systems;
 mod taylor_events;
 mod taylor_flow;
 mod taylor_recurrences;
+mod words;
 mod wrong_input;

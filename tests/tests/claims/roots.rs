@@ -106,7 +106,7 @@ fn the_error_tells_both_solutions_and_what_to_do() {
             }
             assert!(!failure.trajectory.is_empty(), "what was computed is kept");
         }
-        Ok(_) => panic!("two roots, and never a doubt"),
+        Ok(_) => panic!("two roots, and never a refusal"),
     }
 }
 

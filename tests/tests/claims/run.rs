@@ -499,7 +499,7 @@ fn errors_are_estimated_whatever_the_method() {
             errors.push((node.t, node.q[0], *error));
         });
         run.stream(end, &mut estimates).unwrap();
-        assert!(estimates.finish().unwrap().doubt() < 1e-13);
+        assert!(estimates.finish().unwrap().uncertainty() < 1e-13);
         let times: Vec<f64> = errors.iter().map(|(t, ..)| *t).collect();
         for ((_, q, error), exact) in errors.iter().zip(truth(&times)) {
             assert!(((q - exact.q[0]).abs() - error).abs() < 1e-13);

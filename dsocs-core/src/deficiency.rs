@@ -1,0 +1,394 @@
+//! What the equations leave open where their Jacobian is singular, in the words of the declaration.
+//!
+//! The rows are taken as they were declared, with all their unknowns: second differences (or accelerations) and multipliers. The
+//! vectors that the Jacobian takes to zero name the unknowns that are not determined; those that its transpose takes to zero name
+//! the rows that depend on each other.
+
+use core::fmt;
+
+use crate::any::AnySystem;
+use crate::declaration::Declaration;
+use crate::dense::Matrix;
+use crate::error::{NewtonFailure, StepFailure};
+use crate::multipliers;
+use crate::system::{Leg, Point};
+use crate::tangent::Tangent;
+
+/// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
+const ZERO: f64 = 1e-11;
+
+/// An unknown or a row with less than this part in all null vectors has no part in them.
+const NO_PART: f64 = 1e-6;
+
+/// How often rows and columns are scaled in turn.
+const SCALINGS: usize = 4;
+
+/// What the equations leave open at one place: why there is no solution, or no single one.
+///
+/// Printed, it is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Deficiency {
+    /// The coordinates that are not determined.
+    pub coordinates: Vec<&'static str>,
+    /// Whether it is not they themselves, but combinations of them.
+    pub combined: bool,
+    /// Whether they, or the combination of them that is not determined, have no mass: `∂²L/∂v²` is zero along it.
+    pub massless: bool,
+    /// The rows that depend on each other, constraints first; a single one does not contain the unknowns at all.
+    pub rows: Vec<DependentRow>,
+    /// Whether it is so only where the search began: beside it the rows determine the unknowns, so that there may be a solution on
+    /// either side.
+    pub at_guess_alone: bool,
+}
+
+/// A row of the equations, as it was declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DependentRow {
+    /// A holonomic constraint, by its place from 0.
+    Holonomic(usize),
+    /// A nonholonomic constraint, by its place from 0.
+    Nonholonomic(usize),
+    /// A kinematic constraint, by its place from 0.
+    Kinematic(usize),
+    /// The work of the constraint force along a virtual displacement, by its place from 0.
+    Displacement(usize),
+    /// The equation of motion of a coordinate.
+    Motion(&'static str),
+}
+
+impl DependentRow {
+    /// Whether it is a constraint.
+    fn is_constraint(self) -> bool {
+        !matches!(self, Self::Displacement(_) | Self::Motion(_))
+    }
+
+    /// Its kind, and what tells it from others of the kind.
+    fn words(self) -> (&'static str, String) {
+        match self {
+            Self::Holonomic(i) => ("holonomic constraint", (i + 1).to_string()),
+            Self::Nonholonomic(i) => ("nonholonomic constraint", (i + 1).to_string()),
+            Self::Kinematic(i) => ("kinematic constraint", (i + 1).to_string()),
+            Self::Displacement(i) => ("virtual displacement", (i + 1).to_string()),
+            Self::Motion(name) => ("the equation of motion of", format!("`{name}`")),
+        }
+    }
+}
+
+/// Things in a row: `a, b and c`.
+fn listed(things: &[String]) -> String {
+    match things {
+        [] => String::new(),
+        [one] => one.clone(),
+        [before @ .., last] => format!("{} and {last}", before.join(", ")),
+    }
+}
+
+/// Rows in words: `holonomic constraints 1 and 2 and virtual displacement 1`.
+fn named(rows: &[DependentRow]) -> String {
+    let words: Vec<_> = rows.iter().map(|row| row.words()).collect();
+    let kinds = words.chunk_by(|(kind, _), (next, _)| kind == next);
+    let kinds: Vec<String> = kinds
+        .map(|rows| {
+            let which: Vec<String> = rows.iter().map(|(_, which)| which.clone()).collect();
+            let (kind, _) = rows[0];
+            let plural = if rows.len() > 1 && !kind.ends_with("of") {
+                "s"
+            } else {
+                ""
+            };
+            format!("{kind}{plural} {}", listed(&which))
+        })
+        .collect();
+    listed(&kinds)
+}
+
+impl Deficiency {
+    /// The same, with what is known of a place beside.
+    fn beside(self, other: impl FnOnce() -> Option<Self>) -> Self {
+        Self {
+            at_guess_alone: other().is_none(),
+            ..self
+        }
+    }
+
+    /// Whether constraints alone depend on each other.
+    fn is_of_constraints(&self) -> bool {
+        !self.rows.is_empty() && self.rows.iter().all(|row| row.is_constraint())
+    }
+
+    /// The coordinates that are not determined, in words, and how a sentence goes on with `has` and `it`.
+    fn what(&self) -> Option<(String, [&'static str; 2])> {
+        let names: Vec<String> = self.coordinates.iter().map(|name| format!("`{name}`")).collect();
+        let one = ["has", "it"];
+        match names.as_slice() {
+            [] => None,
+            [name] => Some((format!("coordinate {name}"), one)),
+            names if self.combined => {
+                Some((format!("a combination of the coordinates {}", listed(names)), one))
+            }
+            names => Some((format!("the coordinates {}", listed(names)), ["have", "them"])),
+        }
+    }
+
+    /// What to try, for people; nothing where it is the guess that is wrong.
+    pub(crate) fn advice(&self) -> Option<&'static str> {
+        if self.at_guess_alone {
+            return None;
+        }
+        Some(match (self.is_of_constraints(), self.rows.len()) {
+            (true, 1) => {
+                "the constraint's derivatives are zero here: write it so that they are not (`x - y` instead of its square), or \
+                 begin elsewhere"
+            }
+            (true, _) => "leave out the one that repeats the others, or begin where they are independent",
+            (false, _) if self.massless => {
+                "give it a mass or an inertia in the Lagrangian, or a constraint that determines its acceleration"
+            }
+            (false, _) => {
+                "look for a row that repeats another one, or for a coordinate whose acceleration nothing determines"
+            }
+        })
+    }
+}
+
+impl fmt::Display for Deficiency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let undetermined = self.what();
+        if self.is_of_constraints() {
+            let rows = named(&self.rows);
+            if self.rows.len() == 1 {
+                write!(f, "{rows} says nothing about the acceleration here")?;
+            } else {
+                write!(f, "{rows} depend on each other here")?;
+            }
+            return match undetermined {
+                Some((what, _)) => write!(f, ", and no row determines {what}"),
+                None => Ok(()),
+            };
+        }
+        match undetermined {
+            Some((what, [has, it])) if self.massless => {
+                write!(f, "{what} {has} no mass and no row determines {it}")
+            }
+            Some((what, _)) if self.rows.len() > 1 => {
+                write!(
+                    f,
+                    "no row determines {what}: {} depend on each other here",
+                    named(&self.rows)
+                )
+            }
+            Some((what, _)) => write!(f, "no row determines {what}"),
+            None => write!(f, "{} depend on each other here", named(&self.rows)),
+        }
+    }
+}
+
+/// What a step leaves open at the second difference `e`; nothing where its Jacobian is regular or not finite.
+#[cold]
+pub(crate) fn of_step<const N: usize>(
+    system: &dyn AnySystem<N>,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> Option<Deficiency> {
+    let declaration = system.declaration();
+    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
+    let legs = Leg {
+        q: fixed(&leg.q),
+        d: fixed(&leg.d),
+    };
+    let columns = |e: &[f64; N]| -> Vec<Vec<Tangent>> {
+        let known = multipliers::of_step(&declaration, h, leg, e);
+        let columns = (0..N + known.len()).map(|j| {
+            let e = core::array::from_fn(|i| moved(e[i], i == j));
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], N + i == j)).collect();
+            declaration.declared(Tangent::new(h, 0.0), &legs, &e, &multipliers)
+        });
+        columns.collect()
+    };
+    let middle = declaration.point(h, leg, e);
+    let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+    let found = examine(system, &columns(e), &middle)?;
+    Some(found.beside(|| examine(system, &columns(&beside(e, longest)), &middle)))
+}
+
+/// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
+#[cold]
+fn of_point<const N: usize>(system: &dyn AnySystem<N>, point: &Point<f64, N>) -> Option<Deficiency> {
+    let declaration = system.declaration();
+    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
+    let columns = |point: &Point<f64, N>| -> Vec<Vec<Tangent>> {
+        let known = if declaration.has_multipliers() {
+            multipliers::of_point(&declaration, point)
+        } else {
+            Vec::new()
+        };
+        let columns = (0..N + known.len()).map(|j| {
+            let at = Point {
+                q: fixed(&point.q),
+                v: fixed(&point.v),
+                a: core::array::from_fn(|i| moved(point.a[i], i == j)),
+            };
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], N + i == j)).collect();
+            declaration.continuous(&at, &multipliers)
+        });
+        columns.collect()
+    };
+    let found = examine(system, &columns(point), point)?;
+    let other = Point {
+        a: beside(&point.a, 1.0),
+        ..*point
+    };
+    Some(found.beside(|| examine(system, &columns(&other), &other)))
+}
+
+/// A place that lies beside another, along no axis and none of the usual diagonals.
+fn beside<const N: usize>(x: &[f64; N], size: f64) -> [f64; N] {
+    const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
+    core::array::from_fn(|i| x[i] + ASIDE[i % ASIDE.len()] * size)
+}
+
+/// What the equations for the acceleration at a start leave open, where that may be why they have no solution.
+#[cold]
+pub(crate) fn of_start<const N: usize>(
+    system: &dyn AnySystem<N>,
+    q0: &[f64; N],
+    v0: &[f64; N],
+    near: Option<&[f64; N]>,
+    cause: &NewtonFailure,
+) -> Option<Deficiency> {
+    if !matches!(cause.reason, StepFailure::Singular | StepFailure::NotConverged) {
+        return None;
+    }
+    let (q, v) = (*q0, *v0);
+    let a = near.copied().unwrap_or([0.0; N]);
+    of_point(system, &Point { q, v, a })
+}
+
+/// An unknown, which moves or not; one that is not known stands at 0.
+fn moved(x: f64, moves: bool) -> Tangent {
+    Tangent::new(if x.is_finite() { x } else { 0.0 }, if moves { 1.0 } else { 0.0 })
+}
+
+/// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
+fn examine<const N: usize>(
+    system: &dyn AnySystem<N>,
+    columns: &[Vec<Tangent>],
+    point: &Point<f64, N>,
+) -> Option<Deficiency> {
+    let size = columns.len();
+    if columns.iter().any(|column| column.len() != size) {
+        return None;
+    }
+    let mut matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
+    if !matrix.is_finite() {
+        return None;
+    }
+    let scales = equilibrate(&mut matrix, size);
+    let right = null_vectors(&matrix);
+    let left = null_vectors(&matrix.transposed());
+    if right.is_empty() || left.is_empty() {
+        return None;
+    }
+    let names: [&'static str; N] = core::array::from_fn(|i| system.coordinates()[i].name);
+    let coordinates: Vec<usize> = (0..N).filter(|&i| has_part(&right, i)).collect();
+    let massless = right.iter().all(|vector| {
+        let along: [f64; N] = core::array::from_fn(|i| vector[i] * scales[i]);
+        is_massless(&system.declaration(), point, &along)
+    });
+    // constraints that depend on each other come before what follows from them: their displacements vanish, too
+    let constraints = system.constraints().into_iter().sum::<usize>().min(size);
+    let bound = Matrix::from_fn(size, constraints, |i, j| matrix[(j, i)]);
+    let of_constraints = null_vectors(&bound);
+    let left = if of_constraints.is_empty() {
+        left
+    } else {
+        of_constraints
+    };
+    let count = left[0].len();
+    let rows = (0..count).filter(|&i| has_part(&left, i));
+    Some(Deficiency {
+        combined: right.len() < coordinates.len(),
+        coordinates: coordinates.into_iter().map(|i| names[i]).collect(),
+        massless,
+        rows: rows.map(|i| row(system, &names, i)).collect(),
+        at_guess_alone: false,
+    })
+}
+
+/// Scales rows and columns in turn until their largest entries are about 1, and tells by what the columns were multiplied.
+/// What is zero stays zero.
+fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
+    let mut scales = vec![1.0; size];
+    for _ in 0..SCALINGS {
+        for i in 0..size {
+            let largest = matrix.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            if largest > 0.0 {
+                matrix.divide_row(i, largest);
+            }
+        }
+        for (j, scale) in scales.iter_mut().enumerate() {
+            let largest = (0..size).fold(0.0_f64, |largest, i| largest.max(matrix[(i, j)].abs()));
+            if largest > 0.0 {
+                *scale /= largest;
+                for i in 0..size {
+                    matrix[(i, j)] /= largest;
+                }
+            }
+        }
+    }
+    scales
+}
+
+/// A basis of what a matrix takes to zero that has at least as many rows as columns.
+fn null_vectors(matrix: &Matrix) -> Vec<Vec<f64>> {
+    let singular = matrix.decomposed();
+    let [_, largest] = singular.extremes();
+    let terms = singular.values.iter().zip(singular.right);
+    let null = terms.filter(|(value, _)| **value <= ZERO * largest);
+    null.map(|(_, vector)| vector).collect()
+}
+
+/// Whether a place is not zero in all vectors.
+fn has_part(vectors: &[Vec<f64>], place: usize) -> bool {
+    vectors.iter().any(|vector| vector[place].abs() > NO_PART)
+}
+
+/// Whether `∂²L/∂v²` is zero along a direction, which is not zero itself.
+fn is_massless<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    point: &Point<f64, N>,
+    along: &[f64; N],
+) -> bool {
+    let mass = |along: &[f64; N]| {
+        let point = Point {
+            q: point.q.map(|q| Tangent::new(q, 0.0)),
+            v: point.v.map(|v| Tangent::new(v, 0.0)),
+            a: core::array::from_fn(|i| Tangent::new(0.0, along[i])),
+        };
+        let forces = declaration.continuous_force(&point).map(Tangent::derivative);
+        forces.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()))
+    };
+    // against what the same coordinates weigh by themselves
+    let parts = (0..N).map(|j| mass(&core::array::from_fn(|i| if i == j { along[i] } else { 0.0 })));
+    let own = parts.fold(0.0_f64, f64::max);
+    along.iter().any(|&x| x != 0.0) && mass(along) <= ZERO * own
+}
+
+/// What the row of a place is.
+fn row<const N: usize>(system: &dyn AnySystem<N>, names: &[&'static str; N], place: usize) -> DependentRow {
+    let [holonomic, nonholonomic, kinematic] = system.constraints();
+    let lower = holonomic + nonholonomic;
+    let constraints = lower + kinematic;
+    if place < holonomic {
+        DependentRow::Holonomic(place)
+    } else if place < lower {
+        DependentRow::Nonholonomic(place - holonomic)
+    } else if place < constraints {
+        DependentRow::Kinematic(place - lower)
+    } else if constraints == 0 || system.declaration().has_multipliers() {
+        DependentRow::Motion(names.get(place - constraints).copied().unwrap_or("?"))
+    } else {
+        DependentRow::Displacement(place - constraints)
+    }
+}

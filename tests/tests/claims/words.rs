@@ -1,0 +1,176 @@
+//! Errors say what is wrong in the words of the declaration: which coordinate, which rows, how far apart two solutions are.
+
+use dsocs_core::{
+    DependentRow, Flow, RunError, SetupError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
+    dsocs,
+};
+
+/// Two masses with one term for both.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x) + dot(y)).powi(2) / 2 + dot(z).powi(2) / 2 - x.powi(2);
+}]
+struct OneMass;
+
+/// The second coordinate stands in the potential alone.
+#[allow(deprecated)] // the attribute warns of it
+mod massless {
+    use dsocs_core::dsocs;
+
+    /// A mass, and two coordinates without one.
+    #[dsocs {
+        coordinates(x, y, z);
+        lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + x * y - z;
+        holonomic = z - x.powi(2);
+    }]
+    pub struct Massless;
+}
+use massless::Massless;
+
+/// Two rods of the same length between the same ends.
+#[dsocs {
+    coordinates(x: [5]);
+    lagrangian = sum(0..5, |i| dot(x[i]).powi(2)) / 2;
+    holonomic = [
+        x[4] - x[0] * x[1],
+        (x[0] - x[2]).powi(2) + (x[1] - x[3]).powi(2) - 1,
+        (x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2) - 1,
+    ];
+}]
+struct TwoRods;
+
+/// A wall that is told by a square.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    holonomic = x.powi(2);
+}]
+struct Square;
+
+/// Two accelerations, of which only the square is given.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)).powi(2) - (dot(x).powi(2) + dot(y).powi(2)).powi(3);
+    variational = [(dot(x), dot(y))];
+}]
+struct Squared;
+
+/// The message of a second-order start that is refused.
+fn refused<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (SetupError, String) {
+    let error = Flow::new(system, 0.1, Start::second_order(q0, v0))
+        .map(|_| ())
+        .unwrap_err();
+    // a Taylor series says the same
+    let series = TaylorFlow::new(system, Start::second_order(q0, v0), Tolerance::relative(1e-9));
+    assert_eq!(series.map(|_| ()).unwrap_err().to_string(), error.to_string());
+    let message = error.to_string();
+    (error, message)
+}
+
+/// The message of a first step that fails.
+fn fails<S: System<N>, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> String {
+    let mut flow = Flow::new(system, 0.1, Start::paper(q0, v0)).unwrap();
+    flow.until(10.0).unwrap_err().error.to_string()
+}
+
+#[test]
+fn a_coordinate_without_a_mass_is_named() {
+    let (error, message) = refused(&Massless, [1.0, 0.3, 1.0], [0.0, 1.0, 0.0]);
+    let told = "coordinate `y` has no mass and no row determines it";
+    assert!(message.contains(told), "{message}");
+    assert!(message.contains("give it a mass"), "{message}");
+    let SetupError::Acceleration {
+        deficiency: Some(deficiency),
+        ..
+    } = error
+    else {
+        panic!("{message}")
+    };
+    assert_eq!(deficiency.coordinates, ["y"]);
+    assert!(deficiency.massless && !deficiency.combined);
+    let message = fails(&Massless, [1.0, 0.3, 1.0], [0.0, 1.0, 0.0]);
+    assert!(message.contains(told), "{message}");
+}
+
+#[test]
+fn a_combination_without_a_mass_is_named() {
+    let (_, message) = refused(&OneMass, [1.0, 0.3, 0.0], [0.0, 1.0, 0.0]);
+    let told = "a combination of the coordinates `x` and `y` has no mass and no row determines it";
+    assert!(message.contains(told), "{message}");
+    assert!(!message.contains("`z`"), "{message}");
+    let message = fails(&OneMass, [1.0, 0.3, 0.0], [0.0, 1.0, 0.0]);
+    assert!(message.contains(told), "{message}");
+}
+
+#[test]
+fn constraints_that_repeat_each_other_are_named() {
+    // the rods turn
+    let (q0, v0) = ([0.0, 0.5, 0.6, 1.3, 0.0], [0.8, -0.6, 0.0, 0.0, 0.4]);
+    let mut flow = Flow::new(&TwoRods, 0.1, Start::paper(q0, v0)).unwrap();
+    let RunError::Step(error) = flow.until(10.0).unwrap_err().error else {
+        panic!("no step failed")
+    };
+    let deficiency = error.details().deficiency.as_ref().unwrap();
+    assert_eq!(
+        deficiency.rows,
+        [DependentRow::Holonomic(1), DependentRow::Holonomic(2)]
+    );
+    let message = error.to_string();
+    let told = "holonomic constraints 2 and 3 depend on each other here";
+    assert!(message.contains(told), "{message}");
+    assert!(message.contains("leave out the one that repeats"), "{message}");
+    let (_, message) = refused(&TwoRods, q0, v0);
+    assert!(message.contains(told), "{message}");
+}
+
+#[test]
+fn a_constraint_without_a_derivative_is_named() {
+    let (_, message) = refused(&Square, [0.0, 0.3], [0.0, 1.0]);
+    assert!(
+        message.contains("holonomic constraint 1 says nothing about the acceleration here"),
+        "{message}"
+    );
+    assert!(message.contains("derivatives are zero"), "{message}");
+}
+
+/// Where it is the guess that is wrong, the advice is another one.
+#[test]
+fn two_accelerations_are_no_dependent_rows() {
+    let (error, message) = refused(&Squared, [0.0, 0.0], [1.0, 0.3]);
+    assert!(message.contains("Start::near_acceleration"), "{message}");
+    assert!(
+        matches!(&error, SetupError::Acceleration { deficiency: Some(deficiency), .. } if deficiency.at_guess_alone),
+        "{error:?}"
+    );
+}
+
+/// An oscillator, or a uniform motion: two roots at every step.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (dot(x) - drift) * (ddot(x) + x);
+    constraint_forces = [(1,)];
+}]
+struct Either {
+    drift: f64,
+}
+
+#[test]
+fn two_solutions_are_told_with_their_distance() {
+    let mut flow = Flow::new(&Either { drift: 0.3 }, 0.1, Start::second_order([1.0], [0.0])).unwrap();
+    let error = flow.until(1.0).unwrap_err().error;
+    assert_eq!(error.step_failure(), Some(StepFailure::AmbiguousRoot));
+    let step = error.failed_step().unwrap();
+    let apart = (step.q2[0] - step.other[0]).abs();
+    let leg = (step.q1[0] - step.q0[0]).abs();
+    assert!(apart > 5.0 * leg, "{apart} is many legs of {leg}");
+    let message = error.to_string();
+    for part in [
+        "there are two solutions, and the past does not tell which one goes on".to_owned(),
+        format!("farthest apart in `x`, by {apart:.1e}"),
+    ] {
+        assert!(message.contains(&part), "no {part:?} in: {message}");
+    }
+    assert!(!message.contains("close"), "{message}");
+}
