@@ -56,11 +56,13 @@ pub(super) fn check_pair<const N: usize>(
     let sizes = rounding::phase_sizes(declaration, q0, &[0.0; N]);
     let mut all = violations(declaration, Node::First, &first, &sizes);
     let leg = leg(q0, d);
-    let rows = declaration.pair(h, &leg);
-    let mut sizes = rounding::pair_sizes(declaration, h, &leg);
-    for (size, change) in sizes.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
-        *size += change / OBEYED;
+    let mut rows = declaration.pair(h, &leg);
+    for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
+        if row.abs() <= change {
+            *row = 0.0;
+        }
     }
+    let sizes = rounding::pair_sizes(declaration, h, &leg);
     all.extend(violations(declaration, Node::Second, &rows, &sizes));
     obeyed(all)
 }
@@ -74,14 +76,14 @@ fn of_rounded_nodes<const N: usize>(
     leg: &Leg<f64, N>,
 ) -> Vec<f64> {
     let mut changes = vec![0.0; declaration.lower()];
-    for j in 0..N {
+    for (j, (first, second)) in q0.iter().zip(&leg.q).enumerate() {
         let moved =
             |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
         let ends = Leg {
             q: moved(&leg.q),
             d: moved(&leg.d),
         };
-        let rounding = f64::EPSILON * (q0[j].abs() + leg.q[j].abs());
+        let rounding = f64::EPSILON * (first.abs() + second.abs());
         let rows = declaration.pair(Tangent::splat(h), &ends);
         for (change, row) in changes.iter_mut().zip(rows) {
             *change += row.derivative().abs() * rounding;

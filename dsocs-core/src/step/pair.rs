@@ -95,13 +95,14 @@ fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &
             .filter(|before| before.len() >= ENOUGH - 1)
             .unwrap_or(&[]),
     );
-    let leads_to = |root: &Z, away: &Z| {
-        let bound = NEARER * relative(&away.zip(root, |x, y| x - y), root, size);
-        // all in the same units
-        let near = |guess: &Z, to: &Z| relative(&to.zip(guess, |x, y| x - y), root, size) < bound;
-        now.iter().all(|guess| near(guess, root)) && before.iter().all(|guess| near(guess, last))
-    };
-    one_of(leads_to(found, other), leads_to(other, found))
+    // along the line through both roots, where the one is at 0 and the other at 1
+    let line = other.zip(found, |other, found| other - found);
+    let square = newton::scalar_product(&line, &line, size);
+    let along =
+        |from: &Z, to: &Z| newton::scalar_product(&to.zip(from, |to, from| to - from), &line, size) / square;
+    let worth = before.iter().all(|guess| along(last, guess).abs() < NEARER);
+    let leads_to = |root: &Z| worth && now.iter().all(|guess| along(root, guess).abs() < NEARER);
+    one_of(leads_to(found), leads_to(other))
 }
 
 /// Whether another root may be as near to the guess as this one.

@@ -277,7 +277,10 @@ fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declare
         }
     }
     println!("{name}: {held} scenes, {worst:?}");
-    assert!(2 * held > count, "{name}: states were found for {held} of {count} scenes");
+    assert!(
+        2 * held > count,
+        "{name}: states were found for {held} of {count} scenes"
+    );
     assert!(defects.is_empty(), "{}", defects.join("\n\n"));
 }
 

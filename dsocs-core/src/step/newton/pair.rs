@@ -137,7 +137,7 @@ fn product<Z: Unknown<f64>>(matrix: &Z::Square, x: &Z) -> Z {
 }
 
 /// `Σ xᵢ yᵢ / uᵢ²`; unknowns without a unit do not count.
-fn scalar_product<Z: Unknown<f64>>(x: &Z, y: &Z, units: &Z) -> f64 {
+pub(crate) fn scalar_product<Z: Unknown<f64>>(x: &Z, y: &Z, units: &Z) -> f64 {
     let terms = x.as_ref().iter().zip(y.as_ref()).zip(units.as_ref());
     terms
         .filter(|(_, unit)| **unit != 0.0)
