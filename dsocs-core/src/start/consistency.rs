@@ -74,14 +74,14 @@ fn of_rounded_nodes<const N: usize>(
     leg: &Leg<f64, N>,
 ) -> Vec<f64> {
     let mut changes = vec![0.0; declaration.lower()];
-    for j in 0..N {
+    for (j, (q0, q1)) in q0.iter().zip(&leg.q).enumerate() {
         let moved =
             |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
         let ends = Leg {
             q: moved(&leg.q),
             d: moved(&leg.d),
         };
-        let rounding = f64::EPSILON * (q0[j].abs() + leg.q[j].abs());
+        let rounding = f64::EPSILON * (q0.abs() + q1.abs());
         let rows = declaration.pair(Tangent::splat(h), &ends);
         for (change, row) in changes.iter_mut().zip(rows) {
             *change += row.derivative().abs() * rounding;
