@@ -72,8 +72,7 @@ impl Found {
             ("node", self.node, ROUNDINGS),
             ("path", self.path, ROUNDINGS),
         ] {
-            // also what is not a number
-            if !(figure <= bar) {
+            if figure > bar || figure.is_nan() {
                 wrong.push(format!("{name}: {figure:.1e}, at most {bar:.0e}"));
             }
         }
@@ -94,7 +93,7 @@ impl Found {
     /// Takes a figure.
     fn take(figure: &mut f64, value: f64) {
         // what is not a number stays
-        if !(value <= *figure) {
+        if value > *figure || value.is_nan() {
             *figure = value;
         }
     }
@@ -307,7 +306,7 @@ fn derivatives<S: System<N>, const N: usize>(
     let aside: Vec<Double> = unknowns(system, z)
         .iter()
         .zip(&sizes)
-        .map(|(z, size)| Double::exact((*z).high + random.between(-0.01, 0.01) * size))
+        .map(|(z, size)| Double::exact(z.high + random.between(-0.01, 0.01) * size))
         .collect();
     let constants = system.constants(&system.parameters(), step.h);
     let known = system.known(&constants, &declared_leg(step));
@@ -353,6 +352,7 @@ struct Twin {
 }
 
 /// A run beside the exact motion.
+#[allow(clippy::too_many_lines)] // one loop, whose parts share all that it knows
 fn run<S: System<N>, const N: usize>(
     mut flow: Flow<'_, S, N>,
     case: &Case,
@@ -442,7 +442,7 @@ fn run<S: System<N>, const N: usize>(
                 let distance = (twin.leg.q[i] - leg.q[i]).high.abs();
                 Found::take(condition, distance / PERTURBATION);
             }
-            if !(*condition * PERTURBATION <= 0.01 * longest) {
+            if *condition * PERTURBATION > 0.01 * longest || condition.is_nan() {
                 found.ended = Some(format!("step {k}: perturbations grow to {:.1e}", *condition));
                 return;
             }

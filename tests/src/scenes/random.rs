@@ -39,7 +39,7 @@ impl Random {
 
     /// A whole number below another one.
     pub fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count.max(1) as u64) as usize
+        usize::try_from(self.bits() % count.max(1) as u64).unwrap_or(0)
     }
 
     /// Whether something of this probability happens.
@@ -291,9 +291,9 @@ impl Case {
     /// A state and a step for a scene; `place` is where Cartesian coordinates are, others are drawn. `None` if no consistent
     /// state was found nearby.
     #[must_use]
-    pub fn new(scene: Scene, place: Option<&[f64]>, random: &mut Random) -> Option<Self> {
+    pub fn new(scene: &Scene, place: Option<&[f64]>, random: &mut Random) -> Option<Self> {
         let n = scene.coordinates;
-        let time = time(&scene);
+        let time = time(scene);
         let mut h = time * random.decades(1e-3, 0.1);
         let swing = if random.chance(0.2) { 0.1 } else { 2.0 };
         let brakes = matches!(scene.motor.map(|motor| motor.law), Some(Law::Lyapunov { .. }));
@@ -314,7 +314,7 @@ impl Case {
             .map(|_| if at_rest { 0.0 } else { random.between(-fast, fast) })
             .collect();
         for _ in 0..SHORTER {
-            let case = Self::consistent(&scene, h, &q0, &v0)?;
+            let case = Self::consistent(scene, h, &q0, &v0)?;
             if case.is_resolved() {
                 return Some(case);
             }

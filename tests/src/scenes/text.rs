@@ -38,6 +38,7 @@ impl Written {
         format!("p[{}]", self.parameters.len() - 1)
     }
 
+    #[allow(clippy::too_many_lines)] // statement by statement, as a declaration is read
     fn scene(&mut self, scene: &Scene) -> core::fmt::Result {
         let names: Vec<String> = (0..scene.coordinates).map(|i| format!("q{i}")).collect();
         writeln!(self.text, "coordinates({});", names.join(", "))?;
@@ -213,7 +214,7 @@ pub fn case(number: u64, variation: u64) -> Option<Case> {
         scene.perturbed(0.5, &mut random)
     };
     let place = scene.rods.first().map(|_| scattered(&scene, &mut random));
-    Case::new(scene, place.as_deref(), &mut random)
+    Case::new(&scene, place.as_deref(), &mut random)
 }
 
 /// Where the points of a linkage are whose rods make a tree: each at its rod's end, in any direction.

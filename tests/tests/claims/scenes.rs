@@ -255,7 +255,7 @@ type Draw = fn(&mut Random) -> Option<Case>;
 const MANY: u64 = 60;
 
 /// A scene in angles, or nothing where no state was found.
-fn angles(scene: Scene, random: &mut Random) -> Option<Case> {
+fn angles(scene: &Scene, random: &mut Random) -> Option<Case> {
     Case::new(scene, None, random)
 }
 
@@ -286,7 +286,7 @@ fn all<S: System<N>, const N: usize>(name: &str, count: u64, draw: Draw, declare
 
 /// A tree.
 fn hanging(random: &mut Random) -> Option<Case> {
-    angles(tree(4, Map::Midpoint, random), random)
+    angles(&tree(4, Map::Midpoint, random), random)
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn trees() {
 /// A tree of three with a motor between the first two angles.
 fn moved(lyapunov: bool, random: &mut Random) -> Option<Case> {
     let scene = tree(3, Map::Midpoint, random);
-    angles(robot(scene, (1, Some(0)), lyapunov, random), random)
+    angles(&robot(scene, (1, Some(0)), lyapunov, random), random)
 }
 
 #[test]
@@ -316,7 +316,7 @@ fn joints_that_are_parameters() {
     let draw = |random: &mut Random| {
         let scene = tree(3, Map::Midpoint, random);
         let joint = dsocs_tests::scenes::random::joint(&scene, random);
-        angles(robot(scene, joint, false, random), random)
+        angles(&robot(scene, joint, false, random), random)
     };
     all("any servo", 3, draw, AnyServo::new);
 }
@@ -355,12 +355,12 @@ fn linkages() {
 /// A linkage.
 fn linked(random: &mut Random) -> Option<Case> {
     let (scene, place) = linkage(3, 2, Map::Paper, random);
-    Case::new(scene, Some(&place), random)
+    Case::new(&scene, Some(&place), random)
 }
 
 /// A train.
 fn rolling(random: &mut Random) -> Option<Case> {
-    angles(train(3, true, Map::Midpoint, random), random)
+    angles(&train(3, true, Map::Midpoint, random), random)
 }
 
 #[test]
