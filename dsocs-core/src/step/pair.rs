@@ -88,7 +88,11 @@ fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &
         }
         guesses
     };
-    let (now, last) = (guesses(past), past.first()?);
+    let (mut now, last) = (guesses(past), past.first()?);
+    if past.len() == ENOUGH - 1 {
+        // where the motion has hardly begun the last one alone is no guess
+        now.drain(..1.min(now.len()));
+    }
     // what is extrapolated has to be worth something: it would have foreseen the last one, too
     let before = guesses(
         past.get(1..)
@@ -223,7 +227,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
             let parts: Option<Vec<f64>> = former.iter().map(part).collect();
             let parts = parts?;
-            let bound = if parts.len() < ENOUGH { NEARER } else { TELLS };
+            let bound = if parts.len() > 1 { TELLS } else { NEARER };
             let all_fit = extrapolations(&parts).iter().all(|x| (x - 1.0).abs() <= bound);
             // and what is extrapolated has to be worth something: it would have foreseen the last one, too
             let foreseen = parts.split_first().is_none_or(|(last, before)| {
