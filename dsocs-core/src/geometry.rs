@@ -45,7 +45,9 @@ mod map;
 mod momentum;
 mod pairs;
 mod solvable;
+mod split;
 mod theorem;
+mod written;
 
 #[allow(unused_imports)] // named in the documentation
 use crate::{system::System, tangent::Tangent};
@@ -61,6 +63,8 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
+pub use split::{constraint_multipliers, continuous_multipliers};
+pub use written::rows_of_written;
 pub use solvable::{Declared, Solvable};
 pub use theorem::FlowTheorem;
 

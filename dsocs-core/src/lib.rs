@@ -72,6 +72,7 @@ mod compiled;
 mod composition;
 mod declaration;
 mod dense;
+mod double;
 mod dual;
 mod ensemble;
 mod error;

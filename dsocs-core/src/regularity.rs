@@ -167,7 +167,7 @@ pub(crate) fn all_singular_values<const N: usize>(
         .iter()
         .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
         .collect();
-    columns.extend(multiplier_columns(declaration, h, leg, e));
+    columns.extend(multiplier_columns(declaration, h, leg, e, &bounds));
     scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
@@ -205,17 +205,15 @@ fn columns<const N: usize>(
         .collect()
 }
 
-/// The derivatives of all rows by the multipliers that are unknown, each in units of itself.
+/// The derivatives of all rows by the multipliers that are unknown, each in its [`unit`].
 fn multiplier_columns<const N: usize>(
     declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
+    bounds: &[f64],
 ) -> Vec<Vec<f64>> {
     let multipliers = of_step(declaration, h, leg, e);
-    let largest = multipliers
-        .iter()
-        .fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let constant_leg = Leg {
         q: fixed(&leg.q),
@@ -223,25 +221,38 @@ fn multiplier_columns<const N: usize>(
     };
     (0..multipliers.len())
         .map(|j| {
-            let own = multipliers[j].abs().max(STILL * largest);
-            let unit = if own > 0.0 { own } else { 1.0 };
             let moving: Vec<_> = multipliers
                 .iter()
                 .enumerate()
-                .map(|(i, &x)| Tangent::new(x, if i == j { unit } else { 0.0 }))
+                .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
                 .collect();
-            stacked(
+            let rows = stacked(
                 declaration,
                 Tangent::new(h, 0.0),
                 &constant_leg,
                 &fixed(e),
                 &moving,
-            )
-            .into_iter()
-            .map(Tangent::derivative)
-            .collect()
+            );
+            let slopes = || rows.iter().map(|row| row.derivative());
+            let scaled = slopes().zip(bounds).map(|(slope, &bound)| match slope {
+                0.0 => 0.0,
+                slope => slope / scale(bound, core::iter::once(&slope)),
+            });
+            let unit = unit(scaled);
+            slopes().map(|slope| unit * slope).collect()
         })
         .collect()
+}
+
+/// The unit of a multiplier, from its column in rows of the size of their terms: one that changes a row by as much as its terms
+/// are. (The multiplier itself is no measure: it may vanish where the equations are as regular as anywhere.)
+fn unit(column: impl Iterator<Item = f64>) -> f64 {
+    let largest = column.fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+    if largest > 0.0 && largest.is_finite() {
+        largest.recip()
+    } else {
+        1.0
+    }
 }
 
 /// The matrix of some columns with rows in the size of their own terms, if it is finite.
@@ -267,36 +278,28 @@ fn of_unknowns<const N: usize>(
     let jacobian = declaration.jacobian(h, leg, &z);
     let mut bounds = vec![f64::NAN; z.len()];
     declaration.bounds(h, leg, &z, &mut bounds);
-    // a multiplier is compared with itself: what it is by nature is not known
     let lengths = declaration.unknown(&lengths(leg, e), &[]);
-    let largest = z.iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
     let rows: Vec<Vec<f64>> = jacobian
         .chunks(z.len().max(1))
         .map(|row| {
-            let entries = row.iter().zip(&lengths).zip(&z);
+            let entries = row.iter().zip(&lengths);
             entries
-                .map(|((slope, &length), z)| {
-                    let own = z.abs().max(STILL * largest);
-                    let length = if length > 0.0 {
-                        length
-                    } else if own > 0.0 {
-                        own
-                    } else {
-                        1.0
-                    };
-                    slope * length
-                })
+                .map(|(slope, &length)| slope * if length > 0.0 { length } else { 1.0 })
                 .collect()
         })
         .collect();
     let size = rows.len();
-    let matrix = Matrix::from_fn(size, size, |i, j| {
-        if rows[i][j] == 0.0 {
-            0.0
-        } else {
-            rows[i][j] / scale(bounds[i], core::iter::once(&rows[i][j]))
-        }
-    });
+    let entry = |i: usize, j: usize| match rows[i][j] {
+        0.0 => 0.0,
+        slope => slope / scale(bounds[i], core::iter::once(&slope)),
+    };
+    let units: Vec<f64> = (0..size)
+        .map(|j| {
+            let is_multiplier = lengths.get(j).is_none_or(|&length| length <= 0.0);
+            if is_multiplier { unit((0..size).map(|i| entry(i, j))) } else { 1.0 }
+        })
+        .collect();
+    let matrix = Matrix::from_fn(size, size, |i, j| units[j] * entry(i, j));
     if matrix.is_finite() {
         matrix.decomposed().extremes()
     } else {
