@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod admissible;
 mod array;
 mod continuous;
 mod error;
@@ -52,6 +53,7 @@ mod written;
 #[allow(unused_imports)] // named in the documentation
 use crate::{system::System, tangent::Tangent};
 
+pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
