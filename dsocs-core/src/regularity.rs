@@ -167,7 +167,10 @@ pub(crate) fn all_singular_values<const N: usize>(
         .iter()
         .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
         .collect();
-    columns.extend(multiplier_columns(declaration, h, leg, e, &bounds));
+    let scales: Vec<f64> = (0..bounds.len())
+        .map(|i| scale(bounds[i], columns.iter().filter_map(|column| column.get(i))))
+        .collect();
+    columns.extend(multiplier_columns(declaration, h, leg, e, &scales));
     scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
@@ -211,7 +214,7 @@ fn multiplier_columns<const N: usize>(
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
-    bounds: &[f64],
+    scales: &[f64],
 ) -> Vec<Vec<f64>> {
     let multipliers = of_step(declaration, h, leg, e);
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
@@ -234,9 +237,9 @@ fn multiplier_columns<const N: usize>(
                 &moving,
             );
             let slopes = || rows.iter().map(|row| row.derivative());
-            let scaled = slopes().zip(bounds).map(|(slope, &bound)| match slope {
+            let scaled = slopes().zip(scales).map(|(slope, &scale)| match slope {
                 0.0 => 0.0,
-                slope => slope / scale(bound, core::iter::once(&slope)),
+                slope => slope / scale,
             });
             let unit = unit(scaled);
             slopes().map(|slope| unit * slope).collect()
@@ -289,14 +292,26 @@ fn of_unknowns<const N: usize>(
         })
         .collect();
     let size = rows.len();
+    let is_multiplier = |j: usize| lengths.get(j).is_none_or(|&length| length <= 0.0);
+    let scales: Vec<f64> = rows
+        .iter()
+        .zip(&bounds)
+        .map(|(row, &bound)| {
+            let coordinates = row.iter().enumerate().filter(|(j, _)| !is_multiplier(*j));
+            scale(bound, coordinates.map(|(_, slope)| slope))
+        })
+        .collect();
     let entry = |i: usize, j: usize| match rows[i][j] {
         0.0 => 0.0,
-        slope => slope / scale(bounds[i], core::iter::once(&slope)),
+        slope => slope / scales[i],
     };
     let units: Vec<f64> = (0..size)
         .map(|j| {
-            let is_multiplier = lengths.get(j).is_none_or(|&length| length <= 0.0);
-            if is_multiplier { unit((0..size).map(|i| entry(i, j))) } else { 1.0 }
+            if is_multiplier(j) {
+                unit((0..size).map(|i| entry(i, j)))
+            } else {
+                1.0
+            }
         })
         .collect();
     let matrix = Matrix::from_fn(size, size, |i, j| units[j] * entry(i, j));
@@ -307,14 +322,11 @@ fn of_unknowns<const N: usize>(
     }
 }
 
-/// The size of a row's terms, from the bound of their rounding; of a row that does not round, its largest slope.
+/// The size of a row: that of its terms, from the bound of their rounding, or its largest slope, if that is larger. (Where a motion
+/// comes to rest in some coordinates the terms of their rows vanish, and the equations are as regular as before.)
 fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
     let terms = bound / f64::EPSILON;
-    if terms > 0.0 {
-        terms
-    } else {
-        slopes.fold(0.0, |largest, slope| slope.abs().max(largest))
-    }
+    slopes.fold(terms, |largest, slope| slope.abs().max(largest))
 }
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for

@@ -5,6 +5,7 @@ use super::solvable::Declared;
 use crate::dense::Matrix;
 use crate::double::Double;
 use crate::multipliers::of_step;
+use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::system::Leg;
 use crate::tangent::Tangent;
@@ -19,7 +20,8 @@ const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0
 ///
 /// The first of each pair is the row, evaluated with numbers of twice the precision from the nodes alone: the differences of
 /// the nodes are exact. The second is by how much it can differ from zero because each component of the nodes was rounded
-/// to its nearest double, and because the second difference was known to one unit of rounding of a leg. Where functions of the user's
+/// to its nearest double, because the second difference was known to one unit of rounding of a leg, and because the row was solved in
+/// doubles. Where functions of the user's
 /// are called the rows are known to the precision of doubles only.
 ///
 /// Rows come in the order of [`System::residual`](crate::System::residual). Multipliers that are unknown are those that come nearest to the force.
@@ -82,7 +84,21 @@ pub fn rows_of_written<const N: usize>(
         }
         add([0.0, 0.0, 1.0], j, f64::EPSILON * rounded.d[j].abs());
     }
-    rows.iter().map(|row| row.rounded()).zip(allowed).map(Into::into).collect()
+    let bounded = |x: &[f64; N]| x.map(Bounded::splat);
+    let leg = Leg {
+        q: bounded(&rounded.q),
+        d: bounded(&rounded.d),
+    };
+    let fixed: Vec<Bounded> = fixed.iter().map(|x| Bounded::splat(x.value())).collect();
+    let evaluated = declaration.declared(Bounded::splat(h), &leg, &bounded(&e_rounded), &fixed);
+    for (allowed, row) in allowed.iter_mut().zip(evaluated) {
+        *allowed += row.error();
+    }
+    rows.iter()
+        .map(|row| row.rounded())
+        .zip(allowed)
+        .map(Into::into)
+        .collect()
 }
 
 /// By how much multipliers change so that `row − Σ δλ α` is smallest.

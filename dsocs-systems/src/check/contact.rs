@@ -14,7 +14,7 @@ use crate::stability::Bar;
 const HALVINGS: u32 = 6;
 
 /// A row below this part of what it changes by with its last node is zero.
-const ZERO: f64 = 1e-10;
+const ZERO: f64 = 1e-9;
 
 /// A row that does not fall by this much is rounding.
 const FALLS: f64 = 1.5;

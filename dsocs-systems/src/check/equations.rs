@@ -25,13 +25,14 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
     let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
     let constraints = holonomic + nonholonomic + kinematic;
     let mut unknown = 0;
+    let sizes = sizes(subject);
     let action = largest(&subject.triples, |triple| {
         let admissible = admissible_variations(subject.system, subject.h, triple, constraints);
         let Some(admissible) = admissible else {
             unknown += 1;
             return Ok(0.0);
         };
-        Ok(derivative(subject, triple, &admissible))
+        Ok(derivative(subject, triple, &admissible, &sizes))
     });
     let what = "dS_d along admissible variations, from L_d alone, relative to its terms";
     if unknown == subject.triples.len() {
@@ -59,8 +60,25 @@ fn written<const N: usize>(subject: &Subject<'_, N>, nodes: &[[f64; N]; 3]) -> f
     })
 }
 
+/// How large the derivatives of `L_d` by each coordinate of a node become along the motion.
+fn sizes<const N: usize>(subject: &Subject<'_, N>) -> [f64; N] {
+    let mut sizes = [0.0; N];
+    for triple in &subject.triples {
+        let arriving = legendre_plus(subject.system, subject.h, &triple.first());
+        for (size, part) in sizes.iter_mut().zip(arriving) {
+            *size = larger(*size, part.abs());
+        }
+    }
+    sizes
+}
+
 /// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, relative to its terms.
-fn derivative<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, along: &[[f64; N]]) -> f64 {
+fn derivative<const N: usize>(
+    subject: &Subject<'_, N>,
+    triple: &Triple<N>,
+    along: &[[f64; N]],
+    sizes: &[f64; N],
+) -> f64 {
     let arriving = legendre_plus(subject.system, subject.h, &triple.first());
     let leaving = legendre_minus(subject.system, subject.h, &triple.last());
     let mut most = 0.0;
@@ -68,7 +86,7 @@ fn derivative<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, alon
         let (mut sum, mut terms) = (0.0, 0.0);
         for (i, part) in variation.iter().enumerate() {
             sum += part * (arriving[i] - leaving[i]);
-            terms += part.abs() * (arriving[i].abs() + leaving[i].abs());
+            terms += part.abs() * sizes[i];
         }
         most = larger(most, if sum == 0.0 { 0.0 } else { sum.abs() / terms });
     }

@@ -27,7 +27,10 @@ const APART: f64 = 0.1;
 const TOLERANCE: f64 = 1e-15;
 
 /// The motion is followed as long as the largest step's error is below this part of its extent.
-const FOLLOWED: f64 = 0.03;
+const FOLLOWED: f64 = 0.02;
+
+/// The order is fitted to so many of the smallest errors that are above rounding: larger steps may be too large for a power law.
+const FITTED: usize = 4;
 
 /// There are at most so many nodes at which errors are taken.
 const NODES: usize = 2000;
@@ -79,8 +82,12 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             }
             continue;
         }
-        let slope = fitted(&points);
-        let what = format!("slope of the errors of {name} at {} steps, h = {} down", points.len(), subject.h);
+        let points = &points[points.len().saturating_sub(FITTED)..];
+        let slope = fitted(points);
+        let [[first, _], .., [least, _]] = points else {
+            continue;
+        };
+        let what = format!("slope of the errors of {name}, h = {first:.4} to {least:.4}");
         if k == 0 {
             report.push(what, Bar::Reported, Ok(slope));
             let distance = (slope - declared).abs();
@@ -101,16 +108,16 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 /// Why errors are not compared beyond a time.
 fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
     let said = format!(
-        "errors are compared up to t = {until:.6}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
+        "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
         subject.h
     );
     match growth(subject) {
         Ok(growth) if growth > CHAOS => format!(
-            "{said}; by t = {:.6} a small change of the start has grown {growth:.0e} times: the motion is chaotic, the scheme is not to blame",
+            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: the motion is chaotic, the scheme is not to blame",
             subject.until
         ),
         Ok(growth) => format!(
-            "{said}; by t = {:.6} a small change of the start has grown {growth:.0e} times",
+            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times",
             subject.until
         ),
         Err(_) => said,
@@ -157,12 +164,12 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
     let times: Vec<f64> = (1..=count).map(|k| (k as f64 * f64::from(part)) * h).collect();
     let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
     let system = subject.system;
-    let declared_order_needs_force = subject.expected.kind != Kind::Unconstrained;
+    let constrained = subject.expected.kind != Kind::Unconstrained;
     let truth: Vec<[Vec<f64>; 4]> = exact
         .iter()
         .map(|point| {
             let [mut force, mut multipliers] = [Vec::new(), Vec::new()];
-            if declared_order_needs_force {
+            if constrained {
                 force = constraint_force(system, point).to_vec();
                 multipliers = continuous_multipliers(system, point);
             }

@@ -92,7 +92,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     ];
     report.push_all(whats, &continuous.map(|()| laws));
     report.note(format!(
-        "the continuous law is integrated over {PIECE} steps each from {} states of the motion: its equations are stiff where the motion switches",
+        "the continuous law is integrated over {PIECE} steps each from {} states of the motion",
         subject.states.len()
     ));
 }
