@@ -20,7 +20,7 @@ const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0
 ///
 /// The first of each pair is the row, evaluated with numbers of twice the precision from the nodes alone: the differences of
 /// the nodes are exact. The second is by how much it can differ from zero because each component of the nodes was rounded
-/// to its nearest double, because the second difference was known to one unit of rounding of a leg, and because the row was solved in
+/// to its nearest double, because the second difference was known to one unit of rounding of itself or of a leg, and because the row was solved in
 /// doubles. Where functions of the user's
 /// are called the rows are known to the precision of doubles only.
 ///
@@ -82,7 +82,7 @@ pub fn rows_of_written<const N: usize>(
         for (node, by) in nodes.iter().zip(NODES) {
             add(by, j, 0.5 * unit_in_the_last_place(node[j]));
         }
-        add([0.0, 0.0, 1.0], j, f64::EPSILON * rounded.d[j].abs());
+        add([0.0, 0.0, 1.0], j, f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()));
     }
     let bounded = |x: &[f64; N]| x.map(Bounded::splat);
     let leg = Leg {

@@ -5,7 +5,7 @@
 //! difference of `h L_d` from the action does). Nodes come from the Taylor series at `t`, so that their differences have all digits.
 
 use dsocs_core::Leg;
-use dsocs_core::geometry::{Triple, constraint_force, motion};
+use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus, motion};
 
 use super::{Measured, Report, Subject, larger, order::fitted};
 use crate::stability::Bar;
@@ -16,8 +16,17 @@ const HALVINGS: u32 = 6;
 /// A row below this part of what it changes by with its last node is zero.
 const ZERO: f64 = 1e-9;
 
+/// A force below so many units of rounding of the momenta that it is a difference of is rounding.
+const ROUNDING: f64 = 200.0 * f64::EPSILON;
+
 /// A row that does not fall by this much is rounding.
 const FALLS: f64 = 1.5;
+
+/// What is left of a row at one state is faint below this part of what is left at another.
+const FAINT: f64 = 1e-4;
+
+/// At least so many steps tell an order.
+const LEAST: usize = 3;
 
 /// How far the order may be below the declared one.
 const BELOW: f64 = 0.1;
@@ -59,20 +68,33 @@ impl<const N: usize> Subject<'_, N> {
     }
 }
 
-/// The slope of what is left of a row, as long as it falls; `None` if it is zero from the start.
+/// The slope of what is left of a row, as long as it falls; `None` if it is rounding too soon.
 fn slope(steps: &[f64], errors: &[f64]) -> Option<f64> {
-    if errors[0] == 0.0 {
+    let known = errors.iter().take_while(|error| **error != 0.0).count();
+    if known < LEAST {
         return None;
     }
-    let falling = errors.windows(2).take_while(|pair| pair[0] > FALLS * pair[1] && pair[1] > 0.0);
-    let count = (1 + falling.count()).max(3).min(errors.len());
+    let falling = errors[..known].windows(2).take_while(|pair| pair[0] > FALLS * pair[1]);
+    let count = (1 + falling.count()).max(LEAST);
     let points: Vec<[f64; 2]> = steps.iter().zip(errors).map(|(h, error)| [*h, *error]).collect();
     Some(fitted(&points[..count]))
 }
 
+/// The rows that tell an order: what a row leaves at one state counts if it is not far below what it leaves at another.
+fn telling(states: &[Left]) -> Left {
+    let largest = |row: usize| {
+        let first = states.iter().filter_map(|rows| rows.get(row)?.first().copied());
+        first.fold(0.0, larger)
+    };
+    let rows = states.iter().flat_map(|rows| rows.iter().enumerate());
+    rows.filter(|(row, errors)| errors[0] > FAINT * largest(*row))
+        .map(|(_, errors)| errors.clone())
+        .collect()
+}
+
 /// What is left of `Q`, of the constraints and of the works, each as rows with a figure for each step.
 fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
-    let mut groups: [Left; 3] = Default::default();
+    let mut groups: [Vec<Left>; 3] = Default::default();
     for state in &subject.states {
         let (series, reach) = subject.system.series(state)?;
         let point = motion(subject.system, state[0], state[1])?;
@@ -83,20 +105,24 @@ fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
             let h = subject.h.signum() * step * factor;
             let triple = about(&series, h);
             let (found, sizes) = left(subject, h, &triple, &force);
-            for (rows, (found, sizes)) in rows.iter_mut().zip(found.iter().zip(&sizes)) {
-                rows.resize(found.len(), Vec::new());
-                for ((row, found), size) in rows.iter_mut().zip(found).zip(sizes) {
-                    // what is zero to rounding at the largest step
-                    let zero = k == 0 && found.abs() <= ZERO * size;
-                    row.push(if zero { 0.0 } else { found.abs() });
+            let momenta = legendre_plus(subject.system, h, &triple.leg);
+            let rounding = ROUNDING * momenta.iter().fold(0.0, |most, x| larger(most, x.abs()));
+            // constraints are no differences of momenta
+            let noise = [rounding, 0.0, rounding];
+            for (group, rows) in rows.iter_mut().enumerate() {
+                rows.resize(found[group].len(), Vec::new());
+                let size = sizes[group].iter().fold(0.0, |size, &x| larger(size, x));
+                for (row, found) in rows.iter_mut().zip(&found[group]) {
+                    let is_zero = (k == 0 && found.abs() <= ZERO * size) || found.abs() <= noise[group];
+                    row.push(if is_zero { 0.0 } else { found.abs() });
                 }
             }
         }
         for (group, rows) in groups.iter_mut().zip(rows) {
-            group.extend(rows);
+            group.push(rows);
         }
     }
-    Ok(groups)
+    Ok(groups.map(|states| telling(&states)))
 }
 
 /// The triple of three nodes of a motion about a point, from its series there.
@@ -131,7 +157,7 @@ fn left<const N: usize>(
     let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
     let constraints = holonomic + nonholonomic + kinematic;
     let rows = |triple: &Triple<N>| {
-        let multipliers = dsocs_core::geometry::constraint_multipliers(subject.system, h, triple);
+        let multipliers = constraint_multipliers(subject.system, h, triple);
         let forces = declaration.force(h, &triple.leg, &triple.e);
         let forces = forces.iter().zip(force).map(|(q, force)| q - force).collect();
         let mut constraint = declaration.declared(h, &triple.leg, &triple.e, &multipliers);

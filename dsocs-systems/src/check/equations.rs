@@ -14,14 +14,21 @@ const STATIONARY: f64 = 1e-12;
 
 /// The equations at the nodes as they are written, and the discrete action.
 pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
-    let rows = largest(&subject.places, |&place| {
-        Ok(written(subject, &nodes(&subject.legs, place)))
-    });
+    let mut worst = (0.0, 0);
+    for &place in &subject.places {
+        let row = written(subject, &nodes(&subject.legs, place));
+        if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
+            worst = (row, place);
+        }
+    }
     report.push(
         "rows at the nodes as written, in 32 digits, over what their rounding explains",
         Bar::AtMost(WRITTEN),
-        rows,
+        Ok(worst.0),
     );
+    if !(worst.0 <= WRITTEN) {
+        report.note(format!("the worst rows are those of node {}", worst.1 + 1));
+    }
     let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
     let constraints = holonomic + nonholonomic + kinematic;
     let mut unknown = 0;

@@ -33,6 +33,9 @@ const TRIPLES: usize = 24;
 /// And so many where the second difference changes most: at switches and impacts.
 const HARDEST: usize = 8;
 
+/// The tangent map is held against differences of so many first steps.
+const EARLY: usize = 40;
+
 /// At so many states of the continuous motion the discrete system is held against the continuous one.
 const STATES: usize = 4;
 
@@ -164,6 +167,10 @@ struct Subject<'a, const N: usize> {
     places: Vec<usize>,
     /// Triples along it, evenly spread, and the hardest ones.
     triples: Vec<Triple<N>>,
+    /// Those that are evenly spread.
+    spread: Vec<Triple<N>>,
+    /// Triples of the first steps.
+    early: Vec<Triple<N>>,
     /// States of the continuous motion, evenly spread.
     states: Vec<[[f64; N]; 2]>,
 }
@@ -211,7 +218,8 @@ fn findings<const N: usize>(
     let (h, asked) = (settings.h, settings.until.unwrap_or(own));
     let flow = DiscreteFlow::new(system, h)?;
     let walked = probe::legs(system, h, &start, asked)?;
-    let places = places(&walked.legs);
+    let (places, spread) = places(&walked.legs);
+    let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
     let subject = Subject {
         system,
         flow,
@@ -224,6 +232,8 @@ fn findings<const N: usize>(
         own_end: settings.until.is_none(),
         start,
         triples: triples(&flow, &walked.legs, &places)?,
+        spread: triples(&flow, &walked.legs, &spread)?,
+        early: triples(&flow, &walked.legs, &early)?,
         places,
         states: states(system, h, &start, walked.until),
         legs: walked.legs,
@@ -275,11 +285,11 @@ fn identities<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     momentum::identity(subject, report);
 }
 
-/// The numbers of legs at which triples begin: evenly spread, and where the second difference changes most.
-fn places<const N: usize>(legs: &[Leg<f64, N>]) -> Vec<usize> {
+/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone.
+fn places<const N: usize>(legs: &[Leg<f64, N>]) -> (Vec<usize>, Vec<usize>) {
     let last = legs.len() - 1;
     let every = last.div_ceil(TRIPLES);
-    let mut places: Vec<usize> = (0..last).step_by(every).collect();
+    let spread: Vec<usize> = (0..last).step_by(every).collect();
     let change = |k: usize| -> f64 {
         let parts = (0..N).map(|i| {
             let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
@@ -290,10 +300,11 @@ fn places<const N: usize>(legs: &[Leg<f64, N>]) -> Vec<usize> {
     };
     let mut hardest: Vec<(usize, f64)> = (1..last).map(|k| (k, change(k))).collect();
     hardest.sort_by(|x, y| y.1.total_cmp(&x.1));
+    let mut places = spread.clone();
     places.extend(hardest.iter().take(HARDEST).map(|(place, _)| place));
     places.sort_unstable();
     places.dedup();
-    places
+    (places, spread)
 }
 
 /// Triples at some places of a motion.

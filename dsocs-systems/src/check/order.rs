@@ -38,8 +38,11 @@ const NODES: usize = 2000;
 /// By how much the start is changed to see how much of it is forgotten, relative to the extent.
 const CHANGED: f64 = 1e-9;
 
-/// A change of the start that grows more than this over the window makes a motion chaotic for all purposes.
-const CHAOS: f64 = 1e4;
+/// A change of the start that grows more than this, and so many times in the second half of the window, grows exponentially.
+const CHAOS: [f64; 2] = [1e3, 30.0];
+
+/// The motion is followed by the step that is halved so often: the largest one that counts, if all errors are above rounding.
+const FOLLOWER: usize = 2;
 
 /// What is compared.
 const NAMES: [&str; 4] = ["position", "velocity", "force", "multipliers"];
@@ -58,7 +61,7 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             return;
         }
     };
-    let last = followed(&errors[0][0]);
+    let last = followed(&errors[0][FOLLOWER]);
     let until = times[last - 1];
     for (k, (name, errors)) in NAMES.into_iter().zip(&errors).enumerate() {
         if errors[0].is_empty() {
@@ -87,7 +90,7 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         let [[first, _], .., [least, _]] = points else {
             continue;
         };
-        let what = format!("slope of the errors of {name}, h = {first:.4} to {least:.4}");
+        let what = format!("slope of the errors of {name}, h = {first:.1e} to {least:.1e}");
         if k == 0 {
             report.push(what, Bar::Reported, Ok(slope));
             let distance = (slope - declared).abs();
@@ -109,14 +112,14 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
     let said = format!(
         "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
-        subject.h
+        subject.h / f64::from(1_u32 << FOLLOWER)
     );
     match growth(subject) {
-        Ok(growth) if growth > CHAOS => format!(
-            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: the motion is chaotic, the scheme is not to blame",
+        Ok([growth, late]) if growth > CHAOS[0] && late > CHAOS[1] => format!(
+            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
             subject.until
         ),
-        Ok(growth) => format!(
+        Ok([growth, _]) => format!(
             "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times",
             subject.until
         ),
@@ -124,8 +127,8 @@ fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
     }
 }
 
-/// How many times a small change of the start grows, at most, over the window.
-fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured {
+/// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
+fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
     let [q0, v0] = subject.start;
     let times = |k: u32| subject.until * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
@@ -134,19 +137,20 @@ fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured {
         .iter()
         .flat_map(|point| (0..N).map(|i| (point.q[i] - q0[i]).abs()))
         .fold(0.0, larger);
-    let mut most = 0.0;
+    let mut most = [0.0; 2];
     for displacement in state_displacements(subject.system, &q0, &v0) {
         let moved = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| x[i] + CHANGED * extent * by[i]);
         let start = [moved(&q0, &displacement.first), moved(&v0, &displacement.second)];
         let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
             continue;
         };
-        for (point, other) in exact.iter().zip(&other) {
+        for (k, (point, other)) in exact.iter().zip(&other).enumerate() {
             let apart = (0..N).map(|i| (point.q[i] - other.q[i]).abs()).fold(0.0, larger);
-            most = larger(most, apart / (CHANGED * extent));
+            let half = usize::from(2 * k >= exact.len());
+            most[half] = larger(most[half], apart / (CHANGED * extent));
         }
     }
-    Ok(most)
+    Ok([larger(most[0], most[1]), most[1] / most[0]])
 }
 
 /// How many nodes the largest step follows the motion, at least two.

@@ -47,7 +47,7 @@ pub fn roots<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         );
     }
     report.push(
-        "δe by a change of the leg before, relative to it, at a small step",
+        "parasitic modes: δe over the change of the leg before it, as h → 0",
         Bar::AtMost(MODE),
         parasitic(subject),
     );
