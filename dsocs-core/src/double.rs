@@ -422,7 +422,10 @@ mod tests {
         let far = Double::exact(1e6);
         let [sin, cos] = far.sin_cos();
         assert!(agree(sin * sin + cos * cos, one));
-        assert!(agree(sin, number(-0.349_993_502_171_292_94, -1.595_284_880_932_396_8e-17)));
+        assert!(agree(
+            sin,
+            number(-0.349_993_502_171_292_94, -1.595_284_880_932_396_8e-17)
+        ));
     }
 
     #[test]

@@ -65,10 +65,10 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
-pub use split::{constraint_multipliers, continuous_multipliers};
-pub use written::rows_of_written;
 pub use solvable::{Declared, Solvable};
+pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
+pub use written::rows_of_written;
 
 use crate::regularity;
 use crate::system::Leg;

@@ -22,7 +22,13 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
     });
     // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
     let least = FAINT * scales.iter().fold(0.0_f64, |largest, scale| largest.max(*scale));
-    let scaled = |i: usize, x: f64| if scales[i] > 0.0 { x / scales[i].max(least) } else { 0.0 };
+    let scaled = |i: usize, x: f64| {
+        if scales[i] > 0.0 {
+            x / scales[i].max(least)
+        } else {
+            0.0
+        }
+    };
     let matrix = Matrix::from_fn(N, count, |i, j| scaled(i, forms[j][i]));
     let right: [f64; N] = core::array::from_fn(|i| scaled(i, force[i]));
     if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {

@@ -199,7 +199,11 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     assert_eq!(missed(&found).len(), 2, "{found:?}");
     // at one end of the legs it is of order 1, and another map with −h
     let found = check(&OneSided, &[], expected(Kind::Nonholonomic), &settings, start).unwrap();
-    assert_eq!(missing(&found), ["reversibility", "contact", "order"], "{found:?}");
+    assert_eq!(
+        missing(&found),
+        ["reversibility", "contact", "order"],
+        "{found:?}"
+    );
 }
 
 /// What is found of a check, by the beginning of its name.
@@ -229,12 +233,18 @@ fn chaos_is_told_from_failure() {
         })
         .unwrap();
     assert_eq!(missed(&findings), []);
-    let notes: Vec<&String> = findings.iter().filter_map(|finding| finding.note.as_ref()).collect();
+    let notes: Vec<&String> = findings
+        .iter()
+        .filter_map(|finding| finding.note.as_ref())
+        .collect();
     assert!(notes.iter().any(|note| note.contains("chaos")), "{notes:?}");
     // a motion that drifts away slowly is none
     let entry = systems::particle::entry();
     let findings = entry.check(&settings(&entry)).unwrap();
-    let notes: Vec<&String> = findings.iter().filter_map(|finding| finding.note.as_ref()).collect();
+    let notes: Vec<&String> = findings
+        .iter()
+        .filter_map(|finding| finding.note.as_ref())
+        .collect();
     assert!(notes.iter().any(|note| note.contains("beyond")), "{notes:?}");
     assert!(notes.iter().all(|note| !note.contains("chaos")), "{notes:?}");
 }
@@ -269,7 +279,9 @@ fn rows_of_written_nodes_tell_a_wrong_digit() {
     let nodes = flow.forward(&first).unwrap().nodes();
     let most = |nodes: &[[f64; 2]; 3]| {
         let rows = rows_of_written(&Rod, h, nodes);
-        rows.iter().map(|[row, explained]| row.abs() / explained).fold(0.0, f64::max)
+        rows.iter()
+            .map(|[row, explained]| row.abs() / explained)
+            .fold(0.0, f64::max)
     };
     assert!(most(&nodes) < 2.0, "{}", most(&nodes));
     // eight units in the last place of a coordinate
@@ -295,10 +307,18 @@ fn the_action_is_stationary_along_admissible_variations_alone() {
         terms.sum::<f64>() / along[0].hypot(along[1]) / arriving[0].hypot(arriving[1])
     };
     let admissible = admissible_variations(&particle, 0.1, &triple, 1).unwrap();
-    let [along] = admissible[..] else { panic!("{admissible:?}") };
+    let [along] = admissible[..] else {
+        panic!("{admissible:?}")
+    };
     // the field of the declaration is the velocity
-    let v = [triple.leg.d[0] + triple.e[0] / 2.0, triple.leg.d[1] + triple.e[1] / 2.0];
-    assert!((along[0] * v[1] - along[1] * v[0]).abs() < 1e-13, "{along:?} {v:?}");
+    let v = [
+        triple.leg.d[0] + triple.e[0] / 2.0,
+        triple.leg.d[1] + triple.e[1] / 2.0,
+    ];
+    assert!(
+        (along[0] * v[1] - along[1] * v[0]).abs() < 1e-13,
+        "{along:?} {v:?}"
+    );
     assert!(derivative(&triple, &along).abs() < 1e-14);
     // across it, or at another triple, it is not
     assert!(derivative(&triple, &[along[1], -along[0]]).abs() > 1e-2);

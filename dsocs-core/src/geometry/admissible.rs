@@ -1,6 +1,6 @@
 //! The admissible variations of a discrete path at a node.
 
-use super::array::{minus, moving, moving_leg, along, plus, times};
+use super::array::{along, minus, moving, moving_leg, plus, times};
 use super::map::Triple;
 use super::solvable::Declared;
 use crate::declaration::Declaration;

@@ -24,7 +24,8 @@ const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0
 /// doubles. Where functions of the user's
 /// are called the rows are known to the precision of doubles only.
 ///
-/// Rows come in the order of [`System::residual`](crate::System::residual). Multipliers that are unknown are those that come nearest to the force.
+/// Rows come in the order of [`System::residual`](crate::System::residual). Multipliers that are unknown are those that explain
+/// the rows best.
 #[must_use]
 pub fn rows_of_written<const N: usize>(
     system: &dyn Declared<N>,
@@ -53,21 +54,8 @@ pub fn rows_of_written<const N: usize>(
     let first = of_step(&declaration, h, &rounded, &e_rounded);
     let mut multipliers: Vec<Double> = first.iter().copied().map(Double::exact).collect();
     let mut rows = declaration.declared(step, &leg, &e, &multipliers);
-    if !multipliers.is_empty() {
-        let forms = declaration.forms(h, &rounded, &e_rounded);
-        let from = rows.len().saturating_sub(N);
-        for _ in 0..IMPROVED {
-            for (multiplier, change) in multipliers.iter_mut().zip(nearest(&forms, &rows[from..])) {
-                *multiplier = *multiplier + Double::exact(change);
-            }
-            rows = declaration.declared(step, &leg, &e, &multipliers);
-        }
-    }
 
-    let fixed: Vec<Tangent> = multipliers
-        .iter()
-        .map(|x| Tangent::splat(x.rounded()))
-        .collect();
+    let fixed: Vec<Tangent> = multipliers.iter().map(|x| Tangent::splat(x.rounded())).collect();
     let mut allowed = vec![0.0; rows.len()];
     let mut add = |[by_q, by_d, by_e]: [f64; 3], j: usize, size: f64| {
         let unit = along(j, 1.0);
@@ -82,17 +70,32 @@ pub fn rows_of_written<const N: usize>(
         for (node, by) in nodes.iter().zip(NODES) {
             add(by, j, 0.5 * unit_in_the_last_place(node[j]));
         }
-        add([0.0, 0.0, 1.0], j, f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()));
+        add(
+            [0.0, 0.0, 1.0],
+            j,
+            f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()),
+        );
     }
     let bounded = |x: &[f64; N]| x.map(Bounded::splat);
-    let leg = Leg {
+    let bounded_leg = Leg {
         q: bounded(&rounded.q),
         d: bounded(&rounded.d),
     };
     let fixed: Vec<Bounded> = fixed.iter().map(|x| Bounded::splat(x.value())).collect();
-    let evaluated = declaration.declared(Bounded::splat(h), &leg, &bounded(&e_rounded), &fixed);
+    let evaluated = declaration.declared(Bounded::splat(h), &bounded_leg, &bounded(&e_rounded), &fixed);
     for (allowed, row) in allowed.iter_mut().zip(evaluated) {
         *allowed += row.error();
+    }
+    if !multipliers.is_empty() {
+        let forms = declaration.forms(h, &rounded, &e_rounded);
+        let from = rows.len().saturating_sub(N);
+        for _ in 0..IMPROVED {
+            let changes = nearest(&forms, &rows[from..], &allowed[from..]);
+            for (multiplier, change) in multipliers.iter_mut().zip(changes) {
+                *multiplier = *multiplier + Double::exact(change);
+            }
+            rows = declaration.declared(step, &leg, &e, &multipliers);
+        }
     }
     rows.iter()
         .map(|row| row.rounded())
@@ -101,10 +104,14 @@ pub fn rows_of_written<const N: usize>(
         .collect()
 }
 
-/// By how much multipliers change so that `row − Σ δλ α` is smallest.
-fn nearest<const N: usize>(forms: &[[f64; N]], rows: &[Double]) -> Vec<f64> {
-    let matrix = Matrix::from_fn(N, forms.len(), |i, j| forms[j][i]);
-    let right: Vec<f64> = rows.iter().map(|row| row.rounded()).collect();
+/// By how much multipliers change so that `row − Σ δλ α` is smallest, each row in units of what is explained of it.
+fn nearest<const N: usize>(forms: &[[f64; N]], rows: &[Double], units: &[f64]) -> Vec<f64> {
+    let weight = |i: usize| {
+        let weight = units.get(i).map_or(f64::NAN, |unit| unit.recip());
+        if weight.is_finite() { weight } else { 0.0 }
+    };
+    let matrix = Matrix::from_fn(N, forms.len(), |i, j| weight(i) * forms[j][i]);
+    let right: Vec<f64> = (0..rows.len()).map(|i| weight(i) * rows[i].rounded()).collect();
     if right.len() != N || !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
         return vec![0.0; forms.len()];
     }

@@ -4,8 +4,8 @@
 //! power of `h`: the order of contact. Of `L_d` it is that of the force `Q`, which does not see total derivatives (the literal
 //! difference of `h L_d` from the action does). Nodes come from the Taylor series at `t`, so that their differences have all digits.
 
-use dsocs_core::Leg;
-use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus, motion};
+use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus};
+use dsocs_core::{Leg, Point};
 
 use super::{Measured, Report, Subject, larger, order::fitted};
 use crate::stability::Bar;
@@ -74,7 +74,9 @@ fn slope(steps: &[f64], errors: &[f64]) -> Option<f64> {
     if known < LEAST {
         return None;
     }
-    let falling = errors[..known].windows(2).take_while(|pair| pair[0] > FALLS * pair[1]);
+    let falling = errors[..known]
+        .windows(2)
+        .take_while(|pair| pair[0] > FALLS * pair[1]);
     let count = (1 + falling.count()).max(LEAST);
     let points: Vec<[f64; 2]> = steps.iter().zip(errors).map(|(h, error)| [*h, *error]).collect();
     Some(fitted(&points[..count]))
@@ -97,8 +99,11 @@ fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
     let mut groups: [Vec<Left>; 3] = Default::default();
     for state in &subject.states {
         let (series, reach) = subject.system.series(state)?;
-        let point = motion(subject.system, state[0], state[1])?;
-        let force = constraint_force(subject.system, &point);
+        let (Some(&q), Some(&v), Some(half)) = (series.first(), series.get(1), series.get(2)) else {
+            continue;
+        };
+        let a = half.map(|half| 2.0 * half);
+        let force = constraint_force(subject.system, &Point { q, v, a });
         let factor = (reach / (0.5 * subject.h.abs())).min(1.0);
         let mut rows: [Left; 3] = Default::default();
         for (k, step) in subject.steps().iter().enumerate() {

@@ -43,7 +43,8 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
     });
     let what = "dS_d along admissible variations, from L_d alone, relative to its terms";
     if unknown == subject.triples.len() {
-        let why = "the fields of the variations depend on more than position and velocity: dS_d is not looked at";
+        let why =
+            "the fields of the variations depend on more than position and velocity: dS_d is not looked at";
         report.note(why.into());
     } else {
         report.push(what, Bar::AtMost(STATIONARY), action);

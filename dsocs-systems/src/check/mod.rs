@@ -294,7 +294,11 @@ fn places<const N: usize>(legs: &[Leg<f64, N>]) -> (Vec<usize>, Vec<usize>) {
         let parts = (0..N).map(|i| {
             let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
             let size = a.abs().max(b.abs()).max(c.abs());
-            if size > 0.0 { ((c - b) - (b - a)).abs() / size } else { 0.0 }
+            if size > 0.0 {
+                ((c - b) - (b - a)).abs() / size
+            } else {
+                0.0
+            }
         });
         parts.fold(0.0, larger)
     };

@@ -38,8 +38,9 @@ const NODES: usize = 2000;
 /// By how much the start is changed to see how much of it is forgotten, relative to the extent.
 const CHANGED: f64 = 1e-9;
 
-/// A change of the start that grows more than this, and so many times in the second half of the window, grows exponentially.
-const CHAOS: [f64; 2] = [1e3, 30.0];
+/// A change of the start that grows more than the first, and so many times as the second in the second half of the window,
+/// grows exponentially; or more than the third, by which it is as large as the motion.
+const CHAOS: [f64; 3] = [1e3, 30.0, 1e7];
 
 /// The motion is followed by the step that is halved so often: the largest one that counts, if all errors are above rounding.
 const FOLLOWER: usize = 2;
@@ -72,16 +73,27 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             .zip(errors)
             .map(|(halving, errors)| {
                 let h = (subject.h / f64::from(1_u32 << halving)).abs();
-                [h, errors[..last].iter().fold(0.0, |most, &error| larger(most, error))]
+                [
+                    h,
+                    errors[..last]
+                        .iter()
+                        .fold(0.0, |most, &error| larger(most, error)),
+                ]
             })
             .filter(|[_, error]| *error > plateau || error.is_nan())
             .collect();
         if points.len() < 3 {
             if k == 0 {
                 let error = "fewer than three errors are above rounding: give a larger step";
-                report.push("slope of the errors of position", Bar::Reported, Err(error.into()));
+                report.push(
+                    "slope of the errors of position",
+                    Bar::Reported,
+                    Err(error.into()),
+                );
             } else {
-                report.note(format!("the errors of {name} are at rounding: no order is fitted"));
+                report.note(format!(
+                    "the errors of {name} are at rounding: no order is fitted"
+                ));
             }
             continue;
         }
@@ -115,7 +127,7 @@ fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
         subject.h / f64::from(1_u32 << FOLLOWER)
     );
     match growth(subject) {
-        Ok([growth, late]) if growth > CHAOS[0] && late > CHAOS[1] => format!(
+        Ok([growth, late]) if growth > CHAOS[2] || (growth > CHAOS[0] && late > CHAOS[1]) => format!(
             "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
             subject.until
         ),
@@ -155,7 +167,9 @@ fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
 
 /// How many nodes the largest step follows the motion, at least two.
 fn followed(errors: &[f64]) -> usize {
-    let lost = errors.iter().position(|error| error.is_nan() || *error > FOLLOWED);
+    let lost = errors
+        .iter()
+        .position(|error| error.is_nan() || *error > FOLLOWED);
     lost.unwrap_or(errors.len()).max(2).min(errors.len())
 }
 
@@ -192,8 +206,16 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
             let values = [
                 node.leg.q.to_vec(),
                 declaration.point(h, &node.leg, &node.e).v.to_vec(),
-                if truth[2].is_empty() { Vec::new() } else { declaration.force(h, &node.leg, &node.e).to_vec() },
-                if truth[3].is_empty() { Vec::new() } else { constraint_multipliers(system, h, node) },
+                if truth[2].is_empty() {
+                    Vec::new()
+                } else {
+                    declaration.force(h, &node.leg, &node.e).to_vec()
+                },
+                if truth[3].is_empty() {
+                    Vec::new()
+                } else {
+                    constraint_multipliers(system, h, node)
+                },
             ];
             for (k, (values, truth)) in values.iter().zip(truth).enumerate() {
                 if values.is_empty() {
@@ -201,7 +223,11 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
                 }
                 let apart = values.iter().zip(truth).zip(&scales[k]);
                 let relative = apart.map(|((value, truth), scale)| {
-                    if value == truth { 0.0 } else { (value - truth).abs() / scale }
+                    if value == truth {
+                        0.0
+                    } else {
+                        (value - truth).abs() / scale
+                    }
                 });
                 found[k].push(relative.fold(0.0, larger));
             }
@@ -218,7 +244,10 @@ fn scales<const N: usize>(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64; N]) -> V
     let components = truth.first().map_or(0, |truth| truth[k].len());
     let extent = |i: usize| {
         let from = if k == 0 { q0[i] } else { 0.0 };
-        truth.iter().map(|truth| (truth[k][i] - from).abs()).fold(0.0, larger)
+        truth
+            .iter()
+            .map(|truth| (truth[k][i] - from).abs())
+            .fold(0.0, larger)
     };
     let extents: Vec<f64> = (0..components).map(extent).collect();
     // a component that stands still is told relative to the one that moves most

@@ -58,7 +58,13 @@ fn lengths<const N: usize>(triple: &Triple<N>) -> [f64; N] {
     let last = triple.last();
     let own: [f64; N] = core::array::from_fn(|i| triple.leg.d[i].abs().max(last.d[i].abs()));
     let longest = own.iter().fold(0.0_f64, |longest, x| longest.max(*x));
-    own.map(|own| if longest > 0.0 { own.max(STILL * longest) } else { 1.0 })
+    own.map(|own| {
+        if longest > 0.0 {
+            own.max(STILL * longest)
+        } else {
+            1.0
+        }
+    })
 }
 
 /// The distance of the nearest other solution of a step that is found, in legs.
@@ -129,7 +135,10 @@ fn returned<const N: usize>(
         else {
             break;
         };
-        let scale = vectors[pivot].as_flattened().iter().fold(0.0_f64, |x, y| x.max(y.abs()));
+        let scale = vectors[pivot]
+            .as_flattened()
+            .iter()
+            .fold(0.0_f64, |x, y| x.max(y.abs()));
         if size(&vectors[pivot]) <= 1e-9 * scale {
             continue;
         }

@@ -74,10 +74,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         }
     }
     let d_nu = continuous.as_ref().map_or(0.0, |laws| laws[1]);
-    let is_symplectic = matches!(
-        subject.expected.kind,
-        Kind::Unconstrained | Kind::Holonomic
-    );
+    let is_symplectic = matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic);
     let discrete = match (is_symplectic, d_nu) {
         (true, _) => Bar::AtMost(ZERO),
         // where the constraints change the form of the continuous motion they change the discrete one
@@ -89,7 +86,11 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         discrete,
         change,
     );
-    report.push("TF against differences of the first steps", Bar::AtMost(QUOTIENT), tangent);
+    report.push(
+        "TF against differences of the first steps",
+        Bar::AtMost(QUOTIENT),
+        tangent,
+    );
     let whats = [
         (
             "continuous: (Fᵗ)*Ω_L − Ω_L − dν, relative to the terms",
@@ -97,7 +98,11 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         ),
         (
             "continuous: dν on the states that are allowed, relative to the terms",
-            if is_symplectic { Bar::AtMost(ZERO) } else { Bar::Reported },
+            if is_symplectic {
+                Bar::AtMost(ZERO)
+            } else {
+                Bar::Reported
+            },
         ),
     ];
     report.push_all(whats, &continuous);
@@ -105,7 +110,11 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     report.note(format!(
         "the continuous law is integrated over {PIECE} steps each from {} of {states} states of the motion{}",
         states - stiff,
-        if stiff > 0 { ": elsewhere it is too stiff for the quadrature" } else { "" }
+        if stiff > 0 {
+            ": elsewhere it is too stiff for the quadrature"
+        } else {
+            ""
+        }
     ));
 }
 

@@ -62,7 +62,12 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
         let until = settings.until.unwrap_or(entry.default_until());
-        let title = format!("{} ({}), h = {}, to t = {until}", entry.name(), entry.kind(), settings.h);
+        let title = format!(
+            "{} ({}), h = {}, to t = {until}",
+            entry.name(),
+            entry.kind(),
+            settings.h
+        );
         text.extend([title, "\n".into(), table(&findings).to_string(), "\n".into()]);
         for finding in &findings {
             if let Some(failure) = &finding.failure {

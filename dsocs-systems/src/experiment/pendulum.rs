@@ -16,7 +16,7 @@ pub const UNTIL: f64 = 2000.0;
 /// The steps of the error table, in s.
 pub const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
 /// Smaller steps, whose errors tell where the paper's slope of 1.3 comes from, in s; they are no part of the figure.
-pub const FURTHER_STEPS: [f64; 3] = [0.003_125, 0.001_562_5, 0.000_781_25];
+pub const FURTHER_STEPS: [f64; 2] = [0.003_125, 0.001_562_5];
 /// The step of the motion that is shown, in s.
 pub const SHOWN_STEP: f64 = 0.1;
 /// The times at which errors are taken are multiples of this, in s; every step divides it.

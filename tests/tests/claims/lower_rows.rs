@@ -1,8 +1,8 @@
 //! Discrete rows of holonomic and nonholonomic constraints, one by one, are those of the paper written by hand: `g(q2)`,
 //! `c(φ⁻¹(q1, q2))`, then `Q − Σ λ α(q1)` for any multipliers, or the works of `Q` along fields.
 
-use dsocs_core::__private::Declaration as Tape;
 use crate::systems::orders::{Ellipsoid, RodWithField};
+use dsocs_core::__private::Declaration as Tape;
 use dsocs_core::{Leg, System};
 use dsocs_systems::Sleigh;
 use dsocs_tests::independent::{self, Declaration, Number, map2};
@@ -131,7 +131,10 @@ impl Lower<3> for Bowl {
 
 #[test]
 fn a_holonomic_row_stands_at_the_last_node() {
-    compare(&RodWithField { gravity: 9.81 }, &Rod(RodWithField { gravity: 9.81 }));
+    compare(
+        &RodWithField { gravity: 9.81 },
+        &Rod(RodWithField { gravity: 9.81 }),
+    );
     compare(&Ellipsoid { gravity: 1.5 }, &Bowl(Ellipsoid { gravity: 1.5 }));
 }
 

@@ -110,7 +110,10 @@ fn errors(figured: &[ErrorRow], further: &[ErrorRow], quantity: &str) -> Table {
     };
     let mut cells = vec![right(fit)];
     for start in StartRule::ALL {
-        cells.extend([right(String::new()), right(format!("{:.3}", slope(figured, start)))]);
+        cells.extend([
+            right(String::new()),
+            right(format!("{:.3}", slope(figured, start))),
+        ]);
     }
     table.add_row(cells);
     table
