@@ -108,7 +108,7 @@ impl Double {
             sum
         };
         let (sin, cos) = (series(rest, 2), series(Self::splat(1.0), 1));
-        #[allow(clippy::cast_possible_truncation)] // a quadrant
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 3
         match turns.rem_euclid(4.0) as u8 {
             0 => [sin, cos],
             1 => [cos, -sin],

@@ -48,8 +48,9 @@ fn kernel<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
     let mut rows = forms.to_vec();
     let mut pivots: Vec<usize> = Vec::new();
     for k in 0..rows.len() {
-        let largest = rows[k].iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let Some(pivot) = (0..N).find(|&j| largest > 0.0 && rows[k][j].abs() == largest) else {
+        let row = rows[k];
+        let largest = (0..N).max_by(|&i, &j| row[i].abs().total_cmp(&row[j].abs()));
+        let Some(pivot) = largest.filter(|&j| row[j] != 0.0) else {
             continue;
         };
         rows[k] = times(rows[k][pivot].recip(), &rows[k]);
