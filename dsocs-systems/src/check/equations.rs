@@ -26,8 +26,8 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
         Bar::AtMost(WRITTEN),
         Ok(worst.0),
     );
-    if !(worst.0 <= WRITTEN) {
-        report.note(format!("the worst rows are those of node {}", worst.1 + 1));
+    if !Bar::AtMost(WRITTEN).holds(worst.0) {
+        report.note(&format!("the worst rows are those of node {}", worst.1 + 1));
     }
     let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
     let constraints = holonomic + nonholonomic + kinematic;
@@ -45,7 +45,7 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
     if unknown == subject.triples.len() {
         let why =
             "the fields of the variations depend on more than position and velocity: dS_d is not looked at";
-        report.note(why.into());
+        report.note(why);
     } else {
         report.push(what, Bar::AtMost(STATIONARY), action);
     }

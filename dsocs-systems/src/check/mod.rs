@@ -120,10 +120,10 @@ impl Report {
     }
 
     /// Says something about the last figure.
-    fn note(&mut self, note: String) {
+    fn note(&mut self, note: &str) {
         if let Some(last) = self.findings.last_mut() {
             let before = last.note.take().map(|before| before + "; ");
-            last.note = Some(before.unwrap_or_default() + &note);
+            last.note = Some(before.unwrap_or_default() + note);
         }
     }
 
@@ -275,7 +275,7 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         Ok(subject.until.abs()),
     );
     if let Some(ended) = &subject.ended {
-        report.note(format!("{ended}; what follows is about the motion up to there"));
+        report.note(&format!("{ended}; what follows is about the motion up to there"));
     }
 }
 

@@ -91,7 +91,7 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
                     Err(error.into()),
                 );
             } else {
-                report.note(format!(
+                report.note(&format!(
                     "the errors of {name} are at rounding: no order is fitted"
                 ));
             }
@@ -116,7 +116,7 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         }
     }
     if last < times.len() {
-        report.note(beyond(subject, until));
+        report.note(&beyond(subject, until));
     }
 }
 
@@ -223,11 +223,8 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
                 }
                 let apart = values.iter().zip(truth).zip(&scales[k]);
                 let relative = apart.map(|((value, truth), scale)| {
-                    if value == truth {
-                        0.0
-                    } else {
-                        (value - truth).abs() / scale
-                    }
+                    let apart = (value - truth).abs();
+                    if apart == 0.0 { 0.0 } else { apart / scale }
                 });
                 found[k].push(relative.fold(0.0, larger));
             }

@@ -107,7 +107,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     ];
     report.push_all(whats, &continuous);
     let states = subject.states.len();
-    report.note(format!(
+    report.note(&format!(
         "the continuous law is integrated over {PIECE} steps each from {} of {states} states of the motion{}",
         states - stiff,
         if stiff > 0 {
