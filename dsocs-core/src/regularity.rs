@@ -147,7 +147,7 @@ fn singular_values<const N: usize>(
     [by_d, by_e]: [f64; 2],
 ) -> [f64; 2] {
     let columns = columns(declaration, h, leg, e, lengths, [0.0, by_d, by_e]);
-    match scaled(&columns, bounds) {
+    match scaled(&columns, &sizes(&columns, bounds)) {
         Some(matrix) => matrix.decomposed().extremes(),
         None => [f64::NAN; 2],
     }
@@ -171,7 +171,7 @@ pub(crate) fn all_singular_values<const N: usize>(
         .map(|i| scale(bounds[i], columns.iter().filter_map(|column| column.get(i))))
         .collect();
     columns.extend(multiplier_columns(declaration, h, leg, e, &scales));
-    scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
+    scaled(&columns, &scales).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
 /// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
@@ -258,16 +258,26 @@ fn unit(column: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// The matrix of some columns with rows in the size of their own terms, if it is finite.
-fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<Matrix> {
-    let matrix = Matrix::from_fn(bounds.len(), columns.len(), |i, j| {
+/// The matrix of some columns with rows in some sizes, if it is finite.
+fn scaled(columns: &[Vec<f64>], sizes: &[f64]) -> Option<Matrix> {
+    let matrix = Matrix::from_fn(sizes.len(), columns.len(), |i, j| {
         let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
-        if slope == 0.0 {
-            return 0.0;
-        }
-        slope / scale(bounds[i], columns.iter().filter_map(|column| column.get(i)))
+        if slope == 0.0 { 0.0 } else { slope / sizes[i] }
     });
     matrix.is_finite().then_some(matrix)
+}
+
+/// The sizes of the rows' terms, from the bounds of their rounding; of a row that does not round, its largest slope.
+fn sizes(columns: &[Vec<f64>], bounds: &[f64]) -> Vec<f64> {
+    let size = |(i, &bound): (usize, &f64)| {
+        let terms = bound / f64::EPSILON;
+        if terms > 0.0 {
+            terms
+        } else {
+            scale(0.0, columns.iter().filter_map(|column| column.get(i)))
+        }
+    };
+    bounds.iter().enumerate().map(size).collect()
 }
 
 /// The smallest and the largest singular value of the derivative by the unknowns.

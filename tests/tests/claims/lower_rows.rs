@@ -1,7 +1,6 @@
-//! Discrete rows of holonomic and nonholonomic constraints, one by one, are those of the paper written by hand: `g(q2)`,
-//! `c(φ⁻¹(q1, q2))`, then `Q − Σ λ α(q1)` for any multipliers, or the works of `Q` along fields.
+//! Discrete rows of nonholonomic constraints, one by one, are those of the paper written by hand: `c(φ⁻¹(q1, q2))`, then
+//! `Q − Σ λ α(q1)` for any multipliers.
 
-use crate::systems::orders::{Ellipsoid, RodWithField};
 use dsocs_core::__private::Declaration as Tape;
 use dsocs_core::{Leg, System};
 use dsocs_systems::Sleigh;
@@ -13,11 +12,6 @@ use proptest::test_runner::{Config, RngSeed, TestRunner};
 trait Lower<const N: usize>: Declaration<N> {
     /// The constraints on the last leg, with the form of each at the middle node.
     fn constraints(&self, h: f64, nodes: [[f64; N]; 3]) -> Vec<(f64, [f64; N])>;
-
-    /// The displacements at the middle node, where the declaration writes them.
-    fn fields(&self, _: [f64; N]) -> Vec<[f64; N]> {
-        Vec::new()
-    }
 }
 
 /// A midpoint, and the velocity there.
@@ -55,15 +49,10 @@ fn compare<S: System<N>, P: Lower<N>, const N: usize>(system: &S, by_hand: &P) {
         let rows = declaration.declared(h, &leg, &e, &multipliers);
         let force = independent::force(by_hand, h, nodes);
         let mut expected: Vec<f64> = constraints.iter().map(|(row, _)| *row).collect();
-        if declaration.has_multipliers() {
-            expected.extend((0..N).map(|i| {
-                let held: f64 = constraints.iter().map(|(_, form)| multiplier * form[i]).sum();
-                force[i] - held
-            }));
-        } else {
-            let works = by_hand.fields(q).into_iter();
-            expected.extend(works.map(|u| (0..N).map(|i| u[i] * force[i]).sum::<f64>()));
-        }
+        expected.extend((0..N).map(|i| {
+            let held: f64 = constraints.iter().map(|(_, form)| multiplier * form[i]).sum();
+            force[i] - held
+        }));
         prop_assert_eq!(rows.len(), expected.len());
         for (k, (row, expected)) in rows.iter().zip(&expected).enumerate() {
             // differences of nodes lose digits that increments keep
@@ -90,52 +79,6 @@ macro_rules! no_rows_of_second_order {
             Vec::new()
         }
     };
-}
-
-struct Rod(RodWithField);
-
-impl Declaration<2> for Rod {
-    fn lagrangian<R: Number>(&self, q: [R; 2], v: [R; 2]) -> R {
-        (v[0] * v[0] + v[1] * v[1]) * 0.5 - q[1] * self.0.gravity
-    }
-
-    no_rows_of_second_order!(2);
-}
-
-impl Lower<2> for Rod {
-    fn constraints(&self, _: f64, [_, q1, q2]: [[f64; 2]; 3]) -> Vec<(f64, [f64; 2])> {
-        vec![(q2[0] * q2[0] + q2[1] * q2[1] - 1.0, q1.map(|x| 2.0 * x))]
-    }
-
-    fn fields(&self, [x, y]: [f64; 2]) -> Vec<[f64; 2]> {
-        vec![[(2.0 + x) * y, -(2.0 + x) * x]]
-    }
-}
-
-struct Bowl(Ellipsoid);
-
-impl Declaration<3> for Bowl {
-    fn lagrangian<R: Number>(&self, q: [R; 3], v: [R; 3]) -> R {
-        (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) * 0.5 - q[2] * self.0.gravity
-    }
-
-    no_rows_of_second_order!(3);
-}
-
-impl Lower<3> for Bowl {
-    fn constraints(&self, _: f64, [_, q1, [x, y, z]]: [[f64; 3]; 3]) -> Vec<(f64, [f64; 3])> {
-        let form = [2.0 * q1[0], 4.0 * q1[1], 6.0 * q1[2]];
-        vec![(x * x + 2.0 * y * y + 3.0 * z * z - 1.0, form)]
-    }
-}
-
-#[test]
-fn a_holonomic_row_stands_at_the_last_node() {
-    compare(
-        &RodWithField { gravity: 9.81 },
-        &Rod(RodWithField { gravity: 9.81 }),
-    );
-    compare(&Ellipsoid { gravity: 1.5 }, &Bowl(Ellipsoid { gravity: 1.5 }));
 }
 
 struct Blade(Sleigh);
