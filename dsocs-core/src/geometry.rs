@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod admissible;
 mod array;
 mod continuous;
 mod error;
@@ -45,11 +46,14 @@ mod map;
 mod momentum;
 mod pairs;
 mod solvable;
+mod split;
 mod theorem;
+mod written;
 
 #[allow(unused_imports)] // named in the documentation
 use crate::{system::System, tangent::Tangent};
 
+pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
@@ -62,7 +66,9 @@ pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use solvable::{Declared, Solvable};
+pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
+pub use written::rows_of_written;
 
 use crate::regularity;
 use crate::system::Leg;

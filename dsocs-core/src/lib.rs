@@ -73,6 +73,7 @@ mod composition;
 mod declaration;
 mod deficiency;
 mod dense;
+mod double;
 mod dual;
 mod ensemble;
 mod error;

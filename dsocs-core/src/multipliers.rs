@@ -4,6 +4,9 @@ use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::system::{Leg, Point};
 
+/// Components of forms below this part of the largest are not scaled up.
+const FAINT: f64 = 1e-3;
+
 /// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
 /// the two are equal. NaN if the force or a form is not finite.
 pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) -> Vec<f64> {
@@ -17,7 +20,15 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
             .iter()
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
     });
-    let scaled = |i: usize, x: f64| if scales[i] > 0.0 { x / scales[i] } else { 0.0 };
+    // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
+    let least = FAINT * scales.iter().fold(0.0_f64, |largest, scale| largest.max(*scale));
+    let scaled = |i: usize, x: f64| {
+        if scales[i] > 0.0 {
+            x / scales[i].max(least)
+        } else {
+            0.0
+        }
+    };
     let matrix = Matrix::from_fn(N, count, |i, j| scaled(i, forms[j][i]));
     let right: [f64; N] = core::array::from_fn(|i| scaled(i, force[i]));
     if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {

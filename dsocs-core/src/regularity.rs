@@ -147,7 +147,7 @@ fn singular_values<const N: usize>(
     [by_d, by_e]: [f64; 2],
 ) -> [f64; 2] {
     let columns = columns(declaration, h, leg, e, lengths, [0.0, by_d, by_e]);
-    match scaled(&columns, bounds) {
+    match scaled(&columns, &sizes(&columns, bounds)) {
         Some(matrix) => matrix.decomposed().extremes(),
         None => [f64::NAN; 2],
     }
@@ -167,8 +167,11 @@ pub(crate) fn all_singular_values<const N: usize>(
         .iter()
         .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
         .collect();
-    columns.extend(multiplier_columns(declaration, h, leg, e));
-    scaled(&columns, &bounds).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
+    let scales: Vec<f64> = (0..bounds.len())
+        .map(|i| scale(bounds[i], columns.iter().filter_map(|column| column.get(i))))
+        .collect();
+    columns.extend(multiplier_columns(declaration, h, leg, e, &scales));
+    scaled(&columns, &scales).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
 /// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
@@ -205,17 +208,15 @@ fn columns<const N: usize>(
         .collect()
 }
 
-/// The derivatives of all rows by the multipliers that are unknown, each in units of itself.
+/// The derivatives of all rows by the multipliers that are unknown, each in its [`unit`].
 fn multiplier_columns<const N: usize>(
     declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
+    scales: &[f64],
 ) -> Vec<Vec<f64>> {
     let multipliers = of_step(declaration, h, leg, e);
-    let largest = multipliers
-        .iter()
-        .fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let constant_leg = Leg {
         q: fixed(&leg.q),
@@ -223,37 +224,60 @@ fn multiplier_columns<const N: usize>(
     };
     (0..multipliers.len())
         .map(|j| {
-            let own = multipliers[j].abs().max(STILL * largest);
-            let unit = if own > 0.0 { own } else { 1.0 };
             let moving: Vec<_> = multipliers
                 .iter()
                 .enumerate()
-                .map(|(i, &x)| Tangent::new(x, if i == j { unit } else { 0.0 }))
+                .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
                 .collect();
-            stacked(
+            let rows = stacked(
                 declaration,
                 Tangent::new(h, 0.0),
                 &constant_leg,
                 &fixed(e),
                 &moving,
-            )
-            .into_iter()
-            .map(Tangent::derivative)
-            .collect()
+            );
+            let slopes = || rows.iter().map(|row| row.derivative());
+            let scaled = slopes().zip(scales).map(|(slope, &scale)| match slope {
+                0.0 => 0.0,
+                slope => slope / scale,
+            });
+            let unit = unit(scaled);
+            slopes().map(|slope| unit * slope).collect()
         })
         .collect()
 }
 
-/// The matrix of some columns with rows in the size of their own terms, if it is finite.
-fn scaled(columns: &[Vec<f64>], bounds: &[f64]) -> Option<Matrix> {
-    let matrix = Matrix::from_fn(bounds.len(), columns.len(), |i, j| {
+/// The unit of a multiplier, from its column in rows of the size of their terms: one that changes a row by as much as its terms
+/// are. (The multiplier itself is no measure: it may vanish where the equations are as regular as anywhere.)
+fn unit(column: impl Iterator<Item = f64>) -> f64 {
+    let largest = column.fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+    if largest > 0.0 && largest.is_finite() {
+        largest.recip()
+    } else {
+        1.0
+    }
+}
+
+/// The matrix of some columns with rows in some sizes, if it is finite.
+fn scaled(columns: &[Vec<f64>], sizes: &[f64]) -> Option<Matrix> {
+    let matrix = Matrix::from_fn(sizes.len(), columns.len(), |i, j| {
         let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
-        if slope == 0.0 {
-            return 0.0;
-        }
-        slope / scale(bounds[i], columns.iter().filter_map(|column| column.get(i)))
+        if slope == 0.0 { 0.0 } else { slope / sizes[i] }
     });
     matrix.is_finite().then_some(matrix)
+}
+
+/// The sizes of the rows' terms, from the bounds of their rounding; of a row that does not round, its largest slope.
+fn sizes(columns: &[Vec<f64>], bounds: &[f64]) -> Vec<f64> {
+    let size = |(i, &bound): (usize, &f64)| {
+        let terms = bound / f64::EPSILON;
+        if terms > 0.0 {
+            terms
+        } else {
+            scale(0.0, columns.iter().filter_map(|column| column.get(i)))
+        }
+    };
+    bounds.iter().enumerate().map(size).collect()
 }
 
 /// The smallest and the largest singular value of the derivative by the unknowns.
@@ -267,36 +291,40 @@ fn of_unknowns<const N: usize>(
     let jacobian = declaration.jacobian(h, leg, &z);
     let mut bounds = vec![f64::NAN; z.len()];
     declaration.bounds(h, leg, &z, &mut bounds);
-    // a multiplier is compared with itself: what it is by nature is not known
     let lengths = declaration.unknown(&lengths(leg, e), &[]);
-    let largest = z.iter().fold(0.0_f64, |largest, z| largest.max(z.abs()));
     let rows: Vec<Vec<f64>> = jacobian
         .chunks(z.len().max(1))
         .map(|row| {
-            let entries = row.iter().zip(&lengths).zip(&z);
+            let entries = row.iter().zip(&lengths);
             entries
-                .map(|((slope, &length), z)| {
-                    let own = z.abs().max(STILL * largest);
-                    let length = if length > 0.0 {
-                        length
-                    } else if own > 0.0 {
-                        own
-                    } else {
-                        1.0
-                    };
-                    slope * length
-                })
+                .map(|(slope, &length)| slope * if length > 0.0 { length } else { 1.0 })
                 .collect()
         })
         .collect();
     let size = rows.len();
-    let matrix = Matrix::from_fn(size, size, |i, j| {
-        if rows[i][j] == 0.0 {
-            0.0
-        } else {
-            rows[i][j] / scale(bounds[i], core::iter::once(&rows[i][j]))
-        }
-    });
+    let is_multiplier = |j: usize| lengths.get(j).is_none_or(|&length| length <= 0.0);
+    let scales: Vec<f64> = rows
+        .iter()
+        .zip(&bounds)
+        .map(|(row, &bound)| {
+            let coordinates = row.iter().enumerate().filter(|(j, _)| !is_multiplier(*j));
+            scale(bound, coordinates.map(|(_, slope)| slope))
+        })
+        .collect();
+    let entry = |i: usize, j: usize| match rows[i][j] {
+        0.0 => 0.0,
+        slope => slope / scales[i],
+    };
+    let units: Vec<f64> = (0..size)
+        .map(|j| {
+            if is_multiplier(j) {
+                unit((0..size).map(|i| entry(i, j)))
+            } else {
+                1.0
+            }
+        })
+        .collect();
+    let matrix = Matrix::from_fn(size, size, |i, j| units[j] * entry(i, j));
     if matrix.is_finite() {
         matrix.decomposed().extremes()
     } else {
@@ -304,14 +332,11 @@ fn of_unknowns<const N: usize>(
     }
 }
 
-/// The size of a row's terms, from the bound of their rounding; of a row that does not round, its largest slope.
+/// The size of a row: that of its terms, from the bound of their rounding, or its largest slope, if that is larger. (Where a motion
+/// comes to rest in some coordinates the terms of their rows vanish, and the equations are as regular as before.)
 fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
     let terms = bound / f64::EPSILON;
-    if terms > 0.0 {
-        terms
-    } else {
-        slopes.fold(0.0, |largest, slope| slope.abs().max(largest))
-    }
+    slopes.fold(terms, |largest, slope| slope.abs().max(largest))
 }
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for

@@ -299,13 +299,15 @@ impl Entry {
         self.system.run(plan, beginning, sink)
     }
 
-    /// Checks the paper's theorems on a motion of the system.
+    /// Checks the paper's theorems on a motion of the system, to the entry's end unless the settings say another.
     ///
     /// # Errors
     ///
     /// [`CheckFailure`] if the motion cannot be computed.
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
-        self.system.check(&self.symmetries, self.expected(), settings)
+        let own = self.until.abs() * settings.h.signum();
+        self.system
+            .check(&self.symmetries, self.expected(), settings, own)
     }
 
     /// Looks for mistakes in what the entry adds to the declaration.

@@ -163,12 +163,21 @@ fn a_certified_run_tells_where_regularity_is_lost() {
         let numbers: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
         assert!(numbers[1] > 1e-4 && numbers[2] > 1e-4, "{line}");
     }
-    // a particle without mass is bound by nothing but its curvature
+    // a particle without mass is bound by nothing but its curvature: its acceleration cannot be solved for
     let arguments = ["run", "particle", "--until", "1", "--certify", "--set", "mass=0"];
-    let output = dsocs(folder.path(), &arguments).output().unwrap();
-    let message = String::from_utf8(output.stderr).unwrap();
+    let (refused, message) = self::output(folder.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(2), "{message}");
+    assert!(refused.stdout.is_empty());
     assert!(
-        !output.status.success() || message.contains("regularity is lost"),
+        message.contains("cannot be solved for: the Jacobian is singular"),
+        "{message}"
+    );
+    // and where the start needs no acceleration, its row of the step has no mass left
+    let arguments = [&arguments[..], &["--start", "paper"]].concat();
+    let (refused, message) = self::output(folder.path(), &arguments);
+    assert_eq!(refused.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("a denominator or a factor of a declared equation is zero"),
         "{message}"
     );
 }

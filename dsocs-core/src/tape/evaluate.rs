@@ -5,6 +5,7 @@ use core::cell::Cell;
 use super::link::{Kind, Program, Register};
 use super::read::{Binary, Comparison, Function};
 use super::{Leaf, Source};
+use crate::double::Double;
 use crate::lanes::Lanes;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar;
@@ -82,7 +83,7 @@ macro_rules! numbers {
     };
 }
 
-numbers!(f64, Lanes, Bounded, Tangent, Tangent2, Jet);
+numbers!(f64, Lanes, Bounded, Double, Tangent, Tangent2, Jet);
 
 /// Evaluates a program.
 fn walk<T: Scalar>(

@@ -10,7 +10,7 @@ use super::{Measured, larger};
 const RUNS: usize = 8;
 
 /// A step is tried again with a smaller one at most so often in a row, and there are at most so many steps.
-const LIMITS: [usize; 2] = [60, 1_000_000];
+const LIMITS: [usize; 2] = [60, 1_000];
 
 /// Writes the rate of change of a state, its first argument, into the second.
 pub(super) type Rate<'r> = &'r mut dyn FnMut(&[f64], &mut [f64]);

@@ -1,6 +1,6 @@
 //! Whether there is a discrete flow, and whether time can be turned round.
 
-use dsocs_core::geometry::FlowTheorem;
+use dsocs_core::geometry::{FlowTheorem, Triple};
 
 use super::{Report, Subject, largest};
 use crate::stability::Bar;
@@ -63,7 +63,7 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
     } else {
         Bar::Reported
     };
-    let turned = largest(&subject.triples, |triple| {
+    let turned = largest(&subject.spread, |triple| {
         Ok(subject.flow.irreversibility(triple)?)
     });
     report.push(
@@ -71,15 +71,22 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         bar,
         turned,
     );
-    let inverse = largest(&subject.triples, |triple| {
+    let back = |triple: &Triple<N>| {
         let found = subject.flow.backward(&triple.last())?;
         let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
         Ok(apart / norm(triple.leg.d).max(norm(triple.last().d)))
-    });
+    };
+    let inverse = largest(&subject.spread, back);
     report.push(
         "distance of F⁻¹(F(q0, q1)) from (q0, q1), in legs",
         Bar::AtMost(REVERSED),
         inverse,
+    );
+    // what a step across a switch forgets, no step back remembers
+    report.push(
+        "the same where the second difference changes most",
+        Bar::Reported,
+        largest(&subject.triples, back),
     );
 }

@@ -3,12 +3,15 @@
 //! Each check takes the system's own motion, measures a figure and holds it against a bar. Bars at rounding are a small
 //! multiple of it, and the figures are relative to the terms that they are a difference of.
 
+mod contact;
 mod continuous;
+mod equations;
 mod extrapolation;
 mod flow;
 mod momentum;
 mod order;
 mod probe;
+mod roots;
 mod symplectic;
 
 use std::error::Error;
@@ -24,8 +27,20 @@ use probe::Probe;
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
 
-/// So many triples of the motion are looked at, at most.
+/// So many triples of the motion are looked at, evenly spread, at most.
 const TRIPLES: usize = 24;
+
+/// And so many where the second difference changes most: at switches and impacts.
+const HARDEST: usize = 8;
+
+/// The tangent map is held against differences of so many first steps.
+const EARLY: usize = 40;
+
+/// At so many states of the continuous motion the discrete system is held against the continuous one.
+const STATES: usize = 4;
+
+/// The tolerance of the motion that leads there.
+const STATES_TOLERANCE: f64 = 1e-13;
 
 /// What is expected of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,19 +58,12 @@ pub struct Expected {
 pub struct Settings<'a> {
     /// The step, in s.
     pub h: f64,
-    /// The end, in s; 40 steps unless given.
+    /// The end, in s; 40 steps unless given. (Of an [`Entry`](crate::Entry): its own.)
     pub until: Option<f64>,
     /// The first node.
     pub q0: &'a [f64],
     /// The initial velocity.
     pub v0: &'a [f64],
-}
-
-impl Settings<'_> {
-    /// The end.
-    fn end(&self) -> f64 {
-        self.until.unwrap_or(STEPS * self.h)
-    }
 }
 
 /// One figure.
@@ -71,6 +79,8 @@ pub struct Finding {
     pub bar: Bar,
     /// Why there is no figure.
     pub failure: Option<String>,
+    /// What else is to be said.
+    pub note: Option<String>,
 }
 
 impl Finding {
@@ -105,7 +115,16 @@ impl Report {
             figure,
             bar,
             failure,
+            note: None,
         });
+    }
+
+    /// Says something about the last figure.
+    fn note(&mut self, note: &str) {
+        if let Some(last) = self.findings.last_mut() {
+            let before = last.note.take().map(|before| before + "; ");
+            last.note = Some(before.unwrap_or_default() + note);
+        }
     }
 
     /// Takes in several figures that are measured together.
@@ -132,14 +151,28 @@ struct Subject<'a, const N: usize> {
     symmetries: &'a [Symmetry],
     /// The step.
     h: f64,
-    /// The end.
+    /// The end that was asked for.
+    asked: f64,
+    /// The time that was reached.
     until: f64,
+    /// Why that is not the end.
+    ended: Option<String>,
+    /// Whether the end was the system's own.
+    own_end: bool,
     /// Position and velocity at the start.
     start: [[f64; N]; 2],
     /// The legs of the motion.
     legs: Vec<Leg<f64, N>>,
-    /// Triples along it, evenly spread.
+    /// Where in the motion the triples are, by the number of their first leg.
+    places: Vec<usize>,
+    /// Triples along it, evenly spread, and the hardest ones.
     triples: Vec<Triple<N>>,
+    /// Those that are evenly spread.
+    spread: Vec<Triple<N>>,
+    /// Triples of the first steps.
+    early: Vec<Triple<N>>,
+    /// States of the continuous motion, evenly spread.
+    states: Vec<[[f64; N]; 2]>,
 }
 
 /// Measures the figures of one check.
@@ -157,7 +190,20 @@ pub fn check<S: System<N>, const N: usize>(
     settings: &Settings<'_>,
     (q0, v0): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
-    findings(system, symmetries, expected, settings, [q0, v0])
+    let own = STEPS * settings.h;
+    findings(system, symmetries, expected, settings, [q0, v0], own)
+}
+
+/// The same, to the end `own` unless the settings say another.
+pub(crate) fn check_to<S: System<N>, const N: usize>(
+    system: &S,
+    symmetries: &[Symmetry],
+    expected: Expected,
+    settings: &Settings<'_>,
+    (q0, v0): ([f64; N], [f64; N]),
+    own: f64,
+) -> Result<Vec<Finding>, CheckFailure> {
+    findings(system, symmetries, expected, settings, [q0, v0], own)
 }
 
 /// The findings of all checks.
@@ -167,26 +213,41 @@ fn findings<const N: usize>(
     expected: Expected,
     settings: &Settings<'_>,
     start: [[f64; N]; 2],
+    own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let (h, until) = (settings.h, settings.end());
+    let (h, asked) = (settings.h, settings.until.unwrap_or(own));
     let flow = DiscreteFlow::new(system, h)?;
-    let legs = probe::legs(system, h, &start, until)?;
+    let walked = probe::legs(system, h, &start, asked)?;
+    let (places, spread) = places(&walked.legs);
+    let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
     let subject = Subject {
         system,
         flow,
         expected,
         symmetries,
         h,
-        until,
+        asked,
+        until: walked.until,
+        ended: walked.ended,
+        own_end: settings.until.is_none(),
         start,
-        triples: triples(&flow, &legs)?,
-        legs,
+        triples: triples(&flow, &walked.legs, &places)?,
+        spread: triples(&flow, &walked.legs, &spread)?,
+        early: triples(&flow, &walked.legs, &early)?,
+        places,
+        states: states(system, h, &start, walked.until),
+        legs: walked.legs,
     };
-    let checks: [(&'static str, Check<N>); 5] = [
+    let checks: [(&'static str, Check<N>); 10] = [
+        ("window", window),
         ("regularity", flow::regularity),
+        ("equations", equations::equations),
+        ("roots", roots::roots),
+        ("identities, which hold at any triple", identities),
         ("symplectic law", symplectic::law),
         ("momentum law", momentum::law),
         ("reversibility", flow::reversibility),
+        ("contact", contact::contact),
         ("order", order::order),
     ];
     let mut findings = Vec::new();
@@ -201,18 +262,83 @@ fn findings<const N: usize>(
     Ok(findings)
 }
 
-/// Triples along a motion, evenly spread.
+/// How far the motion goes.
+fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+    let bar = if subject.own_end {
+        Bar::AtLeast(subject.asked.abs() * (1.0 - 1e-9) - subject.h.abs())
+    } else {
+        Bar::Reported
+    };
+    report.push(
+        format!("time that the motion reaches, of {} s", subject.asked),
+        bar,
+        Ok(subject.until.abs()),
+    );
+    if let Some(ended) = &subject.ended {
+        report.note(&format!("{ended}; what follows is about the motion up to there"));
+    }
+}
+
+/// The laws that hold for every triple by construction: they hold the code of the constraint force and of the tangent map against that of `L_d`.
+fn identities<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+    symplectic::identity(subject, report);
+    momentum::identity(subject, report);
+}
+
+/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone.
+fn places<const N: usize>(legs: &[Leg<f64, N>]) -> (Vec<usize>, Vec<usize>) {
+    let last = legs.len() - 1;
+    let every = last.div_ceil(TRIPLES);
+    let spread: Vec<usize> = (0..last).step_by(every).collect();
+    let change = |k: usize| -> f64 {
+        let parts = (0..N).map(|i| {
+            let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
+            let size = a.abs().max(b.abs()).max(c.abs());
+            if size > 0.0 {
+                ((c - b) - (b - a)).abs() / size
+            } else {
+                0.0
+            }
+        });
+        parts.fold(0.0, larger)
+    };
+    let mut hardest: Vec<(usize, f64)> = (1..last).map(|k| (k, change(k))).collect();
+    hardest.sort_by(|x, y| y.1.total_cmp(&x.1));
+    let mut places = spread.clone();
+    places.extend(hardest.iter().take(HARDEST).map(|(place, _)| place));
+    places.sort_unstable();
+    places.dedup();
+    (places, spread)
+}
+
+/// Triples at some places of a motion.
 fn triples<const N: usize>(
     flow: &DiscreteFlow<'_, N>,
     legs: &[Leg<f64, N>],
+    places: &[usize],
 ) -> Result<Vec<Triple<N>>, CheckFailure> {
-    let every = legs.len().div_ceil(TRIPLES);
     let mut found = Vec::new();
-    for pair in legs.windows(2).step_by(every) {
-        let e = core::array::from_fn(|i| pair[1].d[i] - pair[0].d[i]);
-        found.push(flow.forward_near(&pair[0], &e)?);
+    for &place in places {
+        let [first, last] = [legs[place], legs[place + 1]];
+        let e = core::array::from_fn(|i| last.d[i] - first.d[i]);
+        found.push(flow.forward_near(&first, &e)?);
     }
     Ok(found)
+}
+
+/// States of the continuous motion: the start, and others if the motion is known so far.
+fn states<const N: usize>(
+    system: &dyn Probe<N>,
+    h: f64,
+    start: &[[f64; N]; 2],
+    until: f64,
+) -> Vec<[[f64; N]; 2]> {
+    let mut states = vec![*start];
+    let times: Vec<f64> = (1..STATES).map(|k| until * k as f64 / STATES as f64).collect();
+    if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
+        states.extend(motion.iter().map(|point| [point.q, point.v]));
+    }
+    states
 }
 
 /// The larger of two numbers; NaN if either is.

@@ -1,6 +1,14 @@
 //! The order of the scheme, by a fit of its errors against the Taylor flow.
+//!
+//! Errors are compared as far as the largest step follows the motion at all. Beyond, a chaotic motion forgets its start within the error
+//! of any step, and a fit there would tell of chaos and not of the scheme.
+
+use dsocs_core::geometry::{
+    constraint_force, constraint_multipliers, continuous_multipliers, state_displacements,
+};
 
 use super::{Measured, Report, Subject, larger, probe};
+use crate::entry::Kind;
 use crate::stability::Bar;
 
 /// Each of so many steps is half of the one before.
@@ -9,84 +17,254 @@ const HALVINGS: u32 = 6;
 /// An error below this part of the motion's extent may be rounding, and is left out of the fit.
 const PLATEAU: f64 = 1e-11;
 
+/// The same for velocities, forces and multipliers, which are quotients of differences of nodes.
+const DIFFERENCES: f64 = 1e-8;
+
 /// How far the fitted order may be from the declared one.
 const APART: f64 = 0.1;
 
 /// The tolerance of the continuous motion.
 const TOLERANCE: f64 = 1e-15;
 
+/// The motion is followed as long as the largest step's error is below this part of its extent.
+const FOLLOWED: f64 = 0.02;
+
+/// The order is fitted to so many of the smallest errors that are above rounding: larger steps may be too large for a power law.
+const FITTED: usize = 4;
+
+/// There are at most so many nodes at which errors are taken.
+const NODES: usize = 2000;
+
+/// By how much the start is changed to see how much of it is forgotten, relative to the extent.
+const CHANGED: f64 = 1e-9;
+
+/// A change of the start that grows more than the first, and so many times as the second in the second half of the window,
+/// grows exponentially; or more than the third, by which it is as large as the motion.
+const CHAOS: [f64; 3] = [1e3, 30.0, 1e7];
+
+/// The motion is followed by the step that is halved so often: the largest one that counts, if all errors are above rounding.
+const FOLLOWER: usize = 2;
+
+/// What is compared.
+const NAMES: [&str; 4] = ["position", "velocity", "force", "multipliers"];
+
+/// Errors by quantity, step and node, each relative to the component's largest value.
+type Errors = [Vec<Vec<f64>>; 4];
+
 /// The order on the system's own motion.
 pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
-    let fitted = errors(subject).and_then(|errors| fit(&errors));
+    let measured = errors(subject);
     let declared = subject.expected.order;
-    let (slope, count) = match &fitted {
-        Ok((slope, count)) => (Ok(*slope), *count),
-        Err(error) => (Err(error.to_string().into()), 0),
+    let (times, errors) = match measured {
+        Ok(found) => found,
+        Err(error) => {
+            report.push("slope of the errors of position", Bar::Reported, Err(error));
+            return;
+        }
     };
-    let distance = fitted.map(|(slope, _)| (slope - declared).abs());
-    report.push(
-        format!(
-            "slope of the errors at {count} steps, from h = {} down",
-            subject.h
-        ),
-        Bar::Reported,
-        slope,
-    );
-    report.push(
-        format!("its distance from {declared}"),
-        Bar::AtMost(APART),
-        distance,
-    );
+    let last = followed(&errors[0][FOLLOWER]);
+    let until = times[last - 1];
+    for (k, (name, errors)) in NAMES.into_iter().zip(&errors).enumerate() {
+        if errors[0].is_empty() {
+            continue;
+        }
+        let plateau = if k == 0 { PLATEAU } else { DIFFERENCES };
+        let points: Vec<[f64; 2]> = (0..HALVINGS)
+            .zip(errors)
+            .map(|(halving, errors)| {
+                let h = (subject.h / f64::from(1_u32 << halving)).abs();
+                [
+                    h,
+                    errors[..last]
+                        .iter()
+                        .fold(0.0, |most, &error| larger(most, error)),
+                ]
+            })
+            .filter(|[_, error]| *error > plateau || error.is_nan())
+            .collect();
+        if points.len() < 3 {
+            if k == 0 {
+                let error = "fewer than three errors are above rounding: give a larger step";
+                report.push(
+                    "slope of the errors of position",
+                    Bar::Reported,
+                    Err(error.into()),
+                );
+            } else {
+                report.note(&format!(
+                    "the errors of {name} are at rounding: no order is fitted"
+                ));
+            }
+            continue;
+        }
+        let points = &points[points.len().saturating_sub(FITTED)..];
+        let slope = fitted(points);
+        let [[first, _], .., [least, _]] = points else {
+            continue;
+        };
+        let what = format!("slope of the errors of {name}, h = {first:.1e} to {least:.1e}");
+        if k == 0 {
+            report.push(what, Bar::Reported, Ok(slope));
+            let distance = (slope - declared).abs();
+            report.push(
+                format!("distance of that from {declared}"),
+                Bar::AtMost(APART),
+                Ok(distance),
+            );
+        } else {
+            report.push(what, Bar::AtLeast(declared - APART), Ok(slope));
+        }
+    }
+    if last < times.len() {
+        report.note(&beyond(subject, until));
+    }
 }
 
-/// Steps, and the largest error at the nodes of the first, relative to the coordinates' extent.
-fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<Vec<[f64; 2]>> {
-    let (h, [q0, _]) = (subject.h, subject.start);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
-    let coarse = (subject.until / h).round().max(2.0) as u32;
-    let times: Vec<f64> = (1..=coarse).map(|k| f64::from(k) * h).collect();
+/// Why errors are not compared beyond a time.
+fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
+    let said = format!(
+        "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
+        subject.h / f64::from(1_u32 << FOLLOWER)
+    );
+    match growth(subject) {
+        Ok([growth, late]) if growth > CHAOS[2] || (growth > CHAOS[0] && late > CHAOS[1]) => format!(
+            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times: that is chaos, and no failure of the scheme",
+            subject.until
+        ),
+        Ok([growth, _]) => format!(
+            "{said}; by t = {:.2} a small change of the start has grown {growth:.0e} times",
+            subject.until
+        ),
+        Err(_) => said,
+    }
+}
+
+/// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
+fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
+    let [q0, v0] = subject.start;
+    let times = |k: u32| subject.until * f64::from(k) / 200.0;
+    let times: Vec<f64> = (1..=200).map(times).collect();
+    let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
+    let extent = exact
+        .iter()
+        .flat_map(|point| (0..N).map(|i| (point.q[i] - q0[i]).abs()))
+        .fold(0.0, larger);
+    let mut most = [0.0; 2];
+    for displacement in state_displacements(subject.system, &q0, &v0) {
+        let moved = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| x[i] + CHANGED * extent * by[i]);
+        let start = [moved(&q0, &displacement.first), moved(&v0, &displacement.second)];
+        let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
+            continue;
+        };
+        for (k, (point, other)) in exact.iter().zip(&other).enumerate() {
+            let apart = (0..N).map(|i| (point.q[i] - other.q[i]).abs()).fold(0.0, larger);
+            let half = usize::from(2 * k >= exact.len());
+            most[half] = larger(most[half], apart / (CHANGED * extent));
+        }
+    }
+    Ok([larger(most[0], most[1]), most[1] / most[0]])
+}
+
+/// How many nodes the largest step follows the motion, at least two.
+fn followed(errors: &[f64]) -> usize {
+    let lost = errors
+        .iter()
+        .position(|error| error.is_nan() || *error > FOLLOWED);
+    lost.unwrap_or(errors.len()).max(2).min(errors.len())
+}
+
+/// Times, and the errors there of every quantity with every step.
+fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Errors)> {
+    let h = subject.h;
+    let coarse = subject.legs.len().saturating_sub(1).max(2);
+    let part = u32::try_from(coarse.div_ceil(NODES))?;
+    let count = coarse / part as usize;
+    let times: Vec<f64> = (1..=count).map(|k| (k as f64 * f64::from(part)) * h).collect();
     let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
-    let extent: [f64; N] = core::array::from_fn(|i| {
-        let moved = exact.iter().map(|q| (q[i] - q0[i]).abs());
-        moved.fold(0.0, larger)
-    });
-    // a coordinate that stands still is told relative to the one that moves most
-    let most = extent.iter().fold(0.0, |most, &x| larger(most, x));
-    let mut errors = Vec::new();
+    let system = subject.system;
+    let constrained = subject.expected.kind != Kind::Unconstrained;
+    let truth: Vec<[Vec<f64>; 4]> = exact
+        .iter()
+        .map(|point| {
+            let [mut force, mut multipliers] = [Vec::new(), Vec::new()];
+            if constrained {
+                force = constraint_force(system, point).to_vec();
+                multipliers = continuous_multipliers(system, point);
+            }
+            [point.q.to_vec(), point.v.to_vec(), force, multipliers]
+        })
+        .collect();
+    let scales: [Vec<f64>; 4] = core::array::from_fn(|k| scales(k, &truth, &subject.start[0]));
+    let mut errors: Errors = Default::default();
     for halving in 0..HALVINGS {
         let parts = 1_u32 << halving;
-        let positions = probe::positions(
-            subject.system,
-            h / f64::from(parts),
-            &subject.start,
-            (parts, exact.len()),
-        )?;
-        let mut error = 0.0;
-        for (found, exact) in positions.iter().zip(&exact) {
-            for ((found, exact), &extent) in found.iter().zip(exact).zip(&extent) {
-                let scale = if extent > 1e-3 * most { extent } else { most };
-                error = larger(error, (found - exact).abs() / scale);
+        let h = h / f64::from(parts);
+        let nodes = probe::nodes(system, h, &subject.start, (part * parts, count))?;
+        let mut found: [Vec<f64>; 4] = Default::default();
+        for (node, truth) in nodes.iter().zip(&truth) {
+            let declaration = system.declaration();
+            let values = [
+                node.leg.q.to_vec(),
+                declaration.point(h, &node.leg, &node.e).v.to_vec(),
+                if truth[2].is_empty() {
+                    Vec::new()
+                } else {
+                    declaration.force(h, &node.leg, &node.e).to_vec()
+                },
+                if truth[3].is_empty() {
+                    Vec::new()
+                } else {
+                    constraint_multipliers(system, h, node)
+                },
+            ];
+            for (k, (values, truth)) in values.iter().zip(truth).enumerate() {
+                if values.is_empty() {
+                    continue;
+                }
+                let apart = values.iter().zip(truth).zip(&scales[k]);
+                let relative = apart.map(|((value, truth), scale)| {
+                    let apart = (value - truth).abs();
+                    if apart == 0.0 { 0.0 } else { apart / scale }
+                });
+                found[k].push(relative.fold(0.0, larger));
             }
         }
-        errors.push([(h / f64::from(parts)).abs(), error]);
+        for (errors, found) in errors.iter_mut().zip(found) {
+            errors.push(found);
+        }
     }
-    Ok(errors)
+    Ok((times, errors))
 }
 
-/// The slope of the errors above the plateau, and how many there are.
-fn fit(errors: &[[f64; 2]]) -> Measured<(f64, usize)> {
-    let kept: Vec<[f64; 2]> = errors
-        .iter()
-        .filter(|[_, error]| *error > PLATEAU || error.is_nan())
-        .map(|[h, error]| [h.ln(), error.ln()])
-        .collect();
-    if kept.len() < 3 {
-        return Err("fewer than three errors are above rounding: give a larger step".into());
-    }
-    let count = kept.len() as f64;
-    let mean = |k: usize| kept.iter().map(|point| point[k]).sum::<f64>() / count;
+/// How large each component of a quantity becomes: of positions, how far they go.
+fn scales<const N: usize>(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64; N]) -> Vec<f64> {
+    let components = truth.first().map_or(0, |truth| truth[k].len());
+    let extent = |i: usize| {
+        let from = if k == 0 { q0[i] } else { 0.0 };
+        truth
+            .iter()
+            .map(|truth| (truth[k][i] - from).abs())
+            .fold(0.0, larger)
+    };
+    let extents: Vec<f64> = (0..components).map(extent).collect();
+    // a component that stands still is told relative to the one that moves most
+    let most = extents.iter().fold(0.0, |most, &x| larger(most, x));
+    extents
+        .into_iter()
+        .map(|extent| if extent > 1e-3 * most { extent } else { most })
+        .collect()
+}
+
+/// The slope of the line through the logarithms of some points.
+pub fn fitted(points: &[[f64; 2]]) -> f64 {
+    let count = points.len() as f64;
+    let logarithm = |k: usize| points.iter().map(move |point| point[k].ln());
+    let mean = |k: usize| logarithm(k).sum::<f64>() / count;
     let (x, y) = (mean(0), mean(1));
-    let above: f64 = kept.iter().map(|point| (point[0] - x) * (point[1] - y)).sum();
-    let below: f64 = kept.iter().map(|point| (point[0] - x).powi(2)).sum();
-    Ok((above / below, kept.len()))
+    let (mut above, mut below) = (0.0, 0.0);
+    for (h, error) in logarithm(0).zip(logarithm(1)) {
+        above += (h - x) * (error - y);
+        below += (h - x).powi(2);
+    }
+    above / below
 }

@@ -1,6 +1,6 @@
 //! What the checks ask of a system beside its geometry: this is made anew for every system, and the checks are not.
 
-use dsocs_core::geometry::Solvable;
+use dsocs_core::geometry::{Solvable, Triple};
 use dsocs_core::{Flow, Leg, Point, Start, Stepper, System, TaylorFlow, Tolerance};
 
 use super::Measured;
@@ -22,6 +22,12 @@ pub trait Probe<const N: usize>: Solvable<N> {
         times: (&[f64], bool),
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Measured<()>;
+
+    /// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
+    fn series(&self, start: &[[f64; N]; 2]) -> Measured<(Vec<[f64; N]>, f64)>;
+
+    /// How many constraints there are: on positions, on velocities, on accelerations.
+    fn constraints(&self) -> [usize; 3];
 }
 
 impl<S: System<N>, const N: usize> Probe<N> for S {
@@ -46,39 +52,78 @@ impl<S: System<N>, const N: usize> Probe<N> for S {
         }
         Ok(Stepper::sample(&mut flow, times, observer)?)
     }
+
+    fn series(&self, &[q0, v0]: &[[f64; N]; 2]) -> Measured<(Vec<[f64; N]>, f64)> {
+        let start = Start::second_order(q0, v0).projected();
+        let mut flow = TaylorFlow::new(self, start, Tolerance::relative(1e-15))?;
+        flow.advance()?;
+        let polynomial = flow.polynomial().ok_or("the motion has no series")?;
+        Ok((polynomial.series().position().to_vec(), polynomial.length().abs()))
+    }
+
+    fn constraints(&self) -> [usize; 3] {
+        [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
+    }
 }
 
-/// The legs of the motion from `(q0, v0)` up to the time `until`, at least three.
+/// The legs of a motion, and why there are no more.
+pub struct Walked<const N: usize> {
+    /// The legs, at least three.
+    pub legs: Vec<Leg<f64, N>>,
+    /// The time that is reached.
+    pub until: f64,
+    /// Why the end is not.
+    pub ended: Option<String>,
+}
+
+/// The legs of the motion from `(q0, v0)` up to the time `until`, or as far as it goes.
 pub fn legs<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
     start: &[[f64; N]; 2],
     until: f64,
-) -> Result<Vec<Leg<f64, N>>, CheckFailure> {
-    let mut legs = Vec::new();
-    probe.walk(h, start, &mut |_, time, leg| {
+) -> Result<Walked<N>, CheckFailure> {
+    let (mut legs, mut reached) = (Vec::new(), 0.0);
+    // a time that is the end to within rounding is the end
+    let last = until - 1e-6 * h;
+    let walked = probe.walk(h, start, &mut |_, time, leg| {
         legs.push(leg);
-        (time - until) * h.signum() < 0.0 || legs.len() < 3
-    })?;
-    Ok(legs)
+        reached = time;
+        (time - last) * h.signum() < 0.0 || legs.len() < 3
+    });
+    let ended = match walked {
+        Ok(()) => None,
+        Err(error) if legs.len() < 3 => return Err(error),
+        Err(error) => Some(error.to_string()),
+    };
+    Ok(Walked {
+        legs,
+        until: reached,
+        ended,
+    })
 }
 
-/// The positions of the motion from `(q0, v0)` with the step `h`, at `count` multiples of `part` steps.
-pub fn positions<const N: usize>(
+/// Nodes of the motion from `(q0, v0)` with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
+pub fn nodes<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
     start: &[[f64; N]; 2],
     (part, count): (u32, usize),
-) -> Measured<Vec<[f64; N]>> {
-    let mut positions = Vec::with_capacity(count);
+) -> Measured<Vec<Triple<N>>> {
+    let mut nodes: Vec<Triple<N>> = Vec::with_capacity(count);
+    let mut before: Option<Leg<f64, N>> = None;
     let walked = probe.walk(h, start, &mut |index, _, leg| {
-        if index == u64::from(part) * (positions.len() as u64 + 1) {
-            positions.push(leg.q);
+        if let Some(first) = before.take() {
+            let e = core::array::from_fn(|i| leg.d[i] - first.d[i]);
+            nodes.push(Triple { leg: first, e });
         }
-        positions.len() < count
+        if index == u64::from(part) * (nodes.len() as u64 + 1) {
+            before = Some(leg);
+        }
+        nodes.len() < count
     });
     match walked {
-        Ok(()) => Ok(positions),
+        Ok(()) => Ok(nodes),
         // not the motion to check
         Err(CheckFailure::Setup(error)) => Err(error.into()),
         Err(CheckFailure::Run(error)) => Err(error.into()),
@@ -86,18 +131,18 @@ pub fn positions<const N: usize>(
     }
 }
 
-/// The positions of the continuous motion from `(q0, v0)` at some times, in the direction of `h`, to a tolerance.
+/// The continuous motion from `(q0, v0)` at some times, in the direction of `h`, to a tolerance.
 pub fn exact<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
     start: &[[f64; N]; 2],
     times: &[f64],
     tolerance: f64,
-) -> Measured<Vec<[f64; N]>> {
+) -> Measured<Vec<Point<f64, N>>> {
     let mut motion = Vec::with_capacity(times.len());
     let tolerance = Tolerance::relative(tolerance);
     probe.sample(start, tolerance, (times, h < 0.0), &mut |_, point| {
-        motion.push(point.q);
+        motion.push(*point);
     })?;
     Ok(motion)
 }

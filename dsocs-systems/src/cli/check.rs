@@ -23,7 +23,7 @@ pub struct CheckArguments {
     /// The step h, in s [default: the system's own]
     #[arg(long, visible_alias = "h", value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
-    /// The end of the motion that is checked, in s [default: 40 steps]
+    /// The end of the motion that is checked, in s [default: the system's own]
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where the motion begins, and the parameters
@@ -61,18 +61,28 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
-        let title = format!("{} ({}), h = {}", entry.name(), entry.kind(), settings.h);
+        let until = settings.until.unwrap_or(entry.default_until());
+        let title = format!(
+            "{} ({}), h = {}, to t = {until}",
+            entry.name(),
+            entry.kind(),
+            settings.h
+        );
         text.extend([title, "\n".into(), table(&findings).to_string(), "\n".into()]);
         for finding in &findings {
             if let Some(failure) = &finding.failure {
                 let said = [finding.check, ": ", &finding.what, ": ", failure, "\n"];
                 text.extend(said);
             }
+            if let Some(note) = &finding.note {
+                text.extend([finding.check, ": ", note, "\n"]);
+            }
         }
         encoded.push(json!({
             "system": entry.name(),
             "kind": entry.kind(),
             "step": settings.h,
+            "until": until,
             "checks": findings.iter().map(value).collect::<Vec<_>>(),
         }));
     }
@@ -104,6 +114,7 @@ fn value(finding: &Finding) -> Value {
         "relation": relation,
         "ok": finding.ok(),
         "failure": finding.failure,
+        "note": finding.note,
     })
 }
 

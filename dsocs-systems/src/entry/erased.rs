@@ -27,7 +27,7 @@ pub(super) trait AnySystem: Send {
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure>;
 
-    /// Checks the paper's theorems on a motion of the system.
+    /// Checks the paper's theorems on a motion of the system, whose end is `own` unless the settings say another.
     ///
     /// # Errors
     ///
@@ -37,6 +37,7 @@ pub(super) trait AnySystem: Send {
         symmetries: &[Symmetry],
         expected: Expected,
         settings: &Settings<'_>,
+        own: f64,
     ) -> Result<Vec<Finding>, CheckFailure>;
 }
 
@@ -131,11 +132,12 @@ impl<S: System<N> + Send, const N: usize> AnySystem for Erased<S, N> {
         symmetries: &[Symmetry],
         expected: Expected,
         settings: &Settings<'_>,
+        own: f64,
     ) -> Result<Vec<Finding>, CheckFailure> {
         let start = (
             array("q0", settings.q0, &S::COORDINATES)?,
             array("v0", settings.v0, &S::COORDINATES)?,
         );
-        check::check(&self.system, symmetries, expected, settings, start)
+        check::check_to(&self.system, symmetries, expected, settings, start, own)
     }
 }

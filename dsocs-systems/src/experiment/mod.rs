@@ -73,6 +73,14 @@ pub fn slope(rows: &[ErrorRow], start: StartRule) -> f64 {
     fit(rows, start).0
 }
 
+/// The same over the rows of one start whose steps lie between two.
+#[must_use]
+pub fn slope_between(rows: &[ErrorRow], start: StartRule, [least, most]: [f64; 2]) -> f64 {
+    let within = |row: &&ErrorRow| (least..=most).contains(&row.h);
+    let rows: Vec<ErrorRow> = rows.iter().filter(within).copied().collect();
+    slope(&rows, start)
+}
+
 /// The slope and the intercept of the least-squares line through `(ln h, ln error)` of one start.
 #[must_use]
 pub fn fit(rows: &[ErrorRow], start: StartRule) -> (f64, f64) {

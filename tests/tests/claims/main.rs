@@ -16,6 +16,7 @@ mod geometry;
 mod global_error;
 mod jacobians;
 mod library;
+mod lower_rows;
 mod particle_reference;
 mod pendulum_reference;
 mod proper_branch;

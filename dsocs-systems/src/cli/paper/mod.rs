@@ -35,6 +35,8 @@ struct Results {
     pendulum: Vec<Moment>,
     /// The pendulum's errors.
     pendulum_errors: Vec<ErrorRow>,
+    /// Those with smaller steps, which no figure shows.
+    pendulum_further: Vec<ErrorRow>,
     /// The pendulum's continuous motion.
     reference: Reference,
 }
@@ -71,25 +73,29 @@ pub fn paper(arguments: &PaperArguments) -> Result<(), CliError> {
 
 /// Runs all experiments, independent ones at the same time.
 fn compute() -> Result<Results, ExperimentError> {
-    let runs = 2 * (particle::STEPS.len() + pendulum::STEPS.len()) as u64;
+    let steps = particle::STEPS.len() + pendulum::STEPS.len() + pendulum::FURTHER_STEPS.len();
+    let runs = 2 * steps as u64;
     let bar = progress::bar(runs + 3, "computing");
     let done = || bar.inc(1);
     let particle_runs = || (particle::motion().inspect(|_| done()), particle::errors(done));
     let pendulum_runs = || {
         let reference = pendulum::reference().inspect(|_| done())?;
+        // the longest runs first
+        let further = pendulum::errors_at(&pendulum::FURTHER_STEPS, &reference, done)?;
         let errors = pendulum::errors(&reference, done)?;
-        Ok::<_, ExperimentError>((reference, errors))
+        Ok::<_, ExperimentError>((reference, errors, further))
     };
     let shown_pendulum = || pendulum::motion().inspect(|_| done());
     let ((particle, particle_errors), (shown, pendulum_results)) =
         rayon::join(particle_runs, || rayon::join(shown_pendulum, pendulum_runs));
     bar.finish_and_clear();
-    let (reference, pendulum_errors) = pendulum_results?;
+    let (reference, pendulum_errors, pendulum_further) = pendulum_results?;
     Ok(Results {
         particle: particle?,
         particle_errors: particle_errors?,
         pendulum: shown?,
         pendulum_errors,
+        pendulum_further,
         reference,
     })
 }

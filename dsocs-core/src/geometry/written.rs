@@ -1,0 +1,124 @@
+//! The equations of a step at nodes as they are written down.
+
+use super::array::{along, moving, moving_leg, times};
+use super::solvable::Declared;
+use crate::dense::Matrix;
+use crate::double::Double;
+use crate::multipliers::of_step;
+use crate::rounding::Bounded;
+use crate::scalar::Scalar as _;
+use crate::system::Leg;
+use crate::tangent::Tangent;
+
+/// So often multipliers are improved: each time they gain as many digits as a double has.
+const IMPROVED: u32 = 3;
+
+/// Moving `q0`, `q1` and `q2` moves the node, the increment and the second difference by these parts.
+const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
+
+/// What the declared rows of a step are at three nodes as they are written, each with what may be expected of it.
+///
+/// The first of each pair is the row, evaluated with numbers of twice the precision from the nodes alone: the differences of
+/// the nodes are exact. The second is by how much it can differ from zero because each component of the nodes was rounded
+/// to its nearest double, because the second difference was known to one unit of rounding of itself or of a leg, and because the row was solved in
+/// doubles. Where functions of the user's
+/// are called the rows are known to the precision of doubles only.
+///
+/// Rows come in the order of [`System::residual`](crate::System::residual). Multipliers that are unknown are those that explain
+/// the rows best.
+#[must_use]
+pub fn rows_of_written<const N: usize>(
+    system: &dyn Declared<N>,
+    h: f64,
+    nodes: &[[f64; N]; 3],
+) -> Vec<[f64; 2]> {
+    let declaration = system.declaration();
+    let [q0, q1, q2] = nodes;
+    let exact = |x: &[f64; N]| x.map(Double::exact);
+    let mut leg = Leg {
+        q: exact(q1),
+        d: exact(q1),
+    };
+    let mut e = leg.d;
+    for i in 0..N {
+        leg.d[i] = Double::difference(q1[i], q0[i]);
+        e[i] = Double::difference(q2[i], q1[i]) - leg.d[i];
+    }
+    let rounded = Leg {
+        q: *q1,
+        d: leg.d.map(Double::rounded),
+    };
+    let e_rounded = e.map(Double::rounded);
+    let step = Double::exact(h);
+
+    let first = of_step(&declaration, h, &rounded, &e_rounded);
+    let mut multipliers: Vec<Double> = first.iter().copied().map(Double::exact).collect();
+    let mut rows = declaration.declared(step, &leg, &e, &multipliers);
+
+    let fixed: Vec<Tangent> = multipliers.iter().map(|x| Tangent::splat(x.rounded())).collect();
+    let mut allowed = vec![0.0; rows.len()];
+    let mut add = |[by_q, by_d, by_e]: [f64; 3], j: usize, size: f64| {
+        let unit = along(j, 1.0);
+        let leg = moving_leg(&rounded, &times(by_q, &unit), &times(by_d, &unit));
+        let e = moving(&e_rounded, &times(by_e, &unit));
+        let rows = declaration.declared(Tangent::splat(h), &leg, &e, &fixed);
+        for (allowed, row) in allowed.iter_mut().zip(rows) {
+            *allowed += row.derivative().abs() * size;
+        }
+    };
+    for j in 0..N {
+        for (node, by) in nodes.iter().zip(NODES) {
+            add(by, j, 0.5 * unit_in_the_last_place(node[j]));
+        }
+        add(
+            [0.0, 0.0, 1.0],
+            j,
+            f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()),
+        );
+    }
+    let bounded = |x: &[f64; N]| x.map(Bounded::splat);
+    let bounded_leg = Leg {
+        q: bounded(&rounded.q),
+        d: bounded(&rounded.d),
+    };
+    let fixed: Vec<Bounded> = fixed.iter().map(|x| Bounded::splat(x.value())).collect();
+    let evaluated = declaration.declared(Bounded::splat(h), &bounded_leg, &bounded(&e_rounded), &fixed);
+    for (allowed, row) in allowed.iter_mut().zip(evaluated) {
+        *allowed += row.error();
+    }
+    if !multipliers.is_empty() {
+        let forms = declaration.forms(h, &rounded, &e_rounded);
+        let from = rows.len().saturating_sub(N);
+        for _ in 0..IMPROVED {
+            let changes = nearest(&forms, &rows[from..], &allowed[from..]);
+            for (multiplier, change) in multipliers.iter_mut().zip(changes) {
+                *multiplier = *multiplier + Double::exact(change);
+            }
+            rows = declaration.declared(step, &leg, &e, &multipliers);
+        }
+    }
+    rows.iter()
+        .map(|row| row.rounded())
+        .zip(allowed)
+        .map(Into::into)
+        .collect()
+}
+
+/// By how much multipliers change so that `row − Σ δλ α` is smallest, each row in units of what is explained of it.
+fn nearest<const N: usize>(forms: &[[f64; N]], rows: &[Double], units: &[f64]) -> Vec<f64> {
+    let weight = |i: usize| {
+        let weight = units.get(i).map_or(f64::NAN, |unit| unit.recip());
+        if weight.is_finite() { weight } else { 0.0 }
+    };
+    let matrix = Matrix::from_fn(N, forms.len(), |i, j| weight(i) * forms[j][i]);
+    let right: Vec<f64> = (0..rows.len()).map(|i| weight(i) * rows[i].rounded()).collect();
+    if right.len() != N || !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
+        return vec![0.0; forms.len()];
+    }
+    matrix.decomposed().solve(&right, f64::EPSILON)
+}
+
+/// The distance of a number from the next one.
+fn unit_in_the_last_place(x: f64) -> f64 {
+    x.abs().next_up() - x.abs()
+}

@@ -1,0 +1,168 @@
+//! Solutions and modes of a step that belong to no motion of the continuous system.
+
+use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
+
+use super::{Measured, Report, Subject, contact::about, larger};
+use crate::stability::Bar;
+
+/// Two solutions nearer than this part of a leg cannot be told from one another.
+const APART: f64 = 1e-6;
+
+/// A solution that is this many legs away is not in question.
+const FAR: f64 = 10.0;
+
+/// How far guesses are from the solution, in legs.
+const GUESSES: [f64; 4] = [0.03, 0.3, 1.0, 5.0];
+
+/// A coordinate whose leg is shorter than this part of the longest stands still.
+const STILL: f64 = 1e-3;
+
+/// A change of a leg may change the next second difference by this part of it: less and less with a smaller step, unless a
+/// mode of the step has no counterpart.
+const MODE: f64 = 0.5;
+
+/// The step is made smaller by 4 at most so often.
+const QUARTERS: i32 = 10;
+
+/// The other roots along the motion, and modes without a counterpart.
+pub fn roots<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+    let distances: Vec<f64> = subject
+        .triples
+        .iter()
+        .filter_map(|triple| other(&subject.flow, triple))
+        .collect();
+    report.push(
+        format!(
+            "of {} steps, those with a second root within {FAR} legs",
+            subject.triples.len()
+        ),
+        Bar::Reported,
+        Ok(distances.len() as f64),
+    );
+    if let Some(least) = distances.into_iter().reduce(f64::min) {
+        report.push(
+            "distance of the nearest second root, in legs",
+            Bar::AtLeast(APART),
+            Ok(least),
+        );
+    }
+    report.push(
+        "parasitic modes: δe over the change of the leg before it, as h → 0",
+        Bar::AtMost(MODE),
+        parasitic(subject),
+    );
+}
+
+/// The longer of both legs by coordinate.
+fn lengths<const N: usize>(triple: &Triple<N>) -> [f64; N] {
+    let last = triple.last();
+    let own: [f64; N] = core::array::from_fn(|i| triple.leg.d[i].abs().max(last.d[i].abs()));
+    let longest = own.iter().fold(0.0_f64, |longest, x| longest.max(*x));
+    own.map(|own| {
+        if longest > 0.0 {
+            own.max(STILL * longest)
+        } else {
+            1.0
+        }
+    })
+}
+
+/// The distance of the nearest other solution of a step that is found, in legs.
+fn other<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Option<f64> {
+    let lengths = lengths(triple);
+    let mut nearest: Option<f64> = None;
+    for i in 0..N {
+        for far in GUESSES.into_iter().flat_map(|far| [far, -far]) {
+            let mut guess = triple.e;
+            guess[i] += far * lengths[i];
+            let Ok(found) = flow.forward_near(&triple.leg, &guess) else {
+                continue;
+            };
+            let apart = (0..N)
+                .map(|i| (found.e[i] - triple.e[i]).abs() / lengths[i])
+                .fold(0.0, larger);
+            // rounding is what is nearer
+            if apart > APART * APART.sqrt() && apart < FAR {
+                nearest = Some(nearest.map_or(apart, |nearest| nearest.min(apart)));
+            }
+        }
+    }
+    nearest
+}
+
+/// By how much a change of the leg before comes back in the second difference, in the limit of small steps.
+///
+/// The step is a map of pairs of nodes, which has twice as many modes as there are coordinates, as the continuous motion has. A mode without a
+/// counterpart (the leapfrog of a constraint without accelerations that is imposed on three nodes) turns a change of the leg into its
+/// negative, `δe = −2 δd`, at any step; in all others `δe` is of the order of `h δd`.
+fn parasitic<const N: usize>(subject: &Subject<'_, N>) -> Measured {
+    let mut most = 0.0;
+    for state in &subject.states {
+        let (series, reach) = subject.system.series(state)?;
+        let mut found = f64::NAN;
+        for quarter in 0..=QUARTERS {
+            let h = subject.h.signum() * subject.h.abs().min(reach) * 0.25_f64.powi(quarter);
+            let flow = DiscreteFlow::new(subject.system, h)?;
+            let near = about(&series, h);
+            let triple = flow.forward_near(&near.leg, &near.e)?;
+            found = returned(subject, &flow, &triple)?;
+            if found <= MODE {
+                break;
+            }
+        }
+        most = larger(most, found);
+    }
+    Ok(most)
+}
+
+/// The largest `δe` over the change of the first node that makes it, in legs, where the second node stays.
+fn returned<const N: usize>(
+    subject: &Subject<'_, N>,
+    flow: &DiscreteFlow<'_, N>,
+    triple: &Triple<N>,
+) -> Measured {
+    let tangent = flow.tangent(triple)?;
+    let lengths = lengths(triple);
+    let allowed = pair_displacements(subject.system, flow.h(), &triple.leg);
+    // combinations of the allowed displacements that leave the second node where it is
+    let mut vectors: Vec<[[f64; N]; 2]> = allowed
+        .iter()
+        .map(|u| [u.second, u.first].map(|part| core::array::from_fn(|i| part[i] / lengths[i])))
+        .collect();
+    for i in 0..N {
+        let size = |vector: &[[f64; N]; 2]| vector[0][i].abs();
+        let Some(pivot) = (0..vectors.len()).max_by(|&k, &l| size(&vectors[k]).total_cmp(&size(&vectors[l])))
+        else {
+            break;
+        };
+        let scale = vectors[pivot]
+            .as_flattened()
+            .iter()
+            .fold(0.0_f64, |x, y| x.max(y.abs()));
+        if size(&vectors[pivot]) <= 1e-9 * scale {
+            continue;
+        }
+        let row = vectors.swap_remove(pivot);
+        for vector in &mut vectors {
+            let factor = vector[0][i] / row[0][i];
+            for (x, y) in vector.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+                *x -= factor * y;
+            }
+        }
+    }
+    let norm = |x: &[f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    let mut most = 0.0;
+    for [_, first] in &vectors {
+        let mut change = *first;
+        for (i, change) in change.iter_mut().enumerate() {
+            for j in 0..N {
+                *change += tangent.by_first[i][j] * lengths[j] * first[j] / lengths[i];
+            }
+        }
+        let size = norm(first);
+        if size > 0.0 {
+            most = larger(most, norm(&change) / size);
+        }
+    }
+    Ok(most)
+}
