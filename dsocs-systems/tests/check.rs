@@ -333,7 +333,7 @@ fn the_action_is_stationary_along_admissible_variations_alone() {
     lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - y.powi(2) / 2;
     discrete_kinematic = (z[2] - z[0]) / (2 * h) - y[1] * (x[2] - x[0]) / (2 * h);
     kinematic = ddot(z) - y * ddot(x) - dot(y) * dot(x);
-    forces = [(-y, 0, 1)];
+    constraint_forces = [(-y, 0, 1)];
 }]
 struct Leapfrog;
 
