@@ -17,10 +17,13 @@ const PRIME: u64 = (1 << 61) - 1;
 /// The exponent of [`PRIME`]: `2^61 = 1` modulo the prime.
 const EXPONENT: i32 = 61;
 /// Random points: two, so that one unlucky value decides nothing.
-const SEEDS: [u64; 2] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
+pub(super) const POINTS: usize = 2;
+const SEEDS: [u64; POINTS] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03];
 
-/// Values that were computed before, by seed.
-pub(super) type Residues = [HashMap<NodeId, Option<u64>>; 2];
+/// Values that were computed before.
+pub(super) type Known = HashMap<NodeId, Option<u64>>;
+/// The same for each random point.
+pub(super) type Residues = [Known; POINTS];
 
 impl Graph {
     /// Whether the expression is zero as a rational function of its leaves, parameters and function values.
@@ -28,7 +31,7 @@ impl Graph {
         if let Some(value) = self.as_constant(id) {
             return value == 0.0;
         }
-        (0..SEEDS.len()).all(|point| self.residue(id, point) == Some(0))
+        (0..POINTS).all(|point| self.residue(id, point) == Some(0))
     }
 
     /// Whether an expression varies with a leaf for certain, because the leaf stands in one place of it alone, where nothing hides it.
@@ -66,17 +69,25 @@ impl Graph {
         Some((key, key.map(|residue| (PRIME - residue) % PRIME)))
     }
 
-    /// The expression's value modulo the prime; `None` where a denominator is zero or a number is not finite.
-    fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
-        if let Some(&known) = self.residues[point].get(&id) {
+    /// The expression's value modulo the prime at a random point; `None` where a denominator is zero or a number is not finite.
+    pub(super) fn residue(&mut self, id: NodeId, point: usize) -> Option<u64> {
+        let mut known = std::mem::take(&mut self.residues[point]);
+        let result = self.residue_with(id, point, &mut known);
+        self.residues[point] = known;
+        result
+    }
+
+    /// As [`Graph::residue`], with values that are known beforehand: what stands there decides, whatever the node is.
+    pub(super) fn residue_with(&self, id: NodeId, point: usize, known: &mut Known) -> Option<u64> {
+        if let Some(&known) = known.get(&id) {
             return known;
         }
-        let result = match self.node(id).clone() {
+        let result = match self.node(id) {
             Node::Constant(value) => number(value.get()),
             Node::Sum(constant, terms) => {
                 let mut sum = number(constant.get());
-                for (term, c) in terms {
-                    let term = self.residue(term, point);
+                for &(term, c) in terms {
+                    let term = self.residue_with(term, point, known);
                     sum = match (sum, number(c.get()), term) {
                         (Some(sum), Some(c), Some(term)) => Some(add(sum, multiply(c, term))),
                         _ => None,
@@ -86,17 +97,12 @@ impl Graph {
             }
             Node::Product(factors) => {
                 let mut product = Some(1);
-                for (factor, exponent) in factors {
-                    let factor = self.residue(factor, point);
+                for &(factor, exponent) in factors {
+                    let factor = self.residue_with(factor, point, known);
                     product = match (product, factor) {
                         (_, Some(0)) if exponent < 0 => None,
                         (Some(product), Some(factor)) => {
-                            let base = if exponent < 0 {
-                                power(factor, PRIME - 2)
-                            } else {
-                                factor
-                            };
-                            Some(multiply(product, power(base, u64::from(exponent.unsigned_abs()))))
+                            Some(multiply(product, signed_power(factor, exponent)))
                         }
                         _ => None,
                     };
@@ -107,16 +113,31 @@ impl Graph {
                 SEEDS[point] ^ u64::from(id.0).wrapping_mul(0x2545_f491_4f6c_dd1d),
             )),
         };
-        self.residues[point].insert(id, result);
+        known.insert(id, result);
         result
     }
 }
 
-fn add(a: u64, b: u64) -> u64 {
+/// The power of a number, which is not zero if the exponent is negative.
+pub(super) fn signed_power(base: u64, exponent: i32) -> u64 {
+    let base = if exponent < 0 { invert(base) } else { base };
+    power(base, u64::from(exponent.unsigned_abs()))
+}
+
+/// The reciprocal of a number that is not zero.
+pub(super) fn invert(a: u64) -> u64 {
+    power(a, PRIME - 2)
+}
+
+pub(super) fn subtract(a: u64, b: u64) -> u64 {
+    (a + (PRIME - b)) % PRIME
+}
+
+pub(super) fn add(a: u64, b: u64) -> u64 {
     (a + b) % PRIME
 }
 
-fn multiply(a: u64, b: u64) -> u64 {
+pub(super) fn multiply(a: u64, b: u64) -> u64 {
     let product = u128::from(a) * u128::from(b) % u128::from(PRIME);
     u64::try_from(product).unwrap_or_default()
 }
@@ -157,7 +178,7 @@ fn number(value: f64) -> Option<u64> {
 }
 
 /// A well mixed number below the prime (splitmix64).
-fn random(seed: u64) -> u64 {
+pub(super) fn random(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -9,7 +9,8 @@
 //! - [`difference`](Graph::difference): the change of an expression between two points, without cancellation
 //!   ([`mod@difference`]);
 //! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
-//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`]);
+//! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`])
+//!   and what cannot be ([`mod@nonzero`]);
 //! - code, through [`crate::emit::program`].
 
 mod build;
@@ -17,6 +18,7 @@ mod derivative;
 mod difference;
 mod evaluate;
 mod identity;
+mod nonzero;
 mod rewrite;
 
 use std::collections::HashMap;

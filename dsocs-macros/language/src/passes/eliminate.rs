@@ -1,7 +1,8 @@
 //! Rows solved for unknowns when the code is generated.
 //!
 //! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the solution put into
-//! the other rows. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
+//! the other rows. A coefficient with parameters may be zero, and is divided by only if the rows could not be solved anyhow
+//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
 //! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
 
 use std::collections::HashMap;
@@ -39,7 +40,10 @@ impl Elimination {
 
     /// Solves rows as long as there are any that the rule admits.
     pub(super) fn run(&mut self, graph: &mut Graph, rule: Rule) {
-        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule) {
+        // what has been found of coefficients: it does not change with what is solved, because the determinant of the rows that
+        // are left is that of all rows, divided by coefficients that are not zero
+        let mut safe = HashMap::new();
+        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule, &mut safe) {
             let equation = self.rows.remove(row);
             let zero = graph.constant(0.0);
             let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
@@ -60,9 +64,14 @@ impl Elimination {
             .retain(|leaf| solutions.iter().all(|(solved, _)| solved != leaf));
     }
 
-    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is.
-    fn linear_row(&self, graph: &mut Graph, rule: Rule) -> Option<(usize, Leaf, NodeId)> {
-        let mut best: Option<(u32, (usize, Leaf, NodeId))> = None;
+    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is, and without parameters if possible.
+    fn linear_row(
+        &self,
+        graph: &mut Graph,
+        rule: Rule,
+        safe: &mut HashMap<NodeId, bool>,
+    ) -> Option<(usize, Leaf, NodeId)> {
+        let mut candidates = Vec::new();
         let mut merge = Merge::default();
         for (row, equation) in self.rows.iter().enumerate() {
             if equation.divide.is_some() {
@@ -82,12 +91,36 @@ impl Elimination {
                     continue;
                 }
                 let size = merge.size(graph, coefficient);
-                if best.as_ref().is_none_or(|(smallest, _)| size < *smallest) {
-                    best = Some((size, (row, unknown, coefficient)));
-                }
+                let order = (graph.has_parameters(coefficient), size);
+                candidates.push((order, (row, unknown, coefficient)));
             }
         }
-        best.map(|(_, choice)| choice)
+        // stable: of equal ones the first
+        candidates.sort_by_key(|&(order, _)| order);
+        // on a copy: the order of terms is that in which nodes were made, and a question should not change it
+        let mut copy = None;
+        candidates
+            .into_iter()
+            .map(|(_, candidate)| candidate)
+            .find(|&(_, _, coefficient)| {
+                *safe.entry(coefficient).or_insert_with(|| {
+                    let (graph, slopes) = copy.get_or_insert_with(|| {
+                        let mut copy = graph.clone();
+                        let slopes = self.slopes(&mut copy);
+                        (copy, slopes)
+                    });
+                    graph.has_to_be_nonzero(coefficient, slopes)
+                })
+            })
+    }
+
+    /// The derivatives of the rows by the unknowns.
+    fn slopes(&self, graph: &mut Graph) -> Vec<Vec<NodeId>> {
+        let rows = self.rows.iter().map(|row| {
+            let unknown = self.unknown.iter();
+            unknown.map(|&leaf| graph.derivative(row.value, leaf)).collect()
+        });
+        rows.collect()
     }
 
     /// Whether a row is linear in the unknowns, with coefficients that are all known early.

@@ -51,7 +51,7 @@ pub(crate) struct Unknowns {
 
 /// The passes of a step with `n` coordinates.
 pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
-    // eliminate: rows whose coefficient the parameters and `h` decide are solved for a second difference or a multiplier.
+    // eliminate: rows whose coefficient the parameters and `h` decide, and which has to be nonzero, are solved for a second difference or a multiplier.
     // First, since every row that goes spares all that follows.
     let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
     let mut system = Elimination::new(rows, unknown);
@@ -178,7 +178,7 @@ pub(crate) fn motion(
     multipliers: usize,
     cost: Cost,
 ) -> Motion {
-    // eliminate: rows whose coefficient the parameters alone decide
+    // eliminate: rows whose coefficient the parameters alone decide, and which has to be nonzero
     let rule = Rule {
         early: Graph::is_fixed,
         most_unknowns: MOST_SOLVED,

@@ -1,0 +1,270 @@
+//! Whether a coefficient has to be nonzero for rows to have one solution.
+//!
+//! Nothing is known of a parameter: a stiffness may be zero, and so may what a mass and a stiffness add up to. Division by
+//! such a coefficient is safe only if the rows could not be solved anyhow where it is zero, as with a mass that multiplies a
+//! whole row. That is decided as in [`super::identity`]: each way in which the coefficient can become zero is put into the
+//! rows' slopes, and their determinant is evaluated modulo the prime. What is evaluated to be zero at random points is
+//! zero; where it is not, or where not all zeros of the coefficient are found, the answer is no.
+
+use std::collections::HashMap;
+
+use super::identity::{Known, POINTS, add, invert, multiply, random, signed_power, subtract};
+use super::{Graph, Node, NodeId, Unary};
+
+/// Seeds for the values of an unknown at which a coefficient is looked at.
+const PLACES: [u64; 3] = [3, 5, 7];
+/// Powers of a parameter that are recognised.
+const HIGHEST_POWER: i32 = 8;
+
+/// An expression of the parameters, and a value for it.
+type Place = (NodeId, u64);
+
+impl Graph {
+    /// Whether the determinant of `slopes` is zero wherever the coefficient, an expression of the parameters and `h`, is.
+    pub(crate) fn has_to_be_nonzero(&mut self, coefficient: NodeId, slopes: &[Vec<NodeId>]) -> bool {
+        if let Node::Product(factors) = self.node(coefficient).clone() {
+            return factors
+                .into_iter()
+                .all(|(factor, exponent)| exponent < 0 || self.has_to_be_nonzero(factor, slopes));
+        }
+        // `h` is never zero, and what depends on nothing else is the user's choice of the step
+        let mut unknown = Vec::new();
+        self.atoms(coefficient, &mut unknown);
+        (0..POINTS).all(|point| {
+            let zeros = self.zeros(coefficient, &unknown, point);
+            zeros.is_some_and(|zeros| zeros.into_iter().all(|zero| self.singular(slopes, point, zero)))
+        })
+    }
+
+    /// The expressions of the parameters that a sum of products is made of.
+    fn atoms(&self, id: NodeId, found: &mut Vec<NodeId>) {
+        match self.node(id) {
+            Node::Sum(..) | Node::Product(_) => {
+                for part in self.parts(id) {
+                    self.atoms(part, found);
+                }
+            }
+            _ if self.has_parameters(id) && !found.contains(&id) => found.push(id),
+            _ => {}
+        }
+    }
+
+    /// Whether an expression depends on a parameter.
+    pub(crate) fn has_parameters(&self, id: NodeId) -> bool {
+        matches!(self.node(id), Node::Param(_))
+            || self.parts(id).into_iter().any(|part| self.has_parameters(part))
+    }
+
+    /// Points at which the coefficient is zero, one on each factor of its numerator, with all atoms but one at random
+    /// values; `None` where factors may be missing.
+    ///
+    /// A factor in which an atom is linear is zero where this atom has a certain value. A power of an atom is zero with it.
+    /// Any other factor has no atom in which the coefficient is linear: it then divides the slope by each of these atoms,
+    /// and is excluded for an atom on which one such slope does not depend.
+    fn zeros(&self, coefficient: NodeId, atoms: &[NodeId], point: usize) -> Option<Vec<Place>> {
+        let mut zeros = Vec::new();
+        let mut linear = Vec::new();
+        let mut others = Vec::new();
+        for &atom in atoms {
+            if let Node::Unary(Unary::Exp | Unary::Cosh, _) = self.node(atom) {
+                continue;
+            }
+            let line = self.line(coefficient, atom, point, None)?;
+            if line.straight && line.slope == 0 {
+                continue; // it cancels
+            }
+            if line.straight {
+                linear.push(atom);
+                zeros.push((atom, line.root()));
+            } else {
+                others.push(atom);
+            }
+        }
+        for atom in others {
+            let value = random(PLACES[0]);
+            let free = linear.iter().any(|&other| {
+                let lines =
+                    [None, Some((atom, value))].map(|place| self.line(coefficient, other, point, place));
+                matches!(lines, [Some(one), Some(two)] if one.slope == two.slope)
+            });
+            if free {
+                continue;
+            }
+            let exponent = self.exponent(coefficient, atom, point)?;
+            if exponent > 0 {
+                zeros.push((atom, 0));
+            }
+        }
+        Some(zeros)
+    }
+
+    /// How an expression varies with an atom, with a value for another one.
+    fn line(&self, id: NodeId, atom: NodeId, point: usize, other: Option<Place>) -> Option<Line> {
+        let places = PLACES.map(random);
+        let [first, second, third] = self.along(id, atom, point, other, places)?;
+        let run = invert(subtract(places[1], places[0]));
+        let slope = multiply(subtract(second, first), run);
+        let expected = add(first, multiply(slope, subtract(places[2], places[0])));
+        Some(Line {
+            place: places[0],
+            value: first,
+            slope,
+            straight: expected == third,
+        })
+    }
+
+    /// The power of an atom that an expression is multiplied by, if that is all that there is of it.
+    fn exponent(&self, id: NodeId, atom: NodeId, point: usize) -> Option<i32> {
+        let places = PLACES.map(random);
+        let values = self.along(id, atom, point, None, places)?;
+        (-HIGHEST_POWER..=HIGHEST_POWER).find(|&exponent| {
+            let [one, two, three] = places.map(|place| signed_power(place, exponent));
+            multiply(values[0], two) == multiply(values[1], one)
+                && multiply(values[0], three) == multiply(values[2], one)
+        })
+    }
+
+    /// The values of an expression for some values of an atom.
+    fn along<const N: usize>(
+        &self,
+        id: NodeId,
+        atom: NodeId,
+        point: usize,
+        other: Option<Place>,
+        places: [u64; N],
+    ) -> Option<[u64; N]> {
+        let mut values = [0; N];
+        for (value, place) in values.iter_mut().zip(places) {
+            let set = [Some((atom, place)), other].into_iter().flatten();
+            let mut known: Known = set.map(|(node, value)| (node, Some(value))).collect();
+            *value = self.residue_with(id, point, &mut known)?;
+        }
+        Some(values)
+    }
+
+    /// Whether the determinant is zero, or does not exist, where an atom has a value.
+    fn singular(&mut self, slopes: &[Vec<NodeId>], point: usize, (atom, value): Place) -> bool {
+        let n = slopes.len();
+        let mut known: Known = HashMap::from([(atom, Some(value))]);
+        let mut matrix = Vec::with_capacity(n);
+        for row in slopes {
+            if row.len() != n {
+                return false;
+            }
+            let mut residues = Vec::with_capacity(n);
+            for &slope in row {
+                match self.residue_with(slope, point, &mut known) {
+                    Some(residue) => residues.push(residue),
+                    // a denominator that is zero here and not elsewhere: the rows do not exist where the atom is so
+                    None => return self.residue(slope, point).is_some(),
+                }
+            }
+            matrix.push(residues);
+        }
+        determinant_is_zero(matrix)
+    }
+}
+
+/// How an expression varies with an atom.
+struct Line {
+    place: u64,
+    value: u64,
+    slope: u64,
+    /// Whether it is linear.
+    straight: bool,
+}
+
+impl Line {
+    /// Where it is zero.
+    fn root(&self) -> u64 {
+        subtract(self.place, multiply(self.value, invert(self.slope)))
+    }
+}
+
+/// Whether the determinant is zero modulo the prime.
+fn determinant_is_zero(mut rows: Vec<Vec<u64>>) -> bool {
+    let n = rows.len();
+    for column in 0..n {
+        let Some(pivot) = (column..n).find(|&row| rows[row][column] != 0) else {
+            return true;
+        };
+        rows.swap(column, pivot);
+        let top = rows[column].clone();
+        let inverse = invert(top[column]);
+        for row in &mut rows[column + 1..] {
+            if row[column] == 0 {
+                continue;
+            }
+            let factor = multiply(row[column], inverse);
+            for (entry, &above) in row.iter_mut().zip(&top).skip(column) {
+                *entry = subtract(*entry, multiply(factor, above));
+            }
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use quote::quote;
+
+    fn parameters(graph: &mut Graph) -> [NodeId; 3] {
+        [quote!(a), quote!(b), quote!(k)].map(|name| graph.param(name))
+    }
+
+    #[test]
+    fn what_the_rows_can_do_without_may_be_zero() {
+        let mut graph = Graph::new();
+        let [a, b, k] = parameters(&mut graph);
+        let (off, sum) = (graph.neg(k), graph.add(b, k));
+        let slopes = [vec![a, off], vec![off, sum]];
+        for coefficient in [a, b, k, sum, off] {
+            assert!(!graph.has_to_be_nonzero(coefficient, &slopes));
+        }
+        let two = graph.constant(2.0);
+        assert!(graph.has_to_be_nonzero(two, &slopes));
+        // b + k - k²/a: what the first row leaves of the second
+        let quotient = graph.product(&[(k, 2), (a, -1)]);
+        let left = graph.sub(sum, quotient);
+        assert!(graph.has_to_be_nonzero(left, &slopes));
+    }
+
+    #[test]
+    fn what_makes_the_rows_singular_has_to_be_nonzero() {
+        let mut graph = Graph::new();
+        let [a, b, k] = parameters(&mut graph);
+        let zero = graph.constant(0.0);
+        let slopes = [vec![a, zero], vec![zero, b]];
+        let (power, ratio) = (graph.product(&[(a, 2), (b, 1)]), graph.div(a, k));
+        for coefficient in [a, b, power, ratio] {
+            assert!(graph.has_to_be_nonzero(coefficient, &slopes));
+        }
+        let (product, sum) = (graph.mul(a, k), graph.add(a, b));
+        for coefficient in [k, product, sum] {
+            assert!(!graph.has_to_be_nonzero(coefficient, &slopes));
+        }
+    }
+
+    #[test]
+    fn every_factor_of_a_sum_is_looked_at() {
+        let mut graph = Graph::new();
+        let [a, b, k] = parameters(&mut graph);
+        let squares = [graph.powi(k, 2), graph.powi(b, 2)];
+        // a k² + a k⁴ is zero with `k` too, and a k² + a b² where k² + b² is
+        let high = [graph.mul(a, squares[0]), graph.product(&[(a, 1), (k, 4)])];
+        let pair = squares.map(|square| graph.mul(a, square));
+        for terms in [high, pair] {
+            let sum = graph.sum(&terms);
+            assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+        }
+        // a k² + a² k² is zero where `a` is 0 or -1, and where `k` is 0
+        let terms = [graph.mul(a, squares[0]), graph.product(&[(a, 2), (k, 2)])];
+        let sum = graph.sum(&terms);
+        assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+        // a + k² is irreducible
+        let sum = graph.sum(&[a, squares[0]]);
+        assert!(graph.has_to_be_nonzero(sum, &[vec![sum]]));
+        assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+    }
+}
