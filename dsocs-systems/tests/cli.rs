@@ -717,7 +717,7 @@ fn check_prints_the_theorems_and_fails_with_them() {
     );
 
     // forty steps of a microsecond: every error is rounding, and there is no order to fit
-    let failed = output(&["check", "magnetic", "--step", "1e-6"]);
+    let failed = output(&["check", "magnetic", "--step", "1e-6", "--until", "4e-5"]);
     assert_eq!(failed.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&failed.stdout).contains("FAILED"));
     let (status, message) = refused(&["check", "magnetik"]);

@@ -58,7 +58,7 @@ pub(super) fn check_pair<const N: usize>(
     let leg = leg(q0, d);
     let mut rows = declaration.pair(h, &leg);
     for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
-        if row.abs() <= change {
+        if row.abs() <= change && change.is_finite() {
             *row = 0.0;
         }
     }
@@ -301,7 +301,7 @@ fn solve<const N: usize>(
             .collect();
         let count = columns.first().map_or(0, Vec::len);
         let value: Vec<f64> = (0..count).map(|i| columns[0][i].value()).collect();
-        let within = |(value, size): (&f64, f64)| value.abs() <= ROUNDED * size;
+        let within = |(value, size): (&f64, f64)| size.is_finite() && value.abs() <= ROUNDED * size;
         if value.iter().zip(sizes(&x)).all(within) {
             return Ok(x);
         }

@@ -246,6 +246,8 @@ impl Scalar for Double {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::float_cmp)] // the same numbers, to the last bit
+
     use super::*;
 
     /// How far two numbers differ.
