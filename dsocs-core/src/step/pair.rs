@@ -12,6 +12,9 @@ use crate::system::{Leg, System};
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
+/// A root that is farther away than a leg is in question only where the updates have not led straight to the one that was found.
+const NEAR: f64 = 1.0;
+
 /// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
 /// acceleration, than this part of the other one's distance.
 const NEARER: f64 = 0.1;
@@ -165,7 +168,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let legs = self
             .unknown(&self.leg().d, &[])
             .zip(size, |d, size| d.abs().max(size));
-        if relative(&apart, &root.z, &legs) > FAR {
+        let distance = relative(&apart, &root.z, &legs);
+        if distance > FAR {
             return Ok(report(root, guess));
         }
         let past = predictor.past();
@@ -180,6 +184,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 predictor.take_determinant(self.determinant(&other));
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
+            // the determinant alone is no reason to refuse a root to which all updates have led straight, and the other is not near
+            None if distance > NEAR && !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(NewtonFailure {
                 reason: StepFailure::AmbiguousRoot,
