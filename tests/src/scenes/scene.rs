@@ -45,7 +45,7 @@ pub enum Spring {
         ends: (usize, Option<usize>),
         /// The stiffness [N m].
         stiffness: f64,
-        /// The angle at rest [rad].
+        /// The angle at rest \[rad\].
         rest: f64,
     },
     /// Between two bodies, or a body and the origin: `k/2 (distance - rest)²`.
@@ -97,7 +97,7 @@ pub enum Law {
         rate: f64,
         /// The damping `c`.
         damping: f64,
-        /// The angle that it goes to [rad].
+        /// The angle that it goes to \[rad\].
         target: f64,
     },
     /// The energy of the scene is its Lyapunov function: `dE/dt + ρ w² = 0`.
