@@ -12,8 +12,8 @@ use crate::system::{Leg, System};
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
 
-/// A root that is farther away than a leg is in question only where the updates have not led straight to the one that was found.
-const NEAR: f64 = 1.0;
+/// A root that is farther away than half a leg is in question only where the updates have not led straight to the one that was found.
+const NEAR: f64 = 0.5;
 
 /// A root is the one that is meant if it is nearer to where the past leads, or, without one, to the continuous system's
 /// acceleration, than this part of the other one's distance.
