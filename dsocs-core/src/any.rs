@@ -1,7 +1,7 @@
 //! A system of any type, for what is done seldom.
 
-use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
+use crate::geometry::Declared;
 use crate::start;
 use crate::system::{Quantity, System};
 
@@ -10,10 +10,7 @@ pub(crate) type Accelerated<const N: usize> = ([f64; N], Vec<f64>);
 
 /// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
 /// coordinates, not for every system.
-pub(crate) trait AnySystem<const N: usize> {
-    /// The declaration.
-    fn declaration(&self) -> Declaration<'_, N>;
-
+pub(crate) trait AnySystem<const N: usize>: Declared<N> {
     /// The coordinates.
     fn coordinates(&self) -> &'static [Quantity; N];
 
@@ -36,10 +33,6 @@ pub(crate) trait AnySystem<const N: usize> {
 }
 
 impl<S: System<N>, const N: usize> AnySystem<N> for S {
-    fn declaration(&self) -> Declaration<'_, N> {
-        Declaration::of(self)
-    }
-
     fn coordinates(&self) -> &'static [Quantity; N] {
         const { &S::COORDINATES }
     }

@@ -175,9 +175,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// Solves the next step and goes to the position that it leads to; the clock is left as it is.
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
+        let (past_is_short, begins) = self.near_the_start();
         let step = Step {
-            past_is_short: self.index() <= SHORT_PAST,
-            begins: self.beginning.near.filter(|_| self.index() == 1),
+            past_is_short,
+            begins,
             ..Step::new(self.system, &self.constants, self.leg(), self.h)
         };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
@@ -240,11 +241,20 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// The equations of the next step.
     #[inline]
     fn next_step(&self) -> Step<'_, S, N> {
-        let mut step = Step::new(self.system, &self.constants, self.leg(), self.h);
-        // without a past nothing else tells two roots apart
-        step.past_is_short = self.index() <= SHORT_PAST;
-        step.begins = self.beginning.near.filter(|_| self.index() == 1);
-        step
+        let (past_is_short, begins) = self.near_the_start();
+        Step {
+            past_is_short,
+            begins,
+            ..Step::new(self.system, &self.constants, self.leg(), self.h)
+        }
+    }
+
+    /// Whether the past is too short to tell two roots apart by it, and the acceleration of the start where the next step is the
+    /// first and it was said.
+    #[inline]
+    fn near_the_start(&self) -> (bool, Option<[f64; N]>) {
+        let index = self.index();
+        (index <= SHORT_PAST, self.beginning.near.filter(|_| index == 1))
     }
 
     /// The error of the next step.

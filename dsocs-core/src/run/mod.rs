@@ -317,7 +317,8 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
     Ok(())
 }
 
-/// Puts the nodes up to the last one at or before `t` beside others.
+/// Puts the nodes up to the last one at or before `t` beside others: [`hand_out`] in a loop, but of the run's own type, so that no
+/// node is copied on its way.
 fn collect<R: Stepper<N> + ?Sized, const N: usize>(
     run: &mut R,
     t: f64,

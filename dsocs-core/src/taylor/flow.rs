@@ -2,7 +2,6 @@
 
 use core::fmt;
 use core::iter::FusedIterator;
-use core::ops::ControlFlow;
 
 use super::control::Tolerance;
 use super::grid::Run;
@@ -10,11 +9,7 @@ use super::integrator::Integrator;
 use super::jets::{Equations as _, Recurrences};
 use crate::compensated::Compensated;
 use crate::error::SetupError;
-use crate::regularity::Regularity;
-use crate::run::{
-    Clock, Events, Failure, Node, Observer, Occurrence, Polynomial, RunError, Stepper, Traced, Trajectory,
-    View, Visitor,
-};
+use crate::run::{Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::start::{self, Start};
 use crate::step::StepReport;
 use crate::system::{Point, System};
@@ -172,7 +167,7 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     }
 }
 
-// every verb runs in code that is compiled once for each dimension, not for each system
+// steps run in code that is compiled once for each dimension, not for each system
 impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
     fn step(&mut self, end: f64) -> Result<StepReport, RunError> {
         self.run().step(end)
@@ -201,39 +196,6 @@ impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
 
     fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
         self.run().trace(end, visit)
-    }
-
-    fn next_node(&mut self) -> Option<Result<Node<N>, RunError>> {
-        self.run().next_node()
-    }
-
-    fn until(&mut self, t: f64) -> Result<Trajectory<N>, Failure<N>> {
-        self.run().until(t)
-    }
-
-    fn to(&mut self, t: f64) -> Result<Node<N>, RunError> {
-        self.run().to(t)
-    }
-
-    fn stream(&mut self, t: f64, observer: &mut dyn Observer<N>) -> Result<(), RunError> {
-        self.run().stream(t, observer)
-    }
-
-    fn certify(
-        &mut self,
-        t: f64,
-        observer: &mut dyn FnMut(&Node<N>, Option<Regularity>) -> ControlFlow<()>,
-    ) -> Result<(), RunError> {
-        self.run().certify(t, observer)
-    }
-
-    fn watch(
-        &mut self,
-        t: f64,
-        events: &mut Events<'_, N>,
-        observer: &mut dyn Observer<N>,
-    ) -> Result<Option<Occurrence<N>>, RunError> {
-        self.run().watch(t, events, observer)
     }
 
     fn sample(
