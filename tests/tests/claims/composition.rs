@@ -11,9 +11,8 @@ use dsocs_core::{
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::fit;
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, SVector};
 
+use crate::dop853;
 use crate::systems::{maps, mass};
 
 const METHODS: [Composition; 4] = [
@@ -35,40 +34,17 @@ fn distance(left: [f64; 2], right: [f64; 2]) -> f64 {
 }
 
 /// The particle's right-hand side, by hand.
-struct Turning;
-
-impl ode_solvers::System<f64, SVector<f64, 4>> for Turning {
-    fn system(&self, _: f64, y: &SVector<f64, 4>, rate: &mut SVector<f64, 4>) {
-        let turn = (1.0 + 0.5 * y[0].sin() * y[1].cos()) * y[2].hypot(y[3]);
-        *rate = SVector::from([y[2], y[3], -turn * y[3], turn * y[2]]);
-    }
+fn turning(_: f64, [x, y, u, v]: [f64; 4]) -> [f64; 4] {
+    let turn = (1.0 + 0.5 * x.sin() * y.cos()) * u.hypot(v);
+    [u, v, -turn * v, turn * u]
 }
 
 /// Positions at the times 1, 2, … by the method of Dormand and Prince.
 fn independent(seconds: usize) -> Vec<[f64; 2]> {
-    let mut state = SVector::from([0.0, 0.0, 1.0, 1.0]);
+    let mut state = [0.0, 0.0, 1.0, 1.0];
     let mut positions = Vec::new();
     for _ in 0..seconds {
-        let mut solver = Dop853::from_param(
-            Turning,
-            0.0,
-            1.0,
-            1.0,
-            state,
-            1e-15,
-            1e-15,
-            0.9,
-            0.0,
-            0.333,
-            6.0,
-            1.0,
-            0.0,
-            100_000,
-            100_000,
-            OutputType::Sparse,
-        );
-        solver.integrate().unwrap();
-        state = *solver.y_out().last().unwrap();
+        state = dop853::integrate(turning, state, 1.0, 1e-15);
         positions.push([state[0], state[1]]);
     }
     positions

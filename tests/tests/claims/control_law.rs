@@ -6,8 +6,9 @@ use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Start, Stepper};
 use dsocs_systems::InertiaWheelPendulum;
 use dsocs_tests::fit::slope;
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, Rk4, SVector};
+use ode_solvers::{Rk4, SVector};
+
+use crate::dop853;
 
 const Q0: [f64; 2] = [0.5, 0.0];
 const V0: [f64; 2] = [0.0, 0.5];
@@ -19,40 +20,26 @@ struct Motor<T> {
 
 impl<T: Fn(f64, [f64; 2], [f64; 2]) -> f64> ode_solvers::System<f64, SVector<f64, 4>> for Motor<T> {
     fn system(&self, t: f64, y: &SVector<f64, 4>, dy: &mut SVector<f64, 4>) {
+        *dy = self.rate(t, (*y).into()).into();
+    }
+}
+
+impl<T: Fn(f64, [f64; 2], [f64; 2]) -> f64> Motor<T> {
+    fn rate(&self, t: f64, [theta, psi, theta_rate, psi_rate]: [f64; 4]) -> [f64; 4] {
         let InertiaWheelPendulum { i, j, m, .. } = InertiaWheelPendulum::default();
-        let torque = (self.torque)(t, [y[0], y[1]], [y[2], y[3]]);
-        let theta = (m * y[0].sin() - torque) / i;
-        *dy = SVector::from([y[2], y[3], theta, torque / j - theta]);
+        let torque = (self.torque)(t, [theta, psi], [theta_rate, psi_rate]);
+        let acceleration = (m * theta.sin() - torque) / i;
+        [theta_rate, psi_rate, acceleration, torque / j - acceleration]
     }
 }
 
 /// The state at the start.
-fn start() -> SVector<f64, 4> {
-    SVector::from([Q0[0], Q0[1], V0[0], V0[1]])
-}
+const STATE: [f64; 4] = [Q0[0], Q0[1], V0[0], V0[1]];
 
 /// The angles after a time, under a smooth torque.
 fn driven(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2] {
-    let mut solver = Dop853::from_param(
-        Motor { torque },
-        0.0,
-        end,
-        end,
-        start(),
-        1e-13,
-        1e-13,
-        0.9,
-        0.0,
-        0.333,
-        6.0,
-        end,
-        0.0,
-        1_000_000,
-        1_000_000,
-        OutputType::Sparse,
-    );
-    solver.integrate().unwrap();
-    let last = solver.y_out().last().unwrap();
+    let motor = Motor { torque };
+    let last = dop853::integrate(|t, state| motor.rate(t, state), STATE, end, 1e-13);
     [last[0], last[1]]
 }
 
@@ -106,7 +93,7 @@ fn as_a_plan_of_the_torque() {
                 + c * x * (x - 1.0) * (x - 3.0) / -2.0
                 + d * x * (x - 1.0) * (x - 2.0) / 6.0
         };
-        let mut solver = Rk4::new(Motor { torque: plan }, 0.0, start(), end, h / 8.0);
+        let mut solver = Rk4::new(Motor { torque: plan }, 0.0, STATE.into(), end, h / 8.0);
         solver.integrate().unwrap();
         let found = solver.y_out().last().unwrap();
         assert!((solver.x_out().last().unwrap() - end).abs() < 1e-9);

@@ -7,44 +7,17 @@ use dsocs_systems::{
     CartPole, Curvature, CurvedParticle, GravityTurn, MagneticParticle, PlanarChain2, SphericalPendulum,
 };
 use dsocs_tests::fit::{local_slopes, slope};
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, SVector};
 
-/// A state `(q, v)` of two coordinates.
-type Phase = SVector<f64, 4>;
-
-/// Equations of motion derived by hand.
-struct ByHand<F>(F);
-
-impl<F: Fn([f64; 4]) -> [f64; 4]> ode_solvers::System<f64, Phase> for ByHand<F> {
-    fn system(&self, _: f64, state: &Phase, rate: &mut Phase) {
-        *rate = (self.0)((*state).into()).into();
-    }
-}
+use crate::dop853;
 
 /// The end of a motion by a published Runge–Kutta method of order 8.
 fn solved(equations: impl Fn([f64; 4]) -> [f64; 4], q: [f64; 2], v: [f64; 2], until: f64) -> [f64; 4] {
-    let start = Phase::from([q[0], q[1], v[0], v[1]]);
-    let mut solver = Dop853::from_param(
-        ByHand(equations),
-        0.0,
+    dop853::integrate(
+        |_, state| equations(state),
+        [q[0], q[1], v[0], v[1]],
         until,
-        until,
-        start,
         1e-14,
-        1e-14,
-        0.9,
-        0.0,
-        0.333,
-        6.0,
-        until,
-        0.0,
-        1_000_000,
-        1_000_000,
-        OutputType::Sparse,
-    );
-    solver.integrate().unwrap();
-    (*solver.y_out().last().unwrap()).into()
+    )
 }
 
 /// The node at `until`.

@@ -7,6 +7,7 @@ mod constrained_library;
 mod constraints;
 mod control_law;
 mod discrete;
+mod dop853;
 mod energy;
 mod ensemble;
 mod error_tables;

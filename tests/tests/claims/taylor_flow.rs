@@ -11,9 +11,8 @@ use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, PlanarChain2
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
 use dsocs_tests::fit;
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, SVector};
 
+use crate::dop853;
 use crate::systems::{builtin, constrained, maps, mass, opaque};
 
 #[test]
@@ -112,41 +111,13 @@ fn the_error_follows_the_tolerance() {
     assert!((slope - 1.0).abs() < 0.1, "{slope}: {errors:?}");
 }
 
-/// The equations of the pendulum's proper branch, as `ode_solvers` wants them.
-struct ProperBranch<'a>(&'a InertiaWheelPendulum);
-
-impl ode_solvers::System<f64, SVector<f64, 4>> for ProperBranch<'_> {
-    fn system(&self, _: f64, state: &SVector<f64, 4>, rate: &mut SVector<f64, 4>) {
-        *rate = self.0.proper_branch((*state).into()).into();
-    }
-}
-
 #[test]
 fn another_solver_agrees() {
     let pendulum = InertiaWheelPendulum::default();
     let [p1, p2] = pendulum.momentum(START.1);
-    let state = SVector::from([START.0[0], START.0[1], p1, p2]);
     let end = 50.0;
-    let mut solver = Dop853::from_param(
-        ProperBranch(&pendulum),
-        0.0,
-        end,
-        end,
-        state,
-        1e-14,
-        1e-14,
-        0.9,
-        0.0,
-        0.333,
-        6.0,
-        end,
-        0.0,
-        1_000_000,
-        1_000_000,
-        OutputType::Sparse,
-    );
-    solver.integrate().unwrap();
-    let theirs = *solver.y_out().last().unwrap();
+    let state = [START.0[0], START.0[1], p1, p2];
+    let theirs = dop853::integrate(|_, state| pendulum.proper_branch(state), state, end, 1e-14);
     let start = Start::second_order(START.0, START.1);
     let mut flow = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-15)).unwrap();
     let ours = flow.to(end).unwrap();

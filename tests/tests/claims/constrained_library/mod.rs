@@ -16,8 +16,8 @@ use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Start, Stepper, System};
 use dsocs_systems::systems;
 use dsocs_tests::fit::slope;
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, SVector};
+
+use crate::dop853;
 
 /// Errors below this are left out of a fit: rounding may be a part of them.
 const PLATEAU: f64 = 1e-11;
@@ -88,35 +88,7 @@ fn is_second(order: f64) {
     assert!((order - 2.0).abs() < 0.05, "{order}");
 }
 
-/// A right-hand side, as `ode_solvers` wants it.
-struct Rate<F>(F);
-
-impl<F: Fn([f64; N]) -> [f64; N], const N: usize> ode_solvers::System<f64, SVector<f64, N>> for Rate<F> {
-    fn system(&self, _: f64, state: &SVector<f64, N>, rate: &mut SVector<f64, N>) {
-        *rate = (self.0)((*state).into()).into();
-    }
-}
-
 /// The state after a time, by a published Runge–Kutta method of order 8(5,3).
 fn integrate<const N: usize>(state: [f64; N], t: f64, rate: impl Fn([f64; N]) -> [f64; N]) -> [f64; N] {
-    let mut solver = Dop853::from_param(
-        Rate(rate),
-        0.0,
-        t,
-        t,
-        state.into(),
-        1e-14,
-        1e-14,
-        0.9,
-        0.0,
-        0.333,
-        6.0,
-        t,
-        0.0,
-        1_000_000,
-        1_000_000,
-        OutputType::Sparse,
-    );
-    solver.integrate().unwrap();
-    (*solver.y_out().last().unwrap()).into()
+    dop853::integrate(|_, state| rate(state), state, t, 1e-14)
 }
