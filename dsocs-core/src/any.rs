@@ -20,14 +20,16 @@ pub(crate) trait AnySystem<const N: usize>: Declared<N> {
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
     fn constraints(&self) -> [usize; 3];
 
+    /// Whether time comes in anywhere.
+    fn depends_on_time(&self) -> bool;
+
     /// Whether a factor could be declared to be divided out of a constraint, and is not.
     fn may_divide(&self) -> bool;
 
-    /// The acceleration and the multipliers of the continuous system at `(q, v)`, looked for near an acceleration, or near none.
+    /// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.
     fn acceleration(
         &self,
-        q: &[f64; N],
-        v: &[f64; N],
+        at: (f64, &[f64; N], &[f64; N]),
         near: Option<&[f64; N]>,
     ) -> Result<Accelerated<N>, NewtonFailure>;
 }
@@ -51,16 +53,19 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
         [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
     }
 
+    fn depends_on_time(&self) -> bool {
+        S::DEPENDS_ON_TIME
+    }
+
     fn may_divide(&self) -> bool {
         S::KINEMATIC > 0 && !S::DIVIDED
     }
 
     fn acceleration(
         &self,
-        q: &[f64; N],
-        v: &[f64; N],
+        at: (f64, &[f64; N], &[f64; N]),
         near: Option<&[f64; N]>,
     ) -> Result<Accelerated<N>, NewtonFailure> {
-        start::acceleration(self, q, v, near)
+        start::acceleration(self, at, near)
     }
 }

@@ -19,6 +19,10 @@ pub struct Declaration<'s, const N: usize> {
 #[derive(Clone, Copy, Debug)]
 struct At<'a, T> {
     h: Option<T>,
+    /// The time at a point.
+    t: Option<T>,
+    /// The time of a step's middle node.
+    clock: Option<T>,
     q: &'a [T],
     v: &'a [T],
     a: &'a [T],
@@ -33,6 +37,8 @@ impl<'a, T> At<'a, T> {
     /// Nothing is given.
     const NOWHERE: Self = Self {
         h: None,
+        t: None,
+        clock: None,
         q: &[],
         v: &[],
         a: &[],
@@ -44,9 +50,13 @@ impl<'a, T> At<'a, T> {
     };
 
     /// The first two nodes of a step.
-    fn leg<const N: usize>(h: T, leg: &'a Leg<T, N>) -> Self {
+    fn leg<const N: usize>(h: T, leg: &'a Leg<T, N>) -> Self
+    where
+        T: Copy,
+    {
         Self {
             h: Some(h),
+            clock: Some(leg.t),
             node: &leg.q,
             increment: &leg.d,
             ..Self::NOWHERE
@@ -54,8 +64,12 @@ impl<'a, T> At<'a, T> {
     }
 
     /// A point of the continuous system.
-    fn point<const N: usize>(point: &'a Point<T, N>) -> Self {
+    fn point<const N: usize>(point: &'a Point<T, N>) -> Self
+    where
+        T: Copy,
+    {
         Self {
+            t: Some(point.t),
             q: &point.q,
             v: &point.v,
             a: &point.a,
@@ -75,6 +89,8 @@ fn evaluate<T: Number>(
     let leaf = |leaf: Leaf| {
         let (vector, i) = match leaf {
             Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
+            Leaf::T => return at.t.unwrap_or(T::splat(f64::NAN)),
+            Leaf::Clock => return at.clock.unwrap_or(T::splat(f64::NAN)),
             Leaf::Parameter(i) => return T::splat(source.value(i)),
             Leaf::Q(i) => (at.q, i),
             Leaf::V(i) => (at.v, i),
@@ -211,6 +227,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
                 Leaf::H => Some(&h),
+                Leaf::Clock => Some(&leg.t),
                 Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
                 Leaf::N(i) => leg.q.get(i),
                 Leaf::D(i) => leg.d.get(i),
@@ -232,6 +249,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
                 Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::T => Some(&point.t),
                 Leaf::Q(i) => point.q.get(i),
                 Leaf::V(i) => point.v.get(i),
                 Leaf::A(i) => point.a.get(i),
@@ -281,10 +299,19 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
     pub fn point<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Point<T, N> {
         let at = At { e, ..At::leg(h, leg) };
-        let mut point = [[T::splat(f64::NAN); N]; 3];
-        self.into(Segment::Node, Part::Head, &at, point.as_flattened_mut());
+        let (mut point, mut t) = ([[T::splat(f64::NAN); N]; 3], T::splat(f64::NAN));
+        evaluate(
+            self.source,
+            Segment::Node,
+            Part::Head,
+            &at,
+            &mut |place, value| match point.as_flattened_mut().get_mut(place) {
+                Some(component) => *component = value,
+                None => t = value,
+            },
+        );
         let [q, v, a] = point;
-        Point { q, v, a }
+        Point { t, q, v, a }
     }
 
     /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
@@ -360,10 +387,15 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.vectors(Segment::ContinuousForms, &At::point(point))
     }
 
-    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(q)`, then `c(q, v)`, then
-    /// `dg(q)·v`.
-    pub fn phase<T: Number>(&self, q: &[T; N], v: &[T; N]) -> Vec<T> {
-        let at = At { q, v, ..At::NOWHERE };
+    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(t, q)`, then `c(t, q, v)`, then
+    /// `dg/dt`.
+    pub fn phase<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> Vec<T> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
         self.all(Segment::Phase, Part::All, &at)
     }
 
@@ -372,9 +404,14 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.all(Segment::Pair, Part::All, &At::leg(h, leg))
     }
 
-    /// The Lagrangian `L(q, v)`.
-    pub fn lagrangian<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
-        let at = At { q, v, ..At::NOWHERE };
+    /// The Lagrangian `L(t, q, v)`.
+    pub fn lagrangian<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> T {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
         self.scalar(Segment::Lagrangian, &at)
     }
 
@@ -384,8 +421,13 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The energy `⟨∂L/∂v, v⟩ - L`.
-    pub fn energy<T: Number>(&self, q: &[T; N], v: &[T; N]) -> T {
-        let at = At { q, v, ..At::NOWHERE };
+    pub fn energy<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> T {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
         self.scalar(Segment::Energy, &at)
     }
 
@@ -397,6 +439,37 @@ impl<'s, const N: usize> Declaration<'s, N> {
             ..At::leg(h, leg)
         };
         self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// Whether external forces act.
+    #[must_use]
+    pub fn has_external_forces(&self) -> bool {
+        self.count(Segment::ExternalForces, Part::All) > 0
+    }
+
+    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared.
+    pub fn external_forces<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> [T; N] {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        let mut forces = [T::splat(0.0); N];
+        self.into(Segment::ExternalForces, Part::All, &at, &mut forces);
+        forces
+    }
+
+    /// The external forces on a leg, `[f⁻_d, f⁺_d]`: on its first node and on its second; zero where none are declared.
+    pub fn discrete_external_forces<T: Number>(&self, h: T, leg: &Leg<T, N>) -> [[T; N]; 2] {
+        let mut forces = [[T::splat(0.0); N]; 2];
+        self.into(
+            Segment::DiscreteExternalForces,
+            Part::All,
+            &At::leg(h, leg),
+            forces.as_flattened_mut(),
+        );
+        forces
     }
 
     /// The observed expressions at a point, as many as `out` has room for.

@@ -194,6 +194,7 @@ pub(crate) fn of_step<const N: usize>(
     let declaration = system.declaration();
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let legs = Leg {
+        t: Tangent::new(leg.t, 0.0),
         q: fixed(&leg.q),
         d: fixed(&leg.d),
     };
@@ -225,6 +226,7 @@ fn of_point<const N: usize>(system: &dyn AnySystem<N>, point: &Point<f64, N>) ->
         };
         let columns = (0..N + known.len()).map(|j| {
             let at = Point {
+                t: Tangent::new(point.t, 0.0),
                 q: fixed(&point.q),
                 v: fixed(&point.v),
                 a: core::array::from_fn(|i| moved(point.a[i], i == j)),
@@ -252,8 +254,7 @@ fn beside<const N: usize>(x: &[f64; N], size: f64) -> [f64; N] {
 #[cold]
 pub(crate) fn of_start<const N: usize>(
     system: &dyn AnySystem<N>,
-    q0: &[f64; N],
-    v0: &[f64; N],
+    (t, q0, v0): (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
     cause: &NewtonFailure,
 ) -> Option<Deficiency> {
@@ -262,7 +263,7 @@ pub(crate) fn of_start<const N: usize>(
     }
     let (q, v) = (*q0, *v0);
     let a = near.copied().unwrap_or([0.0; N]);
-    of_point(system, &Point { q, v, a })
+    of_point(system, &Point { t, q, v, a })
 }
 
 /// An unknown, which moves or not; one that is not known stands at 0.
@@ -362,6 +363,7 @@ fn is_massless<const N: usize>(
 ) -> bool {
     let mass = |along: &[f64; N]| {
         let point = Point {
+            t: Tangent::new(point.t, 0.0),
             q: point.q.map(|q| Tangent::new(q, 0.0)),
             v: point.v.map(|v| Tangent::new(v, 0.0)),
             a: core::array::from_fn(|i| Tangent::new(0.0, along[i])),

@@ -218,13 +218,23 @@ pub enum SetupError {
     },
     /// The start belongs to another step.
     #[error(
-        "the start was worked out for the step h = {start}, but the run has h = {h}: give Start::exact the step of the run"
+        "the start was worked out for the step h = {start}, but the run has h = {h}: give `exact` the step of the run"
     )]
     StartStep {
         /// The step that the start was worked out for.
         start: f64,
         /// The step of the run.
         h: f64,
+    },
+    /// The start was worked out at another time than that of the run, and the system depends on time.
+    #[error(
+        "the start was worked out at the time {start}, but the run begins at {t0}: set the time before, `Start::second_order(q0, v0).at({t0}).exact(…)`"
+    )]
+    StartMoved {
+        /// The time that the start was worked out at.
+        start: f64,
+        /// The time at which the run begins.
+        t0: f64,
     },
     /// A parameter is infinite or not a number.
     #[error("parameter `{name}` is {value}; it must be finite")]

@@ -167,6 +167,17 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[must_use]
     pub fn leg(&self) -> Leg<f64, N> {
         Leg {
+            t: self.time(),
+            q: self.q.hi,
+            d: self.d.hi,
+        }
+    }
+
+    /// The same for the step, with the time only where the system asks for it.
+    #[inline]
+    fn next_leg(&self) -> Leg<f64, N> {
+        Leg {
+            t: if S::DEPENDS_ON_TIME { self.time() } else { 0.0 },
             q: self.q.hi,
             d: self.d.hi,
         }
@@ -179,7 +190,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let step = Step {
             past_is_short,
             begins,
-            ..Step::new(self.system, &self.constants, self.leg(), self.h)
+            ..Step::new(self.system, &self.constants, self.next_leg(), self.h)
         };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
@@ -221,9 +232,9 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
 
     /// The node of the start.
     fn first_node(&self) -> Node<N> {
-        let Beginning { q0, v0, a0, .. } = self.beginning;
+        let Beginning { q0, v0, a0, t0, .. } = self.beginning;
         let a = a0
-            .or_else(|| Some(start::acceleration(self.system, &q0, &v0, None).ok()?.0))
+            .or_else(|| Some(start::acceleration(self.system, (t0, &q0, &v0), None).ok()?.0))
             .unwrap_or([f64::NAN; N]);
         Node {
             index: self.clock.index(),
@@ -231,8 +242,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: Declaration::of(self.system).continuous_force(&Point { q: q0, v: v0, a }),
-            energy: self.system.energy(&q0, &v0),
+            force: Declaration::of(self.system).continuous_force(&Point {
+                t: t0,
+                q: q0,
+                v: v0,
+                a,
+            }),
+            energy: self.system.energy(t0, &q0, &v0),
             iterations: 0,
             stop: Stop::Start,
         }

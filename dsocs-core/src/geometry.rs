@@ -39,6 +39,7 @@ mod array;
 mod continuous;
 mod error;
 mod evolution;
+mod external;
 mod form;
 mod inverse;
 mod legendre;
@@ -57,6 +58,7 @@ pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
+pub use external::{external_forces, power};
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
     discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,

@@ -66,6 +66,7 @@ impl Regularity {
         if declaration.lower() > 0 || declaration.has_multipliers() {
             // constraints on nodes and pairs bind the first node by themselves: what binds the last one, mirrored
             let back = Leg {
+                t: leg.t,
                 q: leg.q,
                 d: core::array::from_fn(|i| -(leg.d[i] + e[i])),
             };
@@ -191,6 +192,7 @@ fn columns<const N: usize>(
                 core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * lengths[j] } else { 0.0 }))
             };
             let leg = Leg {
+                t: Tangent::new(leg.t, 0.0),
                 q: along(&leg.q, by_q),
                 d: along(&leg.d, by_d),
             };
@@ -219,6 +221,7 @@ fn multiplier_columns<const N: usize>(
     let multipliers = of_step(declaration, h, leg, e);
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let constant_leg = Leg {
+        t: Tangent::new(leg.t, 0.0),
         q: fixed(&leg.q),
         d: fixed(&leg.d),
     };

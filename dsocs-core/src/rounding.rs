@@ -287,10 +287,11 @@ pub(crate) fn bounds<S: System<N>, const N: usize>(
 /// How large the terms of each row of [`Declaration::phase`] are.
 pub(crate) fn phase_sizes<const N: usize>(
     declaration: &Declaration<'_, N>,
+    t: f64,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Vec<f64> {
-    let rows = declaration.phase(&q.map(Bounded::splat), &v.map(Bounded::splat));
+    let rows = declaration.phase(Bounded::splat(t), &q.map(Bounded::splat), &v.map(Bounded::splat));
     rows.iter().map(|row| row.error / UNIT).collect()
 }
 
@@ -321,6 +322,7 @@ pub(crate) fn stacked_bounds<const N: usize>(
 /// A leg without errors.
 fn exact<const N: usize>(leg: &Leg<f64, N>) -> Leg<Bounded, N> {
     Leg {
+        t: Bounded::splat(leg.t),
         q: leg.q.map(Bounded::splat),
         d: leg.d.map(Bounded::splat),
     }

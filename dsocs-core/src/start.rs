@@ -53,12 +53,13 @@ enum Rule<const N: usize> {
     SecondOrder { v0: [f64; N] },
     /// The second node itself.
     Nodes { q1: [f64; N] },
-    /// The increment of the continuous motion over the step `h`, and its first velocity and acceleration.
+    /// The increment of the continuous motion over the step `h` from the time `t0`, and its first velocity and acceleration.
     Exact {
         v0: [f64; N],
         a0: [f64; N],
         d: Compensated<N>,
         h: f64,
+        t0: f64,
     },
 }
 
@@ -90,27 +91,39 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// `q1 = q(h)`, the continuous motion from `(q0, v0)` at the time `h`, by its Taylor series: no error of the start is
-    /// left in the discrete motion. The step of the run has to be `h`.
+    /// `q1 = q(t0 + h)`, the continuous motion from the position and the velocity of this start a step later, by its Taylor series:
+    /// no error of the start is left in the discrete motion. The step of the run has to be `h`, and the time of the start, if the
+    /// system depends on it, is set before.
+    ///
+    /// ```
+    /// # use dsocs_core::prelude::*;
+    /// # #[dsocs { coordinates(x); lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2; }]
+    /// # struct Oscillator {}
+    /// let start = Start::second_order([1.0], [0.0]).exact(&Oscillator {}, 0.1)?;
+    /// assert!((Flow::new(&Oscillator {}, 0.1, start)?.position()[0] - 0.1_f64.cos()).abs() < 1e-15);
+    /// # Ok::<(), RunError>(())
+    /// ```
     ///
     /// # Errors
     ///
-    /// [`RunError`] if the motion does not get as far as `h`.
-    pub fn exact<S: System<N>>(system: &S, q0: [f64; N], v0: [f64; N], h: f64) -> Result<Self, RunError> {
-        let start = Self::second_order(q0, v0);
-        let mut flow = TaylorFlow::new(system, start, Tolerance::relative(EXACT))?;
+    /// [`RunError`] if the start gives no velocity, or if the motion does not get as far as `h`.
+    pub fn exact<S: System<N>>(self, system: &S, h: f64) -> Result<Self, RunError> {
+        let Phase { t0, q0, v0, .. } = self.phase(system)?;
+        // where no clock is asked, the end of the step is known to more digits from 0
+        let begin = if S::DEPENDS_ON_TIME { t0 } else { 0.0 };
+        let mut flow = TaylorFlow::new(system, self.at(begin), Tolerance::relative(EXACT))?;
         let a0 = *flow.acceleration();
         if h < 0.0 {
             flow.reverse()?;
         }
-        flow.to(h)?;
+        flow.to(begin + h)?;
         let d = flow.exact_position().plus(&Compensated::exact(q0).negated());
         Ok(Self {
             q0,
-            rule: Rule::Exact { v0, a0, d, h },
-            t0: 0.0,
+            rule: Rule::Exact { v0, a0, d, h, t0 },
             projected: false,
             near: None,
+            ..self
         })
     }
 
@@ -164,20 +177,20 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     None,
-                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
                 )
             }
             Rule::SecondOrder { v0 } => {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                let a0 = state_acceleration(system, &q0, &v0, self.near.as_ref())?;
+                let a0 = state_acceleration(system, (t0, &q0, &v0), self.near.as_ref())?;
                 let mut d = Compensated::exact(v0.map(|v| h * v));
                 d.add(&a0.map(|a| h * h / 2.0 * a));
                 (
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
                 )
             }
             Rule::Nodes { q1 } => {
@@ -185,23 +198,32 @@ impl<const N: usize> Start<N> {
                 let d = Compensated::difference(&q1, &q0);
                 let v0 = d.hi.map(|d| d / h);
                 let d = if self.projected {
-                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?
+                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?
                 } else {
-                    consistency::check_pair(&system.declaration(), h, &q0, &d)?;
+                    consistency::check_pair(&system.declaration(), (t0, h), &q0, &d)?;
                     d
                 };
                 (q0, d.hi.map(|d| d / h), None, d)
             }
-            Rule::Exact { v0, a0, d, h: own } => {
+            Rule::Exact {
+                v0,
+                a0,
+                d,
+                h: own,
+                t0: begun,
+            } => {
                 if own.to_bits() != h.to_bits() {
                     return Err(SetupError::StartStep { start: own, h });
+                }
+                if begun.to_bits() != t0.to_bits() && system.depends_on_time() {
+                    return Err(SetupError::StartMoved { start: begun, t0 });
                 }
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 (
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&system.declaration(), h, &q0, &v0, d)?,
+                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
                 )
             }
         };
@@ -251,9 +273,9 @@ impl<const N: usize> Start<N> {
         v: [f64; N],
     ) -> Result<([f64; N], [f64; N]), SetupError> {
         if self.projected {
-            return consistency::project(&system.declaration(), q, v);
+            return consistency::project(&system.declaration(), self.t0, q, v);
         }
-        consistency::check(&system.declaration(), &q, &v)?;
+        consistency::check(&system.declaration(), self.t0, &q, &v)?;
         Ok((q, v))
     }
 }
@@ -321,8 +343,7 @@ fn check_vector<const N: usize>(
 /// The acceleration of the continuous system at a start, which has to be finite.
 pub(crate) fn state_acceleration<const N: usize>(
     system: &dyn AnySystem<N>,
-    q0: &[f64; N],
-    v0: &[f64; N],
+    (t0, q0, v0): (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<[f64; N], SetupError> {
     check_vector(system, "q0", q0)?;
@@ -330,36 +351,35 @@ pub(crate) fn state_acceleration<const N: usize>(
     if let Some(a0) = near {
         check_vector(system, "a0", a0)?;
     }
-    match system.acceleration(q0, v0, near) {
+    match system.acceleration((t0, q0, v0), near) {
         Ok((a, _)) => Ok(a),
         Err(cause) => Err(SetupError::Acceleration {
             q0: q0.to_vec(),
             v0: v0.to_vec(),
-            deficiency: deficiency::of_start(system, q0, v0, near, &cause).map(Box::new),
+            deficiency: deficiency::of_start(system, (t0, q0, v0), near, &cause).map(Box::new),
             cause: Box::new(cause),
         }),
     }
 }
 
-/// The acceleration and the multipliers of the continuous system at `(q, v)`, looked for near an acceleration, or near none.
+/// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.
 pub(crate) fn acceleration<S: System<N>, const N: usize>(
     system: &S,
-    q: &[f64; N],
-    v: &[f64; N],
+    at: (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<Accelerated<N>, NewtonFailure> {
-    solve_continuous::<S::Motion, N>(Declaration::of(system), q, v, near)
+    solve_continuous::<S::Motion, N>(Declaration::of(system), at, near)
 }
 
 /// The same of a declaration whose continuous system has the unknowns `U`.
 fn solve_continuous<U: Unknown<f64>, const N: usize>(
     declaration: Declaration<'_, N>,
-    q: &[f64; N],
-    v: &[f64; N],
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<Accelerated<N>, NewtonFailure> {
     let equations = Continuous {
         declaration,
+        t,
         q,
         v,
         unknowns: PhantomData,
@@ -382,6 +402,8 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
 struct Continuous<'a, U, const N: usize> {
     /// The declaration.
     declaration: Declaration<'a, N>,
+    /// The time.
+    t: f64,
     /// The position.
     q: &'a [f64; N],
     /// The velocity.
@@ -395,6 +417,7 @@ impl<U: Unknown<f64>, const N: usize> Continuous<'_, U, N> {
     fn point(&self, z: &U) -> Point<f64, N> {
         let z = z.as_ref();
         Point {
+            t: self.t,
             q: *self.q,
             v: *self.v,
             a: core::array::from_fn(|i| z.get(i).copied().unwrap_or(f64::NAN)),

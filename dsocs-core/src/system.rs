@@ -12,6 +12,8 @@ use crate::taylor::jets::Jets;
 /// second difference needs (see the crate's documentation on the form of the unknown).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg<T, const N: usize> {
+    /// The time of the middle node.
+    pub t: T,
     /// The middle node `q1` of the step.
     pub q: [T; N],
     /// The increment `q1 - q0`.
@@ -21,6 +23,8 @@ pub struct Leg<T, const N: usize> {
 /// A point of the second order tangent bundle: `φ_D⁻¹(q0, q1, q2)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point<T, const N: usize> {
+    /// Time.
+    pub t: T,
     /// Position.
     pub q: [T; N],
     /// Velocity.
@@ -100,11 +104,11 @@ impl Quantity {
 /// }
 ///
 /// let stone = Stone { mass: 2.0, gravity: 10.0 };
-/// assert_eq!(stone.energy(&[3.0], &[1.0]), 61.0);
+/// assert_eq!(stone.energy(0.0, &[3.0], &[1.0]), 61.0);
 /// // a parabola through the heights 0, 1/4 and 0 turns down as fast as the stone falls: nothing has to hold it
 /// let h = (0.5_f64 / 10.0).sqrt();
-/// assert!(stone.force(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
-/// assert!(stone.residual(h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
+/// assert!(stone.force(0.0, h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
+/// assert!(stone.residual(0.0, h, &[[0.0], [0.25], [0.0]])[0].abs() < 1e-14);
 /// ```
 pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The name of the declared type.
@@ -132,6 +136,12 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// How many kinematic constraints there are, those imposed on triples of nodes.
     const KINEMATIC: usize = 0;
 
+    /// Whether time comes in anywhere: a run need not tell a system the time that does not ask for it.
+    const DEPENDS_ON_TIME: bool = true;
+
+    /// Whether external forces act (`external_forces = (…)`).
+    const EXTERNAL_FORCES: bool = false;
+
     /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
     const SYMMETRY: Symmetry = Symmetry::Unknown;
 
@@ -141,32 +151,38 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// A mutable reference to parameter `index`, or `None` beyond the last. Runs that begin after a change see it.
     fn parameter_mut(&mut self, index: usize) -> Option<&mut f64>;
 
-    /// The Lagrangian `L(q, v)`.
-    fn lagrangian(&self, q: &[f64; N], v: &[f64; N]) -> f64 {
-        Declaration::of(self).lagrangian(q, v)
+    /// The Lagrangian `L(t, q, v)`.
+    fn lagrangian(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> f64 {
+        Declaration::of(self).lagrangian(t, q, v)
     }
 
     /// The energy `⟨∂L/∂v, v⟩ - L`.
-    fn energy(&self, q: &[f64; N], v: &[f64; N]) -> f64 {
-        Declaration::of(self).energy(q, v)
+    fn energy(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> f64 {
+        Declaration::of(self).energy(t, q, v)
+    }
+
+    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared.
+    fn external_forces(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+        Declaration::of(self).external_forces(t, q, v)
     }
 
     /// The generalized constraint force at the second of three nodes with the step `h` between them, in units of `L` per unit
-    /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
+    /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces `f_d`. The
+    /// second node is at the time `t`.
     ///
     /// It is formed from differences of the nodes, and so loses the digits in which these agree.
-    fn force(&self, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
-        let (leg, e) = differences(nodes);
+    fn force(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
+        let (leg, e) = differences(t, nodes);
         Declaration::of(self).force(h, &leg, &e)
     }
 
-    /// What has to vanish at three nodes with the step `h` between them, as it was declared: the constraints, then the works of
-    /// the constraint force along the virtual displacements. Where multipliers are unknown, they are those that come nearest
-    /// to the force.
+    /// What has to vanish at three nodes with the step `h` between them, the second at the time `t`, as it was declared: the
+    /// constraints, then the works of the constraint force along the virtual displacements. Where multipliers are unknown, they
+    /// are those that come nearest to the force.
     ///
     /// It is formed from differences of the nodes, and so loses the digits in which these agree.
-    fn residual(&self, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
-        let (leg, e) = differences(nodes);
+    fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
+        let (leg, e) = differences(t, nodes);
         let declaration = Declaration::of(self);
         let multipliers = multipliers::of_step(&declaration, h, &leg, &e);
         declaration.declared(h, &leg, &e, &multipliers)
@@ -178,9 +194,9 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     }
 }
 
-/// Three nodes as a leg and a second difference.
-fn differences<const N: usize>([q0, q1, q2]: &[[f64; N]; 3]) -> (Leg<f64, N>, [f64; N]) {
+/// Three nodes, the second at the time `t`, as a leg and a second difference.
+fn differences<const N: usize>(t: f64, [q0, q1, q2]: &[[f64; N]; 3]) -> (Leg<f64, N>, [f64; N]) {
     let d: [f64; N] = core::array::from_fn(|i| q1[i] - q0[i]);
     let e = core::array::from_fn(|i| (q2[i] - q1[i]) - d[i]);
-    (Leg { q: *q1, d }, e)
+    (Leg { t, q: *q1, d }, e)
 }

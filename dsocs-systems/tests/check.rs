@@ -14,6 +14,7 @@ fn settings(entry: &Entry) -> Settings<'_> {
     Settings {
         h: entry.default_step(),
         until: None,
+        t0: 0.0,
         q0,
         v0,
     }
@@ -137,6 +138,7 @@ fn what_is_not_symmetric_in_time_is_told() {
     let settings = Settings {
         h: 0.02,
         until: None,
+        t0: 0.0,
         q0: &[1.0],
         v0: &[0.5],
     };
@@ -182,6 +184,7 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
     let settings = |h| Settings {
         h,
         until: None,
+        t0: 0.0,
         q0: &[],
         v0: &[],
     };
@@ -269,7 +272,7 @@ fn a_motion_that_ends_is_checked_as_far_as_it_goes() {
 #[test]
 fn rows_of_written_nodes_tell_a_wrong_digit() {
     let h = 0.01;
-    let leg = |x: f64, y: f64, d: [f64; 2]| Leg { q: [x, y], d };
+    let leg = |x: f64, y: f64, d: [f64; 2]| Leg { t: 0.0, q: [x, y], d };
     let flow = DiscreteFlow::new(&Rod, h).unwrap();
     let (from, to) = (0.3_f64, 0.31_f64);
     let first = leg(
@@ -279,7 +282,7 @@ fn rows_of_written_nodes_tell_a_wrong_digit() {
     );
     let nodes = flow.forward(&first).unwrap().nodes();
     let most = |nodes: &[[f64; 2]; 3]| {
-        let rows = rows_of_written(&Rod, h, nodes);
+        let rows = rows_of_written(&Rod, 0.0, h, nodes);
         rows.iter()
             .map(|[row, explained]| row.abs() / explained)
             .fold(0.0, f64::max)
@@ -297,13 +300,14 @@ fn the_action_is_stationary_along_admissible_variations_alone() {
     let flow = DiscreteFlow::new(&particle, 0.1).unwrap();
     let triple = flow
         .forward(&Leg {
+            t: 0.0,
             q: [0.1, 0.1],
             d: [0.1, 0.1],
         })
         .unwrap();
     let derivative = |triple: &Triple<2>, along: &[f64; 2]| {
         let arriving = legendre_plus(&particle, 0.1, &triple.first());
-        let leaving = legendre_minus(&particle, 0.1, &triple.last());
+        let leaving = legendre_minus(&particle, 0.1, &triple.last(0.1));
         let terms = (0..2).map(|i| along[i] * (arriving[i] - leaving[i]));
         terms.sum::<f64>() / along[0].hypot(along[1]) / arriving[0].hypot(arriving[1])
     };
@@ -348,6 +352,7 @@ fn a_parasitic_mode_is_found() {
     let settings = Settings {
         h: 0.05,
         until: None,
+        t0: 0.0,
         q0: &[],
         v0: &[],
     };

@@ -117,6 +117,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     kind: Kind,
 ) -> Result<(), Mismatch> {
     let leg = Leg {
+        t: 0.0,
         q,
         d: v.map(|v| v * h),
     };
@@ -285,6 +286,7 @@ fn moving<S: System<N>, const N: usize>(
 ) -> Moving<N> {
     let fixed = |x: [f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let leg = Leg {
+        t: Tangent::new(leg.t, 0.0),
         q: fixed(leg.q),
         d: fixed(leg.d),
     };
@@ -327,7 +329,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
         return Err(Mismatch::Undefined);
     }
     let tape = Tape::of(system);
-    let generated = tape.continuous_with_jacobian(&Point { q, v, a }, &[]);
+    let generated = tape.continuous_with_jacobian(&Point { t: 0.0, q, v, a }, &[]);
     let (generated_rows, generated_slopes) = generated.split_at(N);
     for i in 0..N {
         let largest: f64 = by_a[i]
@@ -359,7 +361,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     let (_, by_a) = differentiate(a, |a| {
         independent::continuous_force(declaration, dual(q), dual(v), a).to_vec()
     });
-    let force = tape.continuous_force(&Point { q, v, a });
+    let force = tape.continuous_force(&Point { t: 0.0, q, v, a });
     for i in 0..N {
         let scale = 1.0 + expected[i].abs() + condition(&by_v[i], &v) + condition(&by_a[i], &a);
         expect(
@@ -373,14 +375,14 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     let scale = 1.0 + values[0].abs() + condition(&slopes[0], &v);
     expect(
         "Lagrangian",
-        system.lagrangian(&q, &v),
+        system.lagrangian(0.0, &q, &v),
         values[0],
         ROUNDING * scale,
     )?;
     let energy = independent::energy(declaration, q, v);
     expect(
         "energy",
-        system.energy(&q, &v),
+        system.energy(0.0, &q, &v),
         energy,
         ROUNDING * (scale + energy.abs()),
     )

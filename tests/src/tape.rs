@@ -38,11 +38,12 @@ pub fn same_bits<S: System<N>, const N: usize>(
     same("second difference", &found, &tape.second_difference(h, leg, z))?;
     let Report { point, force, energy } = system.report(&constants, &known, leg, e);
     let told = tape.point(h, leg, e);
+    same("time", &[point.t], &[told.t])?;
     same("coordinate", &point.q, &told.q)?;
     same("velocity", &point.v, &told.v)?;
     same("acceleration", &point.a, &told.a)?;
     same("force", &force, &tape.force(h, leg, e))?;
-    same("energy", &[energy], &[tape.energy(&point.q, &point.v)])
+    same("energy", &[energy], &[tape.energy(point.t, &point.q, &point.v)])
 }
 
 fn same(name: &str, code: &[f64], tape: &[f64]) -> Result<(), String> {

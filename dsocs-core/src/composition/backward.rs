@@ -54,6 +54,7 @@ pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
         let h = next * h;
         let v: [f64; N] = core::array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
         let leg = Leg {
+            t: from.t + h,
             q: core::array::from_fn(|i| from.q[i] + h * v[i]),
             d: v.map(|v| h * v),
         };
@@ -94,11 +95,11 @@ fn solved<Z: Unknown<f64>, const N: usize>(
 pub(super) fn short_orientation<Z: Unknown<f64>, const N: usize>(
     steps: &dyn Steps<Z, N>,
     h: f64,
-    Point { q, v, a }: &Point<f64, N>,
+    node: &Point<f64, N>,
 ) -> f64 {
     let (h, mut orientation) = (SHORT * h, f64::NAN);
-    steps.step(h, &arriving(h, q, v, a), &mut |step| {
-        orientation = step.orientation(&step.unknown(&a.map(|a| h * h * a), &[]));
+    steps.step(h, &arriving(h, node), &mut |step| {
+        orientation = step.orientation(&step.unknown(&node.a.map(|a| h * h * a), &[]));
     });
     orientation
 }
@@ -109,9 +110,9 @@ pub(super) fn short_orientation<Z: Unknown<f64>, const N: usize>(
 pub(super) fn passes_singularity<Z: Unknown<f64>, const N: usize>(
     steps: &dyn Steps<Z, N>,
     h: f64,
-    Point { q, v, a }: &Point<f64, N>,
+    node: &Point<f64, N>,
 ) -> bool {
-    let leg = arriving(h, q, v, a);
+    let (leg, a) = (arriving(h, node), &node.a);
     let solve = |leg: &Leg<f64, N>| Some(solved(steps, h, leg, a, MAX_ITERATIONS)?.0);
     let Some(e) = solve(&leg) else {
         return false;
@@ -131,8 +132,9 @@ pub(super) fn passes_singularity<Z: Unknown<f64>, const N: usize>(
 }
 
 /// The leg of the length `h` that arrives at a node.
-fn arriving<const N: usize>(h: f64, q: &[f64; N], v: &[f64; N], a: &[f64; N]) -> Leg<f64, N> {
+fn arriving<const N: usize>(h: f64, Point { t, q, v, a }: &Point<f64, N>) -> Leg<f64, N> {
     Leg {
+        t: *t,
         q: *q,
         d: core::array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
     }

@@ -148,7 +148,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         }
         Declaration::of(system).prepare();
         let Phase { t0, q0, v0, near } = start.phase(system)?;
-        let a0 = start::state_acceleration(system, &q0, &v0, near.as_ref())?;
+        let a0 = start::state_acceleration(system, (t0, &q0, &v0), near.as_ref())?;
         let mut flow = Self {
             system,
             method,
@@ -171,6 +171,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     /// Makes the stages for the current step.
     fn prepare(&mut self) {
         let leg = Leg {
+            t: self.clock.time(),
             q: self.now.q.hi,
             d: [0.0; N],
         };
@@ -261,10 +262,13 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         };
         // without a past nothing else tells two roots apart
         let past_is_short = self.clock.index() <= SHORT_PAST;
+        let now = self.clock.time();
+        let mut done = 0.0;
         for place in 0..self.stages.len() {
             let stage = &mut self.stages[place];
             let half = 0.5 * stage.h;
             let from = Point {
+                t: now + done,
                 q: state.q.hi,
                 v: state.v.hi,
                 a: state.a,
@@ -275,7 +279,10 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 lo: state.v.lo.map(|v| stage.h * v),
             };
             state.q = state.q.plus(&d);
+            // as the whole step, the stages begin at an exact time
+            done += stage.h;
             stage.leg = Leg {
+                t: now + done,
                 q: state.q.hi,
                 d: d.hi,
             };
@@ -346,6 +353,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     fn reoriented(&self, place: usize, state: &State<N>) -> Result<f64, StageError> {
         let stage = &self.stages[place];
         let node = Point {
+            t: self.time_of_stage(place),
             q: state.q.hi,
             v: state.v.hi,
             a: state.a,
@@ -424,15 +432,15 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
     }
 
     fn node(&self) -> Node<N> {
-        let (q, v, a) = (self.now.q.hi, self.now.v.hi, self.now.a);
+        let (t, q, v, a) = (self.clock.time(), self.now.q.hi, self.now.v.hi, self.now.a);
         Node {
             index: self.clock.index(),
-            t: self.clock.time(),
+            t,
             q,
             v,
             a,
-            force: Declaration::of(self.system).continuous_force(&Point { q, v, a }),
-            energy: self.system.energy(&q, &v),
+            force: Declaration::of(self.system).continuous_force(&Point { t, q, v, a }),
+            energy: self.system.energy(t, &q, &v),
             iterations: self.report.iterations,
             stop: self.report.stop,
         }

@@ -16,6 +16,8 @@ pub enum Symmetry {
     LowerOrder,
     /// `∂L/∂v` depends on the position, or is not linear in the velocity.
     Momentum,
+    /// An external force depends on the velocity, and is taken on legs.
+    ExternalForces,
     /// The map of the Lagrangian gives other equations than those of the continuous system at the parabola's point.
     LagrangianMap,
     /// The map of the kinematic constraints leads to another point.
@@ -35,6 +37,9 @@ impl fmt::Display for Symmetry {
             }
             Self::Momentum => {
                 "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"
+            }
+            Self::ExternalForces => {
+                "an external force depends on the velocity, which legs of different lengths have differently on both sides of a node"
             }
             Self::LagrangianMap => {
                 "with its `phi_lagrangian` (`midpoint` by default where the momentum depends on the position) the equations at a node \

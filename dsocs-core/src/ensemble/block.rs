@@ -16,7 +16,7 @@ use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
-use crate::system::{Leg, Point, System};
+use crate::system::{Leg, System};
 
 /// What all blocks have in common.
 #[derive(Debug)]
@@ -272,6 +272,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     fn step(&mut self) -> Solved<S, N> {
         let (system, constants) = (self.run.system, &self.constants);
         let leg = Leg {
+            t: self.time(),
             q: self.q.hi,
             d: self.d.hi,
         };
@@ -313,6 +314,19 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             roots,
             alone,
         }
+    }
+
+    /// The times of the next step's middle nodes, where the system asks for them.
+    #[inline]
+    fn time(&self) -> Lanes {
+        let mut t = Lanes::splat(0.0);
+        if S::DEPENDS_ON_TIME {
+            for lane in 0..LANES {
+                let member = &self.members[lane % self.members.len()];
+                t.set_lane(lane, member.flow.clock().time_of(self.index));
+            }
+        }
+        t
     }
 
     /// Solves the step in single lanes, from every guess and with damping.
@@ -377,23 +391,16 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             } else {
                 None
             };
-            let node = by_itself.unwrap_or_else(|| {
-                let Point { q, v, a } = Point {
-                    q: one_lane(&point.q, lane),
-                    v: one_lane(&point.v, lane),
-                    a: one_lane(&point.a, lane),
-                };
-                Node {
-                    index: self.index,
-                    t: member.flow.clock().time_of(self.index),
-                    q,
-                    v,
-                    a,
-                    force: one_lane(&force, lane),
-                    energy: energy.lane(lane),
-                    iterations: roots.evaluations[lane],
-                    stop: Stop::Update,
-                }
+            let node = by_itself.unwrap_or_else(|| Node {
+                index: self.index,
+                t: member.flow.clock().time_of(self.index),
+                q: one_lane(&point.q, lane),
+                v: one_lane(&point.v, lane),
+                a: one_lane(&point.a, lane),
+                force: one_lane(&force, lane),
+                energy: energy.lane(lane),
+                iterations: roots.evaluations[lane],
+                stop: Stop::Update,
             });
             if observed && member.observer.node(&node).is_break() || self.index == member.last {
                 self.end(lane, Ok(node));

@@ -3,7 +3,7 @@
 use crate::declaration::Declaration;
 use crate::multipliers::multipliers as of_force;
 use crate::run::Node;
-use crate::system::{Point, System};
+use crate::system::System;
 
 /// The multipliers `λ` of a node of any run of the system, one for each constraint, with which the constraint force is
 /// `Q = Σ λ_j α_j`: `α_j` is the form of the constraint's rule (d'Alembert's, Chetaev's) or the declared one. Their units are those
@@ -13,7 +13,6 @@ use crate::system::{Point, System};
 /// and acceleration.
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
-    let Node { q, v, a, .. } = *node;
-    let forms = Declaration::of(system).continuous_forms(&Point { q, v, a });
+    let forms = Declaration::of(system).continuous_forms(&node.point());
     of_force(&node.force, &forms)
 }

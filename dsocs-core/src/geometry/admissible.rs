@@ -89,6 +89,7 @@ fn fields<const N: usize>(
     // q1 and d + e/2 stay
     let middle = plus(&triple.leg.d, &times(0.5, &triple.e));
     let leg = |e: &[f64; N]| Leg {
+        t: triple.leg.t,
         q: triple.leg.q,
         d: minus(&middle, &times(0.5, e)),
     };

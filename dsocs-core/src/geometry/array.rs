@@ -60,14 +60,16 @@ pub(super) fn moving_twice<const N: usize>(x: &[f64; N], [first, other]: [&[f64;
 /// A leg whose node and increment move.
 pub(super) fn moving_leg<const N: usize>(leg: &Leg<f64, N>, q: &[f64; N], d: &[f64; N]) -> Leg<Tangent, N> {
     Leg {
+        t: Tangent::new(leg.t, 0.0),
         q: moving(&leg.q, q),
         d: moving(&leg.d, d),
     }
 }
 
-/// The first node of a leg as a node, with the leg's increment.
-pub(super) fn first_node<const N: usize>(leg: &Leg<Tangent, N>) -> Leg<Tangent, N> {
+/// The first node of a leg of the length `h` as a node, with the leg's increment.
+pub(super) fn first_node<const N: usize>(h: Tangent, leg: &Leg<Tangent, N>) -> Leg<Tangent, N> {
     let mut first = *leg;
+    first.t = first.t - h;
     for (q, &d) in first.q.iter_mut().zip(&leg.d) {
         *q = *q - d;
     }

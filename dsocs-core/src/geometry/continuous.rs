@@ -1,31 +1,37 @@
 //! The continuous system's form, its variational equation, and the rate at which `dν` grows.
 
-use super::array::{along, moving, moving_twice, slopes};
+use super::array::{along, moving, moving_twice, plus, slopes};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::{Declared, Solvable};
 use crate::multipliers;
+use crate::scalar::Scalar as _;
 use crate::system::Point;
-use crate::tangent::Tangent;
+use crate::tangent::{Tangent, Tangent2};
 
-/// The Legendre transform `FL(q, v) = ∂L/∂v`: the momentum.
+/// The Legendre transform `FL(t, q, v) = ∂L/∂v`: the momentum.
 #[must_use]
-pub fn legendre<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
-    let declaration = system.declaration();
+pub fn legendre<const N: usize>(system: &dyn Declared<N>, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+    let (declaration, t) = (system.declaration(), Tangent::new(t, 0.0));
     let q = moving(q, &[0.0; N]);
     let mut momentum = [0.0; N];
     for (j, momentum) in momentum.iter_mut().enumerate() {
         *momentum = declaration
-            .lagrangian(&q, &moving(v, &along(j, 1.0)))
+            .lagrangian(t, &q, &moving(v, &along(j, 1.0)))
             .derivative();
     }
     momentum
 }
 
-/// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(q, v)`, on displacements `(δq, δv)` (paper, section 2).
+/// The Lagrangian two-form `Ω_L = −dθ_L = dq ∧ d(∂L/∂v)` at `(t, q, v)`, on displacements `(δq, δv)` (paper, section 2).
 #[must_use]
-pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v: &[f64; N]) -> TwoForm<N> {
-    let declaration = system.declaration();
+pub fn canonical_form<const N: usize>(
+    system: &dyn Declared<N>,
+    t: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> TwoForm<N> {
+    let (declaration, t) = (system.declaration(), Tangent2::splat(t));
     // ∂²L/∂v_i∂q_j and ∂²L/∂v_i∂v_j
     let [mut by_q, mut by_v] = [[[0.0; N]; N]; 2];
     for (entries, [to_q, to_v]) in [(&mut by_q, [1.0, 0.0]), (&mut by_v, [0.0, 1.0])] {
@@ -33,7 +39,7 @@ pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v:
             for (j, entry) in row.iter_mut().enumerate() {
                 let q = moving_twice(q, [&[0.0; N], &along(j, to_q)]);
                 let v = moving_twice(v, [&along(i, 1.0), &along(j, to_v)]);
-                *entry = declaration.lagrangian(&q, &v).mixed();
+                *entry = declaration.lagrangian(t, &q, &v).mixed();
             }
         }
     }
@@ -45,25 +51,26 @@ pub fn canonical_form<const N: usize>(system: &dyn Declared<N>, q: &[f64; N], v:
     })
 }
 
-/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q`, in units of `L` per unit of
+/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q − f` with the external forces `f`, in units of `L` per unit of
 /// the coordinate.
 #[must_use]
 pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> [f64; N] {
     system.declaration().continuous_force(point)
 }
 
-/// The point of the continuous system's motion through `(q, v)`, with the acceleration that its rows determine.
+/// The point of the continuous system's motion through `(q, v)` at the time `t`, with the acceleration that its rows determine.
 ///
 /// # Errors
 ///
 /// [`GeometryError::Acceleration`] if they determine none.
 pub fn motion<const N: usize>(
     system: &dyn Solvable<N>,
+    t: f64,
     q: [f64; N],
     v: [f64; N],
 ) -> Result<Point<f64, N>, GeometryError> {
-    match system.acceleration(&q, &v) {
-        Ok(a) => Ok(Point { q, v, a }),
+    match system.acceleration(t, &q, &v) {
+        Ok(a) => Ok(Point { t, q, v, a }),
         Err(cause) => Err(GeometryError::Acceleration {
             q: q.to_vec(),
             v: v.to_vec(),
@@ -77,13 +84,13 @@ pub fn motion<const N: usize>(
 pub struct Variation<const N: usize> {
     /// `δa`, from the rows of the continuous system by the implicit function theorem.
     pub a: [f64; N],
-    /// `δQ`, the constraint force's.
+    /// `δ(Q + f)`, that of the constraint force and the external forces.
     pub force: [f64; N],
 }
 
 impl<const N: usize> Variation<N> {
     /// The rate `d/ds dν(u, w)` at which the paper's `dν = (F^t)*Ω_L − Ω_L` grows, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the
-    /// variations of two displacements. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q`; paper, section 2.)
+    /// variations of two displacements, with `Q + f` for `Q` where external forces act. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
     #[must_use]
     pub fn rate(u: (&Displacement<N>, &Self), w: (&Displacement<N>, &Self)) -> f64 {
         let product = super::legendre::product;
@@ -101,6 +108,7 @@ pub fn variation<const N: usize>(
     displacement: &Displacement<N>,
 ) -> Option<Variation<N>> {
     let at = |a: &[f64; N]| Point {
+        t: Tangent::new(point.t, 0.0),
         q: moving(&point.q, &displacement.first),
         v: moving(&point.v, &displacement.second),
         a: moving(&point.a, a),
@@ -114,6 +122,9 @@ pub fn variation<const N: usize>(
     let both = declaration.continuous_with_jacobian(point, &multipliers);
     let change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
     let a = *change.first_chunk()?;
-    let force = slopes(&declaration.continuous_force(&at(&a)), 1.0);
+    let moved = at(&a);
+    let force = slopes(&declaration.continuous_force(&moved), 1.0);
+    let external = declaration.external_forces(moved.t, &moved.q, &moved.v);
+    let force = plus(&force, &slopes(&external, 1.0));
     Some(Variation { a, force })
 }

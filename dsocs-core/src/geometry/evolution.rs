@@ -5,13 +5,13 @@ use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
-use super::units;
+use super::{external, units};
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 
 /// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, each of its terms computed by itself.
 ///
-/// `ξ(δq0, δq1) = (F⁺L_d(q0, q1) − F⁻L_d(q1, q2)) · δq1` (paper, section 6) is `−Q · δq1` with the constraint force `Q`. `Ω` comes
+/// `ξ(δq0, δq1) = (F⁺L_d(q0, q1) − F⁻L_d(q1, q2)) · δq1` (paper, section 6) is `−(Q + f_d) · δq1` with the constraint force `Q` and the external forces `f_d`. `Ω` comes
 /// from second derivatives of `L_d`, `F*` from the tangent map, `dξ` from first derivatives of the generated force along the flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evolution<const N: usize> {
@@ -36,7 +36,7 @@ impl<const N: usize> Evolution<N> {
     pub fn of(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Result<Self, GeometryError> {
         let tangent = flow.tangent(triple)?;
         let before = discrete_form(flow.system, flow.h, &triple.leg);
-        let last = mixed(&flow.declaration(), flow.h, &triple.last());
+        let last = mixed(&flow.declaration(), flow.h, &triple.last(flow.h));
         // D₁D₂L_d(q1, q2) times the derivatives of q2
         let by_first = chained(&last, &tangent.by_first);
         let by_second = chained(&last, &tangent.by_second);
@@ -143,7 +143,7 @@ fn chained<const N: usize>(left: &[[f64; N]; N], right: &[[f64; N]; N]) -> [[(f6
     product
 }
 
-/// The derivative of the constraint force along the flow: `[a][i][j]` of component `j` by coordinate `i` of `q0` (`a = 0`) or
+/// The derivative of the constraint force and the external forces along the flow: `[a][i][j]` of component `j` by coordinate `i` of `q0` (`a = 0`) or
 /// `q1`.
 fn force_slopes<const N: usize>(
     flow: &DiscreteFlow<'_, N>,
@@ -166,7 +166,10 @@ fn force_slopes<const N: usize>(
         ];
         for (found, (leg, by)) in found.iter_mut().zip(moved) {
             let e = moving(e, &times(unit, &by));
-            found[i] = slopes(&declaration.force(h, &leg, &e), unit);
+            let force = declaration.force(h, &leg, &e);
+            let external = external::discrete(&declaration, h, &leg, &e);
+            let both = core::array::from_fn(|k| force[k] + external[k]);
+            found[i] = slopes(&both, unit);
         }
     }
     found

@@ -46,7 +46,9 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let mut e = self.reversed(last).unwrap_or([0.0; N]);
         let q1 = minus(&last.q, &last.d);
+        let t = last.t - self.h;
         let at = |e: &[f64; N]| Leg {
+            t,
             q: q1,
             d: minus(&last.d, e),
         };
@@ -87,8 +89,9 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// [`GeometryError`] if the step with `−h` has no solution.
     pub fn irreversibility(&self, triple: &Triple<N>) -> Result<f64, GeometryError> {
         let back = DiscreteFlow::new(self.system, -self.h)?;
-        let last = triple.last();
+        let last = triple.last(self.h);
         let turned = Leg {
+            t: triple.leg.t,
             q: triple.leg.q,
             d: times(-1.0, &last.d),
         };
@@ -101,6 +104,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// The second difference of the step with `−h` from `(q2, q1)`.
     fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
         let turned = Leg {
+            t: last.t - self.h,
             q: minus(&last.q, &last.d),
             d: times(-1.0, &last.d),
         };
@@ -159,7 +163,7 @@ fn first_pair<const N: usize>(
     leg: &Leg<Tangent, N>,
 ) -> Vec<Tangent> {
     let holonomic = declaration.holonomic();
-    let mut rows = declaration.pair(h, &first_node(leg));
+    let mut rows = declaration.pair(h, &first_node(h, leg));
     rows.truncate(holonomic);
     rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
     rows

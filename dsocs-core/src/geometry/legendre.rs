@@ -97,6 +97,7 @@ pub(super) fn mixed<const N: usize>(
         for (j, entry) in row.iter_mut().enumerate() {
             let second = along(j, units[j]);
             let moved = Leg {
+                t: Tangent2::splat(leg.t),
                 q: moving_twice(&leg.q, [&[0.0; N], &second]),
                 d: moving_twice(&leg.d, [&along(i, -units[i]), &second]),
             };

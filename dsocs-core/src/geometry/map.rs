@@ -32,11 +32,12 @@ impl<const N: usize> Triple<N> {
         self.leg
     }
 
-    /// The last two nodes, `(q1, q2)`.
+    /// The last two nodes, `(q1, q2)`, where the step is `h`.
     #[must_use]
-    pub fn last(&self) -> Leg<f64, N> {
+    pub fn last(&self, h: f64) -> Leg<f64, N> {
         let d = plus(&self.leg.d, &self.e);
         Leg {
+            t: self.leg.t + h,
             q: plus(&self.leg.q, &d),
             d,
         }
@@ -46,7 +47,7 @@ impl<const N: usize> Triple<N> {
     #[must_use]
     pub fn nodes(&self) -> [[f64; N]; 3] {
         let q0 = minus(&self.leg.q, &self.leg.d);
-        [q0, self.leg.q, self.last().q]
+        [q0, self.leg.q, self.last(0.0).q]
     }
 }
 
@@ -147,7 +148,7 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
                 q0,
                 q1,
                 q2,
-                found: found.last().q.to_vec(),
+                found: found.last(self.h).q.to_vec(),
             });
         }
         let (declaration, units) = (self.declaration(), units(leg));

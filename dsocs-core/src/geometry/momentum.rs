@@ -2,11 +2,12 @@
 //!
 //! A symmetry is given by its infinitesimal generator `ξ_Q`, a vector field on the configurations. If `L_d` is invariant
 //! ([`asymmetry`] is zero), the momentum of a leg is the same at both of its nodes, and from leg to leg it changes by the
-//! constraint force's work, `J(q1, q2) − J(q0, q1) = h ⟨Q, ξ_Q(q1)⟩`; it is conserved where nothing constrains, and where
+//! work of the constraint force and the external forces, `J(q1, q2) − J(q0, q1) = h ⟨Q + f_d, ξ_Q(q1)⟩`; it is conserved where nothing constrains, and where
 //! the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the
 //! momentum equation with constraints in Cortés and Martínez 2001, section 6.)
 
-use super::array::minus;
+use super::array::{minus, plus};
+use super::external::external_forces;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
 use crate::system::Leg;
@@ -41,7 +42,7 @@ pub fn asymmetry<const N: usize>(
     if change == 0.0 { 0.0 } else { change.abs() / terms }
 }
 
-/// The momentum equation at a trajectory: `J(q1, q2) − J(q0, q1) − h ⟨Q, ξ_Q(q1)⟩`, and the size of its terms.
+/// The momentum equation at a trajectory: `J(q1, q2) − J(q0, q1) − h ⟨Q + f_d, ξ_Q(q1)⟩` with the external forces `f_d`, and the size of its terms.
 ///
 /// Where `L_d` is not invariant the first is not zero.
 #[must_use]
@@ -50,8 +51,9 @@ pub fn momentum_equation<const N: usize>(
     triple: &Triple<N>,
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> [f64; 2] {
-    let (first, last) = (triple.first(), triple.last());
-    let force = flow.declaration().force(flow.h, &first, &triple.e);
+    let (first, last) = (triple.first(), triple.last(flow.h));
+    let constraint = flow.declaration().force(flow.h, &first, &triple.e);
+    let force = plus(&constraint, &external_forces(flow.system, flow.h, triple));
     let at = generator(&first.q);
     let work = flow.h * product(&force, &at);
     let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);

@@ -30,7 +30,7 @@ pub fn pair_displacements<const N: usize>(
         // q0 = q1 − d
         let by = minus(&unit.second, &unit.first);
         let moved = moving_leg(leg, &times(size, &unit.second), &times(size, &by));
-        let first = declaration.pair(h, &first_node(&moved));
+        let first = declaration.pair(h, &first_node(h, &moved));
         let holonomic = first.into_iter().take(declaration.holonomic());
         let rows = declaration.pair(h, &moved).into_iter().chain(holonomic);
         rows.map(|row| row.derivative() / size).collect()
@@ -48,18 +48,23 @@ pub fn constraint_forms<const N: usize>(
     system.declaration().forms(h, &triple.leg, &triple.e)
 }
 
-/// An orthonormal basis of the displacements `(δq, δv)` of a state along which holonomic constraints, their derivatives in
+/// An orthonormal basis of the displacements `(δq, δv)` of a state at the time `t` along which holonomic constraints, their derivatives in
 /// time and nonholonomic constraints keep their values.
 #[must_use]
 pub fn state_displacements<const N: usize>(
     system: &dyn Declared<N>,
+    t: f64,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Vec<Displacement<N>> {
     let declaration = system.declaration();
     kernel(declaration.holonomic() + declaration.lower(), &|k| {
         let unit = Displacement::<N>::unit(k);
-        let rows = declaration.phase(&moving(q, &unit.first), &moving(v, &unit.second));
+        let rows = declaration.phase(
+            Tangent::splat(t),
+            &moving(q, &unit.first),
+            &moving(v, &unit.second),
+        );
         rows.into_iter().map(Tangent::derivative).collect()
     })
 }

@@ -16,7 +16,7 @@ const IMPROVED: u32 = 3;
 /// Moving `q0`, `q1` and `q2` moves the node, the increment and the second difference by these parts.
 const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
 
-/// What the declared rows of a step are at three nodes as they are written, each with what may be expected of it.
+/// What the declared rows of a step are at three nodes as they are written, the second at the time `t`, each with what may be expected of it.
 ///
 /// The first of each pair is the row, evaluated with numbers of twice the precision from the nodes alone: the differences of
 /// the nodes are exact. The second is by how much it can differ from zero because each component of the nodes was rounded
@@ -29,6 +29,7 @@ const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0
 #[must_use]
 pub fn rows_of_written<const N: usize>(
     system: &dyn Declared<N>,
+    t: f64,
     h: f64,
     nodes: &[[f64; N]; 3],
 ) -> Vec<[f64; 2]> {
@@ -36,6 +37,7 @@ pub fn rows_of_written<const N: usize>(
     let [q0, q1, q2] = nodes;
     let exact = |x: &[f64; N]| x.map(Double::exact);
     let mut leg = Leg {
+        t: Double::exact(t),
         q: exact(q1),
         d: exact(q1),
     };
@@ -45,6 +47,7 @@ pub fn rows_of_written<const N: usize>(
         e[i] = Double::difference(q2[i], q1[i]) - leg.d[i];
     }
     let rounded = Leg {
+        t,
         q: *q1,
         d: leg.d.map(Double::rounded),
     };
@@ -78,6 +81,7 @@ pub fn rows_of_written<const N: usize>(
     }
     let bounded = |x: &[f64; N]| x.map(Bounded::splat);
     let bounded_leg = Leg {
+        t: Bounded::splat(t),
         q: bounded(&rounded.q),
         d: bounded(&rounded.d),
     };

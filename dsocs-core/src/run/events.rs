@@ -104,9 +104,11 @@ impl<'e, const N: usize> Event<'e, N> {
 
     /// The function at the time `s` after the point of expansion.
     fn value(&self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>, s: f64, tape: &mut Tape) -> f64 {
-        let [q, v, a] = polynomial.series.point(s).map(|x| x.map(Jet::from));
+        let Point { t, q, v, a } = polynomial.point(s);
+        let t = Jet::from(t);
+        let [q, v, a] = [q, v, a].map(|x| x.map(Jet::from));
         // functions that are not seen are written down all the same
-        tape.written(|| self.at(system, &Point { q, v, a }))
+        tape.written(|| self.at(system, &Point { t, q, v, a }))
     }
 
     /// Whether a change of sign counts.
@@ -141,6 +143,7 @@ impl<const N: usize> Occurrence<N> {
     #[must_use]
     pub fn point(&self) -> Point<f64, N> {
         Point {
+            t: self.t,
             q: self.q,
             v: self.v,
             a: self.a,
@@ -196,11 +199,11 @@ impl<'e, const N: usize> Events<'e, N> {
             if !self.watched[event].counts(rising) {
                 continue;
             }
-            let Point { q, v, a } = polynomial.point(s);
+            let Point { t, q, v, a } = polynomial.point(s);
             let occurrence = Occurrence {
                 event,
                 rising,
-                t: polynomial.time(s),
+                t,
                 q,
                 v,
                 a,
@@ -364,6 +367,7 @@ fn tell<const N: usize>(
 
 /// The series of position and velocity about another point of a step.
 struct Shifted<const N: usize> {
+    t: f64,
     order: usize,
     v: [[f64; N]; ROWS],
     q: [[f64; N]; ROWS],
@@ -372,6 +376,7 @@ struct Shifted<const N: usize> {
 fn shifted<const N: usize>(polynomial: &Polynomial<'_, N>, s: f64) -> Shifted<N> {
     let series = polynomial.series;
     let mut shifted = Shifted {
+        t: polynomial.time(s),
         order: series.order(),
         v: [[0.0; N]; ROWS],
         q: [[0.0; N]; ROWS],
@@ -408,6 +413,9 @@ fn expand<const N: usize>(
     // the acceleration is known to one order less than the velocity
     let order = series.order.min(MAX_ORDER);
     let input = |k: usize, place: usize| {
+        if place == 3 * N {
+            return [series.t, 1.0].get(k).copied().unwrap_or(0.0);
+        }
         let (kind, i) = (place / N, place % N);
         match kind {
             0 => series.q[k][i],
@@ -423,6 +431,7 @@ fn expand<const N: usize>(
             })
         };
         let point = Point {
+            t: Jet::input(3 * N, series.t),
             q: vector(0),
             v: vector(1),
             a: vector(2),

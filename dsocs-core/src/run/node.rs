@@ -34,6 +34,7 @@ impl<const N: usize> Node<N> {
     #[must_use]
     pub fn point(&self) -> Point<f64, N> {
         Point {
+            t: self.t,
             q: self.q,
             v: self.v,
             a: self.a,

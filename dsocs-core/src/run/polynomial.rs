@@ -134,7 +134,12 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     /// Position, velocity and acceleration a time `s` after the point of expansion.
     pub(crate) fn point(&self, s: f64) -> Point<f64, N> {
         let [q, v, a] = self.series.point(s);
-        Point { q, v, a }
+        Point {
+            t: self.time(s),
+            q,
+            v,
+            a,
+        }
     }
 
     /// Position, velocity and acceleration at the time `t`.

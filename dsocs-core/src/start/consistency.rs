@@ -30,21 +30,22 @@ fn is_bound<const N: usize>(declaration: &Declaration<'_, N>) -> bool {
 /// Checks that a position and a velocity obey the constraints.
 pub(super) fn check<const N: usize>(
     declaration: &Declaration<'_, N>,
+    t: f64,
     q: &[f64; N],
     v: &[f64; N],
 ) -> Result<(), SetupError> {
     if !is_bound(declaration) {
         return Ok(());
     }
-    let rows = declaration.phase(q, v);
-    let sizes = rounding::phase_sizes(declaration, q, v);
+    let rows = declaration.phase(t, q, v);
+    let sizes = rounding::phase_sizes(declaration, t, q, v);
     obeyed(violations(declaration, Node::Start, &rows, &sizes))
 }
 
 /// Checks that the second node obeys the constraints with the first.
 pub(super) fn check_pair<const N: usize>(
     declaration: &Declaration<'_, N>,
-    h: f64,
+    (t0, h): (f64, f64),
     q0: &[f64; N],
     d: &Compensated<N>,
 ) -> Result<(), SetupError> {
@@ -52,10 +53,10 @@ pub(super) fn check_pair<const N: usize>(
         return Ok(());
     }
     // the first node, of whose pair nothing else is known
-    let first = holonomic_rows(declaration, q0);
-    let sizes = rounding::phase_sizes(declaration, q0, &[0.0; N]);
+    let first = holonomic_rows(declaration, t0, q0);
+    let sizes = rounding::phase_sizes(declaration, t0, q0, &[0.0; N]);
     let mut all = violations(declaration, Node::First, &first, &sizes);
-    let leg = leg(q0, d);
+    let leg = leg(t0 + h, q0, d);
     let mut rows = declaration.pair(h, &leg);
     for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
         if row.abs() <= change && change.is_finite() {
@@ -80,6 +81,7 @@ fn of_rounded_nodes<const N: usize>(
         let moved =
             |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
         let ends = Leg {
+            t: Tangent::splat(leg.t),
             q: moved(&leg.q),
             d: moved(&leg.d),
         };
@@ -170,43 +172,44 @@ fn reached<const N: usize>(
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
 pub(super) fn project<const N: usize>(
     declaration: &Declaration<'_, N>,
+    t: f64,
     q: [f64; N],
     v: [f64; N],
 ) -> Result<([f64; N], [f64; N]), SetupError> {
     if !is_bound(declaration) {
         return Ok((q, v));
     }
-    let inverse = inverse_mass(declaration, &q, &v);
+    let inverse = inverse_mass(declaration, t, &q, &v);
     let q = if declaration.holonomic() > 0 {
         let rows = |q: &[Tangent; N]| {
-            let mut rows = declaration.phase(q, &v.map(|v| Tangent::new(v, 0.0)));
+            let mut rows = declaration.phase(Tangent::splat(t), q, &v.map(|v| Tangent::new(v, 0.0)));
             rows.truncate(declaration.holonomic());
             rows
         };
         solve(q, &inverse, &q, rows, |q| {
-            rounding::phase_sizes(declaration, q, &v)
+            rounding::phase_sizes(declaration, t, q, &v)
         })?
     } else {
         q
     };
-    let inverse = inverse_mass(declaration, &q, &v);
+    let inverse = inverse_mass(declaration, t, &q, &v);
     let rows = |v: &[Tangent; N]| {
-        let mut rows = declaration.phase(&q.map(|q| Tangent::new(q, 0.0)), v);
+        let mut rows = declaration.phase(Tangent::splat(t), &q.map(|q| Tangent::new(q, 0.0)), v);
         rows.split_off(declaration.holonomic().min(rows.len()))
     };
     let v = solve(v, &inverse, &v, rows, |v| {
-        let mut sizes = rounding::phase_sizes(declaration, &q, v);
+        let mut sizes = rounding::phase_sizes(declaration, t, &q, v);
         sizes.split_off(declaration.holonomic().min(sizes.len()))
     })?;
-    let rows = declaration.phase(&q, &v);
-    reached(declaration, &rows, &rounding::phase_sizes(declaration, &q, &v))?;
+    let rows = declaration.phase(t, &q, &v);
+    reached(declaration, &rows, &rounding::phase_sizes(declaration, t, &q, &v))?;
     Ok((q, v))
 }
 
 /// Moves the second node onto the constraints of nodes and of pairs.
 pub(super) fn onto_pair<const N: usize>(
     declaration: &Declaration<'_, N>,
-    h: f64,
+    (t0, h): (f64, f64),
     q0: &[f64; N],
     v0: &[f64; N],
     d: Compensated<N>,
@@ -214,11 +217,12 @@ pub(super) fn onto_pair<const N: usize>(
     if !is_bound(declaration) {
         return Ok(d);
     }
-    let inverse = inverse_mass(declaration, q0, v0);
+    let inverse = inverse_mass(declaration, t0, q0, v0);
     let rows = |correction: &[Tangent; N]| {
-        let leg = leg(q0, &d);
+        let leg = leg(t0 + h, q0, &d);
         let moved = |x: [f64; N]| core::array::from_fn(|i| Tangent::new(x[i], 0.0) + correction[i]);
         let leg = Leg {
+            t: Tangent::splat(leg.t),
             q: moved(leg.q),
             d: moved(leg.d),
         };
@@ -229,11 +233,11 @@ pub(super) fn onto_pair<const N: usize>(
     let correction = solve([0.0; N], &inverse, &around, rows, |correction| {
         let mut d = d;
         d.add(correction);
-        rounding::pair_sizes(declaration, h, &leg(q0, &d))
+        rounding::pair_sizes(declaration, h, &leg(t0 + h, q0, &d))
     })?;
     let mut d = d;
     d.add(&correction);
-    let leg = leg(q0, &d);
+    let leg = leg(t0 + h, q0, &d);
     reached(
         declaration,
         &declaration.pair(h, &leg),
@@ -242,26 +246,33 @@ pub(super) fn onto_pair<const N: usize>(
     Ok(d)
 }
 
-/// The leg from the first node.
-fn leg<const N: usize>(q0: &[f64; N], d: &Compensated<N>) -> Leg<f64, N> {
+/// The leg from the first node, to the second at the time `t`.
+fn leg<const N: usize>(t: f64, q0: &[f64; N], d: &Compensated<N>) -> Leg<f64, N> {
     Leg {
+        t,
         q: Compensated::exact(*q0).plus(d).hi,
         d: d.hi,
     }
 }
 
 /// The holonomic constraints at a node.
-fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N]) -> Vec<f64> {
-    let mut rows = declaration.phase(q, &[0.0; N]);
+fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, t: f64, q: &[f64; N]) -> Vec<f64> {
+    let mut rows = declaration.phase(t, q, &[0.0; N]);
     rows.truncate(declaration.holonomic());
     rows
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-fn inverse_mass<const N: usize>(declaration: &Declaration<'_, N>, q: &[f64; N], v: &[f64; N]) -> Matrix {
+fn inverse_mass<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    t: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Matrix {
     let columns: Vec<[f64; N]> = (0..N)
         .map(|j| {
             let point = Point {
+                t: Tangent::splat(t),
                 q: q.map(|q| Tangent::new(q, 0.0)),
                 v: v.map(|v| Tangent::new(v, 0.0)),
                 a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),

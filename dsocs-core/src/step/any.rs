@@ -277,7 +277,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             return Some(self.unknowns(&a.map(|a| a * h * h)));
         }
         let v = leg.d.map(|d| d / h);
-        let (a, multipliers) = self.system().acceleration(&leg.q, &v, None).ok()?;
+        let (a, multipliers) = self.system().acceleration((leg.t, &leg.q, &v), None).ok()?;
         Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
     }
 }

@@ -265,6 +265,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
         for _ in 0..FORMER {
             former = Leg {
+                t: leg.t - self.h(),
                 q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
                 d: core::array::from_fn(|i| leg.d[i] - e[i]),
             };

@@ -44,7 +44,7 @@ pub use link::Program;
 use read::Body;
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 1;
+pub(crate) const VERSION: u8 = 2;
 
 /// What an expression is made of in the end, besides numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -69,6 +69,10 @@ pub enum Leaf {
     H,
     /// A parameter (9).
     Parameter(usize),
+    /// Time (10).
+    T,
+    /// The time of a step's middle node (11).
+    Clock,
 }
 
 /// What a tape computes, in the order in which it stands there.
@@ -86,7 +90,7 @@ pub enum Segment {
     SecondDifference,
     /// The unknowns that belong to a second difference and multipliers.
     Unknown,
-    /// Position, velocity and acceleration of a node; then the constraint force there.
+    /// Position, velocity, acceleration and time of a node; then the constraint force there.
     Node,
     /// The forms of the constraint forces of a step, one after the other.
     Forms,
@@ -110,10 +114,14 @@ pub enum Segment {
     Observe,
     /// The rows of a step as they were declared.
     Declared,
+    /// The external forces.
+    ExternalForces,
+    /// Those on the first node of a leg, then those on the second.
+    DiscreteExternalForces,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::Declared as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::DiscreteExternalForces as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

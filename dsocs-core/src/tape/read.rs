@@ -91,7 +91,7 @@ const FUNCTIONS: [Function; 20] = [
 ];
 
 /// The kinds of leaves, by their bytes.
-const LEAVES: [fn(usize) -> Leaf; 10] = [
+const LEAVES: [fn(usize) -> Leaf; 12] = [
     Leaf::Q,
     Leaf::V,
     Leaf::A,
@@ -102,6 +102,8 @@ const LEAVES: [fn(usize) -> Leaf; 10] = [
     Leaf::Lambda,
     |_| Leaf::H,
     Leaf::Parameter,
+    |_| Leaf::T,
+    |_| Leaf::Clock,
 ];
 
 impl Op {

@@ -54,7 +54,8 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
             Ok(motion) => Ok(Self { equations, motion }),
             // what the equations for the acceleration leave open says more than a series that is not finite
             Err(error) => {
-                match start::state_acceleration(system, &phase.q0, &phase.v0, phase.near.as_ref()) {
+                match start::state_acceleration(system, (phase.t0, &phase.q0, &phase.v0), phase.near.as_ref())
+                {
                     Err(
                         acceleration @ SetupError::Acceleration {
                             deficiency: Some(_), ..

@@ -268,6 +268,7 @@ fn fill<const FUSED: bool, const N: usize, const L: usize>(
     let [q, v, a] = polynomial.series.values::<FUSED, L>(&since);
     for (lane, point) in points.iter_mut().enumerate().take(L) {
         *point = Point {
+            t: times.get(lane).copied().unwrap_or(f64::NAN),
             q: core::array::from_fn(|i| q[i][lane]),
             v: core::array::from_fn(|i| v[i][lane]),
             a: core::array::from_fn(|i| a[i][lane]),

@@ -116,7 +116,7 @@ impl<const N: usize> Integrator<N> {
 
     /// Expands the motion at the current point.
     fn begin(&mut self, equations: &mut dyn Equations<N>) {
-        self.next.begin(&self.q.hi, &self.v.hi);
+        self.next.begin(self.t.hi[0], &self.q.hi, &self.v.hi);
         equations.expand(&mut self.next);
     }
 
@@ -150,6 +150,7 @@ impl<const N: usize> Integrator<N> {
     /// Position, velocity and acceleration there.
     pub(super) fn point(&self) -> Point<f64, N> {
         Point {
+            t: self.time(),
             q: self.q.hi,
             v: self.v.hi,
             a: *self.acceleration(),
@@ -184,15 +185,16 @@ impl<const N: usize> Integrator<N> {
     /// The current node.
     pub(super) fn node(&self, equations: &dyn Equations<N>) -> Node<N> {
         let declaration = equations.declaration();
-        let Point { q, v, a } = self.on_grid.unwrap_or_else(|| self.point());
+        let t = self.clock.time();
+        let Point { q, v, a, .. } = self.on_grid.unwrap_or_else(|| self.point());
         Node {
             index: self.clock.index(),
-            t: self.clock.time(),
+            t,
             q,
             v,
             a,
-            force: declaration.continuous_force(&Point { q, v, a }),
-            energy: declaration.energy(&q, &v),
+            force: declaration.continuous_force(&Point { t, q, v, a }),
+            energy: declaration.energy(t, &q, &v),
             iterations: self.expansions,
             stop: Stop::Start,
         }
@@ -331,7 +333,8 @@ impl<const N: usize> Work for Advance<'_, N> {
             let (mut q, mut v) = (motion.q, motion.v);
             q.add(&dq);
             v.add(&dv);
-            motion.next.begin(&q.hi, &v.hi);
+            let t = if whole { until } else { motion.t.hi[0] + h };
+            motion.next.begin(t, &q.hi, &v.hi);
             motion.next.expect(&a);
             equations.expand(&mut motion.next);
             let good = motion.control.good(&motion.series, &motion.next, &a, size);

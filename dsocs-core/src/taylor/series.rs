@@ -9,6 +9,8 @@ use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 pub struct Series<const N: usize> {
     /// The order of the velocity, `2..=MAX_ORDER`.
     order: usize,
+    /// The time of the point of expansion.
+    t: f64,
     /// `q^(k)/k!` by order.
     q: [[f64; N]; ROWS],
     /// `v^(k)/k!` by order.
@@ -21,6 +23,7 @@ impl<const N: usize> Series<N> {
     pub fn new(order: usize) -> Self {
         Self {
             order: order.clamp(2, MAX_ORDER),
+            t: 0.0,
             q: [[0.0; N]; ROWS],
             v: [[0.0; N]; ROWS],
         }
@@ -59,8 +62,8 @@ impl<const N: usize> Series<N> {
 
     /// Sets the point of expansion.
     #[doc(hidden)]
-    pub fn begin(&mut self, q: &[f64; N], v: &[f64; N]) {
-        (self.q[0], self.v[0]) = (*q, *v);
+    pub fn begin(&mut self, t: f64, q: &[f64; N], v: &[f64; N]) {
+        (self.t, self.q[0], self.v[0]) = (t, *q, *v);
     }
 
     /// Takes the coefficients of a polynomial motion; those of higher orders are zero.
@@ -71,6 +74,13 @@ impl<const N: usize> Series<N> {
         for k in 0..=self.order {
             self.v[k] = self.q[k + 1].map(|q| (k + 1) as f64 * q);
         }
+    }
+
+    /// The time of the point of expansion.
+    #[inline]
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.t
     }
 
     /// The point of expansion.
@@ -181,7 +191,7 @@ mod tests {
     fn values_and_increments_are_those_of_the_polynomial() {
         // the motion q = exp(t) in one coordinate: every coefficient 1/k!
         let mut series = Series::<1>::new(24);
-        series.begin(&[1.0], &[1.0]);
+        series.begin(0.0, &[1.0], &[1.0]);
         let ([mut q], [mut v]) = series.start();
         for k in 0..24 {
             let (mut whole, mut rate) = ([q], [v]);

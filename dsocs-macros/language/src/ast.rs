@@ -53,6 +53,8 @@ pub(crate) struct Declaration {
     pub(crate) kinematic: Part<Constraints>,
     /// `variational = …;` or `constraint_forces = […];`
     pub(crate) directions: Part<Directions>,
+    /// `external_forces = (f1, f2);`
+    pub(crate) external_forces: Part<Scalar>,
     /// `discrete_lagrangian = EXPR;`
     pub(crate) discrete_lagrangian: Part<Scalar>,
     /// `discrete_kinematic = …;`
@@ -104,7 +106,7 @@ pub(crate) struct Let {
     pub(crate) doc: String,
 }
 
-/// `lagrangian = EXPR;`
+/// `lagrangian = EXPR;`, or the tuple of `external_forces = (…);`
 #[derive(Clone)]
 pub(crate) struct Scalar {
     /// The expression.

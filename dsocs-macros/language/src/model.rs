@@ -8,7 +8,7 @@ use syn::{ItemStruct, Path};
 
 use crate::emit;
 use crate::expand::in_core;
-use crate::graph::{Graph, NodeId};
+use crate::graph::{Graph, Leaf, NodeId};
 use crate::source::Mistake;
 
 /// A declaration that has passed every check, its expressions in one graph.
@@ -26,7 +26,7 @@ pub struct Model {
     pub(crate) parameters: Vec<ParameterField>,
     /// All expressions.
     pub(crate) graph: Graph,
-    /// `L`, in `Q` and `V`.
+    /// `L`, in `Q`, `V` and `T`.
     pub(crate) lagrangian: NodeId,
     /// The constraints: holonomic, then nonholonomic, then kinematic ones.
     pub(crate) constraints: Vec<Row>,
@@ -34,15 +34,17 @@ pub struct Model {
     pub(crate) forms: Vec<Form>,
     /// What `C_V` is spanned by.
     pub(crate) displacements: Displacements,
-    /// `L_d`, in `X0`, `X1` and `H`, if it is given and not made of the Lagrangian.
+    /// `L_d`, in `X0`, `X1`, `T0`, `T1` and `H`, if it is given and not made of the Lagrangian.
     pub(crate) discrete_lagrangian: Option<NodeId>,
-    /// The points whose mean is taken, one or two: the components of `q` and `v`, in `X0`, `X1` and `H`.
-    pub(crate) phi_lagrangian: Vec<[Vec<NodeId>; 2]>,
-    /// The components of `q`, `v` and `a`, in `X0`, `X1`, `X2` and `H`; `None` for the paper's map.
-    pub(crate) phi_kinematic: Option<[Vec<NodeId>; 3]>,
+    /// The generalized forces that are no constraint forces, one for each coordinate, in `Q`, `V` and `T`; empty if there are none.
+    pub(crate) external_forces: Vec<NodeId>,
+    /// The points whose mean is taken, one or two.
+    pub(crate) phi_lagrangian: Vec<PairPoint>,
+    /// `None` for the paper's map.
+    pub(crate) phi_kinematic: Option<TriplePoint>,
     /// As [`Model::phi_kinematic`], for the variational constraints.
-    pub(crate) phi_variational: Option<[Vec<NodeId>; 3]>,
-    /// The observed expressions and their names, in `Q`, `V` and `A`.
+    pub(crate) phi_variational: Option<TriplePoint>,
+    /// The observed expressions and their names, in `Q`, `V`, `A` and `T`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
     /// What has no effect.
     pub(crate) warnings: Vec<Warning>,
@@ -98,10 +100,49 @@ impl Model {
         }
     }
 
+    /// Whether time comes in anywhere.
+    pub(crate) fn depends_on_time(&self) -> bool {
+        self.graph.has_leaf(Leaf::T)
+            || [Leaf::T0, Leaf::T1, Leaf::T2]
+                .into_iter()
+                .any(|leaf| self.discrete_has(leaf))
+    }
+
+    /// Whether the discrete statements have a leaf.
+    fn discrete_has(&self, leaf: Leaf) -> bool {
+        let rows = self.constraints.iter().filter_map(|row| row.discrete);
+        rows.chain(self.discrete_lagrangian)
+            .any(|value| self.graph.depends_on(value, leaf))
+    }
+
     /// How many constraints there are of a kind.
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+/// `φ⁻¹` of two nodes, in `X0`, `X1`, `T0`, `T1` and `H`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct PairPoint {
+    /// The time.
+    pub(crate) t: NodeId,
+    /// The components of the position.
+    pub(crate) q: Vec<NodeId>,
+    /// The components of the velocity.
+    pub(crate) v: Vec<NodeId>,
+}
+
+/// `φ⁻¹` of three nodes, in `X0`, `X1`, `X2`, `T0`, `T1`, `T2` and `H`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct TriplePoint {
+    /// The time.
+    pub(crate) t: NodeId,
+    /// The components of the position.
+    pub(crate) q: Vec<NodeId>,
+    /// The components of the velocity.
+    pub(crate) v: Vec<NodeId>,
+    /// The components of the acceleration.
+    pub(crate) a: Vec<NodeId>,
 }
 
 /// Something that is declared and has no effect.
@@ -191,20 +232,20 @@ pub(crate) struct Row {
     pub(crate) tokens: TokenStream,
     /// Its kind.
     pub(crate) kind: Kind,
-    /// `c`, in `Q`, `V` and `A`.
+    /// `c`, in `Q`, `V`, `A` and `T`.
     pub(crate) value: NodeId,
     /// The highest derivative of a coordinate in `c`.
     pub(crate) order: usize,
     /// The factor to divide out, of order 0 or 1.
     pub(crate) divide: Option<NodeId>,
-    /// What stands in its place in a step, in `X0`, `X1`, `X2` and `H`, if it is given.
+    /// What stands in its place in a step, in `X0`, `X1`, `X2`, `T0`, `T1`, `T2` and `H`, if it is given.
     pub(crate) discrete: Option<NodeId>,
 }
 
 /// A direction in which a constraint force acts.
 #[derive(Clone, Debug)]
 pub(crate) struct Form {
-    /// The components, in `Q`, `V` and `A`.
+    /// The components, in `Q`, `V`, `A` and `T`.
     pub(crate) components: Vec<NodeId>,
     /// Whether it belongs to a holonomic constraint: then it is taken at the middle node, whatever the maps are.
     pub(crate) at_node: bool,
@@ -213,7 +254,7 @@ pub(crate) struct Form {
 /// The virtual displacements `C_V`.
 #[derive(Clone, Debug)]
 pub(crate) enum Displacements {
-    /// Fields that span them, of `n` components each, in `Q`, `V` and `A`.
+    /// Fields that span them, of `n` components each, in `Q`, `V`, `A` and `T`.
     Fields(Vec<Vec<NodeId>>),
     /// Those on which the forms vanish; no fields that span them everywhere are known.
     Annihilated,

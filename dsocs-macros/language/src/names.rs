@@ -13,8 +13,9 @@ use crate::graph::NodeId;
 use crate::input::Fields;
 
 /// Names with a meaning of their own.
-pub(crate) const RESERVED: [(&str, &str); 5] = [
+pub(crate) const RESERVED: [(&str, &str); 6] = [
     ("h", "the step"),
+    ("t", "time"),
     ("dot", "the time derivative"),
     ("ddot", "the second time derivative"),
     ("sum", "a sum over a range"),
@@ -38,6 +39,8 @@ pub(crate) enum Binding {
     Index(i64),
     /// A node of the discrete path, in a map: 0, 1 or 2.
     Node(usize),
+    /// The time of such a node.
+    NodeTime(usize),
     /// A `let` in a map, with its components.
     Vector(Result<Vec<NodeId>, Reported>),
 }
@@ -62,6 +65,7 @@ impl Binding {
             Self::Field(_) => "a parameter",
             Self::Let(_) | Self::Vector(_) => "a `let`",
             Self::Node(_) => "a node",
+            Self::NodeTime(_) => "the time of a node",
         }
     }
 }

@@ -103,12 +103,12 @@ fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
             continue;
         };
         let a = half.map(|half| 2.0 * half);
-        let force = constraint_force(subject.system, &Point { q, v, a });
+        let force = constraint_force(subject.system, &Point { t: state.t, q, v, a });
         let factor = (reach / (0.5 * subject.h.abs())).min(1.0);
         let mut rows: [Left; 3] = Default::default();
         for (k, step) in subject.steps().iter().enumerate() {
             let h = subject.h.signum() * step * factor;
-            let triple = about(&series, h);
+            let triple = about(state.t, &series, h);
             let (found, sizes) = left(subject, h, &triple, &force);
             let momenta = legendre_plus(subject.system, h, &triple.leg);
             let rounding = ROUNDING * momenta.iter().fold(0.0, |most, x| larger(most, x.abs()));
@@ -130,8 +130,8 @@ fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
     Ok(groups.map(|states| telling(&states)))
 }
 
-/// The triple of three nodes of a motion about a point, from its series there.
-pub fn about<const N: usize>(series: &[[f64; N]], h: f64) -> Triple<N> {
+/// The triple of three nodes of a motion about a point, at the time `t`, from its series there.
+pub fn about<const N: usize>(t: f64, series: &[[f64; N]], h: f64) -> Triple<N> {
     let at = |power: &dyn Fn(usize) -> f64| -> [f64; N] {
         let mut sum = [0.0; N];
         for (k, coefficient) in series.iter().enumerate().skip(1).rev() {
@@ -144,6 +144,7 @@ pub fn about<const N: usize>(series: &[[f64; N]], h: f64) -> Triple<N> {
     };
     let power = |k: usize| h.powi(i32::try_from(k).unwrap_or(i32::MAX));
     let leg = Leg {
+        t,
         q: series[0],
         d: at(&|k| if k % 2 == 0 { -power(k) } else { power(k) }),
     };

@@ -8,6 +8,7 @@ use dsocs_core::geometry::{
 };
 
 use super::extrapolation::integrate;
+use super::probe::State;
 use super::{Measured, larger};
 
 /// The tolerance of the integration, relative and absolute.
@@ -24,7 +25,7 @@ struct Equations<'a, const N: usize> {
     count: usize,
 }
 
-/// The parts of a state: `(q, v)`, the displacements, and `dν` for every pair.
+/// The parts of a state: `(q, v)`, the displacements, `dν` for every pair, and the time.
 fn part<const N: usize>(state: &[f64], from: usize) -> [f64; N] {
     core::array::from_fn(|i| state[from + i])
 }
@@ -41,7 +42,12 @@ fn displacement<const N: usize>(state: &[f64], k: usize) -> Displacement<N> {
 impl<const N: usize> Equations<'_, N> {
     /// The rate of change of a state.
     fn rate(&self, state: &[f64], rate: &mut [f64]) {
-        let Ok(point) = motion(self.system, part::<N>(state, 0), part(state, N)) else {
+        // the last of a state is the time
+        let (Some(&t), Some(clock)) = (state.last(), rate.last_mut()) else {
+            return;
+        };
+        *clock = 1.0;
+        let Ok(point) = motion(self.system, t, part::<N>(state, 0), part(state, N)) else {
             rate.fill(f64::NAN);
             return;
         };
@@ -75,12 +81,13 @@ impl<const N: usize> Equations<'_, N> {
 /// displacements that constraints of lower order allow.
 pub fn law<const N: usize>(
     system: &dyn Solvable<N>,
-    [q0, v0]: &[[f64; N]; 2],
+    State { t, q: q0, v: v0 }: &State<N>,
     until: f64,
 ) -> Measured<[f64; 2]> {
-    let allowed = state_displacements(system, q0, v0);
+    let allowed = state_displacements(system, *t, q0, v0);
     let count = allowed.len();
     let mut start = vec![0.0; 2 * N * (1 + count) + count * count.saturating_sub(1) / 2];
+    start.push(*t);
     for i in 0..N {
         (start[i], start[N + i]) = (q0[i], v0[i]);
         for (k, displacement) in allowed.iter().enumerate() {
@@ -95,8 +102,8 @@ pub fn law<const N: usize>(
         until,
         TOLERANCE,
     )?;
-    let before = canonical_form(system, q0, v0);
-    let after = canonical_form(system, &part(&end, 0), &part(&end, N));
+    let before = canonical_form(system, *t, q0, v0);
+    let after = canonical_form(system, t + until, &part(&end, 0), &part(&end, N));
     let mut entries = Vec::new();
     let mut place = 2 * N * (1 + count);
     for (k, first) in allowed.iter().enumerate() {

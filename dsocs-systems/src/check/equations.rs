@@ -1,7 +1,9 @@
 //! Whether the motion obeys the paper's principle: equations and action, each by other code than that which made the motion.
 
 use dsocs_core::Leg;
-use dsocs_core::geometry::{Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written};
+use dsocs_core::geometry::{
+    Triple, admissible_variations, external_forces, legendre_minus, legendre_plus, rows_of_written,
+};
 
 use super::{Report, Subject, larger, largest};
 use crate::stability::Bar;
@@ -16,7 +18,7 @@ const STATIONARY: f64 = 1e-12;
 pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let mut worst = (0.0, 0);
     for &place in &subject.places {
-        let row = written(subject, &nodes(&subject.legs, place));
+        let row = written(subject, subject.legs[place].t, &nodes(&subject.legs, place));
         if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
             worst = (row, place);
         }
@@ -60,9 +62,9 @@ pub fn nodes<const N: usize>(legs: &[Leg<f64, N>], place: usize) -> [[f64; N]; 3
     [first, legs[place].q, legs[place + 1].q]
 }
 
-/// The largest row at three nodes, over what their rounding explains.
-fn written<const N: usize>(subject: &Subject<'_, N>, nodes: &[[f64; N]; 3]) -> f64 {
-    let rows = rows_of_written(subject.system, subject.h, nodes);
+/// The largest row at three nodes, the second at the time `t`, over what their rounding explains.
+fn written<const N: usize>(subject: &Subject<'_, N>, t: f64, nodes: &[[f64; N]; 3]) -> f64 {
+    let rows = rows_of_written(subject.system, t, subject.h, nodes);
     rows.iter().fold(0.0, |most, &[row, explained]| {
         larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
     })
@@ -80,7 +82,7 @@ fn sizes<const N: usize>(subject: &Subject<'_, N>) -> [f64; N] {
     sizes
 }
 
-/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, relative to its terms.
+/// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms.
 fn derivative<const N: usize>(
     subject: &Subject<'_, N>,
     triple: &Triple<N>,
@@ -88,12 +90,13 @@ fn derivative<const N: usize>(
     sizes: &[f64; N],
 ) -> f64 {
     let arriving = legendre_plus(subject.system, subject.h, &triple.first());
-    let leaving = legendre_minus(subject.system, subject.h, &triple.last());
+    let leaving = legendre_minus(subject.system, subject.h, &triple.last(subject.h));
+    let external = external_forces(subject.system, subject.h, triple);
     let mut most = 0.0;
     for variation in along {
         let (mut sum, mut terms) = (0.0, 0.0);
         for (i, part) in variation.iter().enumerate() {
-            sum += part * (arriving[i] - leaving[i]);
+            sum += part * (arriving[i] - leaving[i] + external[i]);
             terms += part.abs() * sizes[i];
         }
         most = larger(most, if sum == 0.0 { 0.0 } else { sum.abs() / terms });

@@ -72,10 +72,10 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         turned,
     );
     let back = |triple: &Triple<N>| {
-        let found = subject.flow.backward(&triple.last())?;
+        let found = subject.flow.backward(&triple.last(subject.h))?;
         let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(core::array::from_fn(|i| found.e[i] - triple.e[i]));
-        Ok(apart / norm(triple.leg.d).max(norm(triple.last().d)))
+        Ok(apart / norm(triple.leg.d).max(norm(triple.last(subject.h).d)))
     };
     let inverse = largest(&subject.spread, back);
     report.push(

@@ -17,12 +17,12 @@ mod symplectic;
 use std::error::Error;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple};
-use dsocs_core::{Leg, System};
+use dsocs_core::{Leg, Point, System};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
 
-use probe::Probe;
+use probe::{Probe, State};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -60,6 +60,8 @@ pub struct Settings<'a> {
     pub h: f64,
     /// The end, in s; 40 steps unless given. (Of an [`Entry`](crate::Entry): its own.)
     pub until: Option<f64>,
+    /// The time of the start, in s.
+    pub t0: f64,
     /// The first node.
     pub q0: &'a [f64],
     /// The initial velocity.
@@ -159,8 +161,8 @@ struct Subject<'a, const N: usize> {
     ended: Option<String>,
     /// Whether the end was the system's own.
     own_end: bool,
-    /// Position and velocity at the start.
-    start: [[f64; N]; 2],
+    /// The start.
+    start: State<N>,
     /// The legs of the motion.
     legs: Vec<Leg<f64, N>>,
     /// Where in the motion the triples are, by the number of their first leg.
@@ -172,7 +174,7 @@ struct Subject<'a, const N: usize> {
     /// Triples of the first steps.
     early: Vec<Triple<N>>,
     /// States of the continuous motion, evenly spread.
-    states: Vec<[[f64; N]; 2]>,
+    states: Vec<State<N>>,
 }
 
 /// Measures the figures of one check.
@@ -191,7 +193,14 @@ pub fn check<S: System<N>, const N: usize>(
     (q0, v0): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
     let own = STEPS * settings.h;
-    findings(system, symmetries, expected, settings, [q0, v0], own)
+    findings(
+        system,
+        symmetries,
+        expected,
+        settings,
+        state(settings, q0, v0),
+        own,
+    )
 }
 
 /// The same, to the end `own` unless the settings say another.
@@ -203,7 +212,19 @@ pub(crate) fn check_to<S: System<N>, const N: usize>(
     (q0, v0): ([f64; N], [f64; N]),
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    findings(system, symmetries, expected, settings, [q0, v0], own)
+    findings(
+        system,
+        symmetries,
+        expected,
+        settings,
+        state(settings, q0, v0),
+        own,
+    )
+}
+
+/// The start that settings ask for.
+fn state<const N: usize>(settings: &Settings<'_>, q: [f64; N], v: [f64; N]) -> State<N> {
+    State { t: settings.t0, q, v }
 }
 
 /// The findings of all checks.
@@ -212,10 +233,10 @@ fn findings<const N: usize>(
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    start: [[f64; N]; 2],
+    start: State<N>,
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let (h, asked) = (settings.h, settings.until.unwrap_or(own));
+    let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
     let flow = DiscreteFlow::new(system, h)?;
     let walked = probe::legs(system, h, &start, asked)?;
     let (places, spread) = places(&walked.legs);
@@ -265,14 +286,17 @@ fn findings<const N: usize>(
 /// How far the motion goes.
 fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let bar = if subject.own_end {
-        Bar::AtLeast(subject.asked.abs() * (1.0 - 1e-9) - subject.h.abs())
+        Bar::AtLeast((subject.asked - subject.start.t).abs() * (1.0 - 1e-9) - subject.h.abs())
     } else {
         Bar::Reported
     };
     report.push(
-        format!("time that the motion reaches, of {} s", subject.asked),
+        format!(
+            "time that the motion reaches, of {} s",
+            (subject.asked - subject.start.t).abs()
+        ),
         bar,
-        Ok(subject.until.abs()),
+        Ok((subject.until - subject.start.t).abs()),
     );
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
@@ -327,16 +351,13 @@ fn triples<const N: usize>(
 }
 
 /// States of the continuous motion: the start, and others if the motion is known so far.
-fn states<const N: usize>(
-    system: &dyn Probe<N>,
-    h: f64,
-    start: &[[f64; N]; 2],
-    until: f64,
-) -> Vec<[[f64; N]; 2]> {
+fn states<const N: usize>(system: &dyn Probe<N>, h: f64, start: &State<N>, until: f64) -> Vec<State<N>> {
     let mut states = vec![*start];
-    let times: Vec<f64> = (1..STATES).map(|k| until * k as f64 / STATES as f64).collect();
+    let times: Vec<f64> = (1..STATES)
+        .map(|k| start.t + (until - start.t) * k as f64 / STATES as f64)
+        .collect();
     if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
-        states.extend(motion.iter().map(|point| [point.q, point.v]));
+        states.extend(motion.iter().map(|&Point { t, q, v, .. }| State { t, q, v }));
     }
     states
 }

@@ -21,7 +21,7 @@ pub fn identity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
         report.push(
-            format!("{}: ΔJ − h⟨Q, ξ⟩, relative to the terms", symmetry.name()),
+            format!("{}: ΔJ − h⟨Q + f, ξ⟩, relative to the terms", symmetry.name()),
             Bar::AtMost(ROUNDING),
             equation,
         );
@@ -44,7 +44,8 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             Bar::AtMost(ROUNDING),
             invariance,
         );
-        let bar = if subject.expected.kind == Kind::Unconstrained || is_allowed(subject, symmetry) {
+        let free = subject.expected.kind == Kind::Unconstrained || is_allowed(subject, symmetry);
+        let bar = if free && !subject.system.is_forced() {
             Bar::AtMost(DRIFT)
         } else {
             Bar::Reported

@@ -7,6 +7,7 @@ use dsocs_core::geometry::{
     constraint_force, constraint_multipliers, continuous_multipliers, state_displacements,
 };
 
+use super::probe::State;
 use super::{Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
 use crate::stability::Bar;
@@ -141,8 +142,8 @@ fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
 
 /// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
 fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
-    let [q0, v0] = subject.start;
-    let times = |k: u32| subject.until * f64::from(k) / 200.0;
+    let State { t, q: q0, v: v0 } = subject.start;
+    let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
     let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
     let extent = exact
@@ -150,9 +151,13 @@ fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
         .flat_map(|point| (0..N).map(|i| (point.q[i] - q0[i]).abs()))
         .fold(0.0, larger);
     let mut most = [0.0; 2];
-    for displacement in state_displacements(subject.system, &q0, &v0) {
+    for displacement in state_displacements(subject.system, t, &q0, &v0) {
         let moved = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| x[i] + CHANGED * extent * by[i]);
-        let start = [moved(&q0, &displacement.first), moved(&v0, &displacement.second)];
+        let start = State {
+            t,
+            q: moved(&q0, &displacement.first),
+            v: moved(&v0, &displacement.second),
+        };
         let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
             continue;
         };
@@ -179,7 +184,9 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
     let coarse = subject.legs.len().saturating_sub(1).max(2);
     let part = u32::try_from(coarse.div_ceil(NODES))?;
     let count = coarse / part as usize;
-    let times: Vec<f64> = (1..=count).map(|k| (k as f64 * f64::from(part)) * h).collect();
+    let times: Vec<f64> = (1..=count)
+        .map(|k| subject.start.t + (k as f64 * f64::from(part)) * h)
+        .collect();
     let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
     let system = subject.system;
     let constrained = subject.expected.kind != Kind::Unconstrained;
@@ -194,7 +201,7 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
             [point.q.to_vec(), point.v.to_vec(), force, multipliers]
         })
         .collect();
-    let scales: [Vec<f64>; 4] = core::array::from_fn(|k| scales(k, &truth, &subject.start[0]));
+    let scales: [Vec<f64>; 4] = core::array::from_fn(|k| scales(k, &truth, &subject.start.q));
     let mut errors: Errors = Default::default();
     for halving in 0..HALVINGS {
         let parts = 1_u32 << halving;

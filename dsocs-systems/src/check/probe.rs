@@ -6,33 +6,54 @@ use dsocs_core::{Flow, Leg, Point, Start, Stepper, System, TaylorFlow, Tolerance
 use super::Measured;
 use crate::entry::CheckFailure;
 
+/// A state of the continuous motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State<const N: usize> {
+    /// The time.
+    pub t: f64,
+    /// The position.
+    pub q: [f64; N],
+    /// The velocity.
+    pub v: [f64; N],
+}
+
+impl<const N: usize> State<N> {
+    /// As the start of a run.
+    fn start(&self) -> Start<N> {
+        Start::second_order(self.q, self.v).at(self.t)
+    }
+}
+
 /// Is shown the number, the time and the leg of a position, and says whether the motion goes on.
 type Walker<'w, const N: usize> = &'w mut dyn FnMut(u64, f64, Leg<f64, N>) -> bool;
 
 /// A system whose motions can be computed.
 pub trait Probe<const N: usize>: Solvable<N> {
-    /// Walks along the discrete motion from `(q0, v0)`, from the second node on.
-    fn walk(&self, h: f64, start: &[[f64; N]; 2], walker: Walker<'_, N>) -> Result<(), CheckFailure>;
+    /// Walks along the discrete motion from a state, from the second node on.
+    fn walk(&self, h: f64, start: &State<N>, walker: Walker<'_, N>) -> Result<(), CheckFailure>;
 
-    /// Shows the continuous motion from `(q0, v0)` at some times, to a tolerance, back in time if asked for.
+    /// Shows the continuous motion from a state at some times, to a tolerance, back in time if asked for.
     fn sample(
         &self,
-        start: &[[f64; N]; 2],
+        start: &State<N>,
         tolerance: Tolerance,
         times: (&[f64], bool),
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Measured<()>;
 
     /// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
-    fn series(&self, start: &[[f64; N]; 2]) -> Measured<(Vec<[f64; N]>, f64)>;
+    fn series(&self, start: &State<N>) -> Measured<(Vec<[f64; N]>, f64)>;
+
+    /// Whether external forces act.
+    fn is_forced(&self) -> bool;
 
     /// How many constraints there are: on positions, on velocities, on accelerations.
     fn constraints(&self) -> [usize; 3];
 }
 
 impl<S: System<N>, const N: usize> Probe<N> for S {
-    fn walk(&self, h: f64, &[q0, v0]: &[[f64; N]; 2], walker: Walker<'_, N>) -> Result<(), CheckFailure> {
-        let mut flow = Flow::new(self, h, Start::second_order(q0, v0))?;
+    fn walk(&self, h: f64, start: &State<N>, walker: Walker<'_, N>) -> Result<(), CheckFailure> {
+        let mut flow = Flow::new(self, h, start.start())?;
         while walker(flow.index(), flow.time(), flow.leg()) {
             flow.advance()?;
         }
@@ -41,24 +62,28 @@ impl<S: System<N>, const N: usize> Probe<N> for S {
 
     fn sample(
         &self,
-        &[q0, v0]: &[[f64; N]; 2],
+        start: &State<N>,
         tolerance: Tolerance,
         (times, back): (&[f64], bool),
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Measured<()> {
-        let mut flow = TaylorFlow::new(self, Start::second_order(q0, v0), tolerance)?;
+        let mut flow = TaylorFlow::new(self, start.start(), tolerance)?;
         if back {
             flow.reverse()?;
         }
         Ok(Stepper::sample(&mut flow, times, observer)?)
     }
 
-    fn series(&self, &[q0, v0]: &[[f64; N]; 2]) -> Measured<(Vec<[f64; N]>, f64)> {
-        let start = Start::second_order(q0, v0).projected();
+    fn series(&self, start: &State<N>) -> Measured<(Vec<[f64; N]>, f64)> {
+        let start = start.start().projected();
         let mut flow = TaylorFlow::new(self, start, Tolerance::relative(1e-15))?;
         flow.advance()?;
         let polynomial = flow.polynomial().ok_or("the motion has no series")?;
         Ok((polynomial.series().position().to_vec(), polynomial.length().abs()))
+    }
+
+    fn is_forced(&self) -> bool {
+        S::EXTERNAL_FORCES
     }
 
     fn constraints(&self) -> [usize; 3] {
@@ -76,14 +101,14 @@ pub struct Walked<const N: usize> {
     pub ended: Option<String>,
 }
 
-/// The legs of the motion from `(q0, v0)` up to the time `until`, or as far as it goes.
+/// The legs of the motion from a state up to the time `until`, or as far as it goes.
 pub fn legs<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
-    start: &[[f64; N]; 2],
+    start: &State<N>,
     until: f64,
 ) -> Result<Walked<N>, CheckFailure> {
-    let (mut legs, mut reached) = (Vec::new(), 0.0);
+    let (mut legs, mut reached) = (Vec::new(), start.t);
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
     let walked = probe.walk(h, start, &mut |_, time, leg| {
@@ -103,11 +128,11 @@ pub fn legs<const N: usize>(
     })
 }
 
-/// Nodes of the motion from `(q0, v0)` with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
+/// Nodes of the motion from a state with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
 pub fn nodes<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
-    start: &[[f64; N]; 2],
+    start: &State<N>,
     (part, count): (u32, usize),
 ) -> Measured<Vec<Triple<N>>> {
     let mut nodes: Vec<Triple<N>> = Vec::with_capacity(count);
@@ -131,11 +156,11 @@ pub fn nodes<const N: usize>(
     }
 }
 
-/// The continuous motion from `(q0, v0)` at some times, in the direction of `h`, to a tolerance.
+/// The continuous motion from a state at some times, in the direction of `h`, to a tolerance.
 pub fn exact<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
-    start: &[[f64; N]; 2],
+    start: &State<N>,
     times: &[f64],
     tolerance: f64,
 ) -> Measured<Vec<Point<f64, N>>> {

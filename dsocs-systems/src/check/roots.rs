@@ -55,7 +55,8 @@ pub fn roots<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 
 /// The longer of both legs by coordinate.
 fn lengths<const N: usize>(triple: &Triple<N>) -> [f64; N] {
-    let last = triple.last();
+    // the time does not matter
+    let last = triple.last(0.0);
     let own: [f64; N] = core::array::from_fn(|i| triple.leg.d[i].abs().max(last.d[i].abs()));
     let longest = own.iter().fold(0.0_f64, |longest, x| longest.max(*x));
     own.map(|own| {
@@ -103,7 +104,7 @@ fn parasitic<const N: usize>(subject: &Subject<'_, N>) -> Measured {
         for quarter in 0..=QUARTERS {
             let h = subject.h.signum() * subject.h.abs().min(reach) * 0.25_f64.powi(quarter);
             let flow = DiscreteFlow::new(subject.system, h)?;
-            let near = about(&series, h);
+            let near = about(state.t, &series, h);
             let triple = flow.forward_near(&near.leg, &near.e)?;
             found = returned(subject, &flow, &triple)?;
             if found <= MODE {

@@ -74,7 +74,8 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         }
     }
     let d_nu = continuous.as_ref().map_or(0.0, |laws| laws[1]);
-    let is_symplectic = matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic);
+    let is_symplectic =
+        matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic) && !subject.system.is_forced();
     let discrete = match (is_symplectic, d_nu) {
         (true, _) => Bar::AtMost(ZERO),
         // where the constraints change the form of the continuous motion they change the discrete one
@@ -124,7 +125,9 @@ fn quotient<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>, law:
     let mut apart = 0.0;
     for k in 0..2 * N {
         let unit = Displacement::unit(k);
-        let own = triple.leg.d[k % N].abs().max(triple.last().d[k % N].abs());
+        let own = triple.leg.d[k % N]
+            .abs()
+            .max(triple.last(flow.h()).d[k % N].abs());
         let length = if own > STILL * size { own } else { STILL * size };
         let exact = law.tangent.apply(&unit).second;
         let mut best = f64::INFINITY;
@@ -154,12 +157,13 @@ fn slopes<const N: usize>(
     exact: &[f64; N],
     shift: f64,
 ) -> Result<[f64; N], GeometryError> {
-    let (leg, q2) = (triple.leg, triple.last().q);
+    let (leg, q2) = (triple.leg, triple.last(flow.h()).q);
     let mut slopes = [0.0; N];
     for (times, weight) in [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)] {
         for sign in [1.0, -1.0] {
             let shift = sign * times * shift;
             let moved = Leg {
+                t: leg.t,
                 q: core::array::from_fn(|i| leg.q[i] + shift * unit.second[i]),
                 d: core::array::from_fn(|i| leg.d[i] + shift * (unit.second[i] - unit.first[i])),
             };
@@ -167,7 +171,7 @@ fn slopes<const N: usize>(
             let e = core::array::from_fn(|i| {
                 triple.e[i] + shift * (exact[i] - 2.0 * unit.second[i] + unit.first[i])
             });
-            let found = flow.forward_near(&moved, &e)?.last().q;
+            let found = flow.forward_near(&moved, &e)?.last(flow.h()).q;
             for i in 0..N {
                 slopes[i] += sign * weight * (found[i] - q2[i]);
             }

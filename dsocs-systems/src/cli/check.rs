@@ -56,6 +56,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
+            t0: arguments.from.t0(),
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
         };

@@ -111,7 +111,10 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let mut table = TableWriter::new(format, destination, about, names);
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
-    let bar = progress::bar((plan.until / plan.h).abs() as u64, entry.name());
+    let bar = progress::bar(
+        ((plan.until - arguments.from.t0()) / plan.h).abs() as u64,
+        entry.name(),
+    );
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
@@ -181,7 +184,9 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     let (nodes, start) = (arguments.q1.is_some(), arguments.start.is_some());
     accuracy.check(nodes, start, arguments.certify)?;
     let h = arguments.step.unwrap_or(entry.default_step());
-    let until = arguments.until.unwrap_or(entry.default_until().copysign(h));
+    let until = arguments
+        .until
+        .unwrap_or(arguments.from.t0() + entry.default_until().copysign(h));
     if until.is_infinite() {
         return Err(RunFailure::from(RunError::Until { until }).into());
     }
@@ -261,6 +266,12 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
         (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0: v0()? },
     };
+    let t0 = arguments.from.t0();
+    let given = if t0 == 0.0 {
+        given
+    } else {
+        Beginning::At(t0, Box::new(given))
+    };
     Ok(if arguments.project {
         Beginning::Projected(Box::new(given))
     } else {
@@ -289,6 +300,11 @@ fn start(beginning: &Beginning) -> Value {
         Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
         Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
         Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
+        Beginning::At(t0, beginning) => {
+            let mut start = start(beginning);
+            start["t0"] = (*t0).into();
+            start
+        }
         Beginning::Projected(beginning) => {
             let mut start = start(beginning);
             start["projected"] = true.into();

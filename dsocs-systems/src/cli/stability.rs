@@ -67,6 +67,7 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
+            t0: arguments.from.t0(),
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
         };

@@ -15,6 +15,9 @@ pub struct StartArguments {
     /// The initial velocity, a number for each coordinate
     #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     v0: Option<Vec<f64>>,
+    /// The time at which the motion begins, in s
+    #[arg(long, value_name = "T", allow_hyphen_values = true, default_value = "0", value_parser = expression::number)]
+    t0: f64,
     /// A parameter's value; may be given several times
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
     set: Vec<(String, f64)>,
@@ -63,6 +66,11 @@ impl StartArguments {
     pub fn v0(&self, entry: &Entry) -> Result<Vec<f64>, CliError> {
         let given = self.v0.as_ref().or(entry.default_start().map(|[_, v0]| v0));
         given.cloned().ok_or_else(|| self.missing(entry))
+    }
+
+    /// The time at which the motion begins.
+    pub fn t0(&self) -> f64 {
+        self.t0
     }
 
     /// Refuses options that can be meant for one system alone.

@@ -88,6 +88,7 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
         Beginning::SecondOrder { q0, v0 } => Start::second_order(array("q0", q0)?, array("v0", v0)?),
         Beginning::Nodes { q0, q1 } => Start::nodes(array("q0", q0)?, array("q1", q1)?),
         Beginning::Projected(beginning) => start(beginning, names)?.projected(),
+        Beginning::At(t0, beginning) => start(beginning, names)?.at(*t0),
     })
 }
 

@@ -37,6 +37,8 @@ pub enum Beginning {
     },
     /// Another beginning, moved onto the constraints of positions and velocities.
     Projected(Box<Self>),
+    /// Another beginning, at another time than 0.
+    At(f64, Box<Self>),
 }
 
 /// How a motion is computed.

@@ -105,10 +105,11 @@ struct Subject<'a> {
 impl Subject<'_> {
     /// The start.
     fn start(&self) -> Beginning {
-        Beginning::SecondOrder {
+        let start = Beginning::SecondOrder {
             q0: self.settings.q0.to_vec(),
             v0: self.settings.v0.to_vec(),
-        }
+        };
+        Beginning::At(self.settings.t0, Box::new(start))
     }
 
     /// Makes steps and hands each node to `node`.
@@ -121,7 +122,7 @@ impl Subject<'_> {
     ) -> Result<(), RunFailure> {
         let plan = Plan {
             h,
-            until: steps * h,
+            until: self.settings.t0 + steps * h,
             method: Method::Step,
             certify: false,
             estimate: false,
@@ -146,7 +147,7 @@ impl Subject<'_> {
         let h = self.settings.h / f64::from(part);
         let plan = Plan {
             h,
-            until: f64::from(WINDOW * part) * h,
+            until: self.settings.t0 + f64::from(WINDOW * part) * h,
             method: Method::Step,
             certify: false,
             estimate: true,

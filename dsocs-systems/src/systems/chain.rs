@@ -148,7 +148,7 @@ mod tests {
             ([-1.0, -1.0], [1.0, -1.0]),
         ] {
             let a = textbook(&chain, q, v);
-            let rest = constraint_force(&chain, &Point { q, v, a });
+            let rest = constraint_force(&chain, &Point { t: 0.0, q, v, a });
             assert!(rest.iter().all(|rest| rest.abs() < 1e-13), "{rest:?}");
         }
     }

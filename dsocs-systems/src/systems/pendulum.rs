@@ -117,7 +117,15 @@ impl InertiaWheelPendulum {
     /// The observed expressions, none of which depends on the acceleration.
     fn observed(&self, q: [f64; 2], v: [f64; 2]) -> [f64; 3] {
         let mut observed = [0.0; 3];
-        self.observe(&Point { q, v, a: [0.0; 2] }, &mut observed);
+        self.observe(
+            &Point {
+                t: 0.0,
+                q,
+                v,
+                a: [0.0; 2],
+            },
+            &mut observed,
+        );
         observed
     }
 
@@ -188,6 +196,7 @@ mod tests {
             let [theta_rate, psi_rate, p1_rate, p2_rate] = pendulum.proper_branch(state);
             let a = pendulum.velocity([p1_rate, p2_rate]);
             let point = Point {
+                t: 0.0,
                 q: [theta, psi],
                 v: [theta_rate, psi_rate],
                 a,

@@ -225,6 +225,7 @@ fn triple<S: System<N>, const N: usize>(
 /// The leg of a step as the generated code takes it.
 fn declared_leg<const N: usize>(step: &Step<'_>) -> DeclaredLeg<f64, N> {
     DeclaredLeg {
+        t: 0.0,
         q: rounded(&step.leg.q),
         d: rounded(&step.leg.d),
     }
@@ -238,6 +239,7 @@ fn linearize<S: System<N>, const N: usize>(
 ) -> (Vec<Double>, Vec<Vec<Double>>) {
     let array = |x: &[Double]| core::array::from_fn(|i| x.get(i).copied().unwrap_or(Double::ZERO));
     let leg = DeclaredLeg {
+        t: Double::ZERO,
         q: array(&step.leg.q),
         d: array(&step.leg.d),
     };

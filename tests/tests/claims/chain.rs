@@ -205,7 +205,7 @@ fn the_energy_does_not_drift() {
             flow.advance().unwrap();
             let leg = flow.leg();
             let middle = core::array::from_fn(|i| leg.q[i] - leg.d[i] / 2.0);
-            energies.push(chain.energy(&middle, &leg.d.map(|d| d / h)));
+            energies.push(chain.energy(0.0, &middle, &leg.d.map(|d| d / h)));
         }
         let half = energies.len() / 2;
         let size = |part: &[f64]| {

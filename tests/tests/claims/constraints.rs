@@ -296,6 +296,7 @@ fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
         let z = system.unknown(&e, &multipliers);
         let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
         let moving_leg = dsocs_core::Leg {
+            t: Tangent::new(leg.t, 0.0),
             q: fixed(&leg.q),
             d: fixed(&leg.d),
         };

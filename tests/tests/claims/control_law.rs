@@ -46,8 +46,9 @@ fn driven(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2]
 #[test]
 fn as_a_feedback_law() {
     let pendulum = InertiaWheelPendulum::default();
-    let law =
-        |_: f64, q: [f64; 2], v: [f64; 2]| constraint_force(&pendulum, &motion(&pendulum, q, v).unwrap())[1];
+    let law = |_: f64, q: [f64; 2], v: [f64; 2]| {
+        constraint_force(&pendulum, &motion(&pendulum, 0.0, q, v).unwrap())[1]
+    };
     for end in [10.0, 40.0] {
         let found = driven(law, end);
         let exact = TaylorFlow::new(&pendulum, Start::second_order(Q0, V0), Tolerance::relative(1e-15))

@@ -40,7 +40,7 @@ fn error<S: System<N>, const N: usize>(system: &S, h: f64, q: [f64; N], v: [f64;
         .to(t)
         .unwrap()
         .q;
-    let start = Start::exact(system, q, v, h).unwrap();
+    let start = Start::second_order(q, v).exact(system, h).unwrap();
     let found = Flow::new(system, h, start).unwrap().until(t).unwrap().nodes;
     let found = found.last().unwrap().q;
     (0..N).fold(0.0, |largest, i| (found[i] - exact[i]).abs().max(largest))
@@ -150,6 +150,7 @@ fn the_exact_discrete_lagrangian_gives_the_motion_itself() {
         assert!(worst < 1e-12 / h, "h = {h}: {worst:e}");
         // the two-node function itself, with the unit of the Lagrangian
         let leg = Leg {
+            t: 0.0,
             q: [f64::cos(h)],
             d: [f64::cos(h) - 1.0],
         };

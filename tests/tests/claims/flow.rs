@@ -79,7 +79,7 @@ fn node_0_is_the_start() {
         let node = Flow::new(&pendulum, 0.1, start).unwrap().next().unwrap().unwrap();
         assert_eq!((node.index, node.iterations, node.stop), (0, 0, Stop::Start));
         assert_eq!((node.t, node.q, node.v), (0.0, q0, v0));
-        assert_eq!(node.energy, pendulum.energy(&q0, &v0));
+        assert_eq!(node.energy, pendulum.energy(0.0, &q0, &v0));
         // the multiplier λ = −Q of the reference at t = 0
         assert!(
             (node.force[1] - 1_102.606_955_643_461).abs() < 1e-9,

@@ -34,6 +34,7 @@ fn compare<S: System<N>, P: Lower<N>, const N: usize>(system: &S, by_hand: &P) {
     let states = (0.05..0.5, vector(2.0), vector(2.0), vector(3.0), -2.0..2.0);
     let result = TestRunner::new(config).run(&states, |(h, q, v, a, multiplier)| {
         let leg = Leg {
+            t: 0.0,
             q,
             d: v.map(|v| h * v),
         };

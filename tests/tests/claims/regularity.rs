@@ -14,6 +14,7 @@ fn units_are_of_no_account() {
             curvature: Constant(1.0 / length),
         };
         let leg = Leg {
+            t: 0.0,
             q: [0.3 * length, -0.2 * length],
             d: [0.1 * length, 0.05 * length],
         };
@@ -59,7 +60,11 @@ struct Plain;
 #[test]
 fn functions_of_the_users_are_seen_through() {
     let (h, d, e) = (0.1, 0.05, 0.01);
-    let leg = Leg { q: [0.3], d: [d] };
+    let leg = Leg {
+        t: 0.0,
+        q: [0.3],
+        d: [d],
+    };
     let v: f64 = (2.0 * d + e) / (2.0 * h);
     let c = (2.0 * v * v + 1.0) / (v * v + 1.0).sqrt();
     let wanted = (1.0 / h + c / 2.0) / (1.0 / h - c / 2.0);
@@ -73,6 +78,7 @@ fn functions_of_the_users_are_seen_through() {
 #[test]
 fn a_particle_at_rest_has_no_flow() {
     let leg = Leg {
+        t: 0.0,
         q: [0.0; 2],
         d: [0.0; 2],
     };

@@ -449,7 +449,7 @@ fn every_method_takes_the_same_start() {
     assert!(composed.to_string().contains("Start::second_order"), "{composed}");
     for start in [
         Start::paper([1.0], [0.25]),
-        Start::exact(&PENDULUM, [1.0], [0.25], H).unwrap(),
+        Start::second_order([1.0], [0.25]).exact(&PENDULUM, H).unwrap(),
     ] {
         let first = ComposedFlow::new(&PENDULUM, H, Composition::SUZUKI_4, start)
             .unwrap()

@@ -109,7 +109,9 @@ fn the_clock_may_begin_anywhere() {
 fn the_exact_start_is_on_the_continuous_motion() {
     let particle = CurvedParticle::default();
     for h in [0.5, 0.1, 1e-3, -0.2] {
-        let start = Start::exact(&particle, [0.3, -0.2], [1.0, 1.0], h).unwrap();
+        let start = Start::second_order([0.3, -0.2], [1.0, 1.0])
+            .exact(&particle, h)
+            .unwrap();
         let flow = Flow::new(&particle, h, start).unwrap();
         let (q, _) = particle.exact([0.3, -0.2], [1.0, 1.0], h);
         for (found, exact) in flow.position().iter().zip(q) {

@@ -171,7 +171,7 @@ fn coefficients<S: System<N>, const N: usize, const FUSED: bool>(system: &S, ord
     let mut series = Series::new(order + 1);
     let (mut q, mut v) = ([0.0; N], [0.0; N]);
     (q[0], v[0]) = (0.4, 0.7);
-    series.begin(&q, &v);
+    series.begin(0.0, &q, &v);
     system.expand::<FUSED>(
         &system.fixed(&system.parameters()),
         &mut series,

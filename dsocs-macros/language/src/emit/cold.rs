@@ -13,7 +13,7 @@ use crate::mechanics;
 use crate::model::{Kind, Model};
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// Expressions of the continuous system, of a pair of nodes, and of a step as it was declared.
 pub(super) struct Expressions {
@@ -23,6 +23,8 @@ pub(super) struct Expressions {
     /// The rows of the continuous system, then their Jacobian.
     continuous: Vec<NodeId>,
     force: Vec<NodeId>,
+    /// The external forces on a leg: those on its first node, then those on its second.
+    external: Vec<NodeId>,
 }
 
 impl Expressions {
@@ -30,6 +32,8 @@ impl Expressions {
         let n = model.coordinates.len();
         let mut graph: Graph = model.graph.clone();
         let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
+        let external = mechanics::external_on_leg(model, &mut graph);
+        let external = mechanics::on_first_leg(model, &mut graph, &external.unwrap_or_default().concat());
         let energy = mechanics::energy(model, &mut graph);
         let equations = mechanics::continuous(model, &mut graph);
         let mut continuous: Vec<NodeId> = equations
@@ -53,6 +57,7 @@ impl Expressions {
             energy,
             continuous,
             force: equations.force,
+            external,
         }
     }
 
@@ -162,6 +167,12 @@ fn segments(
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
     let observe = of(&expressions.graph, &observed, 0);
     let declared = of(declared_graph, declared, 0);
+    let external = of(&expressions.graph, &model.external_forces, 0);
+    let external_on_leg = of(
+        &expressions.graph,
+        &expressions.external,
+        model.external_forces.len(),
+    );
     vec![
         constants,
         known,
@@ -181,6 +192,8 @@ fn segments(
         energy,
         observe,
         declared,
+        external,
+        external_on_leg,
     ]
 }
 

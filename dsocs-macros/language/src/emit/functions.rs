@@ -35,9 +35,16 @@ impl Functions {
         if let Displacements::Fields(fields) = &model.displacements {
             nodes.extend(fields.iter().flatten());
         }
-        nodes.extend(model.phi_lagrangian.iter().flatten().flatten());
+        nodes.extend(&model.external_forces);
+        for point in &model.phi_lagrangian {
+            nodes.extend([point.q.as_slice(), &point.v].concat());
+            nodes.push(point.t);
+        }
         let triples = [&model.phi_kinematic, &model.phi_variational];
-        nodes.extend(triples.into_iter().flatten().flatten().flatten());
+        for point in triples.into_iter().flatten() {
+            nodes.extend([point.q.as_slice(), &point.v, &point.a].concat());
+            nodes.push(point.t);
+        }
         let mut called = BTreeSet::new();
         let mut seen = BTreeSet::new();
         while let Some(node) = nodes.pop() {

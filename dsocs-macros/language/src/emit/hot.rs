@@ -16,6 +16,8 @@ use crate::passes::Unknowns;
 fn argument(leaf: Leaf) -> Place {
     match leaf {
         Leaf::H => Place::number("h"),
+        Leaf::T => Place::number("t"),
+        Leaf::Clock => Place::value(quote!(leg.t)),
         Leaf::N(i) => Place::own(quote!(leg.q), i),
         Leaf::D(i) => Place::own(quote!(leg.d), i),
         Leaf::E(i) => Place::element("e", i),
@@ -25,7 +27,7 @@ fn argument(leaf: Leaf) -> Place {
         Leaf::A(i) => Place::own(quote!(a), i),
         Leaf::Lambda(j) => Place::element("multipliers", j),
         // the nodes of a map are replaced before code is written
-        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) => Place::nowhere(),
+        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) | Leaf::T0 | Leaf::T1 | Leaf::T2 => Place::nowhere(),
     }
 }
 
@@ -202,9 +204,10 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
 /// `report`: what is computed at a node once its step is solved.
 fn report_method(stages: &Stages, n: usize) -> TokenStream {
     let (code, results) = later(stages, &stages.node());
-    let (point, force) = results.split_at(3 * n);
+    let (point, force) = results.split_at(3 * n + 1);
     let (q, rest) = point.split_at(n);
-    let (v, a) = rest.split_at(n);
+    let (v, rest) = rest.split_at(n);
+    let (a, t) = rest.split_at(n);
     let energy = &stages.energy;
     // a point is an operand of the energy, which is therefore the same wherever the point comes from
     let (energy_code, energy) = energy
@@ -223,9 +226,10 @@ fn report_method(stages: &Stages, n: usize) -> TokenStream {
             #code
             let q: [__T; #n] = [#(#q),*];
             let v: [__T; #n] = [#(#v),*];
+            let t: __T = #(#t)*;
             #energy_code
             ::dsocs_core::__private::Report {
-                point: ::dsocs_core::Point { q, v, a: [#(#a),*] },
+                point: ::dsocs_core::Point { t, q, v, a: [#(#a),*] },
                 force: [#(#force),*],
                 energy: #(#energy)*,
             }

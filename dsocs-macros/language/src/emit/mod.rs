@@ -86,6 +86,8 @@ fn metadata(model: &Model) -> TokenStream {
     let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
     let (own_name, doc) = (plain(name), &model.docs.system);
     let symmetry = symmetry(model);
+    let depends_on_time = model.depends_on_time();
+    let forced = !model.external_forces.is_empty();
     let [forms, holonomic, nonholonomic, kinematic] = [
         model.forms.len(),
         model.count(Kind::Holonomic),
@@ -110,6 +112,8 @@ fn metadata(model: &Model) -> TokenStream {
             const HOLONOMIC: usize = #holonomic;
             const NONHOLONOMIC: usize = #nonholonomic;
             const KINEMATIC: usize = #kinematic;
+            const DEPENDS_ON_TIME: bool = #depends_on_time;
+            const EXTERNAL_FORCES: bool = #forced;
             const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
@@ -135,6 +139,7 @@ fn symmetry(model: &Model) -> TokenStream {
         Symmetry::AnyLegs => quote!(AnyLegs),
         Symmetry::LowerOrder => quote!(LowerOrder),
         Symmetry::Momentum => quote!(Momentum),
+        Symmetry::ExternalForces => quote!(ExternalForces),
         Symmetry::LagrangianMap => quote!(LagrangianMap),
         Symmetry::KinematicMap => quote!(KinematicMap),
         Symmetry::VariationalMap => quote!(VariationalMap),

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::program::{Given, Program, Stored, Value};
 use crate::graph::{Graph, Leaf, NodeId};
-use crate::mechanics::StepEquations;
+use crate::mechanics::{PointNodes, StepEquations};
 use crate::passes::Unknowns;
 
 /// Known when the run begins.
@@ -17,7 +17,7 @@ const ITERATION: usize = 2;
 fn stage_of(leaf: Leaf) -> usize {
     match leaf {
         Leaf::H => RUN,
-        Leaf::N(_) | Leaf::D(_) => STEP,
+        Leaf::N(_) | Leaf::D(_) | Leaf::Clock => STEP,
         _ => ITERATION,
     }
 }
@@ -42,6 +42,7 @@ pub(super) struct Stages<'g> {
     pub(super) scales: Vec<Value>,
     pub(super) jacobian: Vec<Value>,
     pub(super) second_difference: Vec<Value>,
+    /// Position, velocity, acceleration, and the time.
     pub(super) point: Vec<Value>,
     pub(super) force: Vec<Value>,
     pub(super) forms: Vec<Value>,
@@ -83,7 +84,8 @@ impl<'g> Stages<'g> {
         energy: Energy<'g>,
     ) -> Self {
         let jacobian = unknowns.jacobian.concat();
-        let point = [step.point.q.clone(), step.point.v.clone(), step.point.a.clone()].concat();
+        let PointNodes { t, q, v, a } = &step.point;
+        let point = [q.as_slice(), v, a, &[*t]].concat();
         let forms = step.forms.concat();
         let mut program = Program::new(graph, stage_of);
         let all = [

@@ -7,7 +7,7 @@ use super::{Graph, Leaf, Node, NodeId, Unary};
 pub(super) enum Direction {
     /// Of one leaf.
     Of(Leaf),
-    /// Of the motion: `q` moves with `v`, and `v` with `a`.
+    /// Of the motion: `q` moves with `v`, `v` with `a`, and time with itself.
     Time,
 }
 
@@ -30,7 +30,7 @@ impl Graph {
             Direction::Of(leaf) => self.depends_on(id, leaf),
             Direction::Time => self
                 .leaves(id)
-                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_))),
+                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T)),
         }
     }
 

@@ -61,16 +61,26 @@ pub(crate) enum Leaf {
     V(usize),
     /// An acceleration.
     A(usize),
+    /// Time, continuous.
+    T,
     /// A coordinate of a map's first node.
     X0(usize),
     /// A coordinate of a map's second node.
     X1(usize),
     /// A coordinate of a map's third node.
     X2(usize),
+    /// The time of a map's first node.
+    T0,
+    /// The time of a map's second node.
+    T1,
+    /// The time of a map's third node.
+    T2,
     /// The step.
     H,
     /// A coordinate of the step's middle node `q1`.
     N(usize),
+    /// The time of the step's middle node.
+    Clock,
     /// A component of the increment `q1 - q0`.
     D(usize),
     /// A component of the second difference `q2 - 2 q1 + q0`.
@@ -285,6 +295,11 @@ impl Graph {
     /// Whether an expression depends on the parameters alone.
     pub(crate) fn is_fixed(&self, id: NodeId) -> bool {
         self.leaves(id).next().is_none()
+    }
+
+    /// Whether any expression has a leaf.
+    pub(crate) fn has_leaf(&self, leaf: Leaf) -> bool {
+        self.leaf_bits.contains_key(&leaf)
     }
 
     pub(crate) fn depends_on(&self, id: NodeId, leaf: Leaf) -> bool {

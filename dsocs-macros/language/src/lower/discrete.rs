@@ -10,13 +10,14 @@ use super::{Lowered, Lowering};
 use crate::ast::Constraints;
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
+use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
 use crate::parse::bare;
 
 /// The maps of pairs and triples, as far as they could be read.
 pub(super) type Maps = (
-    Result<Vec<[Vec<NodeId>; 2]>, Reported>,
-    Result<Option<[Vec<NodeId>; 3]>, Reported>,
+    Result<Vec<PairPoint>, Reported>,
+    Result<Option<TriplePoint>, Reported>,
 );
 
 /// What a discrete expression is made of.
@@ -71,11 +72,24 @@ impl Lowering<'_> {
 
     /// A coordinate at a node, `x[0]`, where nodes are what expressions are made of.
     pub(super) fn at_node(&self, coordinate: usize, index: &Expr) -> Result<Leaf, Reported> {
+        self.of_node(
+            [Leaf::X0(coordinate), Leaf::X1(coordinate), Leaf::X2(coordinate)],
+            index,
+        )
+    }
+
+    /// The time of a node, `t[0]`.
+    pub(super) fn time_of_node(&self, index: &Expr) -> Result<Leaf, Reported> {
+        self.of_node([Leaf::T0, Leaf::T1, Leaf::T2], index)
+    }
+
+    /// What belongs to the node that an index names.
+    fn of_node(&self, [first, second, third]: [Leaf; 3], index: &Expr) -> Result<Leaf, Reported> {
         let count = self.discrete.as_ref().map_or(0, |nodes| nodes.count);
         match self.known_integer(index)? {
-            0 => Ok(Leaf::X0(coordinate)),
-            1 if count > 1 => Ok(Leaf::X1(coordinate)),
-            2 if count > 2 => Ok(Leaf::X2(coordinate)),
+            0 => Ok(first),
+            1 if count > 1 => Ok(second),
+            2 if count > 2 => Ok(third),
             other => Err(self.errors.at(
                 index,
                 format!(
@@ -172,8 +186,8 @@ impl Lowering<'_> {
             let weight = 1.0 / points.len() as f64;
             let terms: Vec<_> = points
                 .iter()
-                .map(|[q, v]| {
-                    let point = point(&[q.as_slice(), v.as_slice()]);
+                .map(|PairPoint { t, q, v }| {
+                    let point = point(*t, &[q.as_slice(), v.as_slice()]);
                     (self.graph.substitute(value, &point), weight)
                 })
                 .collect();
@@ -181,24 +195,26 @@ impl Lowering<'_> {
             if leg == 0 {
                 return Ok(value);
             }
-            let mut later = HashMap::new();
+            let [t1, t2] = [Leaf::T1, Leaf::T2].map(|leaf| self.graph.leaf(leaf));
+            let mut later = HashMap::from([(Leaf::T0, t1), (Leaf::T1, t2)]);
             for i in 0..self.coordinates.len() {
                 later.insert(Leaf::X0(i), self.graph.leaf(Leaf::X1(i)));
                 later.insert(Leaf::X1(i), self.graph.leaf(Leaf::X2(i)));
             }
             return Ok(self.graph.substitute(value, &later));
         }
-        let [q, v, a] = nodes.maps.1?.unwrap_or_else(|| self.paper_triple());
-        let point = point(&[q.as_slice(), v.as_slice(), a.as_slice()]);
+        let TriplePoint { t, q, v, a } = nodes.maps.1?.unwrap_or_else(|| self.paper_triple());
+        let point = point(t, &[q.as_slice(), v.as_slice(), a.as_slice()]);
         Ok(self.graph.substitute(value, &point))
     }
 }
 
-/// What stands in the place of position, velocity and, if it is given, acceleration.
-fn point(vectors: &[&[NodeId]]) -> HashMap<Leaf, NodeId> {
+/// What stands in the place of time, position, velocity and, if it is given, acceleration.
+fn point(t: NodeId, vectors: &[&[NodeId]]) -> HashMap<Leaf, NodeId> {
     let leaves: [fn(usize) -> Leaf; 3] = [Leaf::Q, Leaf::V, Leaf::A];
     let parts = leaves.iter().zip(vectors);
     parts
         .flat_map(|(leaf, nodes)| nodes.iter().enumerate().map(move |(i, &node)| (leaf(i), node)))
+        .chain([(Leaf::T, t)])
         .collect()
 }

@@ -102,7 +102,10 @@ impl Lowering<'_> {
             Some(Binding::Coordinate(_)) if self.discrete.is_some() => {
                 return Err(self.motion_among_nodes(name, true));
             }
-            Some(Binding::Let(Ok(node))) if self.discrete.is_some() && self.graph.order(*node).is_some() => {
+            Some(Binding::Let(Ok(node)))
+                if self.discrete.is_some()
+                    && (self.graph.order(*node).is_some() || self.graph.depends_on(*node, Leaf::T)) =>
+            {
                 return Err(self.motion_among_nodes(name, false));
             }
             Some(Binding::Let(_)) if self.component.is_some() => {
@@ -129,6 +132,8 @@ impl Lowering<'_> {
                 let leaf = node_leaf(node, self.component.unwrap_or(0));
                 self.graph.leaf(leaf)
             }
+            Some(&Binding::NodeTime(node)) => self.graph.leaf(node_time(node)),
+            None if name == "t" => return self.time(name),
             None if name == "h" && (self.component.is_some() || self.discrete.is_some()) => {
                 self.graph.leaf(Leaf::H)
             }
@@ -138,6 +143,21 @@ impl Lowering<'_> {
             }
         };
         Ok(node)
+    }
+
+    /// Time.
+    fn time(&mut self, name: &Ident) -> Lowered {
+        if self.component.is_some() {
+            return Err(self.errors.at(
+                name,
+                "a map knows the nodes, not the motion; expected the time of a node, which has a name where the nodes are named with \
+                 their times: `|t0, q0, t1, q1| (t, q, v)`",
+            ));
+        }
+        if self.discrete.is_some() {
+            return Err(self.motion_among_nodes(name, true));
+        }
+        Ok(self.graph.leaf(Leaf::T))
     }
 
     pub(super) fn unknown(&self, name: &Ident) -> Lowered {
@@ -346,6 +366,15 @@ impl Lowering<'_> {
                 format!("expected a coordinate's index, from 0 to {}", n - 1),
             )),
         }
+    }
+}
+
+/// The time of a node of the path.
+fn node_time(node: usize) -> Leaf {
+    match node {
+        0 => Leaf::T0,
+        1 => Leaf::T1,
+        _ => Leaf::T2,
     }
 }
 

@@ -79,6 +79,10 @@ impl Lowering<'_> {
             let leaf = self.at_node(coordinate?, &index.index)?;
             return Ok(self.graph.leaf(leaf));
         }
+        if self.discrete.is_some() && plain_name(base).is_some_and(|name| name == "t") {
+            let leaf = self.time_of_node(&index.index)?;
+            return Ok(self.graph.leaf(leaf));
+        }
         let array = match base {
             Expr::Path(_) => plain_name(base).and_then(|name| self.array(name)),
             _ => None,
@@ -179,7 +183,7 @@ impl Lowering<'_> {
             return Ok(());
         };
         let expected = match binding {
-            Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) => {
+            Binding::Coordinate(_) | Binding::Let(_) | Binding::Index(_) | Binding::NodeTime(_) => {
                 "it stands without an index".to_owned()
             }
             Binding::Function(_) => format!("expected parentheses, `{name}(…)`"),

@@ -8,14 +8,19 @@ use super::Lowering;
 use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
+use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
 use crate::parse::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The points of the first order map whose mean is taken.
-    pub(super) fn pairs(&mut self, map: &Map) -> Result<Vec<[Vec<NodeId>; 2]>, Reported> {
+    pub(super) fn pairs(&mut self, map: &Map) -> Result<Vec<PairPoint>, Reported> {
         Ok(match &map.rule {
-            MapRule::Closure(closure) => vec![self.map(&map.keyword, closure)?],
+            MapRule::Closure(closure) => {
+                let (t, [q, v]) = self.map(&map.keyword, closure)?;
+                let t = t.unwrap_or_else(|| self.time_on_leg(&q));
+                vec![PairPoint { t, q, v }]
+            }
             MapRule::Paper => self.paper_pairs(),
             MapRule::Midpoint => self.midpoint_pairs(),
             MapRule::Trapezoid => vec![self.pair([1.0, 0.0]), self.pair([0.0, 1.0])],
@@ -23,12 +28,12 @@ impl Lowering<'_> {
     }
 
     /// The paper's map of pairs, `(q0, (q1 - q0) / h)`.
-    pub(super) fn paper_pairs(&mut self) -> Vec<[Vec<NodeId>; 2]> {
+    pub(super) fn paper_pairs(&mut self) -> Vec<PairPoint> {
         vec![self.pair([1.0, 0.0])]
     }
 
     /// The chord and the middle of both ends.
-    fn midpoint_pairs(&mut self) -> Vec<[Vec<NodeId>; 2]> {
+    fn midpoint_pairs(&mut self) -> Vec<PairPoint> {
         vec![self.pair([0.5, 0.5])]
     }
 
@@ -36,11 +41,7 @@ impl Lowering<'_> {
     ///
     /// The paper's is where `L = T(v) - V(q)`: its `L_d` then differs from the trapezoid's by what telescopes. Where the momentum
     /// depends on the position, and where a row is imposed on a leg, a point at one end of it is of order 1.
-    pub(super) fn default_pairs(
-        &mut self,
-        declaration: &Declaration,
-        lagrangian: NodeId,
-    ) -> Vec<[Vec<NodeId>; 2]> {
+    pub(super) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
         let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
         if on_legs || self.momentum_varies(lagrangian) {
             self.midpoint_pairs()
@@ -64,8 +65,9 @@ impl Lowering<'_> {
     }
 
     /// The chord at a mean of both ends.
-    fn pair(&mut self, [first, second]: [f64; 2]) -> [Vec<NodeId>; 2] {
-        let h = self.graph.leaf(Leaf::H);
+    fn pair(&mut self, [first, second]: [f64; 2]) -> PairPoint {
+        let [h, t0, t1] = [Leaf::H, Leaf::T0, Leaf::T1].map(|leaf| self.graph.leaf(leaf));
+        let t = self.graph.linear(0.0, &[(t0, first), (t1, second)]);
         let point = (0..self.coordinates.len()).map(|i| {
             let (x0, x1) = (self.graph.leaf(Leaf::X0(i)), self.graph.leaf(Leaf::X1(i)));
             let q = self.graph.linear(0.0, &[(x0, first), (x1, second)]);
@@ -73,25 +75,41 @@ impl Lowering<'_> {
             (q, self.graph.div(chord, h))
         });
         let (q, v) = point.unzip();
-        [q, v]
+        PairPoint { t, q, v }
+    }
+
+    /// The time of a point of which a formula gives no more than the position: that of a node, where it is the node's, else the
+    /// middle of the leg.
+    fn time_on_leg(&mut self, q: &[NodeId]) -> NodeId {
+        let [t0, t1] = [Leaf::T0, Leaf::T1].map(|leaf| self.graph.leaf(leaf));
+        for (x, t) in [(Leaf::X0 as fn(usize) -> Leaf, t0), (Leaf::X1, t1)] {
+            if q.iter().enumerate().all(|(i, &q)| q == self.graph.leaf(x(i))) {
+                return t;
+            }
+        }
+        self.graph.linear(0.0, &[(t0, 0.5), (t1, 0.5)])
     }
 
     /// A map of three nodes; `None` for the paper's.
-    pub(super) fn triple(&mut self, map: &Map) -> Result<Option<[Vec<NodeId>; 3]>, Reported> {
+    pub(super) fn triple(&mut self, map: &Map) -> Result<Option<TriplePoint>, Reported> {
         Ok(match &map.rule {
-            MapRule::Closure(closure) => Some(self.map(&map.keyword, closure)?),
+            MapRule::Closure(closure) => {
+                let (t, [q, v, a]) = self.map(&map.keyword, closure)?;
+                let t = t.unwrap_or_else(|| self.graph.leaf(Leaf::T1));
+                Some(TriplePoint { t, q, v, a })
+            }
             MapRule::Midpoint => Some(self.around([0.25, 0.5, 0.25])),
             MapRule::Paper | MapRule::Trapezoid => None,
         })
     }
 
     /// The paper's second order map, `(q1, (q2 - q0) / 2h, (q2 - 2 q1 + q0) / h²)`.
-    pub(super) fn paper_triple(&mut self) -> [Vec<NodeId>; 3] {
+    pub(super) fn paper_triple(&mut self) -> TriplePoint {
         self.around([0.0, 1.0, 0.0])
     }
 
     /// The central differences at a mean of the nodes.
-    fn around(&mut self, [first, second, third]: [f64; 3]) -> [Vec<NodeId>; 3] {
+    fn around(&mut self, [first, second, third]: [f64; 3]) -> TriplePoint {
         let h = self.graph.leaf(Leaf::H);
         let [mut q, mut v, mut a] = [const { Vec::new() }; 3];
         for i in 0..self.coordinates.len() {
@@ -102,23 +120,27 @@ impl Lowering<'_> {
             let second_difference = self.graph.linear(0.0, &[(x0, 1.0), (x1, -2.0), (x2, 1.0)]);
             a.push(self.graph.product(&[(second_difference, 1), (h, -2)]));
         }
-        [q, v, a]
+        let t = self.graph.leaf(Leaf::T1);
+        TriplePoint { t, q, v, a }
     }
 
-    /// The `K` vectors of a map: `q, v` of the first order map (of two nodes), `q, v, a` of the others (of three).
+    /// The `K` vectors of a map: `q, v` of the first order map (of two nodes), `q, v, a` of the others (of three). Where the nodes
+    /// are named with their times, the time comes first.
     fn map<const K: usize>(
         &mut self,
         keyword: &Ident,
         closure: &ExprClosure,
-    ) -> Result<[Vec<NodeId>; K], Reported> {
-        let expected = if K == 2 {
-            "|q0, q1| (q, v)"
-        } else {
-            "|q0, q1, q2| (q, v, a)"
+    ) -> Result<(Option<NodeId>, [Vec<NodeId>; K]), Reported> {
+        let timed = closure.inputs.len() == 2 * K;
+        let expected = match (K, timed) {
+            (2, false) => "|q0, q1| (q, v)",
+            (2, true) => "|t0, q0, t1, q1| (t, q, v)",
+            (_, false) => "|q0, q1, q2| (q, v, a)",
+            (_, true) => "|t0, q0, t1, q1, t2, q2| (t, q, v, a)",
         };
         let outer = self.scope.len();
         let mut wrong = None;
-        if closure.inputs.len() != K {
+        if closure.inputs.len() != K && !timed {
             let message = format!(
                 "expected {K} nodes, `{keyword} = {expected};`, found {}",
                 closure.inputs.len()
@@ -136,9 +158,14 @@ impl Lowering<'_> {
             ));
         }
         for (index, input) in closure.inputs.iter().enumerate() {
+            let binding = match (timed, index % 2) {
+                (false, _) => Binding::Node(index),
+                (true, 0) => Binding::NodeTime(index / 2),
+                (true, _) => Binding::Node(index / 2),
+            };
             match node_name(input) {
                 Some(name) => {
-                    let defined = self.scope.define(name, Binding::Node(index), self.errors);
+                    let defined = self.scope.define(name, binding, self.errors);
                     wrong = defined.err().or(wrong);
                 }
                 None => wrong = Some(self.errors.at(input, "expected a plain name of a node")),
@@ -149,32 +176,55 @@ impl Lowering<'_> {
             Err(reported)
         } else {
             self.component = Some(0);
-            self.vectors(&closure.body, keyword, expected)
+            self.point(
+                &closure.body,
+                &Shape {
+                    keyword,
+                    expected,
+                    timed,
+                },
+            )
         };
         self.component = None;
         self.scope.truncate(outer);
         value
     }
 
-    /// `(q, v)` or `(q, v, a)`, perhaps at the end of a block.
-    fn vectors<const K: usize>(
+    /// `(q, v)` or `(q, v, a)`, perhaps with the time before, and perhaps at the end of a block.
+    fn point<const K: usize>(
         &mut self,
         body: &Expr,
-        keyword: &Ident,
-        expected: &str,
-    ) -> Result<[Vec<NodeId>; K], Reported> {
+        shape: &Shape<'_>,
+    ) -> Result<(Option<NodeId>, [Vec<NodeId>; K]), Reported> {
+        let Shape {
+            keyword,
+            expected,
+            timed,
+        } = *shape;
+        let count = K + usize::from(timed);
         match bare(body) {
-            Expr::Block(block) if block.label.is_none() => self.block(&block.block, |lowering, last| {
-                lowering.vectors(last, keyword, expected)
-            }),
-            Expr::Tuple(tuple) if tuple.elems.len() == K => {
-                let vectors: Vec<_> = tuple.elems.iter().map(|element| self.vector(element)).collect();
+            Expr::Block(block) if block.label.is_none() => {
+                self.block(&block.block, |lowering, last| lowering.point(last, shape))
+            }
+            Expr::Tuple(tuple) if tuple.elems.len() == count => {
+                let mut elements = tuple.elems.iter();
+                let time = if timed { elements.next() } else { None };
+                let time = time.map(|time| self.expr(time));
+                let vectors: Vec<_> = elements.map(|element| self.vector(element)).collect();
                 let vectors: Vec<_> = vectors.into_iter().collect::<Result<_, _>>()?;
-                vectors.try_into().map_err(|_| {
+                let vectors = vectors.try_into().map_err(|_| {
                     self.errors
                         .at(tuple, format!("expected `{keyword} = {expected};`"))
-                })
+                })?;
+                Ok((time.transpose()?, vectors))
             }
+            Expr::Tuple(tuple) if timed => Err(self.errors.at(
+                tuple,
+                format!(
+                    "expected the time and {K} vectors, `{keyword} = {expected};`, found {}",
+                    tuple.elems.len()
+                ),
+            )),
             Expr::Tuple(tuple) => Err(self.errors.at(
                 tuple,
                 format!(
@@ -214,6 +264,16 @@ impl Lowering<'_> {
                 .collect(),
         }
     }
+}
+
+/// What a map is expected to look like.
+struct Shape<'s> {
+    /// The name of the map.
+    keyword: &'s Ident,
+    /// The same, written out.
+    expected: &'static str,
+    /// Whether the nodes are named with their times.
+    timed: bool,
 }
 
 /// Whether a discrete statement takes the value of an expression on a leg, `leg(e, 0)`.

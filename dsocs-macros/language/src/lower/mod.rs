@@ -14,6 +14,7 @@ mod unused;
 mod wrong;
 
 use proc_macro2::{Ident, TokenStream};
+use quote::ToTokens;
 use syn::{Expr, ItemStruct};
 
 use crate::ast::{
@@ -118,6 +119,11 @@ pub(crate) fn model(
     });
     let phi_kinematic = phi_kinematic.map(Option::flatten);
     let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
+    let external_forces = scopes.part(
+        &mut lowering,
+        &declaration.external_forces,
+        Lowering::external_forces,
+    );
     let discrete_lagrangian = scopes.part(
         &mut lowering,
         &declaration.discrete_lagrangian,
@@ -164,6 +170,7 @@ pub(crate) fn model(
         constraints,
         forms,
         displacements,
+        external_forces: external_forces?.unwrap_or_default(),
         discrete_lagrangian: discrete_lagrangian?,
         phi_lagrangian: phi_lagrangian?,
         phi_variational,
@@ -323,6 +330,33 @@ impl Lowering<'_> {
             &lagrangian.value,
             "an acceleration comes in here; expected a Lagrangian of positions and velocities, L(q, v)",
         )
+    }
+
+    /// The components of the external forces.
+    fn external_forces(&mut self, forces: &Scalar) -> Result<Vec<NodeId>, Reported> {
+        if let Expr::Array(list) = bare(&forces.value)
+            && self.groups.iter().all(|group| group.length.is_none())
+        {
+            return Err(self.errors.at(
+                list,
+                "expected one tuple with a component for each coordinate, `external_forces = (f1, f2);`: forces that act together are \
+                 added up",
+            ));
+        }
+        self.origins.clear();
+        let components = self.entries(&forces.value)?;
+        for &component in &components {
+            if self.graph.order(component).is_some_and(|order| order > 1) {
+                let origin = self.origins.iter().find(|origin| origin.order > 1);
+                let tokens =
+                    origin.map_or_else(|| forces.value.to_token_stream(), |origin| origin.tokens.clone());
+                return Err(self.errors.at(
+                    tokens,
+                    "an acceleration comes in here; expected forces of time, positions and velocities, f(t, q, v)",
+                ));
+            }
+        }
+        Ok(components)
     }
 
     /// An expression of derivatives below an order.

@@ -74,7 +74,11 @@ fn expressions(declaration: &Declaration) -> Vec<&Expr> {
             .iter()
             .filter_map(|binding| binding.value.as_ref().ok()),
     );
-    for part in [&declaration.lagrangian, &declaration.discrete_lagrangian] {
+    for part in [
+        &declaration.lagrangian,
+        &declaration.discrete_lagrangian,
+        &declaration.external_forces,
+    ] {
         all.extend(part.given().map(|part| &part.value));
     }
     let rows = [

@@ -5,11 +5,11 @@ use super::works::{Force, works};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
-/// The continuous system in terms of `Q`, `V` and `A`.
+/// The continuous system in terms of `Q`, `V`, `A` and `T`.
 pub(crate) struct ContinuousEquations {
     /// The constraints, differentiated until accelerations come in, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
-    /// The constraint force `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`.
+    /// The constraint force `Q = -D_{EL}L - f = d/dt ∂L/∂v - ∂L/∂q - f`, with the external forces `f`.
     pub(crate) force: Vec<NodeId>,
 }
 
@@ -21,7 +21,9 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         let momentum = graph.derivative(model.lagrangian, Leaf::V(i));
         let rate = graph.total_derivative(momentum);
         let slope = graph.derivative(model.lagrangian, Leaf::Q(i));
-        force.push(graph.sub(rate, slope));
+        let external = model.external_forces.get(i).map(|&external| (external, -1.0));
+        let terms: Vec<_> = [(rate, 1.0), (slope, -1.0)].into_iter().chain(external).collect();
+        force.push(graph.linear(0.0, &terms));
     }
     let mut rows = Vec::new();
     for row in &model.constraints {

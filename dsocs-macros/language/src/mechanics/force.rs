@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::nodes::{LeafOf, Nodes, on_pair, places};
+use super::nodes::{LeafOf, Nodes, at_pair, on_pair};
 use super::works::Force;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
-use crate::model::Model;
+use crate::model::{Model, PairPoint};
 
 /// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
 pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
@@ -14,11 +14,20 @@ pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
         None => on_pair(model, graph, model.lagrangian),
     };
     let nodes = Nodes::new(graph, model.coordinates.len());
-    let leg = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
-    graph.substitute(value, &leg)
+    graph.substitute(value, &nodes.first_leg())
 }
 
-/// `-(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
+/// Expressions in `X0`, `X1`, `T0` and `T1`, on the leg from `N - D` to `N`.
+pub(crate) fn on_first_leg(model: &Model, graph: &mut Graph, values: &[NodeId]) -> Vec<NodeId> {
+    let leg = Nodes::new(graph, model.coordinates.len()).first_leg();
+    let mut moved = Substitution::new(&leg);
+    values
+        .iter()
+        .map(|&value| graph.rewrite(value, &mut moved))
+        .collect()
+}
+
+/// `-(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces of [`external_on_leg`].
 ///
 /// With `P₁, P₂` the parts of `D₁L_d, D₂L_d` that come through the velocity of the map and `F₁, F₂` those that come
 /// through its position, the sum is `F₁(q1,q2) + F₂(q0,q1) + (P₁+P₂)(q1,q2) - [P₂(q1,q2) - P₂(q0,q1)]`. The bracket is
@@ -31,9 +40,8 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         Some(given) => Parts::of_discrete(graph, given, n),
         None => Parts::of_map(model, graph),
     };
-    let first = places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]);
-    let second = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
-    let mut change = HashMap::new();
+    let (first, second) = (nodes.first_leg(), nodes.second_leg());
+    let mut change = HashMap::from(nodes.change_of_time(graph));
     for i in 0..n {
         change.insert(
             Leaf::X0(i),
@@ -52,19 +60,83 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
             },
         );
     }
+    let external = external_on_leg(model, graph);
+    let zero = graph.constant(0.0);
     let mut changes = HashMap::new();
     let (mut on_first, mut on_second) = (Substitution::new(&first), Substitution::new(&second));
     let (mut value, mut plain) = (Vec::new(), Vec::new());
     for i in 0..n {
         let rest = graph.rewrite(parts.rest[i], &mut on_second);
         let f2 = graph.rewrite(parts.second[i], &mut on_first);
+        let external = external.as_ref().map_or(zero, |[minus, plus]| {
+            let (minus, plus) = (
+                graph.rewrite(minus[i], &mut on_second),
+                graph.rewrite(plus[i], &mut on_first),
+            );
+            graph.add(minus, plus)
+        });
         let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
         let momentum = graph.difference(parts.momentum[i], &change, &late, &mut changes);
-        value.push(graph.linear(0.0, &[(momentum.delta, 1.0), (rest, -1.0), (f2, -1.0)]));
-        let (after, before) = (momentum.after, momentum.before);
-        plain.push(graph.linear(0.0, &[(after, 1.0), (before, -1.0), (rest, -1.0), (f2, -1.0)]));
+        let others = [(rest, -1.0), (f2, -1.0), (external, -1.0)];
+        value.push(graph.linear(0.0, &[&[(momentum.delta, 1.0)], others.as_slice()].concat()));
+        let momenta = [(momentum.after, 1.0), (momentum.before, -1.0)];
+        plain.push(graph.linear(0.0, &[momenta.as_slice(), &others].concat()));
     }
     Force { value, plain }
+}
+
+/// The external forces on a leg, `[f⁻_d, f⁺_d]`: what acts on its first and on its second node, in `X0`, `X1`, `T0` and `T1`. `None`
+/// without external forces.
+///
+/// A force does the work `⟨f, δq⟩` at the points of the first order map, and `δq` there is `∂q/∂x0 δx0 + ∂q/∂x1 δx1`: the midpoint
+/// gives a half to each node, the trapezoid the half at each node to this node. So the order of the step is that of the map. The
+/// paper's point would give all to the first node, and the order 1 where the force depends on velocity or time: beside it the
+/// forces are the trapezoid's (`φ_{L_d}` decides what `L_d` is; forces are of second order with it).
+pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<NodeId>; 2]> {
+    let n = model.coordinates.len();
+    if model.external_forces.is_empty() {
+        return None;
+    }
+    let points = match model.phi_lagrangian.as_slice() {
+        [only] if is_first_node(graph, only) => ends(graph, only),
+        points => points.to_vec(),
+    };
+    let weight = 1.0 / points.len() as f64;
+    let mut sums = [vec![Vec::new(); n], vec![Vec::new(); n]];
+    for point in &points {
+        let places = at_pair(point);
+        let mut moved = Substitution::new(&places);
+        let force: Vec<_> = model
+            .external_forces
+            .iter()
+            .map(|&component| graph.rewrite(component, &mut moved))
+            .collect();
+        for (sums, leaf) in sums.iter_mut().zip([Leaf::X0 as LeafOf, Leaf::X1]) {
+            for (i, terms) in sums.iter_mut().enumerate() {
+                for (&component, &q) in force.iter().zip(&point.q) {
+                    let slope = graph.derivative(q, leaf(i));
+                    terms.push((graph.mul(component, slope), weight));
+                }
+            }
+        }
+    }
+    Some(sums.map(|components| components.iter().map(|terms| graph.linear(0.0, terms)).collect()))
+}
+
+/// Whether a point of the first order map is the paper's: the first node, and its time.
+fn is_first_node(graph: &mut Graph, point: &PairPoint) -> bool {
+    point.t == graph.leaf(Leaf::T0)
+        && (point.q.iter().enumerate()).all(|(i, &q)| q == graph.leaf(Leaf::X0(i)))
+}
+
+/// Both ends of a leg, with the velocity of a point on it.
+fn ends(graph: &mut Graph, point: &PairPoint) -> Vec<PairPoint> {
+    let mut end = |t: Leaf, x: LeafOf| PairPoint {
+        t: graph.leaf(t),
+        q: (0..point.q.len()).map(|i| graph.leaf(x(i))).collect(),
+        v: point.v.clone(),
+    };
+    vec![end(Leaf::T0, Leaf::X0), end(Leaf::T1, Leaf::X1)]
 }
 
 /// The parts of `D₁L_d` and `D₂L_d`, component by component, in `X0`, `X1`.
@@ -84,8 +156,9 @@ impl Parts {
         let weight = 1.0 / model.phi_lagrangian.len() as f64;
         let [mut rest, mut second, mut momentum] =
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
-        for [q, v] in &model.phi_lagrangian {
-            let point = places([(Leaf::Q as LeafOf, q), (Leaf::V, v)]);
+        for point in &model.phi_lagrangian {
+            let (q, v) = (&point.q, &point.v);
+            let point = at_pair(point);
             let mut moved = Substitution::new(&point);
             let mut slopes = |leaf: LeafOf| -> Vec<NodeId> {
                 (0..n)

@@ -1,16 +1,13 @@
 //! What constraints of lower order ask of a pair of nodes, and of a position and a velocity.
 
-use super::nodes::{LeafOf, Nodes, on_pair, places};
-use crate::graph::{Graph, Leaf, NodeId};
+use super::nodes::{Nodes, on_pair};
+use crate::graph::{Graph, NodeId};
 use crate::model::{Kind, Model, Row};
 
 /// The constraints of lower order on the leg from `N - D` to `N`: `g(q1)`, `c(φ⁻¹(q0, q1))`.
 pub(crate) fn pair(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let nodes = Nodes::new(graph, model.coordinates.len());
-    let (node, leg) = (
-        places([(Leaf::Q as LeafOf, &nodes.q1)]),
-        places([(Leaf::X0 as LeafOf, &nodes.q0), (Leaf::X1, &nodes.q1)]),
-    );
+    let (node, leg) = (nodes.middle(), nodes.first_leg());
     let lower = |row: &&Row| row.kind != Kind::Kinematic;
     let rows = model.constraints.iter().filter(lower);
     rows.map(|row| {

@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
-use crate::graph::{Graph, Leaf, NodeId};
-use crate::model::Model;
+use crate::graph::{Change, Graph, Leaf, NodeId};
+use crate::model::{Model, PairPoint, TriplePoint};
 
 /// A point of the second order tangent bundle, component by component.
 pub(crate) struct PointNodes {
+    pub(crate) t: NodeId,
     pub(crate) q: Vec<NodeId>,
     pub(crate) v: Vec<NodeId>,
     pub(crate) a: Vec<NodeId>,
@@ -14,11 +15,13 @@ pub(crate) struct PointNodes {
 
 impl PointNodes {
     pub(super) fn substitution(&self) -> HashMap<Leaf, NodeId> {
-        places([
+        let mut places = places([
             (Leaf::Q as LeafOf, &self.q),
             (Leaf::V, &self.v),
             (Leaf::A, &self.a),
-        ])
+        ]);
+        places.insert(Leaf::T, self.t);
+        places
     }
 }
 
@@ -37,7 +40,7 @@ pub(super) fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashM
     vectors.into_iter().flat_map(components).collect()
 }
 
-/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + E`.
+/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + E`, at the times `Clock - H`, `Clock` and `Clock + H`.
 pub(super) struct Nodes {
     pub(super) q0: Vec<NodeId>,
     pub(super) q1: Vec<NodeId>,
@@ -45,11 +48,18 @@ pub(super) struct Nodes {
     pub(super) d0: Vec<NodeId>,
     pub(super) d1: Vec<NodeId>,
     pub(super) e: Vec<NodeId>,
+    pub(super) t0: NodeId,
+    pub(super) t1: NodeId,
+    pub(super) t2: NodeId,
 }
 
 impl Nodes {
     pub(super) fn new(graph: &mut Graph, n: usize) -> Self {
+        let (t1, h) = (graph.leaf(Leaf::Clock), graph.leaf(Leaf::H));
         let mut nodes = Self {
+            t0: graph.sub(t1, h),
+            t1,
+            t2: graph.add(t1, h),
             q0: Vec::new(),
             q1: Vec::new(),
             q2: Vec::new(),
@@ -75,32 +85,72 @@ impl Nodes {
 
     /// What stands in the place of the nodes of a map.
     pub(super) fn places(&self) -> HashMap<Leaf, NodeId> {
-        places([
+        let mut places = places([
             (Leaf::X0 as LeafOf, &self.q0),
             (Leaf::X1, &self.q1),
             (Leaf::X2, &self.q2),
-        ])
+        ]);
+        places.extend([(Leaf::T0, self.t0), (Leaf::T1, self.t1), (Leaf::T2, self.t2)]);
+        places
+    }
+
+    /// What stands in the place of the nodes of a map of pairs, on the leg from `q0` to `q1`.
+    pub(super) fn first_leg(&self) -> HashMap<Leaf, NodeId> {
+        leg([(&self.q0, self.t0), (&self.q1, self.t1)])
+    }
+
+    /// The same on the leg from `q1` to `q2`.
+    pub(super) fn second_leg(&self) -> HashMap<Leaf, NodeId> {
+        leg([(&self.q1, self.t1), (&self.q2, self.t2)])
+    }
+
+    /// What stands in the place of a position and its time, at the middle node.
+    pub(super) fn middle(&self) -> HashMap<Leaf, NodeId> {
+        let mut places = places([(Leaf::Q as LeafOf, &self.q1)]);
+        places.insert(Leaf::T, self.t1);
+        places
+    }
+
+    /// How the time goes on from a leg to the next.
+    pub(super) fn change_of_time(&self, graph: &mut Graph) -> [(Leaf, Change); 2] {
+        let delta = graph.leaf(Leaf::H);
+        let change = |before, after| Change { before, after, delta };
+        [
+            (Leaf::T0, change(self.t0, self.t1)),
+            (Leaf::T1, change(self.t1, self.t2)),
+        ]
     }
 }
 
-/// An expression of positions and velocities on a leg, in `X0`, `X1`: its mean over the points of the first order map.
+/// What stands in the place of the nodes of a map of pairs.
+fn leg([(q0, t0), (q1, t1)]: [(&[NodeId], NodeId); 2]) -> HashMap<Leaf, NodeId> {
+    let mut places = places([(Leaf::X0 as LeafOf, q0), (Leaf::X1, q1)]);
+    places.extend([(Leaf::T0, t0), (Leaf::T1, t1)]);
+    places
+}
+
+/// What stands in the place of a position, a velocity and their time at a point of the first order map.
+pub(super) fn at_pair(point: &PairPoint) -> HashMap<Leaf, NodeId> {
+    let mut places = places([(Leaf::Q as LeafOf, &point.q), (Leaf::V, &point.v)]);
+    places.insert(Leaf::T, point.t);
+    places
+}
+
+/// An expression of positions, velocities and time on a leg, in `X0`, `X1`, `T0` and `T1`: its mean over the points of the first order map.
 pub(super) fn on_pair(model: &Model, graph: &mut Graph, value: NodeId) -> NodeId {
     let weight = 1.0 / model.phi_lagrangian.len() as f64;
     let terms: Vec<_> = model
         .phi_lagrangian
         .iter()
-        .map(|[q, v]| {
-            let point = places([(Leaf::Q as LeafOf, q), (Leaf::V, v)]);
-            (graph.substitute(value, &point), weight)
-        })
+        .map(|point| (graph.substitute(value, &at_pair(point)), weight))
         .collect();
     graph.linear(0.0, &terms)
 }
 
 /// The paper's map `(q1, (q2 - q0)/2h, (q2 - 2 q1 + q0)/h²)`, or the declared one.
-pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<NodeId>; 3]>) -> PointNodes {
+pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&TriplePoint>) -> PointNodes {
     let n = nodes.q1.len();
-    let Some([q, v, a]) = map else {
+    let Some(TriplePoint { t, q, v, a }) = map else {
         let h = graph.leaf(Leaf::H);
         let (mut v, mut a) = (Vec::new(), Vec::new());
         for i in 0..n {
@@ -110,6 +160,7 @@ pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<Node
             a.push(graph.product(&[(nodes.e[i], 1), (h, -2)]));
         }
         return PointNodes {
+            t: nodes.t1,
             q: nodes.q1.clone(),
             v,
             a,
@@ -122,9 +173,7 @@ pub(super) fn map_point(graph: &mut Graph, nodes: &Nodes, map: Option<&[Vec<Node
             .map(|&component| graph.substitute(component, &places))
             .collect()
     };
-    PointNodes {
-        q: put(q),
-        v: put(v),
-        a: put(a),
-    }
+    let (q, v, a) = (put(q), put(v), put(a));
+    let t = graph.substitute(*t, &places);
+    PointNodes { t, q, v, a }
 }

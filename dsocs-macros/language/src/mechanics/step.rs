@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::Equation;
 use super::force::discrete_force;
-use super::nodes::{LeafOf, Nodes, PointNodes, map_point, on_pair, places};
+use super::nodes::{Nodes, PointNodes, map_point, on_pair};
 use super::works::works;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Displacements, Kind, Model};
@@ -17,7 +17,7 @@ pub(crate) struct StepEquations {
     pub(crate) multipliers: usize,
     /// `φ_{D_K}⁻¹(q0, q1, q2)`.
     pub(crate) point: PointNodes,
-    /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`.
+    /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`.
     pub(crate) force: Vec<NodeId>,
     /// The forms in whose directions it acts, as far as they are known.
     pub(crate) forms: Vec<Vec<NodeId>>,
@@ -30,7 +30,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
     let point = map_point(graph, &nodes, model.phi_kinematic.as_ref());
     let displacements = map_point(graph, &nodes, model.phi_variational.as_ref()).substitution();
     let force = discrete_force(model, graph, &nodes);
-    let forms = discrete_forms(model, graph, &displacements);
+    let forms = discrete_forms(model, graph, &nodes.middle(), &displacements);
     let kinematic = point.substitution();
     let mut rows = Vec::new();
     for row in &model.constraints {
@@ -42,8 +42,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
             }
             (None, Kind::Nonholonomic) => {
                 let value = on_pair(model, graph, row.value);
-                let leg = places([(Leaf::X0 as LeafOf, &nodes.q1), (Leaf::X1, &nodes.q2)]);
-                graph.substitute(value, &leg)
+                graph.substitute(value, &nodes.second_leg())
             }
             (None, Kind::Kinematic) => graph.substitute(row.value, &kinematic),
         };
@@ -79,7 +78,7 @@ const CORRECTED: f64 = 1.0 / 1024.0;
 /// rounding has left there, so that it does not add up. All of it would be seen in the second difference, whose own size is
 /// `h²`.
 fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
-    let change = (0..nodes.q1.len())
+    let mut change: HashMap<_, _> = (0..nodes.q1.len())
         .map(|i| {
             let change = Change {
                 before: nodes.q1[i],
@@ -89,6 +88,8 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
             (Leaf::Q(i), change)
         })
         .collect();
+    let [_, (_, time)] = nodes.change_of_time(graph);
+    change.insert(Leaf::T, time);
     let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
     let Change { before, after, delta } = graph.difference(g, &change, &late, &mut HashMap::new());
     Equation {
@@ -102,16 +103,14 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
 fn discrete_forms(
     model: &Model,
     graph: &mut Graph,
+    node: &HashMap<Leaf, NodeId>,
     displacements: &HashMap<Leaf, NodeId>,
 ) -> Vec<Vec<NodeId>> {
-    let node = (0..model.coordinates.len())
-        .map(|i| (Leaf::Q(i), graph.leaf(Leaf::N(i))))
-        .collect();
     model
         .forms
         .iter()
         .map(|form| {
-            let place = if form.at_node { &node } else { displacements };
+            let place = if form.at_node { node } else { displacements };
             let components = form.components.iter();
             components
                 .map(|&component| graph.substitute(component, place))

@@ -17,6 +17,7 @@ pub(crate) enum Symmetry {
     AnyLegs,
     LowerOrder,
     Momentum,
+    ExternalForces,
     LagrangianMap,
     KinematicMap,
     VariationalMap,
@@ -51,7 +52,15 @@ impl Symmetry {
             .into_iter()
             .all(|(&step, &continuous)| same(step, continuous))
         {
-            return Self::LagrangianMap;
+            let forced = model.external_forces.iter().any(|&force| {
+                let mut leaves = model.graph.leaves(force);
+                leaves.any(|leaf| matches!(leaf, Leaf::V(_)))
+            });
+            return if forced {
+                Self::ExternalForces
+            } else {
+                Self::LagrangianMap
+            };
         }
         let count = model.constraints.len();
         for (place, (step, continuous)) in step.rows.iter().zip(&continuous.rows).enumerate() {
@@ -76,7 +85,7 @@ fn is_paper(model: &Model, graph: &mut Graph) -> bool {
     let first =
         |graph: &mut Graph, q: &[NodeId]| q.iter().enumerate().all(|(i, &q)| q == graph.leaf(Leaf::X0(i)));
     model.discrete_lagrangian.is_none()
-        && matches!(model.phi_lagrangian.as_slice(), [[q, _]] if first(graph, q))
+        && matches!(model.phi_lagrangian.as_slice(), [point] if first(graph, &point.q))
 }
 
 /// Whether `∂L/∂v` is a constant matrix times `v`, and a constant: with the paper's map its difference over a step is then
@@ -96,7 +105,7 @@ fn momentum_is_linear(model: &Model, graph: &mut Graph) -> bool {
 /// The nodes of a step in terms of its parabola's point.
 fn parabola(graph: &mut Graph, n: usize) -> HashMap<Leaf, NodeId> {
     let h = graph.leaf(Leaf::H);
-    let mut nodes = HashMap::new();
+    let mut nodes = HashMap::from([(Leaf::Clock, graph.leaf(Leaf::T))]);
     for i in 0..n {
         let [q, v, a] = [Leaf::Q(i), Leaf::V(i), Leaf::A(i)].map(|leaf| graph.leaf(leaf));
         let second = graph.product(&[(h, 2), (a, 1)]);

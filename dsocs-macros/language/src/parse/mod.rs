@@ -18,7 +18,7 @@ use self::values::{read_factor, read_fields, read_map, read_names, read_path, re
 pub(crate) use self::lets::plain_let;
 
 /// The words that a statement can begin with, apart from `let`.
-const STATEMENTS: [&str; 14] = [
+const STATEMENTS: [&str; 15] = [
     "coordinates",
     "lagrangian",
     "holonomic",
@@ -26,6 +26,7 @@ const STATEMENTS: [&str; 14] = [
     "kinematic",
     "variational",
     "constraint_forces",
+    "external_forces",
     "discrete_lagrangian",
     "discrete_kinematic",
     "phi_lagrangian",
@@ -204,6 +205,7 @@ fn mark(declaration: &mut Declaration, keyword: &str, reported: Reported) {
         "holonomic" => set(&mut declaration.holonomic, reported),
         "nonholonomic" => set(&mut declaration.nonholonomic, reported),
         "kinematic" => set(&mut declaration.kinematic, reported),
+        "external_forces" => set(&mut declaration.external_forces, reported),
         "discrete_lagrangian" => set(&mut declaration.discrete_lagrangian, reported),
         "discrete_kinematic" => set(&mut declaration.discrete_kinematic, reported),
         "variational" | "constraint_forces" => set(&mut declaration.directions, reported),
@@ -251,8 +253,9 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             let reported = errors.at(value, "expected `coordinates(x, y);`, without `=`");
             mark(declaration, "coordinates", reported);
         }
-        name @ ("lagrangian" | "discrete_lagrangian") => {
+        name @ ("lagrangian" | "discrete_lagrangian" | "external_forces") => {
             let part = match name {
+                "external_forces" => &mut declaration.external_forces,
                 "lagrangian" => &mut declaration.lagrangian,
                 _ => &mut declaration.discrete_lagrangian,
             };
@@ -367,7 +370,7 @@ pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
 fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
     if word == "forces" {
         let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \
-                       a force that is given, such as friction, is none of them";
+                       a force that is given, such as friction, is written `external_forces = (…);`";
         mark(declaration, "constraint_forces", errors.at(keyword, message));
         return;
     }

@@ -257,7 +257,7 @@ fn maps_of_components_and_of_vectors() {
         let model = model(&format!(
             "coordinates(x, y); lagrangian = x; phi_lagrangian = {closure};"
         ));
-        let [q, v] = model.phi_lagrangian[0].clone();
+        let crate::model::PairPoint { q, v, .. } = model.phi_lagrangian[0].clone();
         assert_eq!(at().values(&model.graph, &q), [2.5, 5.0], "{closure}");
         assert_eq!(at().values(&model.graph, &v), [6.0, 12.0], "{closure}");
     };
@@ -318,7 +318,7 @@ fn the_variational_map_is_the_kinematic_one_unless_given() {
     let start = "coordinates(x, y); lagrangian = x;";
     let both = model(&format!("{start} {kinematic}"));
     assert_eq!(both.phi_kinematic, both.phi_variational);
-    let [q, v, a] = both.phi_variational.clone().unwrap();
+    let crate::model::TriplePoint { q, v, a, .. } = both.phi_variational.clone().unwrap();
     assert_eq!(at().values(&both.graph, &q), [4.0, 8.0]);
     assert_eq!(at().values(&both.graph, &v), [24.0, 48.0]);
     assert_eq!(at().values(&both.graph, &a), [36.0, 72.0]);
@@ -476,7 +476,7 @@ fn items_of_every_kind() {
     let right = "coordinates(x); lagrangian = mass * dot(x).powi(2);";
     for item in [
         "struct A { mass: f64 }",
-        "#[derive(Clone)] pub(crate) struct A<'a, T: ?Sized + 'a, const N: usize> where T: Copy { t: &'a T, mass: f64, a: [f64; N] }",
+        "#[derive(Clone)] pub(crate) struct A<'a, T: ?Sized + 'a, const N: usize> where T: Copy { data: &'a T, mass: f64, a: [f64; N] }",
     ] {
         let model = analyzed(right, item).unwrap();
         assert_eq!(model.parameters.len(), 1);

@@ -44,7 +44,7 @@ fn stretches(oscillator: &ContactOscillator, count: u32) -> Vec<f64> {
     let (q, v) = start::<3>("contact-oscillator");
     let h = 0.1;
     let mut flow = Flow::new(oscillator, h, Start::second_order(q, v)).unwrap();
-    let first = oscillator.energy(&q, &v);
+    let first = oscillator.energy(0.0, &q, &v);
     (0..count)
         .map(|_| {
             let mut sum = 0.0;
@@ -52,7 +52,7 @@ fn stretches(oscillator: &ContactOscillator, count: u32) -> Vec<f64> {
                 flow.advance().unwrap();
                 let leg = flow.leg();
                 let middle = core::array::from_fn(|i| leg.q[i] - leg.d[i] / 2.0);
-                sum += oscillator.energy(&middle, &leg.d.map(|d| d / h)) / first - 1.0;
+                sum += oscillator.energy(0.0, &middle, &leg.d.map(|d| d / h)) / first - 1.0;
             }
             sum / 1e5
         })

@@ -76,7 +76,7 @@ fn any_start() {
         println!("Taylor flow {apart:.1e}");
         assert!(apart < 1e-12, "{apart:e}");
         is_second(fitted(&steps, |h| {
-            let begin = Start::exact(&edge, start.0, start.1, h).unwrap();
+            let begin = Start::second_order(start.0, start.1).exact(&edge, h).unwrap();
             let nodes = Flow::new(&edge, h, begin).unwrap().until(5.0).unwrap().nodes;
             distance(&nodes.last().unwrap().q, &exact)
         }));

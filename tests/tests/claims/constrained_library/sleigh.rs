@@ -60,7 +60,7 @@ fn leg_state(flow: &Flow<'_, Sleigh, 3>) -> [f64; 2] {
 fn the_energy_is_kept_and_yet_there_is_an_attractor() {
     let sleigh = Sleigh::default();
     let (q, v) = start("sleigh");
-    let energy = sleigh.energy(&q, &v);
+    let energy = sleigh.energy(0.0, &q, &v);
     let k2 = 0.25 + 0.25;
     let end = (2.0 * energy).sqrt();
     // the largest change of the energy on legs, and the change at the end

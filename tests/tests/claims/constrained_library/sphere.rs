@@ -29,7 +29,7 @@ fn energy_and_angular_momentum_stay() {
         let map = DiscreteFlow::new(&sphere, h).unwrap();
         let mut flow = Flow::new(&sphere, h, Start::second_order(q, v)).unwrap();
         let momentum = |flow: &Flow<'_, Sphere, 3>| momentum_map(&map, &flow.leg(), |q| [-q[1], q[0], 0.0]);
-        let (first, energy) = (momentum(&flow), sphere.energy(&q, &v));
+        let (first, energy) = (momentum(&flow), sphere.energy(0.0, &q, &v));
         let mut worst = [0.0_f64; 3];
         while flow.time() < 200.0 {
             flow.advance().unwrap();

@@ -62,6 +62,10 @@ pub(super) fn leaf(leaf: Leaf) -> TokenStream {
         Leaf::V(i) => ("v", i),
         Leaf::A(i) => ("a", i),
         Leaf::Lambda(j) => ("l", j),
+        Leaf::T => {
+            let series = local("series");
+            return quote!(#series.time());
+        }
         // the continuous system has no other leaves
         _ => return quote!(::core::unreachable!()),
     };
@@ -328,6 +332,7 @@ impl<'g> Writer<'g> {
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
         let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #a, #b));
         let value = match op {
+            Op::Leaf(Leaf::T) => quote!(if #k == 1 { 1.0 } else { 0.0 }),
             Op::Leaf(which) => leaf(*which),
             Op::Constant(_) | Op::Signum(_) => quote!(0.0),
             Op::Linear(_, terms) => self.linear(None, terms, kth),

@@ -249,7 +249,10 @@ fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
         Leaf::Z(i) => (6, i),
         Leaf::Lambda(i) => (7, i),
         Leaf::H => (8, 0),
-        // the nodes of a map are replaced before code is written; there is no such kind
+        Leaf::T => (10, 0),
+        Leaf::Clock => (11, 0),
+        // the nodes of a map and their times are replaced before code is written; there is no such kind
+        Leaf::T0 | Leaf::T1 | Leaf::T2 => (u8::MAX, 0),
         Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) => (u8::MAX, i),
     }
 }

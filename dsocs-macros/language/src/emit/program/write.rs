@@ -182,6 +182,14 @@ impl Place {
         }
     }
 
+    /// A number that stands in a field.
+    pub(crate) fn value(field: TokenStream) -> Self {
+        Self {
+            array: field,
+            element: None,
+        }
+    }
+
     /// The place of what does not occur.
     pub(crate) fn nowhere() -> Self {
         Self {

@@ -1,0 +1,50 @@
+//! External forces, and what they and the constraints do to the energy.
+
+use super::array::{moving, plus};
+use super::map::Triple;
+use super::solvable::Declared;
+use crate::declaration::Declaration;
+use crate::system::{Leg, Point};
+use crate::tangent::Tangent;
+use crate::tape::Number;
+
+/// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the coordinate; zero
+/// where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001, section 3.2.)
+#[must_use]
+pub fn external_forces<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> [f64; N] {
+    discrete(&system.declaration(), h, &triple.leg, &triple.e)
+}
+
+/// The same for any number.
+pub(super) fn discrete<T: Number, const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: T,
+    leg: &Leg<T, N>,
+    e: &[T; N],
+) -> [T; N] {
+    let mut last = *leg;
+    last.t = leg.t + h;
+    for i in 0..N {
+        last.d[i] = leg.d[i] + e[i];
+        last.q[i] = leg.q[i] + last.d[i];
+    }
+    let [_, mut sum] = declaration.discrete_external_forces(h, leg);
+    let [minus, _] = declaration.discrete_external_forces(h, &last);
+    for (sum, minus) in sum.iter_mut().zip(minus) {
+        *sum = *sum + minus;
+    }
+    sum
+}
+
+/// The power of a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external
+/// forces `f`, in units of `L` per unit of time.
+#[must_use]
+pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> f64 {
+    let declaration = system.declaration();
+    let Point { t, q, v, .. } = point;
+    let constraint = declaration.continuous_force(point);
+    let force = plus(&constraint, &declaration.external_forces(*t, q, v));
+    let fixed = |x| moving(x, &[0.0; N]);
+    let explicit = declaration.lagrangian(Tangent::new(*t, 1.0), &fixed(q), &fixed(v));
+    super::legendre::product(&force, v) - explicit.derivative()
+}
