@@ -33,6 +33,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// are not watched for a second root nearby.
     const DIVIDED: bool = false;
 
+    /// The parameters that holonomic constraints depend on, by their places: they cannot change during a run.
+    const OF_POSITIONS: &'static [usize] = &[];
+
     /// The values of the parameters, in order.
     fn parameters<T: Scalar>(&self) -> Self::Parameters<T>;
 

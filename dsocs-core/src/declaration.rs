@@ -472,6 +472,25 @@ impl<'s, const N: usize> Declaration<'s, N> {
         forces
     }
 
+    /// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`; for the paper's map, the trapezoid's.
+    pub(crate) fn arriving<T: Number>(&self, h: T, leg: &Leg<T, N>) -> [T; N] {
+        self.vector(Segment::Arriving, Part::All, &At::leg(h, leg))
+    }
+
+    /// The fields that span the virtual displacements of a step; none where multipliers are unknown instead.
+    pub(crate) fn fields<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<[T; N]> {
+        let at = At { e, ..At::leg(h, leg) };
+        let mut fields = vec![[T::splat(f64::NAN); N]; self.count(Segment::Fields, Part::All) / N.max(1)];
+        self.into(Segment::Fields, Part::All, &at, fields.as_flattened_mut());
+        fields
+    }
+
+    /// What is to be divided out of each kinematic row of a step; 1 where there is nothing.
+    pub(crate) fn factors<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<T> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.all(Segment::Factors, Part::All, &at)
+    }
+
     /// The observed expressions at a point, as many as `out` has room for.
     pub fn observe<T: Number>(&self, point: &Point<T, N>, out: &mut [T]) {
         self.into(Segment::Observe, Part::All, &At::point(point), out);

@@ -7,6 +7,7 @@ use crate::compensated::Compensated;
 use crate::compiled::Report;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepError};
+use crate::held::Held;
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
 use crate::start::{self, Beginning, Start};
@@ -35,7 +36,7 @@ pub(crate) const SHORT_PAST: u64 = 5;
 /// with the paper's maps (and the defaults) for mass matrices that are constant; elsewhere it is another motion, as near as the step is exact.
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
-    system: &'s S,
+    system: Held<'s, S>,
     /// What is known since the run began.
     constants: S::Constants<f64>,
     /// The step.
@@ -56,6 +57,12 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     predictor: Predictor<S::Unknown<f64>>,
     /// How often the rows may be evaluated from one guess.
     max_iterations: u32,
+    /// The number of the position at which the past begins that steps go on from: that of the start, or of a change of inputs.
+    since: u64,
+    /// The system as it was on the last leg, where inputs have changed since.
+    before: Option<Held<'s, S>>,
+    /// The last node where they did.
+    changed: Option<Box<Changed<'s, S, N>>>,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -72,7 +79,12 @@ impl<S: System<N>, const N: usize> fmt::Debug for Flow<'_, S, N> {
 
 impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
     fn clone(&self) -> Self {
-        Self { ..*self }
+        Self {
+            system: self.system.clone(),
+            before: self.before.clone(),
+            changed: self.changed.clone(),
+            ..*self
+        }
     }
 }
 
@@ -100,7 +112,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         Declaration::of(system).prepare();
         let beginning = start.begin(system, h)?;
         Ok(Self {
-            system,
+            system: Held::new(system),
             constants: system.constants(&system.parameters(), h),
             h,
             clock: Clock::even(beginning.t0, h),
@@ -111,6 +123,9 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             solved: None,
             predictor: Predictor::new(),
             max_iterations: MAX_ITERATIONS,
+            since: 0,
+            before: None,
+            changed: None,
         })
     }
 
@@ -133,10 +148,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self
     }
 
-    /// The system.
+    /// The system, with the inputs as they hold now.
     #[must_use]
-    pub fn system(&self) -> &'s S {
-        self.system
+    pub fn system(&self) -> &S {
+        &self.system
     }
 
     /// The step, negative when running back in time.
@@ -186,11 +201,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// Solves the next step and goes to the position that it leads to; the clock is left as it is.
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
+        if let Some(before) = self.before.take() {
+            return self.solve_changed(before);
+        }
         let (past_is_short, begins) = self.near_the_start();
+        let leg = self.next_leg();
         let step = Step {
             past_is_short,
             begins,
-            ..Step::new(self.system, &self.constants, self.next_leg(), self.h)
+            ..Step::new(&*self.system, &self.constants, leg, self.h)
         };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
@@ -216,7 +235,16 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// The middle node of a step.
     fn node_of(&self, Solved { leg, e, report }: Solved<N>) -> Node<N> {
         let known = self.system.known(&self.constants, &leg);
-        let Report { point, force, energy } = self.system.report(&self.constants, &known, &leg, &e);
+        let Report {
+            point,
+            mut force,
+            energy,
+        } = self.system.report(&self.constants, &known, &leg, &e);
+        if let Some(changed) = &self.changed
+            && changed.index == self.clock.index()
+        {
+            force = changed.force;
+        }
         Node {
             index: self.clock.index(),
             t: self.clock.time(),
@@ -234,7 +262,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     fn first_node(&self) -> Node<N> {
         let Beginning { q0, v0, a0, t0, .. } = self.beginning;
         let a = a0
-            .or_else(|| Some(start::acceleration(self.system, (t0, &q0, &v0), None).ok()?.0))
+            .or_else(|| Some(start::acceleration(&*self.system, (t0, &q0, &v0), None).ok()?.0))
             .unwrap_or([f64::NAN; N]);
         Node {
             index: self.clock.index(),
@@ -242,7 +270,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: Declaration::of(self.system).continuous_force(&Point {
+            force: Declaration::of(&*self.system).continuous_force(&Point {
                 t: t0,
                 q: q0,
                 v: v0,
@@ -261,7 +289,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         Step {
             past_is_short,
             begins,
-            ..Step::new(self.system, &self.constants, self.leg(), self.h)
+            ..Step::new(&*self.system, &self.constants, self.leg(), self.h)
         }
     }
 
@@ -270,7 +298,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[inline]
     fn near_the_start(&self) -> (bool, Option<[f64; N]>) {
         let index = self.index();
-        (index <= SHORT_PAST, self.beginning.near.filter(|_| index == 1))
+        (index - self.since <= SHORT_PAST, self.beginning.near.filter(|_| index == 1))
     }
 
     /// The error of the next step.
@@ -309,7 +337,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
     }
 
     fn view(&self) -> &dyn View<N> {
-        self.system
+        &*self.system
     }
 
     /// Turns round; see [`Flow`], "Back in time". The step back about the current node is solved at once: the node then has
@@ -317,12 +345,19 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
     fn reverse(&mut self) -> Result<(), RunError> {
         let mut turned = self.clone();
         turned.h = -self.h;
+        // a node where inputs have changed lies between the same two values on the way back
+        let changed = self.changed.as_ref().filter(|changed| changed.index == self.clock.index());
+        if let Some(changed) = changed {
+            turned.before = Some(turned.system);
+            turned.system = changed.before.clone();
+        }
         turned.constants = turned.system.constants(&turned.system.parameters(), turned.h);
         turned.d = self.d.negated();
         turned.q = self.q.plus(&turned.d);
         turned.predictor.turn();
         turned.clock.turn();
         turned.ahead = 0;
+        turned.since = 0;
         turned.solve()?;
         turned.ahead = 1;
         *self = turned;
@@ -331,7 +366,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
 
     fn regularity(&self) -> Option<Regularity> {
         let solved = self.solved?;
-        Some(Regularity::of(self.system, self.h, &solved.leg, &solved.e))
+        Some(Regularity::of(&*self.system, self.h, &solved.leg, &solved.e))
     }
 }
 
@@ -348,7 +383,9 @@ impl<S: System<N>, const N: usize> FusedIterator for Flow<'_, S, N> {}
 mod choose;
 mod exchange;
 mod forces;
+mod inputs;
 pub use choose::Roots;
+use inputs::Changed;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
 #[cfg(test)]

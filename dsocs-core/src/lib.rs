@@ -79,6 +79,7 @@ mod ensemble;
 mod error;
 mod flow;
 pub mod geometry;
+mod held;
 mod lanes;
 mod multipliers;
 pub mod prelude;
@@ -106,7 +107,7 @@ pub use flow::{Flow, Roots, multipliers};
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
-    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, Node, Observer, Occurrence, OnEvent,
+    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer, Occurrence, OnEvent,
     OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor, on_event,
 };
 pub use start::Start;

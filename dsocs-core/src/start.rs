@@ -13,7 +13,9 @@ use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
+use crate::scalar::Scalar as _;
 use crate::system::{Point, System};
+use crate::tangent::Tangent;
 use crate::taylor::{TaylorFlow, Tolerance};
 
 /// How often the acceleration at the start is improved before its solution is given up.
@@ -440,6 +442,43 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
             .continuous_bounds(&self.point(z), multipliers, bounds.as_mut());
         bounds
     }
+}
+
+/// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
+/// momentum stays. It has to obey the constraints with the new parameters.
+pub(crate) fn velocity_after<const N: usize>(
+    [before, after]: &[Declaration<'_, N>; 2],
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
+) -> Result<[f64; N], SetupError> {
+    let momentum = |declaration: &Declaration<'_, N>, v: &[f64; N]| -> [f64; N] {
+        core::array::from_fn(|j| {
+            let moved = core::array::from_fn(|i| Tangent::new(v[i], if i == j { 1.0 } else { 0.0 }));
+            declaration
+                .lagrangian(Tangent::splat(t), &q.map(Tangent::splat), &moved)
+                .derivative()
+        })
+    };
+    let kept = momentum(before, v);
+    let mut velocity = *v;
+    for _ in 0..MAX_ITERATIONS {
+        let found = momentum(after, &velocity);
+        if found == kept {
+            break;
+        }
+        let inverse = consistency::inverse_mass(after, t, q, &velocity);
+        let missing: [f64; N] = core::array::from_fn(|i| kept[i] - found[i]);
+        let update = inverse.times_vector(&missing);
+        let (mut step, mut size) = (0.0_f64, 0.0_f64);
+        for (velocity, update) in velocity.iter_mut().zip(&update) {
+            *velocity += update;
+            (step, size) = (step.max(update.abs()), size.max(velocity.abs()));
+        }
+        if step <= 4.0 * f64::EPSILON * size {
+            break;
+        }
+    }
+    consistency::check(after, t, q, &velocity)?;
+    Ok(velocity)
 }
 
 /// As many unknowns as values; NaN where there are fewer values.

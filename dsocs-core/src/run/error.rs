@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::inputs::InputError;
 use crate::composition::{StageError, StageFailure};
 use crate::error::{FailedStep, SetupError, StepError, StepFailure};
 use crate::taylor::SeriesError;
@@ -37,6 +38,9 @@ pub enum RunError {
     /// The function of an event has no value or no derivatives.
     #[error(transparent)]
     Event(Box<FailedEvent>),
+    /// An input cannot be set.
+    #[error(transparent)]
+    Input(Box<InputError>),
     /// The method has no step back in time.
     #[error("{method} cannot run back in time: {reason}", method = .0.method, reason = .0.reason)]
     OneWay(Box<OneWay>),
@@ -117,7 +121,7 @@ impl RunError {
             Self::Stage(error) => Some(error.details().time()),
             Self::Series(error) => Some(error.details().time),
             Self::Event(event) => Some(event.time),
-            Self::Setup(_) | Self::Behind(_) | Self::Until { .. } | Self::OneWay(_) => None,
+            Self::Setup(_) | Self::Behind(_) | Self::Until { .. } | Self::Input(_) | Self::OneWay(_) => None,
         }
     }
 }

@@ -263,7 +263,7 @@ fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, t: f64, q: &
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-fn inverse_mass<const N: usize>(
+pub(super) fn inverse_mass<const N: usize>(
     declaration: &Declaration<'_, N>,
     t: f64,
     q: &[f64; N],

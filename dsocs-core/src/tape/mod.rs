@@ -118,10 +118,16 @@ pub enum Segment {
     ExternalForces,
     /// Those on the first node of a leg, then those on the second.
     DiscreteExternalForces,
+    /// The momentum with which a leg arrives at its second node.
+    Arriving,
+    /// The fields that span the virtual displacements of a step, one after the other.
+    Fields,
+    /// What is to be divided out of each kinematic row of a step.
+    Factors,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::DiscreteExternalForces as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::Factors as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

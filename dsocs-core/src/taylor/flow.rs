@@ -100,10 +100,10 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         self
     }
 
-    /// The system.
+    /// The system, with the inputs as they hold now.
     #[must_use]
-    pub fn system(&self) -> &'s S {
-        self.equations.system
+    pub fn system(&self) -> &S {
+        &self.equations.system
     }
 
     /// The order of the velocity's series; the position's is one more.

@@ -115,7 +115,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Expands the motion at the current point.
-    fn begin(&mut self, equations: &mut dyn Equations<N>) {
+    pub(super) fn begin(&mut self, equations: &mut dyn Equations<N>) {
         self.next.begin(self.t.hi[0], &self.q.hi, &self.v.hi);
         equations.expand(&mut self.next);
     }
@@ -258,7 +258,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     #[cold]
-    fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
+    pub(super) fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
         SeriesError::new(FailedSeries {
             step: self.steps,
             time: self.t.hi[0],

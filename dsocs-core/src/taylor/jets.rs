@@ -7,6 +7,7 @@ use super::dispatch::{self, Work};
 use super::series::Series;
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
+use crate::held::Held;
 use crate::run::View;
 use crate::system::System;
 
@@ -44,7 +45,7 @@ pub(super) trait Equations<const N: usize> {
 /// The recurrences of a system, and what they keep.
 pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
-    pub(super) system: &'s S,
+    pub(super) system: Held<'s, S>,
     /// What the parameters decide.
     fixed: S::Fixed,
     /// What is kept of the orders before.
@@ -54,9 +55,14 @@ pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
 impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
     /// The recurrences of a system with the values that its parameters have now.
     pub(super) fn new(system: &'s S) -> Self {
+        Self::held(Held::new(system))
+    }
+
+    /// The same of a system that may be a copy.
+    pub(super) fn held(system: Held<'s, S>) -> Self {
         Self {
-            system,
             fixed: system.fixed(&system.parameters()),
+            system,
             table: S::Table::default(),
         }
     }
@@ -71,11 +77,11 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
     }
 
     fn declaration(&self) -> Declaration<'_, N> {
-        Declaration::of(self.system)
+        Declaration::of(&*self.system)
     }
 
     fn view(&self) -> &dyn View<N> {
-        self.system
+        &*self.system
     }
 }
 

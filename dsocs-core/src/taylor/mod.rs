@@ -67,6 +67,7 @@ mod dispatch;
 mod error;
 mod flow;
 mod grid;
+mod inputs;
 mod integrator;
 mod jet;
 pub(crate) mod jets;

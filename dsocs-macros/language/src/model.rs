@@ -1,14 +1,15 @@
 //! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Ident, Literal, TokenStream, TokenTree};
 use quote::quote;
 use syn::{ItemStruct, Path};
 
 use crate::emit;
 use crate::expand::in_core;
-use crate::graph::{Graph, Leaf, NodeId};
+use crate::graph::{Graph, Leaf, NodeId, Param};
 use crate::source::Mistake;
 
 /// A declaration that has passed every check, its expressions in one graph.
@@ -108,6 +109,29 @@ impl Model {
                 .any(|leaf| self.discrete_has(leaf))
     }
 
+    /// The parameters that holonomic constraints depend on, by their places: where one of them changes, the position would have to
+    /// jump.
+    pub(crate) fn parameters_of_positions(&self) -> Vec<usize> {
+        let holonomic = self.constraints.iter().filter(|row| row.kind == Kind::Holonomic);
+        let mut found = BTreeSet::new();
+        for row in holonomic {
+            for param in self.graph.params_of(row.value) {
+                match param {
+                    Param::Number(place) => {
+                        found.insert(place);
+                    }
+                    // what Rust reads is not seen into: any field that is named there
+                    Param::Expression(tokens) => {
+                        let places = self.parameters.iter().enumerate();
+                        let named = places.filter(|(_, field)| mentions(tokens, &field.ident));
+                        found.extend(named.map(|(place, _)| place));
+                    }
+                }
+            }
+        }
+        found.into_iter().collect()
+    }
+
     /// Whether the discrete statements have a leaf.
     fn discrete_has(&self, leaf: Leaf) -> bool {
         let rows = self.constraints.iter().filter_map(|row| row.discrete);
@@ -119,6 +143,15 @@ impl Model {
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
     }
+}
+
+/// Whether a name stands among tokens.
+fn mentions(tokens: &TokenStream, name: &Ident) -> bool {
+    tokens.clone().into_iter().any(|tree| match tree {
+        TokenTree::Ident(ident) => ident == *name,
+        TokenTree::Group(group) => mentions(&group.stream(), name),
+        _ => false,
+    })
 }
 
 /// `φ⁻¹` of two nodes, in `X0`, `X1`, `T0`, `T1` and `H`.

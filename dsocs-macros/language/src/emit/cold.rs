@@ -9,11 +9,35 @@ use super::functions::Functions;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
-use crate::mechanics;
+use crate::mechanics::{self, StepEquations};
 use crate::model::{Kind, Model};
 
 /// The version of the format, as `dsocs_core` knows it.
 const VERSION: u8 = 2;
+
+/// Expressions of a step as it was declared.
+pub(super) struct Declared {
+    /// The rows.
+    rows: Vec<NodeId>,
+    /// The fields that span the virtual displacements, one after the other.
+    fields: Vec<NodeId>,
+    /// What is to be divided out of each kinematic row; 1 where there is nothing.
+    factors: Vec<NodeId>,
+}
+
+impl Declared {
+    /// Those of a step.
+    pub(super) fn new(model: &Model, graph: &mut Graph, step: &StepEquations) -> Self {
+        let one = graph.constant(1.0);
+        let constraints = step.rows.iter().zip(&model.constraints);
+        let kinematic = constraints.filter(|(_, row)| row.kind == Kind::Kinematic);
+        Self {
+            rows: step.rows.iter().map(|row| row.value).collect(),
+            fields: step.fields.concat(),
+            factors: kinematic.map(|(row, _)| row.divide.unwrap_or(one)).collect(),
+        }
+    }
+}
 
 /// Expressions of the continuous system, of a pair of nodes, and of a step as it was declared.
 pub(super) struct Expressions {
@@ -25,6 +49,8 @@ pub(super) struct Expressions {
     force: Vec<NodeId>,
     /// The external forces on a leg: those on its first node, then those on its second.
     external: Vec<NodeId>,
+    /// The momentum with which a leg arrives.
+    arriving: Vec<NodeId>,
 }
 
 impl Expressions {
@@ -34,6 +60,7 @@ impl Expressions {
         let discrete_lagrangian = mechanics::discrete_lagrangian(model, &mut graph);
         let external = mechanics::external_on_leg(model, &mut graph);
         let external = mechanics::on_first_leg(model, &mut graph, &external.unwrap_or_default().concat());
+        let arriving = mechanics::arriving(model, &mut graph);
         let energy = mechanics::energy(model, &mut graph);
         let equations = mechanics::continuous(model, &mut graph);
         let mut continuous: Vec<NodeId> = equations
@@ -58,6 +85,7 @@ impl Expressions {
             continuous,
             force: equations.force,
             external,
+            arriving,
         }
     }
 
@@ -70,7 +98,7 @@ impl Expressions {
 pub(super) fn source(
     model: &Model,
     stages: &Stages,
-    declared: (&Graph, &[NodeId]),
+    declared: (&Graph, Declared),
     expressions: &Expressions,
     functions: &Functions,
 ) -> TokenStream {
@@ -114,7 +142,7 @@ pub(super) fn source(
 fn segments(
     model: &Model,
     stages: &Stages,
-    (declared_graph, declared): (&Graph, &[NodeId]),
+    (declared_graph, declared): (&Graph, Declared),
     expressions: &Expressions,
     calls: &mut Calls,
 ) -> Vec<Segment> {
@@ -166,7 +194,8 @@ fn segments(
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
     let observe = of(&expressions.graph, &observed, 0);
-    let declared = of(declared_graph, declared, 0);
+    let [declared, fields, factors] = [declared.rows, declared.fields, declared.factors].map(|nodes| of(declared_graph, &nodes, 0));
+    let arriving = of(&expressions.graph, &expressions.arriving, 0);
     let external = of(&expressions.graph, &model.external_forces, 0);
     let external_on_leg = of(
         &expressions.graph,
@@ -194,6 +223,9 @@ fn segments(
         declared,
         external,
         external_on_leg,
+        arriving,
+        fields,
+        factors,
     ]
 }
 

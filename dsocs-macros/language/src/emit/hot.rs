@@ -77,7 +77,10 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
         n + model.multipliers(),
     ]
     .map(Literal::usize_unsuffixed);
+    let of_positions = model.parameters_of_positions();
+    let of_positions = of_positions.into_iter().map(Literal::usize_unsuffixed);
     quote! {
+        const OF_POSITIONS: &'static [usize] = &[#(#of_positions),*];
         const LINEAR: bool = #linear;
         const SCALED: bool = #scaled;
         const DIVIDED: bool = #divided;

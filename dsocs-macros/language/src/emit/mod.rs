@@ -15,10 +15,9 @@ mod stages;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use self::cold::Expressions;
+use self::cold::{Declared, Expressions};
 use self::functions::Functions;
 use self::stages::{Energy, Stages};
-use crate::graph::NodeId;
 use crate::mechanics::{self, Symmetry};
 use crate::model::{Kind, Model, ParameterField, Warning, plain};
 use crate::passes;
@@ -55,14 +54,14 @@ fn system(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let step = mechanics::step(model, &mut graph);
     let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
-    let declared: Vec<NodeId> = step.rows.iter().map(|row| row.value).collect();
+    let declared = Declared::new(model, &mut graph, &step);
     let expressions = Expressions::new(model);
     let energy = Energy::new(expressions.graph(), expressions.energy);
     let stages = Stages::new(&graph, &step, &unknowns, energy);
     let metadata = metadata(model);
     let compiled = hot::compiled(model, &graph, &stages, &unknowns);
     let functions = Functions::new(model);
-    let source = cold::source(model, &stages, (&graph, &declared), &expressions, &functions);
+    let source = cold::source(model, &stages, (&graph, declared), &expressions, &functions);
     let functions = functions.methods(model);
     quote! {
         #metadata

@@ -21,7 +21,7 @@ mod identity;
 mod nonzero;
 mod rewrite;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use proc_macro2::{Ident, Span, TokenStream};
 
@@ -268,6 +268,27 @@ impl Graph {
             Some(place) => Param::Number(place),
             None => Param::Expression(tokens),
         }
+    }
+
+    /// What an expression reads of the struct.
+    pub(crate) fn params_of(&self, id: NodeId) -> Vec<Param<'_>> {
+        let (mut params, mut seen, mut open) = (Vec::new(), HashSet::new(), vec![id]);
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            match self.node(id) {
+                Node::Param(param) => params.push(self.read_param(*param)),
+                Node::Call { callee, .. } => {
+                    if let Callee::Function(tokens) = self.callee(*callee) {
+                        params.push(Param::Expression(tokens));
+                    }
+                }
+                _ => {}
+            }
+            open.extend(self.parts(id));
+        }
+        params
     }
 
     /// Tells which parameters are numbers, in order, by how they are read.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::nodes::{LeafOf, Nodes, at_pair, on_pair};
+use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Model, PairPoint};
@@ -83,6 +83,29 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         plain.push(graph.linear(0.0, &[momenta.as_slice(), &others].concat()));
     }
     Force { value, plain }
+}
+
+/// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`, component by component, on the leg from `N - D` to `N`.
+///
+/// For the paper's map the trapezoid's, which leads to the same equations as long as nothing changes from leg to leg: where a
+/// parameter does, its change counts half on each side of the node, as it has to for the order 2.
+pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
+    let value = match (model.discrete_lagrangian, model.phi_lagrangian.as_slice()) {
+        (Some(given), _) => given,
+        (None, [only]) if is_first_node(graph, only) => {
+            let ends = ends(graph, only);
+            mean(graph, model.lagrangian, &ends)
+        }
+        (None, points) => mean(graph, model.lagrangian, points),
+    };
+    let external = external_on_leg(model, graph);
+    let components: Vec<_> = (0..model.coordinates.len())
+        .map(|i| {
+            let momentum = graph.derivative(value, Leaf::X1(i));
+            external.as_ref().map_or(momentum, |[_, plus]| graph.add(momentum, plus[i]))
+        })
+        .collect();
+    on_first_leg(model, graph, &components)
 }
 
 /// The external forces on a leg, `[f⁻_d, f⁺_d]`: what acts on its first and on its second node, in `X0`, `X1`, `T0` and `T1`. `None`

@@ -138,9 +138,13 @@ pub(super) fn at_pair(point: &PairPoint) -> HashMap<Leaf, NodeId> {
 
 /// An expression of positions, velocities and time on a leg, in `X0`, `X1`, `T0` and `T1`: its mean over the points of the first order map.
 pub(super) fn on_pair(model: &Model, graph: &mut Graph, value: NodeId) -> NodeId {
-    let weight = 1.0 / model.phi_lagrangian.len() as f64;
-    let terms: Vec<_> = model
-        .phi_lagrangian
+    mean(graph, value, &model.phi_lagrangian)
+}
+
+/// The mean of an expression over points of a leg.
+pub(super) fn mean(graph: &mut Graph, value: NodeId, points: &[PairPoint]) -> NodeId {
+    let weight = 1.0 / points.len() as f64;
+    let terms: Vec<_> = points
         .iter()
         .map(|point| (graph.substitute(value, &at_pair(point)), weight))
         .collect();

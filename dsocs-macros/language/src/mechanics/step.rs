@@ -19,6 +19,8 @@ pub(crate) struct StepEquations {
     pub(crate) point: PointNodes,
     /// The constraint force `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`.
     pub(crate) force: Vec<NodeId>,
+    /// The fields that span the virtual displacements; none where multipliers are unknown instead.
+    pub(crate) fields: Vec<Vec<NodeId>>,
     /// The forms in whose directions it acts, as far as they are known.
     pub(crate) forms: Vec<Vec<NodeId>>,
 }
@@ -67,6 +69,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
         multipliers: model.multipliers(),
         point,
         force: force.value,
+        fields: fields.unwrap_or_default(),
         forms,
     }
 }

@@ -1,0 +1,360 @@
+//! The step about a node where inputs change.
+
+use super::{Flow, Solved};
+use crate::declaration::Declaration;
+use crate::dense::Matrix;
+use crate::error::{NewtonFailure, StepError, StepFailure};
+use crate::held::Held;
+use crate::multipliers;
+use crate::run::{Inputs, RunError, inputs};
+use crate::scalar::Scalar as _;
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
+use crate::step::{Guess, Step, StepReport};
+use crate::system::{Leg, System};
+use crate::tangent::Tangent;
+
+/// So often the second difference at a change is improved.
+const MAX_ITERATIONS: u32 = 60;
+
+/// An update of this part of the unknowns is the last, in units of rounding.
+const LAST: f64 = 4.0 * f64::EPSILON;
+
+/// Updates below this part that do not shrink any more are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// How large a second difference is at least, relative to the leg, for an update to be compared with.
+const LEAST: f64 = 1e-5;
+
+/// What is told of a node where inputs changed, beside its step.
+pub(super) struct Changed<'s, S, const N: usize> {
+    /// The number of the node.
+    pub(super) index: u64,
+    /// The constraint force there.
+    pub(super) force: [f64; N],
+    /// The system as it was before.
+    pub(super) before: Held<'s, S>,
+}
+
+// by hand, because a derivation would ask the system for as much
+impl<S, const N: usize> Clone for Changed<'_, S, N> {
+    fn clone(&self) -> Self {
+        Self {
+            before: self.before.clone(),
+            ..*self
+        }
+    }
+}
+
+impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
+    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
+        let place = inputs::place::<S, N>(parameter, value)?;
+        if self.system.parameter(place) == Some(value) {
+            return Ok(());
+        }
+        // several changes at one node are one
+        if self.before.is_none() {
+            self.before = Some(self.system.clone());
+        }
+        if let Some(parameter) = self.system.own().parameter_mut(place) {
+            *parameter = value;
+        }
+        self.constants = self.system.constants(&self.system.parameters(), self.h);
+        Ok(())
+    }
+
+    fn input(&self, parameter: &str) -> Option<f64> {
+        inputs::value(&*self.system, parameter)
+    }
+}
+
+impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
+    /// Solves the step about the last known position, between two values of the inputs, and goes on as [`Flow::solve`] does.
+    #[cold]
+    pub(super) fn solve_changed(&mut self, before: Held<'s, S>) -> Result<StepReport, StepError> {
+        let (leg, h) = (self.next_leg(), self.h);
+        // with each of the values on both sides
+        let constants = before.constants(&before.parameters(), h);
+        let mut old = Step::new(&*before, &constants, leg, h);
+        (old.past_is_short, old.begins) = self.near_the_start();
+        let old = old.solve(&mut { self.predictor }, self.max_iterations);
+        let mut new = Step::new(&*self.system, &self.constants, leg, h);
+        new.past_is_short = true;
+        let mut predictor = Predictor::new();
+        let found = match (new.solve(&mut predictor, self.max_iterations), &old) {
+            (Err(_), Ok((z, _))) => {
+                predictor = Predictor::new();
+                let size = new.size(&predictor);
+                new.any().solve_near(*z, &mut predictor, &size, self.max_iterations)
+            }
+            (found, _) => found,
+        };
+        let (z, report) = match found {
+            Ok(solution) => solution,
+            Err(cause) => return Err(self.failed(cause)),
+        };
+        let e = new.second_difference(&z);
+        let e_old = old.map_or(e, |(z, _)| new.second_difference(&z));
+        let change = Change::new(
+            [Declaration::of(&*before), Declaration::of(&*self.system)],
+            S::KINEMATIC,
+            S::HOLONOMIC + S::NONHOLONOMIC,
+            h,
+            leg,
+        );
+        let (e, force) = match change.solve([e_old, e]) {
+            Ok(solved) => solved,
+            Err(cause) => return Err(self.failed(cause)),
+        };
+        let mut d = self.d;
+        d.add(&e);
+        let q = self.q.plus(&d);
+        if !q.hi.iter().all(|q| q.is_finite()) {
+            return Err(self.failed(new.any().not_finite(&z)));
+        }
+        let index = self.index();
+        // what follows goes on from the new values alone
+        predictor.push(&z);
+        self.predictor = predictor;
+        self.since = index - 1;
+        let report = StepReport {
+            stop: Stop::Update,
+            guess: Guess::Given,
+            ..report
+        };
+        self.solved = Some(Solved { leg, e, report });
+        self.changed = Some(Box::new(Changed { index, force, before }));
+        (self.q, self.d) = (q, d);
+        Ok(report)
+    }
+}
+
+/// A step between two values of the inputs.
+struct Change<'s, const N: usize> {
+    /// The declaration with the values up to the node, and with those from there on.
+    sides: [Declaration<'s, N>; 2],
+    /// How many kinematic constraints there are.
+    kinematic: usize,
+    /// How many constraints of lower order, which are those of the leg after the node.
+    lower: usize,
+    /// The step.
+    h: f64,
+    /// The first two nodes.
+    leg: Leg<f64, N>,
+    /// By how much the momentum that arrives is another than with the new values: `(D₂L_d + f⁺_d)` new less old.
+    jump: [f64; N],
+}
+
+/// Which rows stand for the kinematic ones.
+enum Kinematic<'k, const N: usize> {
+    /// Those with the values of one side.
+    Side(usize),
+    /// What holds the second difference at a mean: derivatives of the rows, and the mean.
+    Mean(&'k [[f64; N]], &'k [f64; N]),
+}
+
+impl<'s, const N: usize> Change<'s, N> {
+    fn new(sides: [Declaration<'s, N>; 2], kinematic: usize, lower: usize, h: f64, leg: Leg<f64, N>) -> Self {
+        let [old, new] = [&sides[0], &sides[1]].map(|side| side.arriving(h, &leg));
+        Self {
+            jump: core::array::from_fn(|i| new[i] - old[i]),
+            sides,
+            kinematic,
+            lower,
+            h,
+            leg,
+        }
+    }
+
+    /// The second difference and the constraint force, from the second differences with each of the values on both sides.
+    fn solve(&self, guesses: [[f64; N]; 2]) -> Result<([f64; N], [f64; N]), NewtonFailure> {
+        let sides = [0, 1].map(|side| self.multipliers(side, &guesses[side]));
+        let mut x: Vec<f64> = guesses[1].to_vec();
+        x.extend((0..sides[1].len()).map(|j| 0.5 * (sides[0][j] + sides[1][j])));
+        let mut mean = guesses[1];
+        let mut slopes = Vec::new();
+        if self.kinematic > 0 {
+            // the mean of the two accelerations: that of the rows is another where they are not affine in it
+            let mut found = [[0.0; N]; 2];
+            for side in [0, 1] {
+                let mut start = guesses[side].to_vec();
+                start.extend(&sides[side]);
+                found[side] = first(&self.newton(start, &Kinematic::Side(side))?);
+            }
+            mean = core::array::from_fn(|i| 0.5 * (found[0][i] + found[1][i]));
+            slopes = self.slopes(&found);
+            x[..N].copy_from_slice(&mean);
+        }
+        let x = self.newton(x, &Kinematic::Mean(&slopes, &mean))?;
+        let e = first(&x);
+        let force = self.sides[1].force(self.h, &self.leg, &e);
+        Ok((e, core::array::from_fn(|i| force[i] + self.jump[i])))
+    }
+
+    /// The multipliers that are unknown, with the values of one side.
+    fn multipliers(&self, side: usize, e: &[f64; N]) -> Vec<f64> {
+        multipliers::of_step(&self.sides[side], self.h, &self.leg, e)
+    }
+
+    /// The kinematic rows with the values of one side, without their declared factors.
+    fn kinematic_rows(&self, side: usize, e: &[Tangent; N]) -> Vec<Tangent> {
+        let (declaration, h, leg) = (&self.sides[side], Tangent::splat(self.h), self.fixed_leg());
+        let rows = declaration.declared(h, &leg, e, &[]);
+        let factors = declaration.factors(h, &leg, e);
+        let rows = rows.into_iter().skip(self.lower).zip(factors);
+        rows.map(|(row, factor)| row / factor).collect()
+    }
+
+    /// The mean of the derivatives of the kinematic rows on both sides.
+    fn slopes(&self, at: &[[f64; N]; 2]) -> Vec<[f64; N]> {
+        let mut slopes = vec![[0.0; N]; self.kinematic];
+        for (side, e) in at.iter().enumerate() {
+            for j in 0..N {
+                let e = core::array::from_fn(|i| Tangent::new(e[i], unit(i == j)));
+                for (slopes, row) in slopes.iter_mut().zip(self.kinematic_rows(side, &e)) {
+                    slopes[j] += 0.5 * row.derivative();
+                }
+            }
+        }
+        slopes
+    }
+
+    /// The leg as it is.
+    fn fixed_leg(&self) -> Leg<Tangent, N> {
+        let fixed = |x: &[f64; N]| x.map(Tangent::splat);
+        Leg {
+            t: Tangent::splat(self.leg.t),
+            q: fixed(&self.leg.q),
+            d: fixed(&self.leg.d),
+        }
+    }
+
+    /// All rows at the second difference and the multipliers `x`.
+    fn rows(&self, x: &[Tangent], kinematic: &Kinematic<'_, N>) -> Vec<Tangent> {
+        let (h, leg) = (Tangent::splat(self.h), self.fixed_leg());
+        let e: [Tangent; N] = core::array::from_fn(|i| x[i]);
+        let multipliers = &x[N..];
+        let mut rows = self.sides[1].declared(h, &leg, &e, multipliers);
+        rows.truncate(self.lower);
+        match kinematic {
+            Kinematic::Side(side) => rows.extend(self.kinematic_rows(*side, &e)),
+            Kinematic::Mean(slopes, mean) => rows.extend(slopes.iter().map(|slopes| {
+                (0..N).fold(Tangent::splat(0.0), |sum, i| {
+                    sum + Tangent::splat(slopes[i]) * (e[i] - Tangent::splat(mean[i]))
+                })
+            })),
+        }
+        let force = self.sides[1].force(h, &leg, &e);
+        let force: [Tangent; N] = core::array::from_fn(|i| force[i] + Tangent::splat(self.jump[i]));
+        let sides = match kinematic {
+            Kinematic::Side(side) => [*side; 2],
+            Kinematic::Mean(..) => [0, 1],
+        };
+        let half = Tangent::splat(0.5);
+        let [old, new] = sides.map(|side| works(&self.sides[side], h, &leg, &e, &force, multipliers));
+        rows.extend(old.into_iter().zip(new).map(|(old, new)| half * (old + new)));
+        rows
+    }
+
+    /// Newton's iteration, with rows and unknowns in their own sizes.
+    fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_, N>) -> Result<Vec<f64>, NewtonFailure> {
+        let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+        let (mut updates, mut residual) = (Vec::new(), Vec::new());
+        let mut reason = StepFailure::NotConverged;
+        for _ in 0..MAX_ITERATIONS {
+            let columns: Vec<Vec<Tangent>> = (0..x.len())
+                .map(|j| {
+                    let moved = x.iter().enumerate();
+                    let moved: Vec<_> = moved.map(|(i, &x)| Tangent::new(x, unit(i == j))).collect();
+                    self.rows(&moved, kinematic)
+                })
+                .collect();
+            residual = columns
+                .first()
+                .map_or_else(Vec::new, |rows| rows.iter().map(|row| row.value()).collect());
+            let Some(update) = update(&columns, &residual) else {
+                reason = StepFailure::NotFinite;
+                break;
+            };
+            let mut largest = 0.0_f64;
+            for (i, (x, update)) in x.iter_mut().zip(&update).enumerate() {
+                *x -= update;
+                let least = if i < N { LEAST * longest } else { 0.0 };
+                let size = x.abs().max(least);
+                largest = largest.max(if *update == 0.0 { 0.0 } else { update.abs() / size });
+            }
+            let last = updates.last().copied().unwrap_or(f64::INFINITY);
+            updates.push(largest);
+            if largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last {
+                return Ok(x);
+            }
+        }
+        Err(NewtonFailure {
+            reason,
+            unknowns: x,
+            residual,
+            updates,
+            other: Vec::new(),
+        })
+    }
+}
+
+/// The works of a force along the fields, or what the forms leave of it.
+fn works<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: Tangent,
+    leg: &Leg<Tangent, N>,
+    e: &[Tangent; N],
+    force: &[Tangent; N],
+    multipliers: &[Tangent],
+) -> Vec<Tangent> {
+    let zero = Tangent::splat(0.0);
+    if declaration.has_multipliers() {
+        let forms = declaration.forms(h, leg, e);
+        return (0..N)
+            .map(|i| {
+                let terms = forms.iter().zip(multipliers);
+                terms.fold(force[i], |left, (form, &multiplier)| left - multiplier * form[i])
+            })
+            .collect();
+    }
+    let fields = declaration.fields(h, leg, e);
+    let work = |field: &[Tangent; N]| (0..N).fold(zero, |sum, i| sum + field[i] * force[i]);
+    fields.iter().map(work).collect()
+}
+
+/// Newton's update from the columns of the Jacobian, to be subtracted; `None` where it is not finite.
+fn update(columns: &[Vec<Tangent>], residual: &[f64]) -> Option<Vec<f64>> {
+    let size = columns.len();
+    if residual.len() != size {
+        return None;
+    }
+    let mut matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
+    let mut right = residual.to_vec();
+    for (i, right) in right.iter_mut().enumerate() {
+        let scale = matrix.row(i).fold(0.0_f64, |scale, x| scale.max(x.abs()));
+        if scale > 0.0 {
+            matrix.divide_row(i, scale);
+            *right /= scale;
+        }
+    }
+    let sizes = matrix.normalize_columns();
+    if !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    let mut update = matrix.decomposed().solve(&right, f64::EPSILON);
+    for (update, size) in update.iter_mut().zip(&sizes) {
+        *update /= size;
+    }
+    update.iter().all(|x| x.is_finite()).then_some(update)
+}
+
+/// The first components.
+fn first<const N: usize>(x: &[f64]) -> [f64; N] {
+    core::array::from_fn(|i| x.get(i).copied().unwrap_or(f64::NAN))
+}
+
+/// 1 for what moves.
+fn unit(moves: bool) -> f64 {
+    if moves { 1.0 } else { 0.0 }
+}

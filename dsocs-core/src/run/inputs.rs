@@ -1,0 +1,138 @@
+//! Inputs: parameters that change at nodes, while the past is kept.
+
+use thiserror::Error;
+
+use super::{Node, RunError, Stepper, finite, hand_out};
+use crate::system::System;
+
+/// Runs whose parameters can be given other values at nodes: a digital controller, a plan of torques, a steering that is held.
+///
+/// Every run of a system that is [`Clone`] is one: the run changes a copy of its own. A value holds from the last position that
+/// the run knows. Of a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] that is the current node. A [`crate::Flow`] is one position
+/// ahead of its node, since the velocity of a node needs the position after it: what is set at the node `k` holds from the node
+/// `k + 1` on, as the output of a controller does that takes a step to compute.
+///
+/// # What a change does to the step
+///
+/// Everything on a leg takes the value that holds there: the discrete Lagrangian, external forces, nonholonomic constraints. The
+/// momentum that arrives from the leg before keeps the value of that leg. At a node between two values the second difference is the mean
+/// of those that the kinematic constraints have with each of the two, so that a change does not lower the order: against the
+/// continuous motion under the same held inputs it stays 2. (Against a law that is not held, sampling is of first order.) For the
+/// paper's map of the Lagrangian a change counts half on each side of the node, as for the trapezoid, which has the same
+/// equations as long as nothing changes. A node where nothing changes costs what it always does.
+///
+/// A parameter of a holonomic constraint cannot be an input: the position would have to jump.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+///
+/// /// A mass that a force pushes.
+/// #[dsocs {
+///     coordinates(x);
+///     lagrangian = dot(x).powi(2) / 2;
+///     external_forces = push;
+/// }]
+/// #[derive(Clone)]
+/// struct Mass {
+///     push: f64,
+/// }
+///
+/// let mass = Mass { push: 1.0 };
+/// let mut run = Flow::new(&mass, 0.01, Start::second_order([0.0], [0.0]))?;
+/// // a brake that sees the node and sets the force on the next leg
+/// run.drive(2.0, &mut |node, run| run.set_input("push", if node.t < 1.0 { 1.0 } else { -1.0 }))?;
+/// assert!(run.node().v[0].abs() < 0.021 && (run.node().q[0] - 1.0).abs() < 0.021);
+/// # Ok::<(), RunError>(())
+/// ```
+pub trait Inputs<const N: usize>: Stepper<N> {
+    /// Gives a parameter another value, from the last known position on. Nothing happens where it has that value already.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if a holonomic constraint depends on it;
+    /// [`RunError::Setup`] if the motion cannot go on with the value (a velocity that a nonholonomic constraint forbids, no acceleration).
+    /// The run is then as it was.
+    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError>;
+
+    /// The value of a parameter that holds from the last known position on; `None` if there is no such parameter.
+    fn input(&self, parameter: &str) -> Option<f64>;
+
+    /// Runs up to the last node at or before `t` and shows each node to a controller, which may set inputs, among them for the leg after.
+    ///
+    /// # Errors
+    ///
+    /// As [`Stepper::stream`], and what the controller returns.
+    fn drive(
+        &mut self,
+        t: f64,
+        controller: &mut dyn FnMut(&Node<N>, &mut dyn Inputs<N>) -> Result<(), RunError>,
+    ) -> Result<(), RunError>
+    where
+        Self: Sized,
+    {
+        finite(t)?;
+        let end = self.clock().until(t)?;
+        while !self.clock().has_reached(&end) {
+            let node = hand_out(&mut super::Of(self), end.time())?;
+            controller(&node, self)?;
+        }
+        Ok(())
+    }
+}
+
+/// An input that cannot be set.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// There is no parameter of that name.
+    #[error("no parameter is called `{parameter}`; expected one of {}", .parameters.join(", "))]
+    Unknown {
+        /// The name.
+        parameter: String,
+        /// The names of the parameters.
+        parameters: Vec<&'static str>,
+    },
+    /// The value is infinite or not a number.
+    #[error("the input `{parameter}` is {value}; it must be finite")]
+    NotFinite {
+        /// The name.
+        parameter: &'static str,
+        /// The value.
+        value: f64,
+    },
+    /// A holonomic constraint depends on the parameter.
+    #[error(
+        "`{parameter}` cannot change at a node: a holonomic constraint depends on it, and the position would have to jump; write the \
+         constraint with a function of `t`"
+    )]
+    Position {
+        /// The name.
+        parameter: &'static str,
+    },
+}
+
+/// The place of a parameter that is given a value.
+pub(crate) fn place<S: System<N>, const N: usize>(parameter: &str, value: f64) -> Result<usize, RunError> {
+    let refused = |error| RunError::Input(Box::new(error));
+    let Some((place, quantity)) = (S::PARAMETERS.iter().enumerate()).find(|(_, known)| known.name == parameter)
+    else {
+        return Err(refused(InputError::Unknown {
+            parameter: parameter.to_owned(),
+            parameters: S::PARAMETERS.iter().map(|known| known.name).collect(),
+        }));
+    };
+    let parameter = quantity.name;
+    if !value.is_finite() {
+        return Err(refused(InputError::NotFinite { parameter, value }));
+    }
+    if S::OF_POSITIONS.contains(&place) {
+        return Err(refused(InputError::Position { parameter }));
+    }
+    Ok(place)
+}
+
+/// The value of a parameter of a system.
+pub(crate) fn value<S: System<N>, const N: usize>(system: &S, parameter: &str) -> Option<f64> {
+    let place = S::PARAMETERS.iter().position(|known| known.name == parameter)?;
+    system.parameter(place)
+}
