@@ -298,7 +298,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[inline]
     fn near_the_start(&self) -> (bool, Option<[f64; N]>) {
         let index = self.index();
-        (index - self.since <= SHORT_PAST, self.beginning.near.filter(|_| index == 1))
+        (
+            index - self.since <= SHORT_PAST,
+            self.beginning.near.filter(|_| index == 1),
+        )
     }
 
     /// The error of the next step.
@@ -346,7 +349,10 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         let mut turned = self.clone();
         turned.h = -self.h;
         // a node where inputs have changed lies between the same two values on the way back
-        let changed = self.changed.as_ref().filter(|changed| changed.index == self.clock.index());
+        let changed = self
+            .changed
+            .as_ref()
+            .filter(|changed| changed.index == self.clock.index());
         if let Some(changed) = changed {
             turned.before = Some(turned.system);
             turned.system = changed.before.clone();
@@ -385,8 +391,8 @@ mod exchange;
 mod forces;
 mod inputs;
 pub use choose::Roots;
-use inputs::Changed;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
+use inputs::Changed;
 #[cfg(test)]
 mod tests;

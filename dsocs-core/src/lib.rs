@@ -107,8 +107,9 @@ pub use flow::{Flow, Roots, multipliers};
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
-    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer, Occurrence, OnEvent,
-    OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor, on_event,
+    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer,
+    Occurrence, OnEvent, OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor,
+    on_event,
 };
 pub use start::Start;
 pub use step::newton::Stop;

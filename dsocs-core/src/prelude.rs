@@ -5,7 +5,9 @@
 pub use crate::composition::{ComposedFlow, Composition};
 pub use crate::ensemble::Ensemble;
 pub use crate::flow::Flow;
-pub use crate::run::{Event, Events, Inputs, Node, Observer, Occurrence, RunError, Stepper, Trajectory, on_event};
+pub use crate::run::{
+    Event, Events, Inputs, Node, Observer, Occurrence, RunError, Stepper, Trajectory, on_event,
+};
 pub use crate::start::Start;
 pub use crate::taylor::{TaylorFlow, Tolerance};
 pub use dsocs_macros::dsocs;

@@ -13,6 +13,7 @@ use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
+use crate::held::Held;
 use crate::regularity::Regularity;
 use crate::run::{Clock, Node, RunError, Stepper, View};
 use crate::start::{self, Phase, Start};
@@ -52,7 +53,7 @@ use crate::system::{Leg, Point, System};
 /// [`Stepper::reverse`] a flow adds the same products with the opposite sign, and returns to rounding.
 pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// The system.
-    system: &'s S,
+    pub(super) system: Held<'s, S>,
     /// The method.
     method: Composition,
     /// The step.
@@ -60,9 +61,11 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// Its stages, in order.
     stages: Vec<Stage<S::Constants<f64>, S::Unknown<f64>, N>>,
     /// Which node is the current one.
-    clock: Clock,
+    pub(super) clock: Clock,
+    /// The number of the node at which the past begins: the start, or a change of inputs.
+    pub(super) since: u64,
     /// The current node.
-    now: State<N>,
+    pub(super) now: State<N>,
     /// The orientation of the longest stage that goes back, as the motion has it.
     orientation: f64,
     /// How the step that led to it was solved.
@@ -74,13 +77,13 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
 /// A node.
 #[repr(align(16))] // as the sums, see [`crate::compensated`]
 #[derive(Clone, Copy, Debug)]
-struct State<const N: usize> {
+pub(super) struct State<const N: usize> {
     /// Position.
-    q: Compensated<N>,
+    pub(super) q: Compensated<N>,
     /// Velocity.
-    v: Compensated<N>,
+    pub(super) v: Compensated<N>,
     /// Acceleration.
-    a: [f64; N],
+    pub(super) a: [f64; N],
 }
 
 /// A stage of the step.
@@ -121,6 +124,7 @@ impl<S: System<N>, const N: usize> fmt::Debug for ComposedFlow<'_, S, N> {
 impl<S: System<N>, const N: usize> Clone for ComposedFlow<'_, S, N> {
     fn clone(&self) -> Self {
         Self {
+            system: self.system.clone(),
             stages: self.stages.clone(),
             ..*self
         }
@@ -150,11 +154,12 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         let Phase { t0, q0, v0, near } = start.phase(system)?;
         let a0 = start::state_acceleration(system, (t0, &q0, &v0), near.as_ref())?;
         let mut flow = Self {
-            system,
+            system: Held::new(system),
             method,
             h,
             stages: Vec::new(),
             clock: Clock::even(t0, h),
+            since: 0,
             now: State {
                 q: Compensated::exact(q0),
                 v: Compensated::exact(v0),
@@ -169,7 +174,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     }
 
     /// Makes the stages for the current step.
-    fn prepare(&mut self) {
+    pub(super) fn prepare(&mut self) {
         let leg = Leg {
             t: self.clock.time(),
             q: self.now.q.hi,
@@ -204,10 +209,10 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         self
     }
 
-    /// The system.
+    /// The system, with the inputs as they hold now.
     #[must_use]
-    pub fn system(&self) -> &'s S {
-        self.system
+    pub fn system(&self) -> &S {
+        &self.system
     }
 
     /// The method.
@@ -261,7 +266,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             ..USUAL
         };
         // without a past nothing else tells two roots apart
-        let past_is_short = self.clock.index() <= SHORT_PAST;
+        let past_is_short = self.clock.index() - self.since <= SHORT_PAST;
         let now = self.clock.time();
         let mut done = 0.0;
         for place in 0..self.stages.len() {
@@ -286,9 +291,9 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 q: state.q.hi,
                 d: d.hi,
             };
-            let mut step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+            let mut step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
             step.past_is_short = past_is_short;
-            if self.clock.index() == 0 {
+            if self.clock.index() == self.since {
                 step.begins = Some(state.a);
             }
             step.past = Some(&stage.past);
@@ -300,7 +305,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let a = step.second_difference(&z).map(|e| e * per_square);
             if stage.backward
                 && backward::in_question(report)
-                && !backward::continues(self.system, stage.h, &from, &a)
+                && !backward::continues(&*self.system, stage.h, &from, &a)
             {
                 let h = stage.h;
                 let time = self.time_of_stage(place);
@@ -358,10 +363,13 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             v: state.v.hi,
             a: state.a,
         };
-        let short = backward::short_orientation(self.system, stage.h, &node);
-        let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+        let short = backward::short_orientation(&*self.system, stage.h, &node);
+        let step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
         let same = step.any().orientation(&stage.found) == short;
-        if same && !(self.clock.index() == 0 && backward::passes_singularity(self.system, stage.h, &node)) {
+        if same
+            && !(self.clock.index() == self.since
+                && backward::passes_singularity(&*self.system, stage.h, &node))
+        {
             return Ok(short);
         }
         let (time, h) = (self.time_of_stage(place), stage.h);
@@ -384,7 +392,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     #[cold]
     fn failed(&self, place: usize, state: &State<N>, cause: NewtonFailure) -> StageError {
         let stage = &self.stages[place];
-        let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+        let step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
         let mut q0 = state.q.hi;
         for (q, d) in q0.iter_mut().zip(&stage.leg.d) {
             *q -= d;
@@ -439,7 +447,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
             q,
             v,
             a,
-            force: Declaration::of(self.system).continuous_force(&Point { t, q, v, a }),
+            force: Declaration::of(&*self.system).continuous_force(&Point { t, q, v, a }),
             energy: self.system.energy(t, &q, &v),
             iterations: self.report.iterations,
             stop: self.report.stop,
@@ -455,12 +463,13 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
     }
 
     fn view(&self) -> &dyn View<N> {
-        self.system
+        &*self.system
     }
 
     /// Turns round: the step becomes `-h`. The step is symmetric in time, so that the run returns to rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.clock.turn();
+        self.since = 0;
         self.h = -self.h;
         self.prepare();
         self.report = START;
@@ -473,9 +482,9 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
             return None;
         }
         let of_stage = |stage: &Stage<_, _, N>| {
-            let step = Step::new(self.system, &stage.constants, stage.leg, stage.h);
+            let step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
             Regularity::of(
-                self.system,
+                &*self.system,
                 stage.h,
                 &stage.leg,
                 &step.second_difference(&stage.found),

@@ -31,6 +31,7 @@
 mod backward;
 mod error;
 mod flow;
+mod inputs;
 mod method;
 mod symmetry;
 

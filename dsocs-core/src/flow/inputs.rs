@@ -85,7 +85,8 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             (Err(_), Ok((z, _))) => {
                 predictor = Predictor::new();
                 let size = new.size(&predictor);
-                new.any().solve_near(*z, &mut predictor, &size, self.max_iterations)
+                new.any()
+                    .solve_near(*z, &mut predictor, &size, self.max_iterations)
             }
             (found, _) => found,
         };
@@ -116,7 +117,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         // what follows goes on from the new values alone
         predictor.push(&z);
         self.predictor = predictor;
-        self.since = index - 1;
+        self.since = index.saturating_sub(1);
         let report = StepReport {
             stop: Stop::Update,
             guess: Guess::Given,

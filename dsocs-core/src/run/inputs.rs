@@ -114,7 +114,8 @@ pub enum InputError {
 /// The place of a parameter that is given a value.
 pub(crate) fn place<S: System<N>, const N: usize>(parameter: &str, value: f64) -> Result<usize, RunError> {
     let refused = |error| RunError::Input(Box::new(error));
-    let Some((place, quantity)) = (S::PARAMETERS.iter().enumerate()).find(|(_, known)| known.name == parameter)
+    let Some((place, quantity)) =
+        (S::PARAMETERS.iter().enumerate()).find(|(_, known)| known.name == parameter)
     else {
         return Err(refused(InputError::Unknown {
             parameter: parameter.to_owned(),

@@ -1,7 +1,7 @@
 //! Inputs of a continuous motion: it begins anew at the node, with the position and the momentum that it has there.
 
-use super::flow::TaylorFlow;
 use super::error::SeriesFailure;
+use super::flow::TaylorFlow;
 use super::jets::{Equations as _, Recurrences};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;

@@ -115,13 +115,33 @@ pub(crate) struct Scalar {
     pub(crate) lets_before: usize,
 }
 
+/// An entry of a list.
+#[derive(Clone)]
+pub(crate) struct Entry {
+    /// The expression.
+    pub(crate) value: Expr,
+    /// The indices at which it is read, the outermost first, if `each(…)` stands around it.
+    pub(crate) indices: Vec<Index>,
+    /// The place of the element in the list as it is written: entries of one `each` have the same.
+    pub(crate) group: usize,
+}
+
+/// An index and its value.
+#[derive(Clone, Debug)]
+pub(crate) struct Index {
+    /// The name.
+    pub(crate) name: Ident,
+    /// The value.
+    pub(crate) value: i64,
+}
+
 /// `kinematic = EXPR;` or `kinematic = [EXPR, …];`, and so for the other kinds of constraints.
 #[derive(Clone)]
 pub(crate) struct Constraints {
     /// The word `holonomic`, `nonholonomic`, `kinematic` or `discrete_kinematic`.
     pub(crate) keyword: Ident,
     /// The rows.
-    pub(crate) rows: Vec<Expr>,
+    pub(crate) rows: Vec<Entry>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }
@@ -134,7 +154,7 @@ pub(crate) struct Directions {
     /// Which of the two.
     pub(crate) side: Side,
     /// Each field or force: its components, in the shape of the coordinates.
-    pub(crate) fields: Vec<Expr>,
+    pub(crate) fields: Vec<Entry>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }
@@ -178,7 +198,7 @@ pub(crate) struct Branch {
     /// The word `branch`.
     pub(crate) keyword: Ident,
     /// For each kinematic row the factor, if any.
-    pub(crate) factors: Vec<Result<Option<Expr>, Reported>>,
+    pub(crate) factors: Vec<Result<Option<Entry>, Reported>>,
     /// How many `let`s stand before and may be used.
     pub(crate) lets_before: usize,
 }

@@ -13,13 +13,14 @@ use crate::graph::NodeId;
 use crate::input::Fields;
 
 /// Names with a meaning of their own.
-pub(crate) const RESERVED: [(&str, &str); 6] = [
+pub(crate) const RESERVED: [(&str, &str); 7] = [
     ("h", "the step"),
     ("t", "time"),
     ("dot", "the time derivative"),
     ("ddot", "the second time derivative"),
     ("sum", "a sum over a range"),
     ("product", "a product over a range"),
+    ("each", "an entry of a list for every index"),
 ];
 
 /// What a name stands for.

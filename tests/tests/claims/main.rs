@@ -15,6 +15,7 @@ mod flow;
 mod garbage;
 mod geometry;
 mod global_error;
+mod inputs;
 mod jacobians;
 mod library;
 mod lower_rows;

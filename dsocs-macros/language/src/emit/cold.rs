@@ -194,7 +194,8 @@ fn segments(
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
     let observe = of(&expressions.graph, &observed, 0);
-    let [declared, fields, factors] = [declared.rows, declared.fields, declared.factors].map(|nodes| of(declared_graph, &nodes, 0));
+    let [declared, fields, factors] =
+        [declared.rows, declared.fields, declared.factors].map(|nodes| of(declared_graph, &nodes, 0));
     let arriving = of(&expressions.graph, &expressions.arriving, 0);
     let external = of(&expressions.graph, &model.external_forces, 0);
     let external_on_leg = of(

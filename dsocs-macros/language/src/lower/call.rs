@@ -21,6 +21,13 @@ impl Lowering<'_> {
                 // also where a name has been given this one, which is reported
                 _ if text == "dot" || text == "ddot" => return self.dot(name, call),
                 _ if text == "sum" || text == "product" => return self.fold(name, call),
+                _ if text == "each" => {
+                    return Err(self.errors.at(
+                        name,
+                        "`each(…)` stands for entries of a list, such as `holonomic = each(0..8, |i| …);`; expected a number, such as \
+                         `sum(0..8, |i| …)`",
+                    ));
+                }
                 None if self.discrete.is_some() && (text == "leg" || text == "node") => {
                     return self.placed(name, call);
                 }

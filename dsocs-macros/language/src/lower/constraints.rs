@@ -20,12 +20,7 @@ impl Lowering<'_> {
         constraints: &Constraints,
         kind: Kind,
     ) -> Result<Vec<Row>, Reported> {
-        let rows: Vec<_> = constraints
-            .rows
-            .iter()
-            .map(|row| self.constraint(row, kind))
-            .collect();
-        rows.into_iter().collect()
+        self.each(&constraints.rows, |lowering, row| lowering.constraint(row, kind))
     }
 
     fn constraint(&mut self, row: &Expr, kind: Kind) -> Result<Row, Reported> {
@@ -131,12 +126,7 @@ impl Lowering<'_> {
 
     /// The fields or forces of a statement.
     pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
-        let fields: Vec<_> = directions
-            .fields
-            .iter()
-            .map(|field| self.entries(field))
-            .collect();
-        fields.into_iter().collect()
+        self.each(&directions.fields, Self::entries)
     }
 
     /// The forms that span `F_V`, as far as they are told, and the fields that span `C_V`, as far as they are found.
@@ -215,7 +205,7 @@ impl Lowering<'_> {
         };
         let message = format!("expected independent {noun}; this one is zero or a combination of the others");
         match directions.fields.get(row) {
-            Some(field) => self.errors.at(field, message),
+            Some(field) => self.errors.at(&field.value, message),
             None => self.errors.at(&directions.keyword, message),
         }
     }

@@ -41,22 +41,17 @@ impl Lowering<'_> {
         constraints: &Constraints,
         maps: &Maps,
     ) -> Result<Vec<NodeId>, Reported> {
-        let rows: Vec<_> = constraints
-            .rows
-            .iter()
-            .map(|row| {
-                let value = self.of_nodes(row, 3, maps)?;
-                let last = |leaf| matches!(leaf, Leaf::X2(_));
-                if self.graph.leaves(value).any(last) {
-                    return Ok(value);
-                }
-                Err(self.errors.at(
-                    row,
-                    "expected the third node in a discrete constraint, such as `x[2]`: a step looks for it",
-                ))
-            })
-            .collect();
-        rows.into_iter().collect()
+        self.each(&constraints.rows, |lowering, row| {
+            let value = lowering.of_nodes(row, 3, maps)?;
+            let last = |leaf| matches!(leaf, Leaf::X2(_));
+            if lowering.graph.leaves(value).any(last) {
+                return Ok(value);
+            }
+            Err(lowering.errors.at(
+                row,
+                "expected the third node in a discrete constraint, such as `x[2]`: a step looks for it",
+            ))
+        })
     }
 
     fn of_nodes(&mut self, value: &Expr, count: usize, maps: &Maps) -> Lowered {

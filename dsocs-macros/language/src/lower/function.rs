@@ -8,6 +8,7 @@ use quote::ToTokens;
 use syn::{Expr, ExprCall, ExprClosure, ExprRange, Pat, RangeLimits, ReturnType};
 
 use super::{Lowered, Lowering};
+use crate::ast::Entry;
 use crate::errors::Reported;
 use crate::names::{Binding, Function};
 use crate::parse::bare;
@@ -111,6 +112,55 @@ impl Lowering<'_> {
         }
         let value = self.expr(&closure.body);
         self.scope.restore(place, inner);
+        value
+    }
+
+    /// The entries of a list, each at its indices. The first mistake in one that stands for several is told for all of these.
+    pub(super) fn each<T>(
+        &mut self,
+        entries: &[Entry],
+        mut lower: impl FnMut(&mut Self, &Expr) -> Result<T, Reported>,
+    ) -> Result<Vec<T>, Reported> {
+        let mut values = Vec::new();
+        let (mut wrong, mut group) = (None, None);
+        for entry in entries {
+            let begins = group != Some(entry.group);
+            if begins {
+                group = Some(entry.group);
+            } else if let Some((_, at)) = wrong
+                && Some(at) == group
+            {
+                continue;
+            }
+            let value = self.at_indices(entry, begins, &mut lower);
+            match value {
+                Ok(value) => values.push(value),
+                Err(reported) => wrong = Some((wrong.map_or(reported, |(first, _)| first), entry.group)),
+            }
+        }
+        wrong.map_or(Ok(values), |(reported, _)| Err(reported))
+    }
+
+    /// What an entry is at its indices; the first of several is where their names are checked.
+    fn at_indices<T>(
+        &mut self,
+        entry: &Entry,
+        is_first: bool,
+        lower: impl FnOnce(&mut Self, &Expr) -> Result<T, Reported>,
+    ) -> Result<T, Reported> {
+        let outer = self.scope.len();
+        let mut defined = Ok(());
+        for index in &entry.indices {
+            self.count(&entry.value)?;
+            let binding = Binding::Index(index.value);
+            if is_first {
+                defined = defined.and(self.scope.define(&index.name, binding, self.errors));
+            } else {
+                self.scope.push(&index.name, binding);
+            }
+        }
+        let value = defined.and_then(|()| lower(self, &entry.value));
+        self.scope.truncate(outer);
         value
     }
 

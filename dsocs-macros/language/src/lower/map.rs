@@ -295,7 +295,7 @@ fn mentions_legs(declaration: &Declaration) -> bool {
         .iter()
         .flat_map(|part| &part.rows)
     {
-        search.visit_expr(row);
+        search.visit_expr(&row.value);
     }
     search.0
 }

@@ -195,7 +195,7 @@ fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> R
             && mechanics::is_no_factor(model, first + place)
         {
             wrong = Err(errors.at(
-                factor,
+                &factor.value,
                 "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the constraint \
                  is not zero",
             ));
@@ -383,7 +383,10 @@ impl Lowering<'_> {
 
     fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
         let factors = branch.factors.iter().map(|factor| match factor {
-            Ok(Some(factor)) => self.factor(factor).map(Some),
+            Ok(Some(factor)) => {
+                let factors = self.each(std::slice::from_ref(factor), Self::factor)?;
+                Ok(factors.into_iter().next())
+            }
             Ok(None) => Ok(None),
             Err(reported) => Err(*reported),
         });

@@ -6,7 +6,7 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprPath};
 
-use crate::ast::{Declaration, MapRule};
+use crate::ast::{Declaration, Entry, MapRule};
 use crate::graph::{Graph, Leaf};
 use crate::model::{Kind, Model, Warning};
 
@@ -88,15 +88,10 @@ fn expressions(declaration: &Declaration) -> Vec<&Expr> {
         &declaration.discrete_kinematic,
     ];
     for part in rows {
-        all.extend(part.given().into_iter().flat_map(|part| &part.rows));
+        all.extend(values(part.given().into_iter().flat_map(|part| &part.rows)));
     }
-    all.extend(
-        declaration
-            .directions
-            .given()
-            .into_iter()
-            .flat_map(|part| &part.fields),
-    );
+    let directions = declaration.directions.given().into_iter();
+    all.extend(values(directions.flat_map(|part| &part.fields)));
     for part in [
         &declaration.phi_lagrangian,
         &declaration.phi_kinematic,
@@ -111,8 +106,13 @@ fn expressions(declaration: &Declaration) -> Vec<&Expr> {
         .given()
         .into_iter()
         .flat_map(|part| &part.factors);
-    all.extend(factors.flatten().flatten());
+    all.extend(values(factors.flatten().flatten()));
     all
+}
+
+/// The expressions of entries.
+fn values<'d>(entries: impl Iterator<Item = &'d Entry>) -> impl Iterator<Item = &'d Expr> {
+    entries.map(|entry| &entry.value)
 }
 
 /// The names that stand in expressions.

@@ -102,7 +102,9 @@ pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
     let components: Vec<_> = (0..model.coordinates.len())
         .map(|i| {
             let momentum = graph.derivative(value, Leaf::X1(i));
-            external.as_ref().map_or(momentum, |[_, plus]| graph.add(momentum, plus[i]))
+            external
+                .as_ref()
+                .map_or(momentum, |[_, plus]| graph.add(momentum, plus[i]))
         })
         .collect();
     on_first_leg(model, graph, &components)

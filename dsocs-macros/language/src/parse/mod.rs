@@ -9,6 +9,7 @@ use crate::errors::{Errors, Reported};
 use crate::names::nearest;
 
 mod coordinates;
+mod each;
 mod lets;
 mod values;
 
@@ -303,24 +304,19 @@ fn read_assignment(declaration: &mut Declaration, keyword: Ident, value: Expr, e
             fill(part, at, map, errors);
         }
         "branch" => {
-            let factors = match value {
-                Expr::Array(array) => array
-                    .elems
-                    .into_iter()
-                    .map(|factor| read_factor(factor, errors))
-                    .collect(),
-                factor => vec![read_factor(factor, errors)],
+            let entries = match value {
+                Expr::Array(array) => each::entries(array.elems, errors),
+                factor => each::entries([factor], errors),
             };
-            fill(
-                &mut declaration.branch,
-                at,
-                Ok(Branch {
-                    keyword,
-                    factors,
-                    lets_before,
-                }),
-                errors,
-            );
+            let branch = entries.map(|entries| Branch {
+                keyword,
+                factors: entries
+                    .into_iter()
+                    .map(|entry| read_factor(entry, errors))
+                    .collect(),
+                lets_before,
+            });
+            fill(&mut declaration.branch, at, branch, errors);
         }
         "observe" => {
             let observe = read_names(value, errors).map(|names| Observe { names, lets_before });

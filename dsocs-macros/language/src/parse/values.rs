@@ -3,24 +3,25 @@
 use proc_macro2::Ident;
 use syn::{Expr, Path};
 
+use super::each;
 use super::plain_name;
-use crate::ast::MapRule;
+use crate::ast::{Entry, MapRule};
 use crate::errors::{Errors, Reported};
 use crate::names::did_you_mean;
 
 /// The rows of a constraint statement.
-pub(super) fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+pub(super) fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Entry>, Reported> {
     match value {
         Expr::Array(array) if array.elems.is_empty() => Err(errors.at(
             array,
             "expected at least one constraint; without any, leave the statement out",
         )),
-        Expr::Array(array) => Ok(array.elems.into_iter().collect()),
+        Expr::Array(array) => each::entries(array.elems, errors),
         Expr::Tuple(tuple) => Err(errors.at(
             tuple,
             format!("expected several constraints in brackets, `{keyword} = [c1, c2];`"),
         )),
-        row => Ok(vec![row]),
+        row => each::entries([row], errors),
     }
 }
 
@@ -70,7 +71,10 @@ pub(super) fn read_path(value: Expr, errors: &Errors) -> Result<Path, Reported> 
     }
 }
 
-pub(super) fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Expr>, Reported> {
+pub(super) fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Entry>, Reported> {
+    if each::is_each(&value) {
+        return each::entries([value], errors);
+    }
     let Expr::Array(array) = value else {
         let rule = if keyword == "variational" {
             ", or `chetaev`"
@@ -82,16 +86,20 @@ pub(super) fn read_fields(keyword: &Ident, value: Expr, errors: &Errors) -> Resu
             format!("expected a list of tuples in brackets, `{keyword} = [(…, …)];`{rule}"),
         ));
     };
-    Ok(array.elems.into_iter().collect())
+    each::entries(array.elems, errors)
 }
 
-pub(super) fn read_factor(value: Expr, errors: &Errors) -> Result<Option<Expr>, Reported> {
+pub(super) fn read_factor(entry: Entry, errors: &Errors) -> Result<Option<Entry>, Reported> {
     const EXPECTED: &str = "expected `divide(factor)`, or `_` for a row of a list that is left as it is";
-    match value {
+    match entry.value {
         Expr::Infer(_) => Ok(None),
         Expr::Call(call) => match plain_name(&call.func) {
             Some(name) if name == "divide" => match call.args.first() {
-                Some(factor) if call.args.len() == 1 => Ok(Some(factor.clone())),
+                Some(factor) if call.args.len() == 1 => Ok(Some(Entry {
+                    value: factor.clone(),
+                    indices: entry.indices,
+                    group: entry.group,
+                })),
                 _ => Err(errors.at(
                     &call,
                     format!("expected one factor, `divide(factor)`, found {}", call.args.len()),

@@ -3,6 +3,7 @@
 mod arrays;
 mod arrays_mistakes;
 mod constraints_mistakes;
+mod each;
 mod hints;
 mod meaning;
 mod mistakes;

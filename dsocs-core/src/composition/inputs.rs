@@ -1,0 +1,36 @@
+//! Inputs of a composed step: it begins anew at the node, with the position and the momentum that it has there.
+
+use super::flow::ComposedFlow;
+use crate::compensated::Compensated;
+use crate::declaration::Declaration;
+use crate::run::{Inputs, RunError, inputs};
+use crate::start;
+use crate::system::System;
+
+impl<S: System<N> + Clone, const N: usize> Inputs<N> for ComposedFlow<'_, S, N> {
+    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
+        let place = inputs::place::<S, N>(parameter, value)?;
+        if self.system.parameter(place) == Some(value) {
+            return Ok(());
+        }
+        let mut system = self.system.clone();
+        if let Some(parameter) = system.own().parameter_mut(place) {
+            *parameter = value;
+        }
+        let (t, q, v, a) = (self.time(), self.now.q.hi, self.now.v.hi, self.now.a);
+        let sides = [Declaration::of(&*self.system), Declaration::of(&*system)];
+        let after = start::velocity_after(&sides, (t, &q, &v))?;
+        self.now.a = start::state_acceleration(&*system, (t, &q, &after), Some(&a))?;
+        if after != v {
+            self.now.v = Compensated::exact(after);
+        }
+        self.system = system;
+        self.since = self.clock.index();
+        self.prepare();
+        Ok(())
+    }
+
+    fn input(&self, parameter: &str) -> Option<f64> {
+        inputs::value(&*self.system, parameter)
+    }
+}

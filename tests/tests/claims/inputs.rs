@@ -1,0 +1,410 @@
+//! Inputs that are held: parameters that change at nodes, while the past is kept.
+
+use dsocs_core::prelude::*;
+use dsocs_core::{Composition, InputError, System};
+use dsocs_systems::InertiaWheelPendulum;
+use dsocs_tests::fit::slope;
+
+use crate::dop853;
+
+/// An oscillator with a cubic friction, pushed.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    external_forces = u - 0.2 * dot(x).powi(3);
+}]
+#[derive(Clone)]
+struct Pushed {
+    u: f64,
+}
+
+/// The same, by the midpoint.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    external_forces = u - 0.2 * dot(x).powi(3);
+    phi_lagrangian = midpoint;
+}]
+#[derive(Clone)]
+struct PushedMidpoint {
+    u: f64,
+}
+
+/// The same, with the push as a potential.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + u * x;
+    external_forces = -0.2 * dot(x).powi(3);
+}]
+#[derive(Clone)]
+struct PushedByPotential {
+    u: f64,
+}
+
+/// A mass that changes: its momentum stays, its velocity jumps.
+#[dsocs {
+    coordinates(x);
+    lagrangian = (1 + 0.3 * u) * dot(x).powi(2) / 2 - x.powi(4) / 4;
+}]
+#[derive(Clone)]
+struct Loaded {
+    u: f64,
+}
+
+/// A particle whose curvature is steered.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - u;
+    variational = [(dot(x), dot(y))];
+}]
+#[derive(Clone)]
+struct Steered {
+    u: f64,
+}
+
+/// The input multiplies the acceleration.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    kinematic = (1 + u) * ddot(x) - y + 0.3 * dot(x);
+    variational = [(0, 1)];
+}]
+#[derive(Clone)]
+struct Geared {
+    u: f64,
+}
+
+/// A row that is not affine in the acceleration.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y * x;
+    kinematic = ddot(x) + 0.1 * ddot(x).powi(3) - (2 + u) * y.cos();
+    constraint_forces = [(1, 0.2)];
+}]
+#[derive(Clone)]
+struct Bent {
+    u: f64,
+}
+
+/// A knife edge with a motor about its axis, and a kinematic row beside the nonholonomic one.
+#[dsocs {
+    coordinates(x, y, theta, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2) + dot(z).powi(2)) / 2 - z.powi(2);
+    nonholonomic = dot(x) * theta.sin() - dot(y) * theta.cos();
+    kinematic = ddot(z) + 0.1 * ddot(z).powi(3) + dot(z) - u;
+    constraint_forces = [(0, 0, 0, 1)];
+    external_forces = (0.3 * theta.cos(), 0.3 * theta.sin(), u, 0);
+}]
+#[derive(Clone)]
+struct Edge {
+    u: f64,
+}
+
+/// What the input is from the time `0.1 k` on.
+fn u(k: u64) -> f64 {
+    (0.7 * k as f64).sin()
+}
+
+/// How long a value is held.
+const HELD: f64 = 0.1;
+
+/// How often it changes.
+const CHANGES: u64 = 20;
+
+/// The order of the position at the end, against the continuous motion with the same inputs.
+fn order<S: System<N> + Clone, const N: usize>(system: &S, q0: [f64; N], v0: [f64; N]) -> (f64, Vec<f64>) {
+    let start = Start::second_order(q0, v0);
+    let mut exact = TaylorFlow::new(system, start, Tolerance::relative(1e-15))
+        .unwrap()
+        .every(HELD)
+        .unwrap();
+    for k in 0..CHANGES {
+        exact.set_input("u", u(k)).unwrap();
+        exact.advance().unwrap();
+    }
+    let exact = exact.node();
+    assert!((exact.t - HELD * CHANGES as f64).abs() < 1e-12);
+    let parts = [8, 16, 32, 64];
+    let errors: Vec<f64> = parts
+        .iter()
+        .map(|&parts| {
+            let mut system = system.clone();
+            *system.parameter_mut(0).unwrap() = u(0);
+            let mut flow = Flow::new(&system, HELD / parts as f64, start).unwrap();
+            while flow.index() < CHANGES * parts {
+                let now = flow.index() / parts;
+                flow.set_input("u", u(now)).unwrap();
+                assert_eq!(flow.input("u"), Some(u(now)));
+                flow.advance().unwrap();
+            }
+            let apart = flow.position().iter().zip(&exact.q);
+            apart.map(|(x, exact)| (x - exact).powi(2)).sum::<f64>().sqrt()
+        })
+        .collect();
+    let steps = parts.map(|parts| HELD / parts as f64);
+    (slope(&steps, &errors), errors)
+}
+
+#[test]
+fn a_change_keeps_the_order() {
+    let found = [
+        ("pushed", order(&Pushed { u: 0.0 }, [1.0], [0.3])),
+        ("by the midpoint", order(&PushedMidpoint { u: 0.0 }, [1.0], [0.3])),
+        (
+            "by a potential",
+            order(&PushedByPotential { u: 0.0 }, [1.0], [0.3]),
+        ),
+        ("loaded", order(&Loaded { u: 0.0 }, [1.0], [0.3])),
+        ("steered", order(&Steered { u: 0.0 }, [0.0; 2], [1.0, 0.2])),
+        ("geared", order(&Geared { u: 0.0 }, [0.0, 1.0], [1.0, 0.2])),
+        ("bent", order(&Bent { u: 0.0 }, [0.0, 0.1], [1.0, 0.2])),
+        (
+            "edge",
+            order(
+                &Edge { u: 0.0 },
+                [0.0, 0.0, 0.3, 0.2],
+                [0.3_f64.cos(), 0.3_f64.sin(), 0.4, 0.1],
+            ),
+        ),
+    ];
+    for (name, (order, errors)) in found {
+        println!("{name}: order {order:.3}, errors {errors:?}");
+        assert!((order - 2.0).abs() < 0.05, "{name}: {order}, {errors:?}");
+    }
+}
+
+/// The continuous motion under held inputs is that of a solver that knows nothing of them but a function of time.
+#[test]
+fn the_series_go_on_from_the_new_value() {
+    let system = Pushed { u: 0.0 };
+    let mut flow = TaylorFlow::new(
+        &system,
+        Start::second_order([1.0], [0.3]),
+        Tolerance::relative(1e-15),
+    )
+    .unwrap()
+    .every(HELD)
+    .unwrap();
+    let mut state = [1.0, 0.3];
+    for k in 0..CHANGES {
+        flow.set_input("u", u(k)).unwrap();
+        flow.advance().unwrap();
+        let rate = |_, [x, v]: [f64; 2]| [v, -x + u(k) - 0.2 * v.powi(3)];
+        state = dop853::integrate(rate, state, HELD, 1e-14);
+    }
+    let node = flow.node();
+    assert!(
+        (node.q[0] - state[0]).abs() < 1e-13 && (node.v[0] - state[1]).abs() < 1e-13,
+        "{node:?} {state:?}"
+    );
+}
+
+/// A composed step keeps its order where inputs change at its nodes.
+#[test]
+fn a_composition_keeps_its_order() {
+    let system = PushedByPotentialAlone { u: 0.0 };
+    let start = Start::second_order([1.0], [0.3]);
+    let run = |inputs: &mut dyn Inputs<1>, steps: u64| {
+        for k in 0..CHANGES {
+            inputs.set_input("u", u(k)).unwrap();
+            for _ in 0..steps {
+                inputs.advance().unwrap();
+            }
+        }
+        inputs.node().q[0]
+    };
+    let mut exact = TaylorFlow::new(&system, start, Tolerance::relative(1e-16))
+        .unwrap()
+        .every(HELD)
+        .unwrap();
+    let exact = run(&mut exact, 1);
+    let parts = [1, 2, 4];
+    let errors = parts.map(|parts| {
+        let h = HELD / parts as f64;
+        let mut flow = ComposedFlow::new(&system, h, Composition::SUZUKI_4, start).unwrap();
+        (run(&mut flow, parts) - exact).abs()
+    });
+    let order = slope(&parts.map(|parts| HELD / parts as f64), &errors);
+    println!("order {order:.3}, errors {errors:?}");
+    assert!((order - 4.0).abs() < 0.15, "{order}, {errors:?}");
+}
+
+/// A pendulum with a wheel, and a motor between them that turns as it is told.
+#[dsocs {
+    coordinates(theta, psi);
+    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+    external_forces = (0, torque);
+}]
+#[derive(Clone)]
+struct Motor {
+    i: f64,
+    j: f64,
+    m: f64,
+    torque: f64,
+}
+
+impl Motor {
+    fn new(torque: f64) -> Self {
+        let InertiaWheelPendulum { i, j, m, .. } = InertiaWheelPendulum::default();
+        Self { i, j, m, torque }
+    }
+}
+
+const Q0: [f64; 2] = [0.5, 0.0];
+const V0: [f64; 2] = [0.0, 0.5];
+
+/// The pendulum's own control law as torques that are held: the motion comes near to the continuous one with the first order of
+/// the sampling.
+#[test]
+fn a_sampled_control_law_is_of_first_order() {
+    let pendulum = InertiaWheelPendulum::default();
+    let law = |t: f64, q: [f64; 2], v: [f64; 2]| {
+        let point = dsocs_core::geometry::motion(&pendulum, t, q, v).unwrap();
+        dsocs_core::geometry::constraint_force(&pendulum, &point)[1]
+    };
+    let end = 5.0;
+    let start = Start::second_order(Q0, V0);
+    let exact = TaylorFlow::new(&pendulum, start, Tolerance::relative(1e-15))
+        .unwrap()
+        .to(end)
+        .unwrap();
+    let steps = [0.005, 0.0025, 0.00125, 0.000625];
+    let errors = steps.map(|h| {
+        let motor = Motor::new(law(0.0, Q0, V0));
+        let mut flow = Flow::new(&motor, h, start).unwrap();
+        flow.drive(end, &mut |node, flow| {
+            flow.set_input("torque", law(node.t, node.q, node.v))
+        })
+        .unwrap();
+        (flow.node().q[0] - exact.q[0]).abs()
+    });
+    let order = slope(&steps, &errors);
+    println!("order {order:.3}, errors {errors:?}");
+    assert!((order - 1.0).abs() < 0.1, "{order}, {errors:?}");
+}
+
+/// The discrete motion's own torques, shared out to the legs, make the same nodes.
+#[test]
+fn the_discrete_torques_make_the_same_nodes() {
+    let (pendulum, h) = (InertiaWheelPendulum::default(), 0.01);
+    let nodes = Flow::new(&pendulum, h, Start::second_order(Q0, V0))
+        .unwrap()
+        .until(5.0)
+        .unwrap()
+        .nodes;
+    // half of a leg's torque acts at each of its ends: `(p[k-1] + p[k]) / 2` is the torque at the node `k`
+    let mut held = nodes[0].force[1];
+    let motor = Motor::new(held);
+    let mut flow = Flow::new(&motor, h, Start::nodes(nodes[0].q, nodes[1].q)).unwrap();
+    for (k, node) in nodes.iter().enumerate().skip(1) {
+        held = 2.0 * node.force[1] - held;
+        flow.set_input("torque", held).unwrap();
+        flow.advance().unwrap();
+        assert_eq!(flow.node().index, k as u64);
+        // nothing constrains the motion any more
+        assert!(
+            flow.node().force.iter().all(|force| force.abs() < 1e-8),
+            "{:?}",
+            flow.node()
+        );
+    }
+    let last = nodes[nodes.len() - 1].q;
+    let found = flow.node().q;
+    let apart = [found[0] - last[0], found[1] - last[1]];
+    println!("{apart:?}");
+    assert!(apart[0].abs() < 1e-9 && apart[1].abs() < 1e-7, "{apart:?}");
+}
+
+/// What is set and set back changes nothing, and a run back passes the changes as the run did.
+#[test]
+fn there_and_back() {
+    let system = Pushed { u: 0.5 };
+    let start = Start::second_order([1.0], [0.3]);
+    let plain = Flow::new(&system, 0.01, start).unwrap().to(1.0).unwrap();
+    let mut idle = Flow::new(&system, 0.01, start).unwrap();
+    idle.drive(1.0, &mut |_, run| run.set_input("u", 0.5)).unwrap();
+    assert_eq!(idle.node(), plain);
+
+    // turned round at the node of a change, and by inputs that are set back at the same nodes
+    let frictionless = PushedByPotentialAlone { u: 0.5 };
+    let mut flow = Flow::new(&frictionless, 0.01, start).unwrap();
+    let first = *flow.position();
+    for k in 0..40 {
+        if k == 19 || k == 39 {
+            let value = -flow.input("u").unwrap();
+            flow.set_input("u", value).unwrap();
+        }
+        flow.advance().unwrap();
+    }
+    assert_eq!(flow.node().index, 40);
+    flow.reverse().unwrap();
+    for k in 1..40 {
+        if k == 20 {
+            flow.set_input("u", 0.5).unwrap();
+        }
+        flow.advance().unwrap();
+    }
+    assert!((flow.node().q[0] - first[0]).abs() < 1e-13, "{:?}", flow.node());
+}
+
+/// An oscillator with a stiffening spring, pushed by a potential.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(4) / 4 + u * x;
+}]
+#[derive(Clone)]
+struct PushedByPotentialAlone {
+    u: f64,
+}
+
+/// A rod whose length is a parameter.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    holonomic = x.powi(2) + y.powi(2) - length.powi(2);
+}]
+#[derive(Clone)]
+struct Rod {
+    length: f64,
+    gravity: f64,
+}
+
+#[test]
+fn what_cannot_be_an_input() {
+    let rod = Rod {
+        length: 1.0,
+        gravity: 9.81,
+    };
+    let mut flow = Flow::new(&rod, 0.01, Start::second_order([1.0, 0.0], [0.0, 0.5])).unwrap();
+    let refused = |error| match error {
+        Err(RunError::Input(error)) => *error,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        refused(flow.set_input("length", 1.1)),
+        InputError::Position { parameter: "length" }
+    );
+    assert_eq!(
+        refused(flow.set_input("lenght", 1.1)),
+        InputError::Unknown {
+            parameter: "lenght".to_owned(),
+            parameters: vec!["length", "gravity"],
+        }
+    );
+    assert!(matches!(
+        refused(flow.set_input("gravity", f64::NAN)),
+        InputError::NotFinite {
+            parameter: "gravity",
+            ..
+        }
+    ));
+    // a weight that changes pulls the rod no more or less
+    flow.set_input("gravity", 1.62).unwrap();
+    for _ in 0..100 {
+        flow.advance().unwrap();
+        let [x, y] = flow.node().q;
+        assert!((x * x + y * y - 1.0).abs() < 1e-14);
+    }
+}
