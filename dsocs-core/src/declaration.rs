@@ -126,6 +126,9 @@ impl<'s, const N: usize> Declaration<'s, N> {
         ] {
             f64::prepare(tape.program(segment, Part::All));
         }
+        for part in [Part::Head, Part::Tail] {
+            f64::prepare(tape.program(Segment::PhaseSlopes, part));
+        }
     }
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
@@ -439,6 +442,26 @@ impl<'s, const N: usize> Declaration<'s, N> {
             ..At::leg(h, leg)
         };
         self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components,
+    /// row by row, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn phase_slopes(
+        &self,
+        of_velocity: bool,
+        t: f64,
+        q: &[f64; N],
+        v: &[f64; N],
+        out: &mut [f64],
+    ) {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        let part = if of_velocity { Part::Tail } else { Part::Head };
+        self.into(Segment::PhaseSlopes, part, &at, out);
     }
 
     /// Whether external forces act.

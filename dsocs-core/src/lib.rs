@@ -87,6 +87,7 @@ mod real;
 mod regularity;
 mod rounding;
 mod run;
+mod samples;
 mod scalar;
 mod start;
 mod step;
@@ -111,6 +112,7 @@ pub use run::{
     Occurrence, OnEvent, OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor,
     on_event,
 };
+pub use samples::{Samples, SamplesError};
 pub use start::Start;
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};

@@ -481,6 +481,15 @@ pub(crate) fn velocity_after<const N: usize>(
     Ok(velocity)
 }
 
+/// The inverse of the mass matrix at `(t, q, v)`, row by row; the identity where there is none.
+pub(crate) fn inverse_mass<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
+) -> [[f64; N]; N] {
+    let inverse = consistency::inverse_mass(declaration, t, q, v);
+    core::array::from_fn(|i| core::array::from_fn(|j| inverse[(i, j)]))
+}
+
 /// As many unknowns as values; NaN where there are fewer values.
 pub(crate) fn vector<U: Unknown<f64>>(values: &[f64]) -> U {
     let mut vector = U::zero();

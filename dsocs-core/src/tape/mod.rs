@@ -124,10 +124,13 @@ pub enum Segment {
     Fields,
     /// What is to be divided out of each kinematic row of a step.
     Factors,
+    /// What constraints of lower order ask of a position, and the derivatives by its components, row by row; then what they ask of
+    /// a velocity, and the derivatives by its components.
+    PhaseSlopes,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::Factors as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::PhaseSlopes as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -78,6 +78,14 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         Ok(self)
     }
 
+    /// Lets steps end at some times, in any order: those where the system is another before and after, such as the places of
+    /// [`Samples`](crate::Samples) that a force is read from. Each step then lies on one side.
+    #[must_use]
+    pub fn knots(mut self, times: impl IntoIterator<Item = f64>) -> Self {
+        self.motion.add_knots(times);
+        self
+    }
+
     /// Sets how many steps the motion may take in all (10 million unless set).
     #[must_use]
     pub fn max_steps(mut self, limit: u64) -> Self {

@@ -3,6 +3,8 @@
 use super::dispatch::{self, Work};
 use super::integrator::Integrator;
 use super::jets::Equations;
+use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::run::{self, Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
 use crate::system::Point;
@@ -47,6 +49,10 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
 
     fn reverse(&mut self) -> Result<(), RunError> {
         self.motion.clock.turn();
+        // at a knot the motion back is that of the other piece
+        if !self.motion.knots.is_empty() {
+            self.motion.begin(self.equations);
+        }
         Ok(())
     }
 
@@ -119,7 +125,7 @@ impl<const N: usize> Run<'_, N> {
         while !self.motion.covers(target) {
             self.motion.go(self.equations, end)?;
         }
-        self.motion.arrive_on_grid(target);
+        self.motion.arrive_on_grid(&self.equations.declaration(), target);
         Ok(self.motion.report())
     }
 
@@ -136,7 +142,7 @@ impl<const N: usize> Run<'_, N> {
                 }
             }
             if self.motion.covers(target) {
-                self.motion.arrive_on_grid(target);
+                self.motion.arrive_on_grid(&self.equations.declaration(), target);
                 return Ok(Traced::Whole);
             }
             self.motion.shown = if self.motion.last_covers(self.motion.shown) {
@@ -199,10 +205,15 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Stands at the next node of the grid.
-    fn arrive_on_grid(&mut self, target: f64) {
-        let point = self
+    fn arrive_on_grid(&mut self, declaration: &Declaration<'_, N>, target: f64) {
+        let mut point = self
             .polynomial()
             .map_or_else(|| self.point(), |polynomial| polynomial.at(target));
+        if let Some(projection) = &mut self.projection {
+            let (mut q, mut v) = (Compensated::exact(point.q), Compensated::exact(point.v));
+            projection.apply(declaration, target, &mut q, &mut v);
+            (point.q, point.v) = (q.hi, v.hi);
+        }
         self.on_grid = Some(point);
         self.shown = target;
         self.clock.tick();

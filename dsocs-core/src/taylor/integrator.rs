@@ -7,6 +7,7 @@ use super::dispatch::{self, Work};
 use super::error::{FailedSeries, SeriesError, SeriesFailure};
 use super::jets::Equations;
 use super::order::Order;
+use super::projection::Projection;
 use super::series::Series;
 use crate::compensated::Compensated;
 use crate::error::SetupError;
@@ -50,6 +51,10 @@ pub(super) struct Integrator<const N: usize> {
     pub(super) smallest: f64,
     /// Which node is the current one.
     pub(super) clock: Clock,
+    /// Times at which steps end, in ascending order: those where the motion has no series.
+    pub(super) knots: Vec<f64>,
+    /// What brings it back onto constraints of lower order.
+    pub(super) projection: Option<Projection<N>>,
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// The motion at the current node, where nodes lie on a grid.
@@ -97,6 +102,8 @@ impl<const N: usize> Integrator<N> {
             max_steps: MAX_STEPS,
             smallest: 0.0,
             clock: Clock::free(t0),
+            knots: Vec::new(),
+            projection: Projection::new(&equations.declaration(), (t0, &q0, &v0)),
             expansions: 0,
             on_grid: None,
             shown: t0,
@@ -116,7 +123,8 @@ impl<const N: usize> Integrator<N> {
 
     /// Expands the motion at the current point.
     pub(super) fn begin(&mut self, equations: &mut dyn Equations<N>) {
-        self.next.begin(self.t.hi[0], &self.q.hi, &self.v.hi);
+        let t = self.side(self.t.hi[0], true);
+        self.next.begin(t, &self.q.hi, &self.v.hi);
         equations.expand(&mut self.next);
     }
 
@@ -211,6 +219,10 @@ impl<const N: usize> Integrator<N> {
         (self.q, self.v) = (Compensated::exact(q), Compensated::exact(v));
         self.q.add(&dq);
         self.v.add(&dv);
+        let now = self.t.hi[0];
+        if let Some(projection) = &mut self.projection {
+            projection.apply(&equations.declaration(), now, &mut self.q, &mut self.v);
+        }
         self.next.expect(&a);
         self.last = Some((t, s));
         self.begin(equations);
@@ -219,6 +231,7 @@ impl<const N: usize> Integrator<N> {
     /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
     /// in the direction of the run, and never reached.
     pub(super) fn go(&mut self, equations: &mut dyn Equations<N>, until: f64) -> Result<(), RunError> {
+        let until = self.before_knot(until);
         let (until, scale) = if until.is_infinite() {
             let far = if self.clock.is_forward() {
                 f64::MAX
@@ -255,6 +268,41 @@ impl<const N: usize> Integrator<N> {
                 .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
                 .into()),
         }
+    }
+
+    /// The next knot in the direction of the run, if it comes before a time; else that time.
+    fn before_knot(&self, until: f64) -> f64 {
+        if self.knots.is_empty() {
+            return until;
+        }
+        let now = self.t.hi[0];
+        if self.clock.is_forward() {
+            let next = self.knots.partition_point(|&knot| knot <= now);
+            self.knots.get(next).map_or(until, |knot| knot.min(until))
+        } else {
+            let next = self.knots.partition_point(|&knot| knot < now);
+            let knot = next.checked_sub(1).and_then(|next| self.knots.get(next));
+            knot.map_or(until, |knot| knot.max(until))
+        }
+    }
+
+    /// A time as it is seen from ahead of it or from behind, in the direction of the run: what is known by pieces belongs to the
+    /// right one at a knot.
+    fn side(&self, t: f64, ahead: bool) -> f64 {
+        let is_knot =
+            !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok();
+        if is_knot && ahead != self.clock.is_forward() {
+            t.next_down()
+        } else {
+            t
+        }
+    }
+
+    /// Puts knots among those that there are.
+    pub(super) fn add_knots(&mut self, knots: impl IntoIterator<Item = f64>) {
+        self.knots
+            .extend(knots.into_iter().filter(|knot| knot.is_finite()));
+        self.knots.sort_by(f64::total_cmp);
     }
 
     #[cold]
@@ -334,7 +382,10 @@ impl<const N: usize> Work for Advance<'_, N> {
             q.add(&dq);
             v.add(&dv);
             let t = if whole { until } else { motion.t.hi[0] + h };
-            motion.next.begin(t, &q.hi, &v.hi);
+            if let Some(projection) = &mut motion.projection {
+                projection.apply(&equations.declaration(), t, &mut q, &mut v);
+            }
+            motion.next.begin(motion.side(t, false), &q.hi, &v.hi);
             motion.next.expect(&a);
             equations.expand(&mut motion.next);
             let good = motion.control.good(&motion.series, &motion.next, &a, size);
@@ -347,6 +398,10 @@ impl<const N: usize> Work for Advance<'_, N> {
                     motion.t.add(&[h]);
                 }
                 (motion.q, motion.v) = (q, v);
+                // beyond a knot the system may be another
+                if motion.side(t, true) != motion.side(t, false) {
+                    motion.begin(equations);
+                }
                 return Outcome::Good;
             }
             motion.rejected += 1;

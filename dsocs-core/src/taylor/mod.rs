@@ -52,8 +52,8 @@
 //!
 //! A function with a jump or an edge (`if`, `abs`, `min`) has no series across it: the steps around it become short, and
 //! the motion passes it to within the tolerance. Constraints of positions and of velocities are differentiated until accelerations
-//! come in; they hold to within the tolerance, and what is missing adds up as in any such system: a pendulum on a sphere is off it by
-//! 5e-2 after a hundred turns at the tolerance 1e-4, and ends in an error at 1e-2. High orders make long steps, in which large terms of both signs cancel: where the last two digits count, set a lower [`Tolerance::order`].
+//! come in, and after each step position and velocity are brought back onto them by the shortest way: the nodes obey them to
+//! rounding, and in between the motion does to within the tolerance. High orders make long steps, in which large terms of both signs cancel: where the last two digits count, set a lower [`Tolerance::order`].
 
 // what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
@@ -74,6 +74,7 @@ pub(crate) mod jets;
 pub(crate) mod kernel;
 mod motion;
 mod order;
+mod projection;
 mod series;
 pub(crate) mod solve;
 

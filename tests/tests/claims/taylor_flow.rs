@@ -424,3 +424,50 @@ fn a_polynomial_motion_takes_one_step() {
 struct Thrown {
     gravity: f64,
 }
+
+/// Holonomic and nonholonomic constraints hold at every node to rounding, at any tolerance and however long the motion is.
+#[test]
+fn constraints_do_not_drift() {
+    let sphere = dsocs_systems::Sphere::default();
+    let l = sphere.length;
+    let start = Start::second_order([l, 0.0, 0.0], [0.0, 3.0, 0.4]);
+    for tolerance in [1e-2, 1e-4, 1e-6, 1e-9, 1e-12, 1e-15] {
+        let mut flow = TaylorFlow::new(&sphere, start, Tolerance::relative(tolerance)).unwrap();
+        let (mut turns, mut worst, mut last) = (0.0, [0.0_f64; 2], 0.0_f64);
+        while turns < 10_000.0 {
+            flow.advance().unwrap();
+            let node = flow.node();
+            let ([x, y, z], [u, v, w]) = (node.q, node.v);
+            let turned = (y.atan2(x) - last).rem_euclid(core::f64::consts::TAU);
+            (turns, last) = (turns + turned / core::f64::consts::TAU, y.atan2(x));
+            let speed = (u * u + v * v + w * w).sqrt();
+            worst[0] = worst[0].max((x * x + y * y + z * z - l * l).abs() / (l * l));
+            worst[1] = worst[1].max((x * u + y * v + z * w).abs() / (l * speed));
+        }
+        println!("{tolerance:e}: {worst:?} after {} steps", flow.steps());
+        assert!(
+            worst.iter().all(|worst| *worst < 1e-13),
+            "{tolerance:e}: {worst:?}"
+        );
+    }
+    // on a grid of times, which lie within steps, and with a nonholonomic row
+    let edge = dsocs_systems::KnifeEdge::default();
+    let start = Start::second_order([0.0; 3], [1.0, 0.0, 0.5]).projected();
+    for tolerance in [1e-3, 1e-9] {
+        let nodes = TaylorFlow::new(&edge, start, Tolerance::relative(tolerance))
+            .unwrap()
+            .every(0.1)
+            .unwrap()
+            .until(500.0)
+            .unwrap()
+            .nodes;
+        for node in &nodes {
+            let (sin, cos) = node.q[2].sin_cos();
+            let row = node.v[0] * sin - node.v[1] * cos;
+            assert!(
+                row.abs() < 1e-13 * (node.v[0].abs() + node.v[1].abs()),
+                "{tolerance:e}: {node:?}"
+            );
+        }
+    }
+}

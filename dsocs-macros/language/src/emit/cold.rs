@@ -189,7 +189,7 @@ fn segments(
         .flat_map(|form| form.components.iter().copied())
         .collect();
     let continuous_forms = of(&model.graph, &forms_of_point, 0);
-    let [phase, pair] = lower_order(model, &mut of);
+    let [phase, pair, phase_slopes] = lower_order(model, &mut of);
     let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
@@ -227,6 +227,7 @@ fn segments(
         arriving,
         fields,
         factors,
+        phase_slopes,
     ]
 }
 
@@ -244,15 +245,30 @@ fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
 }
 
 /// What constraints of lower order ask of a position and a velocity, and of a leg.
-fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 2] {
+fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
     let [holonomic, nonholonomic] = [Kind::Holonomic, Kind::Nonholonomic].map(|kind| model.count(kind));
     if holonomic + nonholonomic == 0 {
-        return [Segment::default(), Segment::default()];
+        return [Segment::default(), Segment::default(), Segment::default()];
     }
     let mut graph = model.graph.clone();
     let (phase, pair) = (
         mechanics::phase(model, &mut graph),
         mechanics::pair(model, &mut graph),
     );
-    [of(&graph, &phase, holonomic), of(&graph, &pair, holonomic)]
+    // rows of positions with their slopes, then rows of velocities with theirs
+    let (positions, velocities) = phase.split_at(holonomic);
+    let slopes: [(&[NodeId], fn(usize) -> Leaf); 2] = [(positions, Leaf::Q), (velocities, Leaf::V)];
+    let mut with_slopes = Vec::new();
+    for (rows, leaf) in slopes {
+        with_slopes.extend(rows);
+        for &row in rows {
+            with_slopes.extend((0..model.coordinates.len()).map(|i| graph.derivative(row, leaf(i))));
+        }
+    }
+    let head = holonomic * (1 + model.coordinates.len());
+    [
+        of(&graph, &phase, holonomic),
+        of(&graph, &pair, holonomic),
+        of(&graph, &with_slopes, head),
+    ]
 }

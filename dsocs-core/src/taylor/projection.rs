@@ -1,0 +1,135 @@
+//! The motion brought back onto holonomic and nonholonomic constraints after each step.
+//!
+//! Series keep these constraints to the tolerance, and what is missing would add up. The correction is the shortest one by a mass
+//! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
+
+use crate::compensated::Compensated;
+use crate::declaration::Declaration;
+use crate::start;
+
+/// So often a position or a velocity is corrected at most.
+const CORRECTIONS: u32 = 4;
+
+/// A correction of this part of what is corrected is the last: what is left is its square, and below rounding.
+const LAST: f64 = 4e-9;
+
+/// A row whose part that is independent of the others is below this part of itself follows from them.
+const DEPENDENT: f64 = 1e-8;
+
+/// The constraints of a motion, with room for what is computed of them.
+#[derive(Clone, Debug)]
+pub(super) struct Projection<const N: usize> {
+    /// How many rows there are of positions and of velocities.
+    counts: [usize; 2],
+    /// The inverse of the mass matrix at the start, row by row.
+    inverse: [[f64; N]; N],
+    /// Rows, and their slopes.
+    rows: Vec<f64>,
+    /// Directions of correction, orthonormal by the mass matrix, and the same as forms.
+    directions: Vec<[[f64; N]; 2]>,
+}
+
+impl<const N: usize> Projection<N> {
+    /// The constraints of a declaration; `None` if it has none of lower order.
+    pub fn new(declaration: &Declaration<'_, N>, (t, q, v): (f64, &[f64; N], &[f64; N])) -> Option<Self> {
+        let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
+        if lower == 0 {
+            return None;
+        }
+        let inverse = start::inverse_mass(declaration, (t, q, v));
+        Some(Self {
+            counts: [holonomic, lower],
+            inverse,
+            rows: vec![0.0; lower * (1 + N)],
+            directions: Vec::with_capacity(lower),
+        })
+    }
+
+    /// Brings a position and a velocity at a time back. Nothing is allocated.
+    pub fn apply(
+        &mut self,
+        declaration: &Declaration<'_, N>,
+        t: f64,
+        q: &mut Compensated<N>,
+        v: &mut Compensated<N>,
+    ) {
+        if self.counts[0] > 0 {
+            for _ in 0..CORRECTIONS {
+                declaration.phase_slopes(false, t, &q.hi, &v.hi, &mut self.rows);
+                let correction = self.correction(self.counts[0], &q.hi);
+                q.add(&correction.by);
+                if correction.is_last {
+                    break;
+                }
+            }
+        }
+        for _ in 0..CORRECTIONS {
+            declaration.phase_slopes(true, t, &q.hi, &v.hi, &mut self.rows);
+            let correction = self.correction(self.counts[1], &v.hi);
+            v.add(&correction.by);
+            if correction.is_last {
+                break;
+            }
+        }
+    }
+
+    /// The shortest correction that makes the rows vanish to first order: their slopes are made orthonormal one by one.
+    fn correction(&mut self, count: usize, x: &[f64; N]) -> Correction<N> {
+        let (values, slopes) = self.rows.split_at(count);
+        let mut by = [0.0; N];
+        self.directions.clear();
+        for (value, slope) in values.iter().zip(slopes.chunks_exact(N)) {
+            let mut form: [f64; N] = core::array::from_fn(|i| slope[i]);
+            let mut left = *value + product(&form, &by);
+            let whole = product(&form, &self.raised(&form));
+            for [direction, other] in &self.directions {
+                let along = product(&form, direction);
+                for (form, other) in form.iter_mut().zip(other) {
+                    *form -= along * other;
+                }
+            }
+            let direction = self.raised(&form);
+            let square = product(&form, &direction);
+            if !(square > DEPENDENT * DEPENDENT * whole) {
+                continue;
+            }
+            left /= square;
+            let length = square.sqrt();
+            for (by, direction) in by.iter_mut().zip(&direction) {
+                *by -= left * direction;
+            }
+            self.directions
+                .push([direction.map(|x| x / length), form.map(|x| x / length)]);
+        }
+        // what is no number is left to the step's own error
+        if by.iter().any(|x| !x.is_finite()) {
+            return Correction {
+                by: [0.0; N],
+                is_last: true,
+            };
+        }
+        let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        Correction {
+            is_last: size(&by) <= LAST * size(x),
+            by,
+        }
+    }
+
+    /// The displacement that belongs to a form.
+    fn raised(&self, form: &[f64; N]) -> [f64; N] {
+        core::array::from_fn(|i| product(&self.inverse[i], form))
+    }
+}
+
+/// A correction.
+struct Correction<const N: usize> {
+    /// What is added.
+    by: [f64; N],
+    /// Whether what is left after it is rounding.
+    is_last: bool,
+}
+
+/// The sum of products.
+fn product<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
