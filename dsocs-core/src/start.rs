@@ -462,11 +462,11 @@ pub(crate) fn velocity_after<const N: usize>(
     let mut velocity = *v;
     for _ in 0..MAX_ITERATIONS {
         let found = momentum(after, &velocity);
-        if found == kept {
+        let missing: [f64; N] = core::array::from_fn(|i| kept[i] - found[i]);
+        if missing.iter().all(|missing| *missing == 0.0) {
             break;
         }
         let inverse = consistency::inverse_mass(after, t, q, &velocity);
-        let missing: [f64; N] = core::array::from_fn(|i| kept[i] - found[i]);
         let update = inverse.times_vector(&missing);
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
         for (velocity, update) in velocity.iter_mut().zip(&update) {

@@ -1,5 +1,7 @@
 //! Inputs of a composed step: it begins anew at the node, with the position and the momentum that it has there.
 
+#![allow(clippy::float_cmp)] // a velocity that has not changed
+
 use super::flow::ComposedFlow;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;

@@ -24,10 +24,8 @@ pub(super) fn discrete<T: Number, const N: usize>(
 ) -> [T; N] {
     let mut last = *leg;
     last.t = leg.t + h;
-    for i in 0..N {
-        last.d[i] = leg.d[i] + e[i];
-        last.q[i] = leg.q[i] + last.d[i];
-    }
+    last.d = core::array::from_fn(|i| leg.d[i] + e[i]);
+    last.q = core::array::from_fn(|i| leg.q[i] + last.d[i]);
     let [_, mut sum] = declaration.discrete_external_forces(h, leg);
     let [minus, _] = declaration.discrete_external_forces(h, &last);
     for (sum, minus) in sum.iter_mut().zip(minus) {

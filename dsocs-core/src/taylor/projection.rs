@@ -90,7 +90,7 @@ impl<const N: usize> Projection<N> {
             }
             let direction = self.raised(&form);
             let square = product(&form, &direction);
-            if !(square > DEPENDENT * DEPENDENT * whole) {
+            if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
             left /= square;

@@ -257,15 +257,16 @@ fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> S
     );
     // rows of positions with their slopes, then rows of velocities with theirs
     let (positions, velocities) = phase.split_at(holonomic);
-    let slopes: [(&[NodeId], fn(usize) -> Leaf); 2] = [(positions, Leaf::Q), (velocities, Leaf::V)];
-    let mut with_slopes = Vec::new();
-    for (rows, leaf) in slopes {
-        with_slopes.extend(rows);
-        for &row in rows {
-            with_slopes.extend((0..model.coordinates.len()).map(|i| graph.derivative(row, leaf(i))));
-        }
+    let n = model.coordinates.len();
+    let mut with_slopes = positions.to_vec();
+    for &row in positions {
+        with_slopes.extend((0..n).map(|i| graph.derivative(row, Leaf::Q(i))));
     }
-    let head = holonomic * (1 + model.coordinates.len());
+    with_slopes.extend(velocities);
+    for &row in velocities {
+        with_slopes.extend((0..n).map(|i| graph.derivative(row, Leaf::V(i))));
+    }
+    let head = holonomic * (1 + n);
     [
         of(&graph, &phase, holonomic),
         of(&graph, &pair, holonomic),

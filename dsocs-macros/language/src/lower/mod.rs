@@ -109,16 +109,8 @@ pub(crate) fn model(
     let directions = scopes.part(&mut lowering, &declaration.directions, Lowering::fields);
     let branch = scopes.part(&mut lowering, &declaration.branch, Lowering::branch);
     let observe = scopes.part(&mut lowering, &declaration.observe, Lowering::observe);
-    let phi_lagrangian = scopes.part(&mut lowering, &declaration.phi_lagrangian, Lowering::pairs);
-    let phi_kinematic = scopes.part(&mut lowering, &declaration.phi_kinematic, Lowering::triple);
+    let maps = scopes.maps(&mut lowering, declaration, lagrangian);
     let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
-    let phi_lagrangian = phi_lagrangian.map(|map| match (map, &lagrangian) {
-        (Some(declared), _) => declared,
-        (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, *lagrangian),
-        (None, _) => lowering.paper_pairs(),
-    });
-    let phi_kinematic = phi_kinematic.map(Option::flatten);
-    let maps = (phi_lagrangian.clone(), phi_kinematic.clone());
     let external_forces = scopes.part(
         &mut lowering,
         &declaration.external_forces,
@@ -147,7 +139,7 @@ pub(crate) fn model(
         row.discrete = Some(discrete);
     }
     let constraints = [holonomic, nonholonomic, kinematic].concat();
-    let phi_kinematic = phi_kinematic?;
+    let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
     // the paper sets φ_{D_V} := φ_{D_K}
     let phi_variational = match phi_variational? {
         Some(own) => own,
@@ -172,7 +164,7 @@ pub(crate) fn model(
         displacements,
         external_forces: external_forces?.unwrap_or_default(),
         discrete_lagrangian: discrete_lagrangian?,
-        phi_lagrangian: phi_lagrangian?,
+        phi_lagrangian,
         phi_variational,
         phi_kinematic,
         observe,
@@ -270,6 +262,25 @@ impl Scopes {
                 lower(lowering, part).map(Some)
             }
         }
+    }
+}
+
+impl Scopes {
+    /// The maps of `L_d` and of the kinematic constraints.
+    fn maps(
+        &self,
+        lowering: &mut Lowering<'_>,
+        declaration: &Declaration,
+        lagrangian: Result<Option<NodeId>, Reported>,
+    ) -> discrete::Maps {
+        let pairs = self.part(lowering, &declaration.phi_lagrangian, Lowering::pairs);
+        let triple = self.part(lowering, &declaration.phi_kinematic, Lowering::triple);
+        let pairs = pairs.map(|map| match (map, lagrangian) {
+            (Some(declared), _) => declared,
+            (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, lagrangian),
+            (None, _) => lowering.paper_pairs(),
+        });
+        (pairs, triple.map(Option::flatten))
     }
 }
 
