@@ -34,15 +34,17 @@ use proc_macro::TokenStream;
 /// | statement | meaning |
 /// |---|---|
 /// | `coordinates(x, y);` | the coordinates, `n` of them; `theta: [8]` among them is an array (see below) |
-/// | `lagrangian = L;` | the Lagrangian `L(q, v)` |
+/// | `lagrangian = L;` | the Lagrangian `L(t, q, v)`; `t` is the time, here and in every expression |
+/// | `external_forces = (f1, …, fn);` | generalized forces `f(t, q, v)` that are no constraint forces: friction, wind, a motor; in units of `L` per coordinate |
 /// | `let name = e;` | a name for an expression |
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
-/// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(q) = 0`, imposed at every node |
-/// | `nonholonomic = c;` or a list | constraints of velocities, `c(q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
-/// | `kinematic = c;` or a list | constraints of accelerations, `c(q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
+/// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(t, q) = 0`, imposed at every node |
+/// | `nonholonomic = c;` or a list | constraints of velocities, `c(t, q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(t, q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `constraint_forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
+/// | `each(0..16, \|i\| e)` in a list, or in its place | an entry for every index, of any of the lists of constraints, fields, forms and factors |
 /// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper`, `midpoint` or `trapezoid`; for the default see below |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
@@ -90,6 +92,7 @@ use proc_macro::TokenStream;
 ///
 /// # Expressions
 ///
+/// - `t` is the time. Constraints, maps, fields and forces may depend on it; what does not costs nothing.
 /// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one. Nothing may be of a higher
 ///   order than an acceleration.
 /// - Numbers, also integers, are `f64`. Operators are `+`, `-`, `*`, `/`; blocks `{ let a = …; e }` and
@@ -108,7 +111,7 @@ use proc_macro::TokenStream;
 /// - Any other function or method of coordinates is the user's own, called with dual numbers where a derivative is
 ///   needed, so it is generic over its number type: `curvature.at(x, y)`, `friction(dot(x))`. Its arguments are
 ///   numbers.
-/// - Coordinates, fields, `let`s, `h`, `dot`, `ddot`, `sum` and `product` share one namespace.
+/// - Coordinates, fields, `let`s, `t`, `h`, `dot`, `ddot`, `sum`, `product` and `each` share one namespace.
 ///
 /// # Arrays, sums and functions
 ///
@@ -141,6 +144,22 @@ use proc_macro::TokenStream;
 /// - The components of a field stand in the shape of the coordinates: for `coordinates(x, theta: [3]);` a field is
 ///   `(1, [a, b, c])`, `(1, [0; 3])` or `(1, |i| e)`, or all of them in one tuple, `(1, a, b, c)`.
 ///
+/// # External forces
+///
+/// A force does the work `⟨f, δq⟩`. On a leg it is taken at the points of `phi_lagrangian`, and goes with their displacements: with
+/// `midpoint` it acts half on each of the two nodes, and with `trapezoid` the half at each node on that node. Beside the paper's map forces
+/// are the trapezoid's, since at one end of the leg alone they would be of first order. So the step is of second order with each of the
+/// three. The reported constraint force does not contain what was declared:
+/// `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`.
+///
+/// ```ignore
+/// external_forces = (-damping * dot(x), torque.at(t));    // torque: dsocs_core::Samples
+/// ```
+///
+/// A force that jumps or has a corner (dry friction, `if`) lowers the order of the steps that it jumps in: at each jump an error of
+/// the size `h²` times the jump of the acceleration is left, whatever the method of fixed steps. A Taylor flow finds the place by
+/// shorter steps; it stops at times that it is told (`TaylorFlow::knots`).
+///
 /// # Maps
 ///
 /// A map computes the point of the continuous system from the nodes. The nodes and its values are vectors, and
@@ -154,6 +173,10 @@ use proc_macro::TokenStream;
 /// phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
 /// ```
 ///
+/// Where a map names the times of its nodes, its value begins with the time of the point: `|t0, q0, t1, q1| (t, q, v)` and
+/// `|t0, q0, t1, q1, t2, q2| (t, q, v, a)`. Without them the time is that of the node where the position is a node's, the middle of the
+/// leg elsewhere, and that of the middle node for a map of three.
+///
 /// `paper`, `midpoint` (`((q0 + q1) / 2, (q1 - q0) / h)`) and `trapezoid` (the mean of the Lagrangian over `(q0, v)` and `(q1, v)`,
 /// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian and every constraint, and so
 /// is `trapezoid`; `paper`, `(q0, (q1 - q0) / h)`, is where `L = T(v) - V(q)`. As `phi_kinematic`, `midpoint` is
@@ -166,7 +189,7 @@ use proc_macro::TokenStream;
 /// # Discrete systems
 ///
 /// `discrete_lagrangian` and `discrete_kinematic` are made of the nodes: `x[0]`, `x[1]`, `x[2]` are the values of the coordinate `x`
-/// there (`theta[3][1]` one of an array), `h` is the step, `leg(e, 0)` and `leg(e, 1)` are the values of an expression of positions and
+/// there (`theta[3][1]` one of an array), `t[0]`, `t[1]`, `t[2]` the times, `h` is the step, `leg(e, 0)` and `leg(e, 1)` are the values of an expression of positions and
 /// velocities on a leg, by `phi_lagrangian`, and `node(e)` is that of any expression at the triple, by `phi_kinematic`. The
 /// continuous statements are still needed: starts, energies, errors and references come from them.
 ///
