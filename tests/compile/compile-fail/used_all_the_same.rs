@@ -12,7 +12,7 @@ pub struct Particle<'a, T: Copy> {
 }
 
 fn energy<S: System<2>>(system: &S) -> f64 {
-    system.energy(&[0.0, 0.0], &[1.0, 1.0])
+    system.energy(0.0, &[0.0, 0.0], &[1.0, 1.0])
 }
 
 fn main() {

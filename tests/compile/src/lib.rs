@@ -1,1 +1,1 @@
-//! Nothing but tests: see `tests/compile_errors.rs`.
+//! Nothing but tests: see `tests/compile_errors.rs` and `tests/right`.

@@ -1,0 +1,34 @@
+//! A declaration that a macro by example writes.
+
+use dsocs_core::{System, dsocs};
+
+macro_rules! oscillator {
+    ($name:ident, $coordinate:ident, $potential:expr) => {
+        #[dsocs {
+                    coordinates($coordinate);
+                    let kinetic = mass / 2 * dot($coordinate).powi(2);
+                    lagrangian = kinetic - $potential * 2;
+                }]
+        pub struct $name {
+            pub mass: f64,
+            pub stiffness: f64,
+        }
+    };
+}
+
+oscillator!(Linear, x, stiffness * x.powi(2) + mass * 0);
+oscillator!(Angle, theta, 1 - theta.cos());
+
+#[test]
+fn works() {
+    let linear = Linear {
+        mass: 2.0,
+        stiffness: 3.0,
+    };
+    assert_eq!(linear.lagrangian(0.0, &[1.0], &[2.0]), 4.0 - 6.0);
+    let angle = Angle {
+        mass: 2.0,
+        stiffness: 3.0,
+    };
+    assert_eq!(angle.lagrangian(0.0, &[0.0], &[2.0]), 4.0);
+}

@@ -1,0 +1,17 @@
+//! Declarations of every kind that compile, and mean what they say.
+
+// written as users write
+#![allow(missing_docs, dead_code, clippy::all, clippy::pedantic)]
+
+mod arrays;
+mod constraints;
+mod expressions;
+mod forces;
+mod functions;
+mod generic;
+mod macro_rules;
+mod maps;
+mod multipliers;
+mod names;
+mod one_coordinate;
+mod parameters;
