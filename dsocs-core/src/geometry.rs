@@ -72,14 +72,17 @@ pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
 pub use written::rows_of_written;
 
-use crate::regularity;
 use crate::system::Leg;
+
+/// A coordinate whose increment is shorter than this part of the longest stands still.
+const STILL: f64 = 1e-3;
 
 /// Units for derivatives by the coordinates: powers of two, which do not round, of about the size of a leg. Only differences
 /// of users' functions depend on them.
 fn units<const N: usize>(leg: &Leg<f64, N>) -> [f64; N] {
-    regularity::lengths(leg, &[0.0; N]).map(|length| {
-        let unit = length.log2().floor().exp2();
+    let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+    leg.d.map(|d| {
+        let unit = d.abs().max(STILL * longest).log2().floor().exp2();
         if unit.is_normal() { unit } else { 1.0 }
     })
 }

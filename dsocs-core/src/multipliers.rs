@@ -2,6 +2,7 @@
 
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::regularity;
 use crate::system::{Leg, Point};
 
 /// Components of forms below this part of the largest are not scaled up.
@@ -53,7 +54,25 @@ pub(crate) fn of_step<const N: usize>(
     if !declaration.has_multipliers() {
         return Vec::new();
     }
-    multipliers(&declaration.force(h, leg, e), &declaration.forms(h, leg, e))
+    // components for the lengths that coordinates move, not for their units: then it is no matter of units which form is faint
+    let forms = declaration.forms(h, leg, e);
+    let lengths = regularity::measured(declaration, h, leg, e);
+    let largest = |i: usize| {
+        forms
+            .iter()
+            .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
+    };
+    let all = (0..N).fold(0.0_f64, |most, i| {
+        most.max(lengths[i].map_or(0.0, |length| length * largest(i)))
+    });
+    let units: [f64; N] = core::array::from_fn(|i| {
+        // the forms of a coordinate that has no length are not
+        let unit = lengths[i].unwrap_or_else(|| if all > 0.0 { all } else { 1.0 } / largest(i));
+        if unit.is_normal() { unit } else { 1.0 }
+    });
+    let works = |x: &[f64; N]| -> [f64; N] { core::array::from_fn(|i| x[i] * units[i]) };
+    let forms: Vec<[f64; N]> = forms.iter().map(works).collect();
+    multipliers(&works(&declaration.force(h, leg, e)), &forms)
 }
 
 /// The multipliers of the continuous system at a point.

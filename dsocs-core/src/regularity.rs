@@ -9,7 +9,7 @@ use crate::dense::Matrix;
 use crate::multipliers::of_step;
 use crate::rounding;
 use crate::system::{Leg, System};
-use crate::tangent::Tangent;
+use crate::tangent::{Tangent, Tangent2};
 use crate::tape::Number;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
@@ -22,9 +22,14 @@ const STILL: f64 = 1e-3;
 ///
 /// The rows are those of the declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
 /// works of the constraint force; rows that were solved beforehand for a second difference count in that form, which
-/// changes neither matrix's kernel. Where nodes or pairs of nodes are bound, or multipliers are unknown, `D₃` is the matrix of
-/// the unknowns, multipliers among them, and `D₁` that of the step back in time from `(q2, q1)`. Singular values depend on units, so rows are taken relative to the size of their own
-/// terms, and coordinates relative to the longer of their two legs (at least a thousandth of the longest of all): a value of 1 means that moving `q2` by the length of a
+/// changes neither matrix's kernel. Multipliers that are unknown are moved beside the node. Where constraints of positions or
+/// velocities bind the pairs of nodes, `D₁` has what they ask of the first pair for rows: that is the matrix that
+/// the inverse flow is found with ([`DiscreteFlow::backward`](crate::geometry::DiscreteFlow::backward)).
+///
+/// Singular values depend on units, so rows are taken relative to the size of their own
+/// terms, and coordinates relative to the longer of their two legs, at least a thousandth of the longest of all, where the masses `∂²L/∂v²`
+/// make lengths of coordinates comparable; multipliers, and coordinates without mass that do not move, relative to what changes some row by as
+/// much as its terms are large. So the values do not depend on the units of coordinates, constraints, mass or time. A value of 1 means that moving `q2` by the length of a
 /// leg changes the rows by as much as their terms are large. Derivatives are exact, by dual numbers; only functions of the
 /// user's whose arguments contain `q0` or `q2` are differentiated by differences of eighth order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,32 +68,14 @@ impl Regularity {
         leg: &Leg<f64, N>,
         e: &[f64; N],
     ) -> Self {
-        if declaration.lower() > 0 || declaration.has_multipliers() {
-            // constraints on nodes and pairs bind the first node by themselves: what binds the last one, mirrored
-            let back = Leg {
-                t: leg.t,
-                q: leg.q,
-                d: core::array::from_fn(|i| -(leg.d[i] + e[i])),
-            };
-            let [forward, largest_forward] = of_unknowns(declaration, h, leg, e);
-            let [backward, largest_backward] = of_unknowns(declaration, -h, &back, e);
-            return Self {
-                forward,
-                backward,
-                largest_forward,
-                largest_backward,
-            };
-        }
-        let bounds = rounding::stacked_bounds(declaration, h, leg, e);
-        let lengths = lengths(leg, e);
+        let triple = Triple::new(declaration, h, leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
-        let [smallest, largest] = singular_values(declaration, h, leg, e, &lengths, &bounds, [0.0, 1.0]);
-        let [backward, largest_backward] =
-            singular_values(declaration, h, leg, e, &lengths, &bounds, [-1.0, 1.0]);
+        let [forward, largest_forward] = triple.extremes([0.0, 1.0], false);
+        let [backward, largest_backward] = triple.extremes([-1.0, 1.0], true);
         Self {
-            forward: smallest,
+            forward,
             backward,
-            largest_forward: largest,
+            largest_forward,
             largest_backward,
         }
     }
@@ -123,35 +110,67 @@ fn is_regular(smallest: f64, largest: f64) -> bool {
     smallest > ROUNDINGS * f64::EPSILON * largest && largest.is_finite()
 }
 
-/// The longer of both legs by coordinate; for coordinates that stand still, a part of the longest of all, and 1 if none
-/// moves.
-pub(crate) fn lengths<const N: usize>(leg: &Leg<f64, N>, e: &[f64; N]) -> [f64; N] {
-    let moved: [f64; N] = core::array::from_fn(|i| leg.d[i].abs().max((leg.d[i] + e[i]).abs()));
-    let longest = moved.iter().fold(0.0_f64, |longest, &length| longest.max(length));
-    moved.map(|length| {
-        if longest > 0.0 {
-            length.max(STILL * longest)
-        } else {
-            1.0
-        }
-    })
-}
-
-/// The smallest and the largest singular value of the derivative along `[δd, δe]` times each coordinate.
-fn singular_values<const N: usize>(
+/// The longer of both legs by coordinate, at least a part of the longest of all; `None` of a coordinate that has no such length.
+///
+/// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
+/// has the same unit for all.
+pub(crate) fn measured<const N: usize>(
     declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
-    lengths: &[f64; N],
-    bounds: &[f64],
-    [by_d, by_e]: [f64; 2],
-) -> [f64; 2] {
-    let columns = columns(declaration, h, leg, e, lengths, [0.0, by_d, by_e]);
-    match scaled(&columns, &sizes(&columns, bounds)) {
-        Some(matrix) => matrix.decomposed().extremes(),
-        None => [f64::NAN; 2],
-    }
+) -> [Option<f64>; N] {
+    let moved: [f64; N] = core::array::from_fn(|i| leg.d[i].abs().max((leg.d[i] + e[i]).abs()));
+    let weights = weights(declaration, h, leg);
+    let longest = (0..N).fold(0.0_f64, |longest, i| longest.max(weights[i] * moved[i]));
+    core::array::from_fn(|i| {
+        let least = if weights[i] > 0.0 {
+            STILL * longest / weights[i]
+        } else {
+            0.0
+        };
+        let length = moved[i].max(least);
+        (length > 0.0 && length.is_finite()).then_some(length)
+    })
+}
+
+/// The square root of the mass that moves with each coordinate; zero where there is none.
+fn weights<const N: usize>(declaration: &Declaration<'_, N>, h: f64, leg: &Leg<f64, N>) -> [f64; N] {
+    let v = leg.d.map(|d| d / h);
+    core::array::from_fn(|i| {
+        let along = |x: &[f64; N], part: f64| -> [Tangent2; N] {
+            core::array::from_fn(|j| {
+                let part = if i == j { part } else { 0.0 };
+                Tangent2::second(x[j], [part; 2])
+            })
+        };
+        // by a part of the velocity: only differences of users' functions depend on it
+        let unit = if v[i] == 0.0 { 1.0 } else { v[i].abs() };
+        let mass = declaration
+            .lagrangian(
+                Tangent2::second(leg.t, [0.0; 2]),
+                &along(&leg.q, 0.0),
+                &along(&v, unit),
+            )
+            .mixed();
+        let weight = mass.abs().sqrt() / unit;
+        if weight.is_finite() { weight } else { 0.0 }
+    })
+}
+
+/// A length for every coordinate. One that does not move while others do is measured by its mass, or by 1 if it has none.
+pub(crate) fn lengths<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> [f64; N] {
+    let weights = weights(declaration, h, leg);
+    let measured = measured(declaration, h, leg, e);
+    core::array::from_fn(|i| {
+        let by_mass = 1.0 / weights[i];
+        measured[i].unwrap_or(if by_mass.is_finite() { by_mass } else { 1.0 })
+    })
 }
 
 /// The singular values of the derivative by all three nodes, in no order; none where it has none.
@@ -161,185 +180,264 @@ pub(crate) fn all_singular_values<const N: usize>(
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Vec<f64> {
-    let (bounds, lengths) = (rounding::stacked_bounds(declaration, h, leg, e), lengths(leg, e));
+    let triple = Triple::new(declaration, h, leg, e);
     // q1 moves the node, both increments and so e twice
     let nodes = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
-    let mut columns: Vec<Vec<f64>> = nodes
-        .iter()
-        .flat_map(|&by| columns(declaration, h, leg, e, &lengths, by))
-        .collect();
-    let scales: Vec<f64> = (0..bounds.len())
-        .map(|i| scale(bounds[i], columns.iter().filter_map(|column| column.get(i))))
-        .collect();
-    columns.extend(multiplier_columns(declaration, h, leg, e, &scales));
-    scaled(&columns, &scales).map_or_else(Vec::new, |matrix| matrix.decomposed().values)
+    triple
+        .matrix(&nodes, false)
+        .map_or_else(Vec::new, |matrix| matrix.decomposed().values)
 }
 
-/// The derivatives of all rows along `[δq, δd, δe]` times each coordinate.
-fn columns<const N: usize>(
-    declaration: &Declaration<'_, N>,
+/// A triple of nodes, and what its equations are measured by.
+struct Triple<'a, const N: usize> {
+    declaration: &'a Declaration<'a, N>,
     h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-    lengths: &[f64; N],
-    [by_q, by_d, by_e]: [f64; 3],
-) -> Vec<Vec<f64>> {
-    let multipliers = of_step(declaration, h, leg, e);
-    let multipliers: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
-    (0..N)
-        .map(|j| {
-            let along = |x: &[f64; N], part: f64| -> [Tangent; N] {
-                core::array::from_fn(|i| Tangent::new(x[i], if i == j { part * lengths[j] } else { 0.0 }))
-            };
-            let leg = Leg {
-                t: Tangent::new(leg.t, 0.0),
-                q: along(&leg.q, by_q),
-                d: along(&leg.d, by_d),
-            };
-            stacked(
-                declaration,
-                Tangent::new(h, 0.0),
-                &leg,
-                &along(e, by_e),
-                &multipliers,
-            )
-            .into_iter()
-            .map(Tangent::derivative)
-            .collect()
-        })
-        .collect()
+    leg: &'a Leg<f64, N>,
+    e: &'a [f64; N],
+    /// The multipliers that are unknown or were solved for.
+    multipliers: Vec<f64>,
+    /// How far each coordinate moves.
+    lengths: [Option<f64>; N],
 }
 
-/// The derivatives of all rows by the multipliers that are unknown, each in its [`unit`].
-fn multiplier_columns<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-    scales: &[f64],
-) -> Vec<Vec<f64>> {
-    let multipliers = of_step(declaration, h, leg, e);
-    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
-    let constant_leg = Leg {
-        t: Tangent::new(leg.t, 0.0),
-        q: fixed(&leg.q),
-        d: fixed(&leg.d),
-    };
-    (0..multipliers.len())
-        .map(|j| {
-            let moving: Vec<_> = multipliers
-                .iter()
-                .enumerate()
-                .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
-                .collect();
-            let rows = stacked(
-                declaration,
-                Tangent::new(h, 0.0),
-                &constant_leg,
-                &fixed(e),
-                &moving,
-            );
-            let slopes = || rows.iter().map(|row| row.derivative());
-            let scaled = slopes().zip(scales).map(|(slope, &scale)| match slope {
-                0.0 => 0.0,
-                slope => slope / scale,
-            });
-            let unit = unit(scaled);
-            slopes().map(|slope| unit * slope).collect()
-        })
-        .collect()
+/// The derivatives of all rows along one direction.
+struct Column {
+    /// By row.
+    slopes: Vec<f64>,
+    /// The largest of those that they are the sums of: by the middle node, the increment and the second difference. What is left of
+    /// them where they cancel is rounding.
+    parts: Vec<f64>,
+    /// What is known of the length that they are along.
+    length: Length,
 }
 
-/// The unit of a multiplier, from its column in rows of the size of their terms: one that changes a row by as much as its terms
-/// are. (The multiplier itself is no measure: it may vanish where the equations are as regular as anywhere.)
-fn unit(column: impl Iterator<Item = f64>) -> f64 {
-    let largest = column.fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
-    if largest > 0.0 && largest.is_finite() {
-        largest.recip()
-    } else {
-        1.0
-    }
+/// What is known of the length of a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Length {
+    /// It is that of a leg.
+    Leg,
+    /// Nothing moves. It is that of the other coordinates, by their masses, but for one factor.
+    Mass,
+    /// Nothing.
+    Coordinate,
+    /// Nothing; the direction is a multiplier.
+    Multiplier,
 }
 
-/// The matrix of some columns with rows in some sizes, if it is finite.
-fn scaled(columns: &[Vec<f64>], sizes: &[f64]) -> Option<Matrix> {
-    let matrix = Matrix::from_fn(sizes.len(), columns.len(), |i, j| {
-        let slope = columns[j].get(i).copied().unwrap_or(f64::NAN);
-        if slope == 0.0 { 0.0 } else { slope / sizes[i] }
-    });
-    matrix.is_finite().then_some(matrix)
-}
-
-/// The sizes of the rows' terms, from the bounds of their rounding; of a row that does not round, its largest slope.
-fn sizes(columns: &[Vec<f64>], bounds: &[f64]) -> Vec<f64> {
-    let size = |(i, &bound): (usize, &f64)| {
-        let terms = bound / f64::EPSILON;
-        if terms > 0.0 {
-            terms
-        } else {
-            scale(0.0, columns.iter().filter_map(|column| column.get(i)))
+impl<'a, const N: usize> Triple<'a, N> {
+    /// The triple of a leg and a second difference.
+    fn new(declaration: &'a Declaration<'a, N>, h: f64, leg: &'a Leg<f64, N>, e: &'a [f64; N]) -> Self {
+        Self {
+            declaration,
+            h,
+            leg,
+            e,
+            multipliers: of_step(declaration, h, leg, e),
+            lengths: measured(declaration, h, leg, e),
         }
-    };
-    bounds.iter().enumerate().map(size).collect()
-}
+    }
 
-/// The smallest and the largest singular value of the derivative by the unknowns.
-fn of_unknowns<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> [f64; 2] {
-    let z = declaration.unknown(e, &of_step(declaration, h, leg, e));
-    let jacobian = declaration.jacobian(h, leg, &z);
-    let mut bounds = vec![f64::NAN; z.len()];
-    declaration.bounds(h, leg, &z, &mut bounds);
-    let lengths = declaration.unknown(&lengths(leg, e), &[]);
-    let rows: Vec<Vec<f64>> = jacobian
-        .chunks(z.len().max(1))
-        .map(|row| {
-            let entries = row.iter().zip(&lengths);
-            entries
-                .map(|(slope, &length)| slope * if length > 0.0 { length } else { 1.0 })
-                .collect()
-        })
-        .collect();
-    let size = rows.len();
-    let is_multiplier = |j: usize| lengths.get(j).is_none_or(|&length| length <= 0.0);
-    let scales: Vec<f64> = rows
-        .iter()
-        .zip(&bounds)
-        .map(|(row, &bound)| {
-            let coordinates = row.iter().enumerate().filter(|(j, _)| !is_multiplier(*j));
-            scale(bound, coordinates.map(|(_, slope)| slope))
-        })
-        .collect();
-    let entry = |i: usize, j: usize| match rows[i][j] {
-        0.0 => 0.0,
-        slope => slope / scales[i],
-    };
-    let units: Vec<f64> = (0..size)
-        .map(|j| {
-            if is_multiplier(j) {
-                unit((0..size).map(|i| entry(i, j)))
-            } else {
-                1.0
+    /// The smallest and the largest singular value of the derivative by a node that moves `[d, e]`, and by the multipliers;
+    /// with what constraints ask of the first pair of nodes, or without.
+    fn extremes(&self, [by_d, by_e]: [f64; 2], first_pair: bool) -> [f64; 2] {
+        match self.matrix(&[[0.0, by_d, by_e]], first_pair) {
+            Some(matrix) => matrix.decomposed().extremes(),
+            None => [f64::NAN; 2],
+        }
+    }
+
+    /// The derivative of all rows by nodes that move `[q, d, e]`, and by the multipliers, with rows and columns in their own
+    /// units; `None` if it is not finite.
+    ///
+    /// The equations of a step ask constraints of positions and velocities of the last node and the last pair alone. Where it is the
+    /// first node that is sought, the last pair is given and obeys them, and they bind the first pair.
+    fn matrix(&self, nodes: &[[f64; 3]], first_pair: bool) -> Option<Matrix> {
+        let weights = weights(self.declaration, self.h, self.leg);
+        let mut columns = Vec::with_capacity(nodes.len() * N + self.multipliers.len());
+        for &[by_q, by_d, by_e] in nodes {
+            for (j, weight) in weights.into_iter().enumerate() {
+                let (length, kind) = match self.lengths[j] {
+                    Some(length) => (length, Length::Leg),
+                    None if weight > 0.0 => (weight.recip(), Length::Mass),
+                    None => (1.0, Length::Coordinate),
+                };
+                let mut column = Column::new(kind);
+                let parts = [[by_q, 0.0, 0.0], [0.0, by_d, 0.0], [0.0, 0.0, by_e]];
+                for by in parts.into_iter().filter(|by| *by != [0.0; 3]) {
+                    column.add(&self.slopes(Some((j, by.map(|by| by * length))), None, first_pair));
+                }
+                columns.push(column);
             }
-        })
-        .collect();
-    let matrix = Matrix::from_fn(size, size, |i, j| units[j] * entry(i, j));
-    if matrix.is_finite() {
-        matrix.decomposed().extremes()
-    } else {
-        [f64::NAN; 2]
+        }
+        for j in (0..self.multipliers.len()).filter(|&j| self.is_unknown(j)) {
+            let mut column = Column::new(Length::Multiplier);
+            column.add(&self.slopes(None, Some(j), first_pair));
+            columns.push(column);
+        }
+        let by_slopes = nodes.len() > 1 || self.declaration.lower() > 0 || self.declaration.has_multipliers();
+        let mut sizes = self.sizes(&columns, by_slopes, first_pair);
+        // what is known best comes first, and gives rows without terms their sizes
+        scale_columns(&mut columns, &sizes, Length::Mass);
+        scale_columns(&mut columns, &sizes, Length::Coordinate);
+        size_rows(&mut sizes, &columns, |length| length != Length::Multiplier);
+        scale_columns(&mut columns, &sizes, Length::Multiplier);
+        size_rows(&mut sizes, &columns, |_| true);
+        let matrix = Matrix::from_fn(sizes.len(), columns.len(), |i, j| {
+            let slope = columns[j].slope(i);
+            if slope == 0.0 { 0.0 } else { slope / sizes[i] }
+        });
+        matrix.is_finite().then_some(matrix)
+    }
+
+    /// Whether a multiplier is among the unknowns, and was not solved for.
+    fn is_unknown(&self, j: usize) -> bool {
+        let mut multipliers = vec![0.0; self.multipliers.len()];
+        if let Some(multiplier) = multipliers.get_mut(j) {
+            *multiplier = 1.0;
+        }
+        let unknown = self.declaration.unknown(&[0.0; N], &multipliers);
+        unknown.iter().any(|&x| x != 0.0)
+    }
+
+    /// The derivatives of all rows where a coordinate of the middle node, the increment and the second difference moves, or a
+    /// multiplier.
+    fn slopes(
+        &self,
+        coordinate: Option<(usize, [f64; 3])>,
+        multiplier: Option<usize>,
+        first_pair: bool,
+    ) -> Vec<f64> {
+        let along = |x: &[f64; N], part: usize| -> [Tangent; N] {
+            core::array::from_fn(|i| match coordinate {
+                Some((j, by)) if i == j => Tangent::new(x[i], by[part]),
+                _ => Tangent::new(x[i], 0.0),
+            })
+        };
+        let leg = Leg {
+            t: Tangent::new(self.leg.t, 0.0),
+            q: along(&self.leg.q, 0),
+            d: along(&self.leg.d, 1),
+        };
+        let e = along(self.e, 2);
+        let by = |j: usize| if Some(j) == multiplier { 1.0 } else { 0.0 };
+        let multipliers: Vec<_> = self
+            .multipliers
+            .iter()
+            .enumerate()
+            .map(|(j, &x)| Tangent::new(x, by(j)))
+            .collect();
+        let h = Tangent::new(self.h, 0.0);
+        let mut rows = stacked(self.declaration, h, &leg, &e, &multipliers);
+        if first_pair {
+            rows.extend(of_first_pair(self.declaration, h, &leg));
+        }
+        rows.into_iter().map(Tangent::derivative).collect()
+    }
+
+    /// The sizes of the rows: those of their terms, from the bounds of their rounding. By slopes it is the largest slope of
+    /// a row, if that is larger: where a motion comes to rest in some coordinates the terms of their rows vanish, and the
+    /// equations are as regular as before. Else it is the largest slope only of a row that does not round.
+    fn sizes(&self, columns: &[Column], by_slopes: bool, first_pair: bool) -> Vec<f64> {
+        let mut bounds = rounding::stacked_bounds(self.declaration, self.h, self.leg, self.e);
+        if first_pair {
+            bounds.extend(rounding::first_pair_bounds(self.declaration, self.h, self.leg));
+        }
+        let measured = || columns.iter().filter(|column| column.length == Length::Leg);
+        let size = |(i, &bound): (usize, &f64)| {
+            let terms = bound / f64::EPSILON;
+            if by_slopes || terms <= 0.0 || terms.is_nan() {
+                measured().fold(terms, |largest, column| column.part(i).max(largest))
+            } else {
+                terms
+            }
+        };
+        bounds.iter().enumerate().map(size).collect()
     }
 }
 
-/// The size of a row: that of its terms, from the bound of their rounding, or its largest slope, if that is larger. (Where a motion
-/// comes to rest in some coordinates the terms of their rows vanish, and the equations are as regular as before.)
-fn scale<'a>(bound: f64, slopes: impl Iterator<Item = &'a f64>) -> f64 {
-    let terms = bound / f64::EPSILON;
-    slopes.fold(terms, |largest, slope| slope.abs().max(largest))
+impl Column {
+    /// Nothing moves yet.
+    fn new(length: Length) -> Self {
+        Self {
+            slopes: Vec::new(),
+            parts: Vec::new(),
+            length,
+        }
+    }
+
+    /// Adds the derivatives where one thing more moves.
+    fn add(&mut self, slopes: &[f64]) {
+        for sums in [&mut self.slopes, &mut self.parts] {
+            sums.resize(slopes.len(), 0.0);
+        }
+        let sums = self.slopes.iter_mut().zip(&mut self.parts);
+        for ((sum, part), slope) in sums.zip(slopes) {
+            *sum += slope;
+            *part = part.max(slope.abs());
+        }
+    }
+
+    /// The largest part of the derivative of a row.
+    fn part(&self, row: usize) -> f64 {
+        self.parts.get(row).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The derivative of a row.
+    fn slope(&self, row: usize) -> f64 {
+        self.slopes.get(row).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The largest part of a row's size.
+    fn largest(&self, sizes: &[f64]) -> f64 {
+        let entries = self.parts.iter().zip(sizes).filter(|(_, size)| **size > 0.0);
+        entries.fold(0.0, |largest, (part, size)| largest.max(part / size))
+    }
+}
+
+/// Gives directions whose length is not known one that changes some row by as much as its terms are: each its own, and those
+/// that are known by their masses one in common. (A multiplier itself is no measure: it may vanish where the equations are as
+/// regular as anywhere.)
+fn scale_columns(columns: &mut [Column], sizes: &[f64], of: Length) {
+    let scaled = || columns.iter().filter(|column| column.length == of);
+    let common = scaled().fold(0.0_f64, |largest, column| largest.max(column.largest(sizes)));
+    for column in columns.iter_mut().filter(|column| column.length == of) {
+        let largest = if of == Length::Mass {
+            common
+        } else {
+            column.largest(sizes)
+        };
+        if largest > 0.0 && largest.is_finite() {
+            for slope in column.slopes.iter_mut().chain(&mut column.parts) {
+                *slope /= largest;
+            }
+        }
+    }
+}
+
+/// Gives rows without a size that of their largest slope.
+fn size_rows(sizes: &mut [f64], columns: &[Column], counts: impl Fn(Length) -> bool) {
+    for (i, size) in sizes.iter_mut().enumerate().filter(|(_, size)| **size <= 0.0) {
+        let columns = columns.iter().filter(|column| counts(column.length));
+        *size = columns.fold(0.0, |largest, column| column.part(i).max(largest));
+    }
+}
+
+/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
+pub(crate) fn of_first_pair<T: Number, const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: T,
+    leg: &Leg<T, N>,
+) -> Vec<T> {
+    let holonomic = declaration.holonomic();
+    let first = Leg {
+        t: leg.t - h,
+        q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
+        d: leg.d,
+    };
+    let mut rows = declaration.pair(h, &first);
+    rows.truncate(holonomic);
+    rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
+    rows
 }
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for

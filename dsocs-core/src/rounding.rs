@@ -9,7 +9,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::declaration::Declaration;
 use crate::multipliers::of_step;
-use crate::regularity::stacked;
+use crate::regularity::{of_first_pair, stacked};
 use crate::scalar::Scalar;
 use crate::step::unknown::Unknown;
 use crate::system::{Leg, System};
@@ -316,6 +316,16 @@ pub(crate) fn stacked_bounds<const N: usize>(
     let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
     let (h, leg, e) = (Bounded::splat(h), exact(leg), e.map(Bounded::splat));
     let rows = stacked(declaration, h, &leg, &e, &multipliers);
+    rows.into_iter().map(Bounded::error).collect()
+}
+
+/// The same for what constraints ask of the first pair of nodes.
+pub(crate) fn first_pair_bounds<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    h: f64,
+    leg: &Leg<f64, N>,
+) -> Vec<f64> {
+    let rows = of_first_pair(declaration, Bounded::splat(h), &exact(leg));
     rows.into_iter().map(Bounded::error).collect()
 }
 

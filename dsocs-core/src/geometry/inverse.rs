@@ -1,13 +1,13 @@
 //! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
 
-use super::array::{along, first_node, minus, moving_leg, times};
+use super::array::{along, minus, moving_leg, times};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::solvable::Sought;
 use super::units;
-use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::multipliers;
+use crate::regularity::{self, of_first_pair};
 use crate::scalar::Scalar as _;
 use crate::system::Leg;
 use crate::tangent::Tangent;
@@ -52,7 +52,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             q: q1,
             d: minus(&last.d, e),
         };
-        let lengths = units(last);
+        let lengths = regularity::lengths(&self.declaration(), self.h, last, &[0.0; N]);
         let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
             solution.z
         } else {
@@ -138,7 +138,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
             }
-            for (i, row) in first_pair(&declaration, h, &moving).into_iter().enumerate() {
+            for (i, row) in of_first_pair(&declaration, h, &moving).into_iter().enumerate() {
                 matrix[(all + i, column)] = row.derivative();
                 right[all + i] = -row.value();
             }
@@ -154,19 +154,6 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         }
         Some(Update { d, z })
     }
-}
-
-/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
-fn first_pair<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: Tangent,
-    leg: &Leg<Tangent, N>,
-) -> Vec<Tangent> {
-    let holonomic = declaration.holonomic();
-    let mut rows = declaration.pair(h, &first_node(h, leg));
-    rows.truncate(holonomic);
-    rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
-    rows
 }
 
 /// The least-squares solution of equations of full rank, with rows and unknowns in their own sizes; `None` if the rank is

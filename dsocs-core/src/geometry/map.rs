@@ -140,7 +140,7 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
     pub fn tangent(&self, triple: &Triple<N>) -> Result<TangentMap<N>, GeometryError> {
         let Triple { leg, e } = triple;
         let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
-        let lengths = regularity::lengths(leg, e);
+        let lengths = regularity::lengths(&self.declaration(), self.h, leg, e);
         if (0..N).any(|i| (found[i] - e[i]).abs() > SAME * lengths[i]) {
             let [q0, q1, q2] = triple.nodes().map(Vec::from);
             let found = Triple { leg: *leg, e: found };

@@ -75,7 +75,7 @@ fn is_declared<const N: usize>(
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> bool {
-    let lengths = regularity::lengths(leg, e);
+    let lengths = regularity::lengths(declaration, h, leg, e);
     let near = plus(e, &times(NEARBY, &lengths));
     let scales = |e: &[f64; N]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
     // false also where one of them is no number

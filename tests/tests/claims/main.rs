@@ -35,5 +35,6 @@ mod systems;
 mod taylor_events;
 mod taylor_flow;
 mod taylor_recurrences;
+mod units;
 mod words;
 mod wrong_input;

@@ -373,9 +373,14 @@ fn many_trees() {
 }
 
 #[test]
-#[ignore = "long: 120 robots in some minutes"]
-fn many_robots() {
+#[ignore = "long: 60 servos in some minutes"]
+fn many_servos() {
     all("servo", MANY, |random| moved(false, random), Servo::new);
+}
+
+#[test]
+#[ignore = "long: 60 brakes in some minutes"]
+fn many_brakes() {
     all("brake", MANY, |random| moved(true, random), Brake::new);
 }
 
