@@ -176,7 +176,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let candidate = if past.is_empty() {
             self.near_continuous(&root.z, &other, &legs)
         } else {
-            self.continued(&past, &root.z, &other, size)
+            self.continued(&past, &root.z, &other, size, &legs)
         };
         match candidate {
             Some(Candidate::Found) => Ok(report(root, guess)),
@@ -202,13 +202,17 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// The roots of a pair have Jacobians of opposite orientation, and along a motion the determinant changes smoothly,
     /// also where it passes through zero because the two roots change sides. So do the unknowns themselves, where the step is
     /// short enough. Either may be extrapolated from the last steps; what is said must not contradict the other.
-    fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    ///
+    /// One or two solutions say too little for either to be enough. The acceleration of the continuous system says as much as
+    /// at the first step, if the past does not contradict it.
+    fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z, legs: &Z) -> Option<Candidate> {
         let by_unknowns = continued_unknowns(past, found, other, size);
         let by_determinants = self.continued_determinants(past, found, other, size);
         match (by_determinants, by_unknowns) {
             (Some(one), Some(another)) => (one == another).then_some(one),
-            // one or two solutions say too little for either to be enough
-            _ if past.len() < ENOUGH => None,
+            (by_the_past, None) | (None, by_the_past) if past.len() < ENOUGH => self
+                .near_continuous(found, other, legs)
+                .filter(|candidate| by_the_past.is_none_or(|other| other == *candidate)),
             (candidate, None) | (None, candidate) => candidate,
         }
     }

@@ -14,8 +14,13 @@ const NUDGE: f64 = 1e-14;
 /// Below this part of the nodes an update is rounding.
 const ROUNDING: f64 = 1e-27;
 
-/// A step that is this part of another one: short enough for the continuous motion, and long enough for nodes that are rounded.
+/// A step that is this part of another one: short enough for the continuous motion, and long enough for nodes that are rounded where
+/// these have to obey constraints.
 const SHORT: f64 = 1e-2;
+
+/// The same where they need not. A Lyapunov constraint on a joint that hardly moves has two solutions in a step, of which only that of a very short one
+/// can be told from the other.
+const VERY_SHORT: f64 = 1e-4;
 
 /// A step is short enough where the second update of Newton's iteration, begun at the continuous motion, is at most this part of the
 /// first.
@@ -290,22 +295,23 @@ impl Step<'_> {
     }
 
     /// The unknowns that belong to the acceleration and the forces of the continuous motion: those of a step that is
-    /// a hundredth as long, nearly.
+    /// much shorter, nearly.
     #[must_use]
     pub fn continuous(&self) -> Option<Vec<Double>> {
         let n = self.scene.coordinates;
+        let part = if self.scene.lower() > 0 { SHORT } else { VERY_SHORT };
         let leg = Leg {
             q: self.leg.q.clone(),
-            d: times(&self.leg.d, SHORT),
+            d: times(&self.leg.d, part),
         };
         let short = Step {
             leg: &leg,
-            h: self.h * SHORT,
+            h: self.h * part,
             ..*self
         };
         let mut z = short.solve(&vec![Double::ZERO; self.unknowns()])?.z;
         for e in &mut z[..n] {
-            *e = *e / Double::exact(SHORT * SHORT);
+            *e = *e / Double::exact(part * part);
         }
         Some(z)
     }

@@ -267,7 +267,9 @@ fn compare<S: System<3> + From<Units>>(name: &str, h: f64, q0: [f64; 3], v0: [f6
                 && theorem.full == its.full
                 && same(theorem.margin, its.margin, 1.0);
             if !holds {
-                wrong.push(format!("{natural:?}\n  {at:?}\n  {theorem:?}\n  {its:?}\n  {place:?}, {units:?}"));
+                wrong.push(format!(
+                    "{natural:?}\n  {at:?}\n  {theorem:?}\n  {its:?}\n  {place:?}, {units:?}"
+                ));
             }
         }
         granted.push(natural);
@@ -297,7 +299,10 @@ fn certificates_do_not_depend_on_units() {
     compare::<Massless>("massless", 0.01, [0.5, 1.2, 1.6], [0.3, 0.0, 0.0]);
     let one_sided = compare::<OneSided>("one-sided", 0.02, [0.1, 0.3, 0.0], [1.0, 0.4, 0.3]);
     assert!(one_sided.iter().all(Regularity::grants_forward), "{one_sided:?}");
-    assert!(!one_sided.iter().any(Regularity::grants_backward), "{one_sided:?}");
+    assert!(
+        !one_sided.iter().any(Regularity::grants_backward),
+        "{one_sided:?}"
+    );
 }
 
 /// The sleigh's own run, and one in which it comes to rest in one coordinate.
