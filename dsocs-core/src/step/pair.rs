@@ -20,13 +20,16 @@ const NEAR: f64 = 0.5;
 const NEARER: f64 = 0.1;
 
 /// A root that took more evaluations than this was not foreseen.
-const MANY: u32 = 5;
+pub(crate) const MANY: u32 = 5;
 
 /// From so many solutions on, unknowns or determinants alone may say which root continues them.
 const ENOUGH: usize = 3;
 
 /// How far the determinant of the root that is meant may be from its continuation, relative to it.
 const TELLS: f64 = 0.4;
+
+/// Accelerations of the continuous system that differ by no more, relative to themselves and to the legs, are the same.
+const SAME: f64 = 1e-6;
 
 /// How often the leg before is improved.
 const FORMER: u32 = 4;
@@ -204,7 +207,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// short enough. Either may be extrapolated from the last steps; what is said must not contradict the other.
     ///
     /// One or two solutions say too little for either to be enough. The acceleration of the continuous system says as much as
-    /// at the first step, if the past does not contradict it.
+    /// at the first step, if the past does not contradict it, and if there is only one: of two, the start has chosen.
     fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z, legs: &Z) -> Option<Candidate> {
         let by_unknowns = continued_unknowns(past, found, other, size);
         let by_determinants = self.continued_determinants(past, found, other, size);
@@ -212,7 +215,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             (Some(one), Some(another)) => (one == another).then_some(one),
             (by_the_past, None) | (None, by_the_past) if past.len() < ENOUGH => self
                 .near_continuous(found, other, legs)
-                .filter(|candidate| by_the_past.is_none_or(|other| other == *candidate)),
+                .filter(|candidate| by_the_past.is_none_or(|other| other == *candidate))
+                .filter(|_| self.has_one_acceleration(found, other, legs)),
             (candidate, None) | (None, candidate) => candidate,
         }
     }
@@ -260,6 +264,22 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         } else {
             None
         }
+    }
+
+    /// Whether the continuous system has the same acceleration near both roots.
+    fn has_one_acceleration(&self, found: &Z, other: &Z, legs: &Z) -> bool {
+        let (leg, square) = (self.leg(), self.h() * self.h());
+        let v = leg.d.map(|d| d / self.h());
+        let near = |root: &Z| {
+            let a = self.second_difference(root).map(|e| e / square);
+            let (a, _) = self.system().acceleration(&leg.q, &v, Some(&a)).ok()?;
+            Some(self.unknown(&a.map(|a| a * square), &[]))
+        };
+        let (Some(found), Some(other)) = (near(found), near(other)) else {
+            return false;
+        };
+        let apart = found.zip(&other, |x, y| x - y);
+        relative(&apart, &found, legs) < SAME
     }
 
     /// The leg before a leg, and the rows of its step at its solution.
