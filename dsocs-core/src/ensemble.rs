@@ -17,6 +17,7 @@ use crate::start::Start;
 use crate::system::System;
 
 mod block;
+mod determinants;
 mod newton;
 #[cfg(test)]
 mod tests;
@@ -28,7 +29,7 @@ use block::Run;
 /// The trajectories are cut into blocks of eight, and a block is stepped at once, in lanes:
 /// the generated code is the same as for a [`Flow`], and so is Newton's iteration, with the same predictor and the
 /// same stop rules, which are decided lane by lane. A lane whose iteration does not contract at once (where a switch
-/// is crossed, say) is solved for that step as a single trajectory would be, with all of its guesses and its damping; one
+/// is crossed, say), or whose root may not be the one that continues its motion, is solved for that step as a single trajectory would be, with all of its guesses and its damping; one
 /// that has no solution ends with its own error, and the others go on. Blocks are shared out among threads.
 ///
 /// - Results come in the order of the starts.

@@ -4,10 +4,11 @@ use core::array;
 use core::num::NonZeroU64;
 
 use super::Observed;
+use super::determinants::Determinants;
 use super::newton::{self, Roots};
 use crate::compensated::Compensated;
 use crate::compiled::Report;
-use crate::flow::{Flow, State};
+use crate::flow::{Flow, SHORT_PAST, State};
 use crate::lanes::{LANES, Lanes};
 use crate::run::{self, Node, Observer, RunError, Stepper as _};
 use crate::scalar::Scalar;
@@ -41,12 +42,28 @@ struct Rows<'a, S: System<N>, const N: usize> {
     constants: &'a S::Constants<Lanes>,
     /// What is known since the step began.
     known: &'a S::Known<Lanes>,
+    /// In which units determinants are wanted.
+    scales: &'a [Lanes; 2],
+    /// Whether the past is too short to tell two roots apart by it.
+    past_is_short: bool,
 }
 
 impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
     type Z = S::Unknown<Lanes>;
 
     const LINEAR: bool = S::LINEAR;
+
+    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
+
+    #[inline]
+    fn past_is_short(&self) -> bool {
+        self.past_is_short
+    }
+
+    #[inline]
+    fn scales(&self) -> &[Lanes; 2] {
+        self.scales
+    }
 
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
@@ -98,6 +115,8 @@ struct Block<'r, 's, S: System<N>, O, const N: usize> {
     d: Compensated<N, Lanes>,
     /// The past solutions.
     predictor: Predictor<S::Unknown<Lanes>, Lanes>,
+    /// The determinants there.
+    determinants: Determinants,
     /// The number of the next step's middle node.
     index: u64,
 }
@@ -222,6 +241,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             q: Compensated::exact(zero),
             d: Compensated::exact(zero),
             predictor: Predictor::new(),
+            determinants: Determinants::new(),
             index: 2,
             members,
         };
@@ -285,6 +305,8 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             system,
             constants,
             known: &known,
+            scales: &self.determinants.scales,
+            past_is_short: self.index <= SHORT_PAST,
         };
         let roots = newton::solve(
             &rows,
@@ -298,12 +320,18 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         d.add(&e);
         let q = self.q.plus(&d);
         let finite = q.hi.iter().fold(u32::MAX, |finite, q| finite & q.finite().bits());
-        let alone = self.active & (roots.left | !finite);
+        let mut alone = self.active & (roots.left | !finite);
+        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
+            alone |= self.determinants.take(roots.determinants, self.active & !alone);
+        }
         if alone != 0 {
             self.solve_alone(alone);
         }
         (self.q, self.d) = (q, d);
         self.predictor.push(&roots.z);
+        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
+            self.determinants.push();
+        }
         if alone != 0 {
             self.take_back(alone);
         }
@@ -423,12 +451,15 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         State {
             q: one_sum(&self.q, lane),
             d: one_sum(&self.d, lane),
-            predictor,
+            predictor: predictor.with_determinants(self.determinants.lane(lane)),
         }
     }
 
     /// Fills one lane.
     fn set_state(&mut self, lane: usize, state: &State<S::Unknown<f64>, N>) {
+        let unknowns = state.predictor.size().as_ref().len();
+        self.determinants
+            .set_lane(lane, state.predictor.determinants(), unknowns);
         for (sums, one) in [(&mut self.q, &state.q), (&mut self.d, &state.d)] {
             for i in 0..N {
                 sums.hi[i].set_lane(lane, one.hi[i]);

@@ -3,6 +3,8 @@
 use crate::lanes::{Lanes, Mask};
 use crate::scalar::Scalar;
 use crate::step::convergence::{LAST_UPDATE, Update, converges};
+use crate::step::newton::{BENT, CLOSE};
+use crate::step::pair::MANY;
 use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
@@ -14,8 +16,10 @@ pub(super) struct Roots<U> {
     pub z: U,
     /// How often the rows were evaluated.
     pub evaluations: [u32; Lanes::LANES],
-    /// The lanes without a root, as bits.
+    /// The lanes without a root, or with one beside which there may be another, as bits.
     pub left: u32,
+    /// The determinants of the Jacobians from which the last updates came, in the units that were asked for.
+    pub determinants: Lanes,
 }
 
 /// A point of the iteration.
@@ -47,6 +51,15 @@ pub(super) trait Equations {
     /// Whether the rows are affine in the unknowns.
     const LINEAR: bool;
 
+    /// Whether roots are watched for others nearby.
+    const WATCHED: bool;
+
+    /// Whether they are watched also where the others would not be close.
+    fn past_is_short(&self) -> bool;
+
+    /// In which units determinants are wanted (see [`Unknown::solve_lanes`]).
+    fn scales(&self) -> &[Lanes; 2];
+
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
 
@@ -70,7 +83,9 @@ pub(super) fn solve<E: Equations>(
         z: start,
         evaluations: [1; Lanes::LANES],
         left: active,
+        determinants: Lanes::splat(f64::NAN),
     };
+    let (mut bent, mut in_question) = (0, 0);
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut z = start;
     let mut before: Option<Iterate<E::Z>> = None;
@@ -79,13 +94,13 @@ pub(super) fn solve<E: Equations>(
     // one loop, so that the generated rows stand in it once and are inlined
     for evaluation in 1..=limit {
         let at = equations.linearize(&z);
-        let update = if E::LINEAR {
+        let (update, determinants) = if E::LINEAR {
             // where a lane has no solution each looks for its own
             let nowhere = at.rows.zip(&at.rows, |_, _| Lanes::splat(f64::NAN));
-            at.update().unwrap_or(nowhere)
+            (at.update().unwrap_or(nowhere), found.determinants)
         } else {
-            let update = E::Z::solve_lanes(&at.jacobian, &at.rows);
-            update.zip(&update, |x, _| -x)
+            let (update, determinants) = E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales());
+            (update.zip(&update, |x, _| -x), determinants)
         };
         let next = z.zip(&update, |z, update| z + update);
         let now = Iterate {
@@ -98,6 +113,16 @@ pub(super) fn solve<E: Equations>(
             Some(before) => now.update().settles(&before.update()),
         };
         let mut arrived = found.left & last & converging;
+        if let (true, 3, Some(first), Some(second)) = (E::WATCHED, evaluation, &before_that, &before) {
+            [bent, in_question] = questioned(first, second);
+            if equations.past_is_short() {
+                in_question = bent;
+            }
+        }
+        if E::WATCHED && evaluation >= 3 {
+            // these are for the iteration that looks at the other root
+            arrived &= !if evaluation > MANY { bent } else { in_question };
+        }
         if arrived != 0 {
             let root = if E::LINEAR { next } else { z };
             let nearby = root.zip(expected, |z, expected| {
@@ -106,13 +131,14 @@ pub(super) fn solve<E: Equations>(
             arrived &= equations.declared(&root, &nearby);
         }
         if arrived == active {
-            (found.z, found.left) = (next, 0);
+            (found.z, found.left, found.determinants) = (next, 0, determinants);
             found.evaluations = [evaluation; Lanes::LANES];
             return found;
         }
         if arrived != 0 {
             let here = Mask::from_bits(arrived);
             found.z = next.zip(&found.z, |new, old| here.select(new, old));
+            found.determinants = here.select(determinants, found.determinants);
             for (lane, evaluations) in found.evaluations.iter_mut().enumerate() {
                 if arrived >> lane & 1 == 1 {
                     *evaluations = evaluation;
@@ -137,6 +163,24 @@ pub(super) fn solve<E: Equations>(
         z = continued(found.left, &z, &next);
     }
     found
+}
+
+/// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of
+/// [`crate::step::newton`] for the worst pair of components.
+#[inline(never)]
+fn questioned<U: Unknown<Lanes>>(first: &Iterate<U>, second: &Iterate<U>) -> [u32; 2] {
+    let zero = Lanes::splat(0.0);
+    let (mut before, mut after) = (zero, zero);
+    let (mut smallest, mut largest) = (Lanes::splat(f64::INFINITY), zero);
+    let updates = first.update.as_ref().iter().zip(second.update.as_ref());
+    for ((first, second), &size) in updates.zip(second.expected.as_ref()) {
+        (before, after) = (before.larger(first.abs()), after.larger(second.abs()));
+        (smallest, largest) = (smallest.smaller(size), largest.larger(size));
+    }
+    let straight = (after * largest).below(Lanes::splat(BENT) * before * smallest);
+    let close = (Lanes::splat(CLOSE) * (before * before) * smallest).at_most(after * (largest * largest));
+    let bent = !straight.bits() & u32::MAX;
+    [bent, bent & close.bits()]
 }
 
 /// `next` in the lanes that go on. The others stay where they are: what is no number there would cost time.

@@ -87,8 +87,8 @@ pub(super) struct Pivots<T> {
     pub smallest: T,
     /// The absolute value of the largest.
     pub largest: T,
-    /// Whether rows were exchanged an odd number of times; known where there is one lane.
-    pub odd: bool,
+    /// -1 where rows were exchanged an odd number of times, 1 elsewhere.
+    pub sign: T,
 }
 
 /// Gauss elimination with partial pivoting, in place. The pivots stay on the diagonal.
@@ -97,7 +97,7 @@ pub(super) struct Pivots<T> {
 #[inline]
 pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
     let mut inverse = *x; // of the pivots
-    let mut exchanges = Solution { odd: false };
+    let mut exchanges = Solution { sign: T::splat(1.0) };
     take_all_out(a, x, &mut inverse, &mut exchanges);
     let (mut smallest, mut largest) = (T::splat(f64::INFINITY), T::splat(0.0));
     for k in (0..M).rev() {
@@ -113,7 +113,7 @@ pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut 
     Pivots {
         smallest,
         largest,
-        odd: exchanges.odd,
+        sign: exchanges.sign,
     }
 }
 
@@ -221,18 +221,18 @@ trait Kind<T, R, const M: usize> {
 }
 
 /// One right-hand side, in one lane or in several.
-struct Solution {
-    /// Whether rows were exchanged an odd number of times.
-    odd: bool,
+struct Solution<T> {
+    /// -1 where rows were exchanged an odd number of times, 1 elsewhere.
+    sign: T,
 }
 
-impl<T: Scalar, const M: usize> Kind<T, T, M> for Solution {
+impl<T: Scalar, const M: usize> Kind<T, T, M> for Solution<T> {
     #[inline(always)]
     fn bring_up(&mut self, a: &mut [[T; M]; M], x: &mut [T; M], k: usize) {
-        if T::LANES == 1 {
-            self.odd ^= swap_up(a, x, k);
-        } else {
-            exchange(a, x, k);
+        if T::LANES > 1 {
+            self.sign = exchange(a, x, k, self.sign);
+        } else if swap_up(a, x, k) {
+            self.sign = -self.sign;
         }
     }
 
@@ -361,8 +361,8 @@ fn swap_up<T: Scalar, R, const M: usize>(a: &mut [[T; M]; M], x: &mut [R; M], k:
     pivot != k
 }
 
-/// The same in each lane by itself.
-fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize) {
+/// The same in each lane by itself; `sign` has changed where rows were exchanged.
+fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize, sign: T) -> T {
     let place = |i: usize| T::splat(i as f64);
     let (mut pivot, mut largest) = (place(k), a[k][k].abs());
     for (i, row) in a.iter().enumerate().skip(k + 1) {
@@ -386,6 +386,7 @@ fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: u
         let (head, tail) = x.split_at_mut(i);
         change(&mut head[k], &mut tail[0]);
     }
+    T::select_le(pivot, place(k), sign, -sign)
 }
 
 /// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for

@@ -7,7 +7,7 @@ mod any;
 pub(crate) mod convergence;
 pub(crate) mod elimination;
 pub(crate) mod newton;
-mod pair;
+pub(crate) mod pair;
 pub(crate) mod predictor;
 pub(crate) mod unknown;
 

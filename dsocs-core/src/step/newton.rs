@@ -16,7 +16,7 @@ const UNIT: f64 = f64::EPSILON / 2.0;
 const SMALLEST_PART: f64 = 1.0 / (1 << 20) as f64;
 
 /// Another root is close if it is nearer than the unknown is large, over this.
-const CLOSE: f64 = 0.5;
+pub(crate) const CLOSE: f64 = 0.5;
 
 /// Where the rows bend less than this on the way to a root (see [`Root::bend`]), no other root is in question.
 pub(crate) const BENT: f64 = 1e-4;

@@ -40,15 +40,15 @@ pub(crate) struct Predictor<U, T = f64> {
 /// Along a motion the determinant changes smoothly. The roots of a pair have Jacobians of opposite orientation, so that where
 /// a step goes over to another motion the determinant departs from its continuation.
 #[derive(Clone, Copy, Debug)]
-struct Determinants {
+pub(crate) struct Determinants {
     /// The numbers.
-    last: [f64; PAST],
+    pub last: [f64; PAST],
     /// The power of two that is their unit.
-    unit: i32,
+    pub unit: i32,
     /// That of the step which is being solved.
-    next: f64,
+    pub next: f64,
     /// Whether the last one was nearly that before it, and whether the one which is being solved is nearly the last.
-    steady: [bool; 2],
+    pub steady: [bool; 2],
 }
 
 /// From so many solutions determinants are continued.
@@ -58,7 +58,7 @@ pub(crate) const PAST: usize = 4;
 pub(crate) const FITS: f64 = 0.5;
 
 /// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
-const STEADY: f64 = 0.25;
+pub(crate) const STEADY: f64 = 0.25;
 
 /// What a determinant says of the root that a step has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub(crate) enum Continuation {
 
 impl Determinants {
     /// Without a past.
-    const UNKNOWN: Self = Self {
+    pub const UNKNOWN: Self = Self {
         last: [f64::NAN; PAST],
         unit: 0,
         next: f64::NAN,
@@ -99,7 +99,7 @@ impl Determinants {
 
     /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
     #[inline(never)] // seldom needed: most determinants hardly change from step to step
-    fn compare(&self, now: f64) -> Continuation {
+    pub fn compare(&self, now: f64) -> Continuation {
         let [a, b, c, _] = self.last;
         // as many as are known
         let continued = if a.is_nan() {
@@ -233,6 +233,16 @@ impl<U: Unknown<f64>> Predictor<U> {
     #[inline]
     pub fn take_determinant(&mut self, determinant: Determinant) -> Continuation {
         self.determinants.take(determinant)
+    }
+
+    /// The determinants at the last solutions.
+    pub fn determinants(&self) -> &Determinants {
+        &self.determinants
+    }
+
+    /// The same with other determinants.
+    pub fn with_determinants(self, determinants: Determinants) -> Self {
+        Self { determinants, ..self }
     }
 
     /// The last solution.

@@ -78,9 +78,11 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
-    /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN.
+    /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN. Beside it stands the
+    /// determinant, lane by lane, in units of its own: that of three and more rows times the first of `scales` and, for every
+    /// row after the first, the second.
     #[must_use]
-    fn solve_lanes(matrix: &Self::Square, right: &Self) -> Self;
+    fn solve_lanes(matrix: &Self::Square, right: &Self, scales: &[T; 2]) -> (Self, T);
 }
 
 impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
@@ -141,7 +143,7 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
                 let safe = every_lane(pivots.smallest, |x| x > SMALLEST_DETERMINANT)
                     && every_lane(pivots.largest, |x| x < LARGEST_DETERMINANT);
                 let diagonal = (0..M).map(|k| matrix[k][k].lane(0));
-                (safe, Determinant::of_pivots(diagonal, pivots.odd))
+                (safe, Determinant::of_pivots(diagonal, pivots.sign.lane(0) < 0.0))
             }
         }
     }
@@ -156,30 +158,37 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
-    fn solve_lanes(matrix: &[[T; M]; M], right: &Self) -> Self {
+    fn solve_lanes(matrix: &[[T; M]; M], right: &Self, scales: &[T; 2]) -> (Self, T) {
         match M {
             1 => {
                 let mut solution = *right;
                 solution[0] = right[0] / matrix[0][0];
-                solution
+                (solution, matrix[0][0])
             }
             2 => {
                 let determinant = determinant(matrix);
                 let (size, nan) = (determinant.abs(), T::splat(f64::NAN));
                 let bounded = T::select_lt(size, T::splat(LARGEST_DETERMINANT), determinant, nan);
                 let safe = T::select_lt(T::splat(SMALLEST_DETERMINANT), size, bounded, nan);
-                quotients(matrix, right, safe)
+                (quotients(matrix, right, safe), determinant)
             }
             _ => {
                 let (mut matrix, mut solution) = (*matrix, *right);
                 let Pivots {
-                    smallest, largest, ..
+                    smallest,
+                    largest,
+                    sign,
                 } = eliminate(&mut matrix, &mut solution);
                 let nan = T::splat(f64::NAN);
-                solution.map(|x| {
+                let solution = solution.map(|x| {
                     let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), x, nan);
                     T::select_lt(T::splat(SMALLEST_DETERMINANT), smallest, bounded, nan)
-                })
+                });
+                let mut determinant = sign;
+                for (k, row) in matrix.iter().enumerate() {
+                    determinant = determinant * (row[k] * scales[k.min(1)]);
+                }
+                (solution, determinant)
             }
         }
     }

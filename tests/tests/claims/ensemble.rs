@@ -2,10 +2,11 @@
 
 use std::num::NonZeroU64;
 
-use dsocs_core::{Ensemble, Flow, Node, RunError, Start, StepFailure, Stepper, System, Trajectory};
+use dsocs_core::{Ensemble, Flow, Node, RunError, Start, StepFailure, Stepper, System, Trajectory, dsocs};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
+use dsocs_tests::scenes::random::Random;
 
 /// The places of the reference's start among the others: in full blocks, and in the last one, which is not full.
 const PLACES: [usize; 4] = [0, 5, 12, 17];
@@ -194,4 +195,145 @@ fn running_back_is_the_flows_too() {
     for (start, last) in starts.zip(ended) {
         assert_eq!(last, Ok(single(&particle, -0.05, start, -3.0)));
     }
+}
+
+/// Two oscillators with springs of their own, either of which solves every step: a step has two roots.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (ddot(x) + k[0] * x + s[0] * x.powi(3) + f[0]) * (ddot(x) + k[1] * x + s[1] * x.powi(3) + f[1]);
+    constraint_forces = [(1,)];
+}]
+struct Springs {
+    k: [f64; 2],
+    s: [f64; 2],
+    f: [f64; 2],
+}
+
+impl Springs {
+    fn new(random: &mut Random) -> Self {
+        Self {
+            k: [(); 2].map(|()| random.between(0.2, 4.0)),
+            s: [(); 2].map(|()| random.between(-0.3, 0.3)),
+            f: [(); 2].map(|()| random.between(-0.5, 0.5)),
+        }
+    }
+
+    /// The accelerations of both.
+    fn accelerations(&self, x: f64) -> [f64; 2] {
+        [0, 1].map(|i| -(self.k[i] * x + self.s[i] * x.powi(3) + self.f[i]))
+    }
+
+    /// Whether nodes are those of one and the same oscillator, the one that the first step goes on with.
+    fn is_one_motion(&self, h: f64, nodes: &[Node<1>]) -> bool {
+        let mut apart = [0.0_f64; 2];
+        let mut first = None;
+        for leg in nodes.windows(3) {
+            let [before, here, after] = [leg[0].q[0], leg[1].q[0], leg[2].q[0]];
+            let a = (after - 2.0 * here + before) / (h * h);
+            let both = self.accelerations(here);
+            for (apart, own) in apart.iter_mut().zip(both) {
+                *apart = apart.max((a - own).abs());
+            }
+            if first.is_none() {
+                first = Some(usize::from((a - both[1]).abs() < (a - both[0]).abs()));
+            }
+        }
+        // differences of nodes over h² are no better
+        first.is_none_or(|first| apart[first] < 1e-8)
+    }
+}
+
+/// The same beside two bodies that are tied to it: three unknowns.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 + (y - x).cos() + (z - y).cos() + 1e-3 * x.cos();
+    kinematic = (ddot(x) + k[0] * x + f[0] + (y - x).sin() / 8) * (ddot(x) + k[1] * x + f[1] + (z - x).sin() / 8);
+    constraint_forces = [(1, 0, 0)];
+    phi_lagrangian = midpoint;
+}]
+struct Tied {
+    k: [f64; 2],
+    f: [f64; 2],
+}
+
+#[test]
+fn a_lane_takes_no_root_that_a_flow_would_not() {
+    let mut random = Random::new(3);
+    let (mut held, mut refused) = (0, 0);
+    for _ in 0..30 {
+        let springs = Springs::new(&mut random);
+        let starts: Vec<_> = (0..16)
+            .map(|_| Start::second_order([random.between(-1.0, 1.0)], [random.between(-1.0, 1.0)]))
+            .collect();
+        for h in [0.1, 0.05] {
+            let ensemble = Ensemble::new(&springs, h).unwrap().starts(starts.clone());
+            let observed = ensemble.stream(20.0, NonZeroU64::MIN, |_| Trajectory::default());
+            for (&start, lane) in starts.iter().zip(observed) {
+                let nodes = &lane.observer.nodes;
+                assert!(
+                    springs.is_one_motion(h, nodes),
+                    "a lane went over to the other root"
+                );
+                let single = Flow::new(&springs, h, start).map(|mut flow| flow.to(20.0));
+                match (lane.last, single) {
+                    (Ok(lane), Ok(Ok(single))) => {
+                        assert_eq!(lane, single);
+                        held += 1;
+                    }
+                    (Err(lane), Ok(Err(single))) => {
+                        assert_eq!(lane.to_string(), single.to_string());
+                        refused += 1;
+                    }
+                    (lane, single) => panic!("a lane {lane:?}, a flow {single:?}"),
+                }
+            }
+        }
+    }
+    println!("{held} held, {refused} refused");
+    assert!(held > 200 && refused > 200);
+}
+
+/// With three unknowns determinants are products of pivots, in units of their own.
+#[test]
+fn nor_does_one_with_several_unknowns() {
+    let mut random = Random::new(4);
+    let (mut held, mut refused, mut steps) = (0, 0, 0);
+    for _ in 0..24 {
+        let tied = Tied {
+            k: [(); 2].map(|()| random.between(0.2, 4.0)),
+            f: [(); 2].map(|()| random.between(-0.5, 0.5)),
+        };
+        let mut vector = |size: f64| [(); 3].map(|()| random.between(-size, size));
+        let starts: Vec<_> = (0..16)
+            .map(|_| Start::second_order(vector(1.0), vector(1.0)))
+            .collect();
+        let ended = Ensemble::new(&tied, 0.05)
+            .unwrap()
+            .starts(starts.clone())
+            .to(10.0);
+        for (&start, lane) in starts.iter().zip(ended) {
+            let single = Flow::new(&tied, 0.05, start).map(|mut flow| flow.to(10.0));
+            match (lane, single) {
+                (Ok(lane), Ok(Ok(single))) => {
+                    for (lane, single) in lane.q.iter().zip(single.q) {
+                        assert!((lane - single).abs() < 1e-9, "{lane} {single}");
+                    }
+                    held += 1;
+                }
+                (Err(RunError::Step(lane)), Ok(Err(RunError::Step(single)))) => {
+                    let [lane, single] = [lane.details(), single.details()];
+                    assert_eq!(
+                        (lane.index, lane.cause.reason),
+                        (single.index, single.cause.reason)
+                    );
+                    refused += 1;
+                    steps += lane.index;
+                }
+                (lane, single) => panic!("a lane {lane:?}, a flow {single:?}"),
+            }
+        }
+    }
+    println!("{held} held, {refused} refused after {steps} steps");
+    assert!(held > 20 && refused > 5 && steps > 5 * refused);
 }
