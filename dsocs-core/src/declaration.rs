@@ -434,7 +434,9 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.scalar(Segment::Energy, &at)
     }
 
-    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`.
+    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`. A holonomic
+    /// constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`, which at nodes that obey it is `g(q2)` but for rounding: what rounding has left
+    /// at the middle node is taken away little by little, since all of it at once would be seen in the second difference.
     pub fn declared<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N], multipliers: &[T]) -> Vec<T> {
         let at = At {
             e,

@@ -178,7 +178,9 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
 
     /// What has to vanish at three nodes with the step `h` between them, the second at the time `t`, as it was declared: the
     /// constraints, then the works of the constraint force along the virtual displacements. Where multipliers are unknown, they
-    /// are those that come nearest to the force.
+    /// are those that come nearest to the force. A holonomic constraint has the row
+    /// `g(q2) − (1 − 2⁻¹⁰) g(q1)`: the change from the middle node, and a small part of what rounding has left there, so that it does
+    /// not add up.
     ///
     /// It is formed from differences of the nodes, and so loses the digits in which these agree.
     fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
