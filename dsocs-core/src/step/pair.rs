@@ -7,6 +7,7 @@ use super::predictor::{Continuation, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
 use crate::error::{NewtonFailure, StepFailure};
+use crate::flow::MAX_ITERATIONS;
 use crate::system::{Leg, System};
 
 /// A root that is this many lengths of a leg away is not in question.
@@ -158,6 +159,13 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         predictor: &mut Predictor<Z>,
         size: &Z,
     ) -> Result<(Z, StepReport), NewtonFailure> {
+        let legs = self
+            .unknown(&self.leg().d, &[])
+            .zip(size, |d, size| d.abs().max(size));
+        // a root beyond the lengths of the legs belongs to no motion, whether it is found first or is the other one
+        if continuation != Continuation::Fits && relative(&root.z, &Z::zero(), &legs) > FAR {
+            return self.nearer(root, predictor, [size, &legs]);
+        }
         let other = match continuation {
             Continuation::Fits if !self.is_in_question(&root) => None,
             Continuation::Fits => newton::nearby(self, start, &root.z, size),
@@ -166,11 +174,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let Some(other) = other else {
             return Ok(report(root, guess));
         };
-        // a root beyond the lengths of the legs belongs to no motion
         let apart = other.zip(&root.z, |other, root| other - root);
-        let legs = self
-            .unknown(&self.leg().d, &[])
-            .zip(size, |d, size| d.abs().max(size));
         let distance = relative(&apart, &root.z, &legs);
         if distance > FAR {
             return Ok(report(root, guess));
@@ -190,14 +194,52 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             // the determinant alone is no reason to refuse a root to which all updates have led straight, and the other is not near
             None if distance > NEAR && !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
-            None => Err(NewtonFailure {
-                reason: StepFailure::AmbiguousRoot,
-                unknowns: root.z.as_ref().to_vec(),
-                residual: self.linearize(&root.z).rows.as_ref().to_vec(),
-                updates: Vec::new(),
-                other: other.as_ref().to_vec(),
-            }),
+            None => Err(self.ambiguous(&root.z, &other)),
         }
+    }
+
+    /// The failure of a step with two roots.
+    fn ambiguous(&self, root: &Z, other: &Z) -> NewtonFailure {
+        NewtonFailure {
+            reason: StepFailure::AmbiguousRoot,
+            unknowns: root.as_ref().to_vec(),
+            residual: self.linearize(root).rows.as_ref().to_vec(),
+            updates: Vec::new(),
+            other: other.as_ref().to_vec(),
+        }
+    }
+
+    /// The root that is meant where the iteration has run away to one far beyond the legs: another guess leads there, and
+    /// the determinant says so.
+    #[cold]
+    fn nearer(
+        &self,
+        far: Root<Z>,
+        predictor: &mut Predictor<Z>,
+        [size, legs]: [&Z; 2],
+    ) -> Result<(Z, StepReport), NewtonFailure> {
+        let guesses = [
+            (predictor.last(), Guess::Last),
+            (Some(Z::zero()), Guess::Straight),
+            (self.continuous(), Guess::Continuous),
+        ];
+        let mut evaluations = far.evaluations;
+        let mut other = None;
+        for (start, guess) in guesses {
+            let Some(start) = start else { continue };
+            let Ok(root) = newton::solve_apart(self, start, size, MAX_ITERATIONS, &mut ()) else {
+                continue;
+            };
+            evaluations += root.evaluations;
+            if relative(&root.z, &Z::zero(), legs) > FAR {
+                continue;
+            }
+            if predictor.take_determinant(self.determinant(&root.z)) == Continuation::Fits {
+                return Ok(report(Root { evaluations, ..root }, guess));
+            }
+            other.get_or_insert(root.z);
+        }
+        Err(self.ambiguous(&far.z, &other.unwrap_or(far.z)))
     }
 
     /// Which of two roots continues the motion, if the past tells.
