@@ -263,7 +263,7 @@ impl<'a, const N: usize> Triple<'a, N> {
                 };
                 let mut column = Column::new(kind);
                 let parts = [[by_q, 0.0, 0.0], [0.0, by_d, 0.0], [0.0, 0.0, by_e]];
-                for by in parts.into_iter().filter(|by| *by != [0.0; 3]) {
+                for by in parts.into_iter().filter(|by| by.iter().any(|by| by.abs() > 0.0)) {
                     column.add(&self.slopes(Some((j, by.map(|by| by * length))), None, first_pair));
                 }
                 columns.push(column);

@@ -179,7 +179,7 @@ fn questioned<U: Unknown<Lanes>>(first: &Iterate<U>, second: &Iterate<U>) -> [u3
     }
     let straight = (after * largest).below(Lanes::splat(BENT) * before * smallest);
     let close = (Lanes::splat(CLOSE) * (before * before) * smallest).at_most(after * (largest * largest));
-    let bent = !straight.bits() & u32::MAX;
+    let bent = !straight.bits();
     [bent, bent & close.bits()]
 }
 
