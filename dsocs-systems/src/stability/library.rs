@@ -1,6 +1,7 @@
 //! The hard cases of the systems of this crate.
 
 mod backward;
+mod certificates;
 mod chains;
 mod functions;
 mod garbage;
@@ -8,6 +9,7 @@ mod long;
 mod peers;
 mod roots;
 mod scales;
+mod scenes;
 mod singular;
 mod small;
 mod switch;
@@ -108,6 +110,16 @@ pub const CASES: &[Case] = &[
         number: 13,
         name: "chains at rest",
         run: chains::run_all,
+    },
+    Case {
+        number: 14,
+        name: "certificates",
+        run: certificates::run,
+    },
+    Case {
+        number: 15,
+        name: "random scenes",
+        run: scenes::run,
     },
 ];
 

@@ -5,18 +5,12 @@ use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
 use super::discrete::{Decomposed, Leg, Step};
 use super::double::Double;
+use super::exact::{Exact, PERTURBATION, TWINS, UNIT, take};
 use super::random::{Case, Random};
-use super::scene::Scene;
 use crate::tape;
 
-/// The unit roundoff of `f64`.
-const UNIT: f64 = f64::EPSILON / 2.0;
-
-/// How large the perturbations are by which the condition of a motion is measured.
-const PERTURBATION: f64 = 1e-11;
-
-/// How many motions are perturbed.
-const TWINS: u64 = 2;
+/// What a comparison is said to have ended with where a run was refused for two solutions of which neither was told to be meant.
+const AMBIGUOUS: &str = "ambiguous";
 
 /// A node so many roundings away belongs to another motion.
 const FAR: f64 = 1e8;
@@ -79,23 +73,23 @@ impl Found {
         wrong
     }
 
-    /// The larger of each figure of two scenes, and all steps.
-    pub fn join(&mut self, other: &Self) {
-        Self::take(&mut self.rows, other.rows);
-        Self::take(&mut self.root, other.root);
-        Self::take(&mut self.jacobian, other.jacobian);
-        Self::take(&mut self.node, other.node);
-        Self::take(&mut self.path, other.path);
-        self.steps += other.steps;
-        self.evaluations = self.evaluations.max(other.evaluations);
+    /// Whether the run was refused for two solutions, where the second formulation has one nearby.
+    #[must_use]
+    pub fn is_ambiguous(&self) -> bool {
+        self.ended
+            .as_ref()
+            .is_some_and(|words| words.starts_with(AMBIGUOUS))
     }
 
-    /// Takes a figure.
-    fn take(figure: &mut f64, value: f64) {
-        // what is not a number stays
-        if value > *figure || value.is_nan() {
-            *figure = value;
-        }
+    /// The larger of each figure of two scenes, and all steps.
+    pub fn join(&mut self, other: &Self) {
+        take(&mut self.rows, other.rows);
+        take(&mut self.root, other.root);
+        take(&mut self.jacobian, other.jacobian);
+        take(&mut self.node, other.node);
+        take(&mut self.path, other.path);
+        self.steps += other.steps;
+        self.evaluations = self.evaluations.max(other.evaluations);
     }
 }
 
@@ -211,7 +205,7 @@ fn triple<S: System<N>, const N: usize>(
         .chain(step.constraints(&exact));
     for ((value, expected), term) in force.iter().chain(&constraints).zip(expected).zip(&terms) {
         let distance = (Double::exact(*value) - expected).high.abs();
-        Found::take(
+        take(
             &mut found.rows,
             if distance == 0.0 {
                 0.0
@@ -280,7 +274,7 @@ fn root<S: System<N>, const N: usize>(
     };
     for (update, size) in decomposed.solve(&rows).iter().zip(&sizes) {
         let distance = update.high.abs();
-        Found::take(
+        take(
             &mut found.root,
             if distance == 0.0 {
                 0.0
@@ -335,7 +329,7 @@ fn derivatives<S: System<N>, const N: usize>(
         let size: f64 = (0..sizes.len()).map(|j| columns[j][i].abs() * sizes[j]).sum();
         for (j, entry) in row.iter().enumerate() {
             let distance = (entry - columns[j][i]).abs() * sizes[j];
-            Found::take(
+            take(
                 &mut found.jacobian,
                 if distance == 0.0 {
                     0.0
@@ -347,14 +341,7 @@ fn derivatives<S: System<N>, const N: usize>(
     }
 }
 
-/// A motion that is perturbed.
-struct Twin {
-    scene: Scene,
-    leg: Leg,
-}
-
 /// A run beside the exact motion.
-#[allow(clippy::too_many_lines)] // one loop, whose parts share all that it knows
 fn run<S: System<N>, const N: usize>(
     mut flow: Flow<'_, S, N>,
     case: &Case,
@@ -363,29 +350,9 @@ fn run<S: System<N>, const N: usize>(
     random: &mut Random,
     found: &mut Found,
 ) {
-    let mut twins: Vec<Twin> = (0..TWINS)
-        .map(|_| Twin {
-            scene: case.scene.perturbed(PERTURBATION, random),
-            leg: start.clone(),
-        })
-        .collect();
-    let mut leg = start;
-    let mut past: Vec<Vec<Double>> = Vec::new();
-    let mut condition = vec![0.0_f64; N];
+    let mut exact = Exact::new(case, start, random);
     for k in 0..steps {
-        let step = Step {
-            scene: &case.scene,
-            h: case.h,
-            leg: &leg,
-        };
-        let continuous = step.continuous();
-        let resolved = continuous.as_ref().is_some_and(|guess| step.is_resolved(guess));
-        // where the equations hardly bend there is one solution nearby; elsewhere the past has to tell
-        let solution = match continuous.filter(|_| resolved || past.len() < 3) {
-            Some(continuous) => step.solve(&continuous),
-            None if past.len() < 3 => None,
-            None => step.solve(&predicted(&past)),
-        };
+        let (solution, resolved) = exact.solution();
         let ours = flow.advance();
         let ambiguous = |words: &str| words.contains("no unique solution");
         let solution = match (solution, ours) {
@@ -399,7 +366,7 @@ fn run<S: System<N>, const N: usize>(
                 if resolved && !(ambiguous(&words) && case.scene.motor.is_some()) {
                     found.defects.push(format!("refused at step {k}: {words}"));
                 } else {
-                    let kind = if resolved { "ambiguous" } else { "strained" };
+                    let kind = if resolved { AMBIGUOUS } else { "strained" };
                     found.ended = Some(format!("{kind}: refused at step {k}: {words}"));
                 }
                 return;
@@ -410,59 +377,26 @@ fn run<S: System<N>, const N: usize>(
                 return;
             }
         };
-        let terms = step.terms(&solution.z, &solution.jacobian);
-        for twin in &mut twins {
-            let step = Step {
-                scene: &twin.scene,
-                h: case.h,
-                leg: &twin.leg,
-            };
-            let noise: Vec<Double> = terms
-                .iter()
-                .map(|term| Double::exact(PERTURBATION * term * random.between(-1.0, 1.0)))
-                .collect();
-            let mut z = solution.z.clone();
-            for _ in 0..6 {
-                let rows: Vec<Double> = step
-                    .rows(&z)
-                    .iter()
-                    .zip(&noise)
-                    .map(|(row, noise)| *row - *noise)
-                    .collect();
-                for (z, update) in z.iter_mut().zip(solution.decomposed.solve(&rows)) {
-                    *z = *z - update;
-                }
-            }
-            twin.leg = twin.leg.next(&z[..N]);
+        if !exact.advance(solution, random) {
+            found.ended = Some(format!(
+                "step {k}: perturbations grow to {:.1e}",
+                largest(&exact.condition)
+            ));
+            return;
         }
-        leg = leg.next(&solution.z[..N]);
-        past.insert(0, solution.z);
-        past.truncate(3);
-        let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.high.abs()));
-        for (i, condition) in condition.iter_mut().enumerate() {
-            for twin in &twins {
-                let distance = (twin.leg.q[i] - leg.q[i]).high.abs();
-                Found::take(condition, distance / PERTURBATION);
-            }
-            if *condition * PERTURBATION > 0.01 * longest || condition.is_nan() {
-                found.ended = Some(format!("step {k}: perturbations grow to {:.1e}", *condition));
-                return;
-            }
-        }
-        let last: Vec<f64> = leg.q.iter().map(|q| q.high).collect();
+        let leg = &exact.leg;
         let mut worst = 0.0;
-        for (i, (q, condition)) in flow.position().iter().zip(&condition).enumerate() {
+        for (i, (q, unit)) in flow.position().iter().zip(exact.units()).enumerate() {
             let distance = (Double::exact(*q) - leg.q[i]).high.abs();
-            let unit = UNIT * (condition + leg.q[i].high.abs());
-            Found::take(&mut worst, if distance == 0.0 { 0.0 } else { distance / unit });
+            take(&mut worst, if distance == 0.0 { 0.0 } else { distance / unit });
         }
-        Found::take(&mut found.path, worst);
+        take(&mut found.path, worst);
         found.steps = k + 1;
         if k == 0 {
-            Found::take(&mut found.node, worst);
+            take(&mut found.node, worst);
         }
         if worst > FAR {
-            let ours = flow.leg();
+            let (ours, last) = (flow.leg(), rounded::<N>(&leg.q));
             let words = format!(
                 "step {k}: another root, {:?} after {:?}; expected {last:?}",
                 ours.q, ours.d
@@ -473,9 +407,11 @@ fn run<S: System<N>, const N: usize>(
     }
 }
 
-/// The polynomial through the last three solutions.
-fn predicted(past: &[Vec<Double>]) -> Vec<Double> {
-    let three = Double::exact(3.0);
-    let places = past[0].iter().zip(&past[1]).zip(&past[2]);
-    places.map(|((a, b), c)| three * (*a - *b) + *c).collect()
+/// The largest number; NaN if one is.
+fn largest(x: &[f64]) -> f64 {
+    let mut largest = 0.0;
+    for &x in x {
+        take(&mut largest, x);
+    }
+    largest
 }

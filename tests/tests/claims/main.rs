@@ -27,6 +27,7 @@ mod reversal;
 mod roots;
 mod run;
 mod scenes;
+mod scenes_table;
 mod scenes_written;
 mod stability;
 mod start;

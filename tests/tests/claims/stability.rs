@@ -42,4 +42,6 @@ cases! {
     beside_a_general_method: 11;
     two_roots: 12;
     chains_at_rest: 13;
+    certificates: 14;
+    random_scenes: 15;
 }

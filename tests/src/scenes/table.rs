@@ -1,0 +1,87 @@
+//! Scenes for the table of hard cases, with where they have to end: a source file of the systems' crate, which cannot have the
+//! second formulation itself.
+
+use core::fmt::Write as _;
+
+use super::exact::exact;
+use super::random::{Case, Random, linkage, robot, train, tree};
+use super::scene::Map;
+use super::text::Written;
+
+/// How many steps each scene makes.
+pub const STEPS: usize = 100;
+
+/// How many seeds are tried for one scene.
+const SEEDS: u64 = 200;
+
+/// A scene of a kind.
+fn drawn(kind: usize, random: &mut Random) -> Option<Case> {
+    let map = [Map::Midpoint, Map::Trapezoid][random.below(2)];
+    match kind {
+        0 => {
+            let (scene, place) = linkage(2, 1, Map::Paper, random);
+            Case::new(&scene, Some(&place), random)
+        }
+        1 => {
+            let (scene, place) = linkage(3, 2, map, random);
+            Case::new(&scene, Some(&place), random)
+        }
+        2 => Case::new(&train(2, false, Map::Midpoint, random), None, random),
+        3 | 4 => {
+            let scene = tree(3, map, random);
+            let scene = robot(scene, (1, Some(0)), kind == 4, random);
+            Case::new(&scene, None, random)
+        }
+        _ => Case::new(&tree(kind - 2, map, random), None, random),
+    }
+}
+
+/// The names of the kinds.
+const KINDS: [&str; 7] = [
+    "a rod and a spring",
+    "two rods",
+    "a train",
+    "a servo in a tree",
+    "a brake in a tree",
+    "a tree of three",
+    "a tree of four",
+];
+
+/// The source file: a declaration of each scene, and the run that belongs to it.
+#[must_use]
+pub fn source() -> String {
+    let mut text = String::from(
+        "//! Written by `dsocs_tests::scenes::table`: scenes that were drawn at random, and where the second formulation\n\
+         //! of the tests comes to in double the precision.\n\n\
+         #![allow(clippy::all, clippy::pedantic)] // as the generator writes\n\n\
+         use dsocs_core::dsocs;\n\nuse super::Run;\n",
+    );
+    for (kind, name) in KINDS.iter().enumerate() {
+        // one in which the steps are short enough throughout
+        let found = (0..SEEDS).find_map(|seed| {
+            let case = drawn(kind, &mut Random::new(7_000_000 + 1000 * kind as u64 + seed))?;
+            let end = exact(&case, STEPS)?;
+            Some((case, end))
+        });
+        let Some((case, [last, units])) = found else {
+            continue;
+        };
+        let (body, n) = (Written::new(&case.scene, true).text, case.q0.len());
+        // writing to a string does not fail
+        let _ = write!(
+            text,
+            "\n/// {name}.\n#[dsocs {{\n{body}}}]\npub struct Scene{kind};\n\n\
+             /// Its run.\npub const RUN{kind}: Run<{n}> = Run {{\n    name: {name:?},\n    h: {:?},\n    \
+             q0: {:?},\n    q1: {:?},\n    last: {last:?},\n    units: [{}],\n}};\n",
+            case.h,
+            case.q0,
+            case.q1,
+            units
+                .iter()
+                .map(|unit| format!("{unit:.1e}"))
+                .collect::<Vec<_>>()
+                .join(", "),
+        );
+    }
+    text
+}
