@@ -314,7 +314,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let v = leg.d.map(|d| d / self.h());
         let near = |root: &Z| {
             let a = self.second_difference(root).map(|e| e / square);
-            let (a, _) = self.system().acceleration(&leg.q, &v, Some(&a)).ok()?;
+            let (a, _) = self.system().acceleration((leg.t, &leg.q, &v), Some(&a)).ok()?;
             Some(self.unknown(&a.map(|a| a * square), &[]))
         };
         let (Some(found), Some(other)) = (near(found), near(other)) else {

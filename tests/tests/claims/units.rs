@@ -195,7 +195,11 @@ impl Place {
         let Self { h, q, d, e } = *self;
         let of = |x: [f64; 3]| array::from_fn(|i| x[i] * units.x[i]);
         let system = S::from(units);
-        let leg = Leg { q: of(q), d: of(d) };
+        let leg = Leg {
+            t: 0.0,
+            q: of(q),
+            d: of(d),
+        };
         let (h, e) = (h * units.t, of(e));
         (
             Regularity::of(&system, h, &leg, &e),

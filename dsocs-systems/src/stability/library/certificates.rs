@@ -113,6 +113,7 @@ fn changes() -> Measured {
         let system = led(units);
         for (leg, e, at) in &natural {
             let leg = Leg {
+                t: 0.0,
                 q: scaled(&leg.q),
                 d: scaled(&leg.d),
             };
