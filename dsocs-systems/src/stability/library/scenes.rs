@@ -48,9 +48,12 @@ fn distance<S: System<N>, const N: usize>(system: &S, run: &Run<N>) -> Measured 
     }))
 }
 
+/// The name of a scene, and its distance.
+type Named = (&'static str, fn() -> Measured);
+
 /// The figures.
 pub fn run(report: &mut Report<'_>) {
-    let runs: [(&str, fn() -> Measured); 7] = [
+    let runs: [Named; 7] = [
         (RUN0.name, || distance(&Scene0, &RUN0)),
         (RUN1.name, || distance(&Scene1, &RUN1)),
         (RUN2.name, || distance(&Scene2, &RUN2)),
