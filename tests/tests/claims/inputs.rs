@@ -270,7 +270,7 @@ fn a_sampled_control_law_is_of_first_order() {
         .unwrap()
         .to(end)
         .unwrap();
-    let steps = [0.005, 0.0025, 0.00125, 0.000625];
+    let steps = [0.005, 0.0025, 0.00125, 0.000_625];
     let errors = steps.map(|h| {
         let motor = Motor::new(law(0.0, Q0, V0));
         let mut flow = Flow::new(&motor, h, start).unwrap();
