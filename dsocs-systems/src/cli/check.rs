@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::output::OutputFile;
 use super::stability::number;
 use super::start::StartArguments;
-use super::{CliError, Program, expression, output};
+use super::{CliError, Program, expression, output, terminal};
 use crate::check::{Finding, Settings};
 use crate::stability::Bar;
 
@@ -121,8 +121,7 @@ fn value(finding: &Finding) -> Value {
 
 /// The figures as a table.
 fn table(findings: &[Finding]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(["check", "figure", "bar", ""]);
     let mut last = "";
     for finding in findings {

@@ -19,18 +19,25 @@ pub enum Destination {
 
 impl Destination {
     /// The place that was asked for, and the format it wants. A file is begun, so that a place that cannot be written
-    /// is found before the run. Without a file rows go to standard output, unless nobody asked for rows.
+    /// is found before the run. Without a file rows go to standard output, unless nobody asked for rows. The format that is
+    /// given goes before the one that the file's name asks for.
     ///
     /// # Errors
     ///
     /// [`CliError`] if the file's name asks for no known format or it cannot be written.
-    pub fn new(out: Option<&Path>, rows_wanted: bool) -> Result<(TableFormat, Self), CliError> {
+    pub fn new(
+        out: Option<&Path>,
+        format: Option<TableFormat>,
+        rows_wanted: bool,
+    ) -> Result<(TableFormat, Self), CliError> {
+        let on_stdout = format.unwrap_or(TableFormat::Csv);
         match out {
             Some(path) if path.as_os_str() != "-" => {
-                Ok((TableFormat::of(path)?, Self::File(OutputFile::create(path)?)))
+                let format = format.map_or_else(|| TableFormat::of(path), Ok)?;
+                Ok((format, Self::File(OutputFile::create(path)?)))
             }
-            None if !rows_wanted => Ok((TableFormat::Csv, Self::Nowhere)),
-            _ => Ok((TableFormat::Csv, Self::Stdout(BufWriter::new(io::stdout())))),
+            None if !rows_wanted => Ok((on_stdout, Self::Nowhere)),
+            _ => Ok((on_stdout, Self::Stdout(BufWriter::new(io::stdout())))),
         }
     }
 

@@ -2,9 +2,9 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
-use super::{Program, finish, paper};
+use super::{Program, finish, new, paper};
 use crate::entry::Entry;
 
 /// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
@@ -26,6 +26,8 @@ struct Arguments {
 enum Command {
     /// Reproduce the paper's figures and tables (the default)
     Paper(paper::PaperArguments),
+    /// Write a crate with a system of one's own, to begin with
+    New(new::NewArguments),
     /// What every program does.
     #[command(flatten)]
     Common(super::Command),
@@ -37,6 +39,7 @@ enum Command {
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let program = Program {
         is_dsocs: true,
+        syntax: Arguments::command,
         ..Program::new(entries)
     };
     let arguments = Arguments::parse();
@@ -46,6 +49,7 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
             .and_then(|mut program| match arguments.command {
                 None => paper::paper(&arguments.paper),
                 Some(Command::Paper(arguments)) => paper::paper(&arguments),
+                Some(Command::New(arguments)) => new::new(&arguments),
                 Some(Command::Common(command)) => command.execute(&mut program),
             }),
     )

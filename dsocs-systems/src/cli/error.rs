@@ -89,6 +89,18 @@ pub enum CliError {
         /// The coordinates.
         coordinates: Vec<&'static str>,
     },
+    /// A crate cannot have this name.
+    #[error(
+        "`{0}` is no name for a new crate: a letter, then letters, digits, `-` and `_`, and none of dsocs' own \
+         (`--name` gives another than the folder's)"
+    )]
+    CrateName(String),
+    /// A folder for a new crate has something in it.
+    #[error("{} is there already, and not empty", .0.display())]
+    Occupied(PathBuf),
+    /// A folder is no checkout of dsocs.
+    #[error("{} is no checkout of dsocs: it has no dsocs-core and dsocs-systems", .0.display())]
+    NoCheckout(PathBuf),
     /// There is no such case.
     #[error("there is no case {number}; the cases are {}", .known.join(", "))]
     NoCase {
@@ -200,6 +212,9 @@ impl CliError {
             | Self::NoStart { .. }
             | Self::OneSystem { .. }
             | Self::NoCase { .. }
+            | Self::CrateName(_)
+            | Self::Occupied(_)
+            | Self::NoCheckout(_)
             | Self::Check(CheckFailure::Start(RunFailure::Length { .. }) | CheckFailure::Setup(_))
             | Self::Figure(FigureError::Format(_) | FigureError::NoPng)
             | Self::Run {

@@ -3,11 +3,12 @@
 use std::io::Write;
 
 use clap::{Args, ValueEnum};
-use comfy_table::{Table, presets};
+use comfy_table::presets;
 use dsocs_core::Quantity;
 use serde::Serialize;
 
-use super::{CliError, Program};
+use super::number::{joined, shortest};
+use super::{CliError, Program, terminal};
 use crate::entry::{Entry, Kind};
 
 /// What `list` takes.
@@ -184,8 +185,7 @@ fn by_kind(program: &Program) -> String {
 
 /// A system, for people.
 fn text(entry: &mut Entry) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
+    let mut table = terminal::table(presets::NOTHING);
     let parameters = entry.parameters();
     let description = entry.description();
     let parts = [
@@ -220,8 +220,8 @@ fn text(entry: &mut Entry) -> String {
         entry.name(),
         entry.kind(),
         entry.summary(),
-        entry.default_step(),
-        entry.default_until(),
+        shortest(entry.default_step()),
+        shortest(entry.default_until()),
         lines.join("\n"),
     )
 }
@@ -238,11 +238,6 @@ fn plain(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
 fn parameters_with_values(parameters: &[(Quantity, f64)]) -> Vec<(Quantity, String)> {
     parameters
         .iter()
-        .map(|(parameter, value)| (*parameter, value.to_string()))
+        .map(|(parameter, value)| (*parameter, shortest(*value)))
         .collect()
-}
-
-/// Numbers as `--q0` takes them.
-fn joined(numbers: &[f64]) -> String {
-    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(",")
 }

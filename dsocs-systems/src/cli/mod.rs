@@ -41,7 +41,10 @@ mod error;
 mod expression;
 mod interrupt;
 mod list;
-
+mod manual;
+#[cfg(feature = "dsocs")]
+mod new;
+mod number;
 mod output;
 #[cfg(feature = "dsocs")]
 mod paper;
@@ -51,11 +54,12 @@ mod run;
 mod stability;
 mod start;
 mod table;
+mod terminal;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::entry::{Entry, EntryError, Mistake, UnknownName};
 
@@ -81,6 +85,10 @@ enum Command {
     Check(check::CheckArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
+    /// Write completions for a shell to standard output
+    Completions(manual::CompletionsArguments),
+    /// Write a page of the manual to standard output
+    Man(manual::ManArguments),
 }
 
 impl Command {
@@ -91,6 +99,8 @@ impl Command {
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
             Self::List(arguments) => list::list(arguments, program),
+            Self::Completions(arguments) => manual::completions(arguments, program),
+            Self::Man(arguments) => manual::man(arguments, program),
         }
     }
 }
@@ -101,6 +111,8 @@ struct Program {
     name: String,
     /// The systems, at least one.
     entries: Vec<Entry>,
+    /// The syntax of its arguments.
+    syntax: fn() -> clap::Command,
     /// Whether it is `dsocs`, whose systems have hard cases with known answers.
     #[cfg(feature = "dsocs")]
     is_dsocs: bool,
@@ -140,7 +152,13 @@ impl Program {
             is_dsocs: false,
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),
+            syntax: Arguments::command,
         }
+    }
+
+    /// The syntax of its arguments, under its own name.
+    fn syntax(&self) -> clap::Command {
+        (self.syntax)().name(self.name.clone())
     }
 
     /// Looks for mistakes in the entries.

@@ -14,7 +14,7 @@ use super::energy::Energy;
 use super::expression;
 use super::plot::Plot;
 use super::start::StartArguments;
-use super::table::TableWriter;
+use super::table::{TableFormat, TableWriter};
 use super::{CliError, Program, interrupt, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
 
@@ -58,6 +58,9 @@ pub struct RunArguments {
     /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// The format of the table, whatever the name of its file; on standard output it is CSV unless given
+    #[arg(long, value_enum)]
+    format: Option<TableFormat>,
     /// Record how regular the equations are at every node: the smallest singular values of D₃ and D₁, by which the
     /// paper's theorem grants a discrete flow, and say where they vanish
     #[arg(long)]
@@ -105,7 +108,11 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
         None => None,
     };
-    let (format, destination) = Destination::new(arguments.out.as_deref(), plot.is_none())?;
+    let (format, destination) = Destination::new(
+        arguments.out.as_deref(),
+        arguments.format,
+        plot.is_none() || arguments.format.is_some(),
+    )?;
     let about = about(entry, &plan, &beginning);
     let names = chosen.iter().map(|&column| all[column].name.clone()).collect();
     let mut table = TableWriter::new(format, destination, about, names);

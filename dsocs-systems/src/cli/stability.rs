@@ -8,7 +8,7 @@ use comfy_table::{Cell, CellAlignment, Color, Table, presets};
 use serde_json::{Value, json};
 
 use super::start::StartArguments;
-use super::{CliError, Program, expression, output, progress};
+use super::{CliError, Program, expression, output, progress, terminal};
 use crate::check::Settings;
 #[cfg(feature = "dsocs")]
 use crate::stability::CASES;
@@ -199,8 +199,7 @@ fn encoded(rows: &[Row]) -> Vec<Value> {
 
 /// The rows as a table.
 fn table(rows: &[Row]) -> Table {
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(["case", "figure", "bar", "", "s"]);
     let mut last = 0;
     for row in rows {

@@ -3,14 +3,16 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use clap::ValueEnum;
 use serde_json::{Map, Value};
 
 use super::CliError;
+use super::number::shortest;
 
 /// The format of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TableFormat {
-    /// Comma-separated values with a line of names; 17 significant digits, nothing for what is not finite.
+    /// Comma-separated values with a line of names; each number in the shortest form that reads back the same, nothing for what is not finite.
     Csv,
     /// One object `{…, "columns": […], "rows": [[…], …]}`; null for what is not finite.
     Json,
@@ -95,7 +97,7 @@ impl<W: Write> TableWriter<W> {
                 }
                 for value in values {
                     let field = if value.is_finite() {
-                        format!("{value:.16e}")
+                        shortest(*value)
                     } else {
                         String::new()
                     };
@@ -167,22 +169,19 @@ mod tests {
         let columns = vec!["t".to_owned(), "x".to_owned()];
         let mut table = TableWriter::new(format, Vec::new(), about, columns);
         table.row(&[0.1, f64::NAN]).unwrap();
-        table.row(&[-1.0, 2.0]).unwrap();
+        table.row(&[-1.0, 2.5e-9]).unwrap();
         String::from_utf8(table.finish().unwrap()).unwrap()
     }
 
     #[test]
-    fn csv_has_17_digits_and_leaves_out_what_is_not_finite() {
-        assert_eq!(
-            written(TableFormat::Csv),
-            "t,x\n1.0000000000000001e-1,\n-1.0000000000000000e0,2.0000000000000000e0\n"
-        );
+    fn csv_has_short_numbers_and_leaves_out_what_is_not_finite() {
+        assert_eq!(written(TableFormat::Csv), "t,x\n0.1,\n-1,2.5e-9\n");
     }
 
     #[test]
     fn json_is_one_object_with_null_for_what_is_not_finite() {
         let value: Value = serde_json::from_str(&written(TableFormat::Json)).unwrap();
         assert_eq!(value["step"], 0.5);
-        assert_eq!(value["rows"], serde_json::json!([[0.1, null], [-1.0, 2.0]]));
+        assert_eq!(value["rows"], serde_json::json!([[0.1, null], [-1.0, 2.5e-9]]));
     }
 }

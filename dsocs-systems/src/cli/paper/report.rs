@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 
+use super::super::terminal;
 use super::{CliError, Results};
 use crate::experiment::{ErrorRow, StartRule, slope, slope_between};
 use crate::figure::Format;
@@ -83,8 +84,7 @@ fn explained(rows: &[ErrorRow]) -> String {
 fn errors(figured: &[ErrorRow], further: &[ErrorRow], quantity: &str) -> Table {
     let rows = [figured, further].concat();
 
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
+    let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     let head = |start: StartRule| [format!("{}\n{quantity}", start.name()), "local\nslope".to_owned()];
     table.set_header(std::iter::once("h [s]".to_owned()).chain(StartRule::ALL.into_iter().flat_map(head)));
     let of = |start| rows.iter().filter(move |row| row.start == start);
