@@ -1,4 +1,5 @@
-//! The systems of the paper and more, declared with [`dsocs_core::dsocs`], and the command line over any list of systems.
+//! The systems of the paper and more, declared with [`dsocs_core::dsocs`], the command line over any list of systems, and the book:
+//! `guide`, which begins with *Your own system in ten minutes*.
 //!
 //! # Systems of one's own on the command line
 //!
@@ -15,6 +16,7 @@
 //! | `check` | `cli` | the paper's theorems, held against a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
 //! | `figure` | `cli` | draws, and knows nothing of mechanics |
+//! | `guide` | `cli` | the book |
 //! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
 #![forbid(unsafe_code)]
 
@@ -28,6 +30,8 @@ pub mod entry;
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod figure;
+#[cfg(feature = "cli")]
+pub mod guide;
 #[cfg(feature = "dsocs")]
 pub mod reference;
 #[cfg(feature = "cli")]

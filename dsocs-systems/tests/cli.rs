@@ -72,9 +72,8 @@ fn run_writes_the_columns_in_short_numbers_that_read_back_the_same() {
     );
     let json = stdout(&[&run[..], &["--format", "json"]].concat());
     // field by field as text: serde_json reads numbers to the last bit only with a feature
-    let rows = json.lines().skip(1).filter_map(|line| line.strip_prefix('['));
-    let rows = rows.map(|line| line.trim_end_matches([',', ']']));
-    let all = rows.flat_map(|row| row.split(','));
+    let lines = json.lines().skip(1).filter_map(|line| line.strip_prefix('['));
+    let all = lines.flat_map(|line| line.trim_end_matches([',', ']']).split(','));
     let fields = csv.lines().skip(1).flat_map(|line| line.split(','));
     assert_eq!(all.clone().count(), 11 * 8);
     for (value, field) in all.zip(fields) {

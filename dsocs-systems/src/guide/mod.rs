@@ -1,0 +1,44 @@
+//! The book: from a first system to how the whole thing works. Every listing is compiled and run by `cargo test`.
+//!
+//! | chapter | what it answers |
+//! |---|---|
+//! | [Your own system in ten minutes](your_own_system) | How do I write a system down, run it, plot it, check it? |
+//! | [The declaration](declaration) | Which statements are there? |
+//! | [The paper in code](the_paper) | Which formula is which statement? What does the paper say, and what is so? |
+//! | [Constraints of every order and their forces](constraints) | Which statement is my constraint? Which force does it have? |
+//! | [Control](control) | How does a Lyapunov function become a torque? |
+//! | [Choosing maps](maps) | Which discretization, and what does it cost? |
+//! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
+//! | [Two roots](two_roots) | What if a step has two solutions? |
+//! | [When it fails](errors) | What does this error mean, and what helps? |
+//! | [Checks and hard cases](checks) | How do I know that it is right? |
+//! | [Performance](performance) | How fast does it run, and how long does it build? |
+//! | [How it works](how_it_works) | What happens between the declaration and a step? |
+//!
+//! Conventions: `n` coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
+//! In a checkout of the project `cargo run --release --` stands for `dsocs`.
+
+#[doc = include_str!("checks.md")]
+pub mod checks {}
+#[doc = include_str!("constraints.md")]
+pub mod constraints {}
+#[doc = include_str!("control.md")]
+pub mod control {}
+#[doc = include_str!("declaration.md")]
+pub mod declaration {}
+#[doc = include_str!("errors.md")]
+pub mod errors {}
+#[doc = include_str!("how_it_works.md")]
+pub mod how_it_works {}
+#[doc = include_str!("maps.md")]
+pub mod maps {}
+#[doc = include_str!("methods.md")]
+pub mod methods {}
+#[doc = include_str!("performance.md")]
+pub mod performance {}
+#[doc = include_str!("the_paper.md")]
+pub mod the_paper {}
+#[doc = include_str!("two_roots.md")]
+pub mod two_roots {}
+#[doc = include_str!("your_own_system.md")]
+pub mod your_own_system {}
