@@ -32,6 +32,7 @@
 
 mod columns;
 mod description;
+mod drawing;
 mod erased;
 mod name;
 mod run;
@@ -48,11 +49,13 @@ use crate::check::{Expected, Finding, Settings};
 
 pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
+pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
 pub use name::UnknownName;
 pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
+use drawing::Drawn;
 use erased::{AnySystem, Erased};
 
 /// The step unless an entry or the command line says another, in s.
@@ -81,6 +84,8 @@ pub struct Entry {
     until: f64,
     /// Symmetries of the Lagrangian.
     symmetries: Vec<Symmetry>,
+    /// How it is drawn, if the entry says it.
+    drawn: Option<Drawn>,
     /// The order of the scheme.
     order: f64,
     /// Whether the step with `−h` is the inverse of that with `h`.
@@ -126,6 +131,7 @@ impl Entry {
             step: STEP,
             until: UNTIL,
             symmetries: Vec::new(),
+            drawn: None,
             order: 2.0,
             reversible: true,
         }
@@ -183,6 +189,39 @@ impl Entry {
         generator: impl Fn(&[f64; N]) -> [f64; N] + Send + Sync + 'static,
     ) -> Self {
         self.symmetries.push(Symmetry::new(name, generator));
+        self
+    }
+
+    /// Says how the mechanism is drawn at a position, with its parameters: a run's page (`run --report`) shows it moving. The shapes
+    /// are the same ones in the same order at every position. Without it the page draws a path.
+    ///
+    /// ```
+    /// use dsocs_core::dsocs;
+    /// use dsocs_systems::Entry;
+    /// use dsocs_systems::entry::{Drawing, Parameters};
+    ///
+    /// /// A pendulum.
+    /// #[dsocs {
+    ///     coordinates(theta);
+    ///     lagrangian = (length * dot(theta)).powi(2) / 2 + 9.81 * length * theta.cos();
+    /// }]
+    /// struct Pendulum { length: f64 }
+    ///
+    /// let entry = Entry::new(Pendulum { length: 1.0 })
+    ///     .start([1.0], [0.0])
+    ///     .drawn(|[theta]: &[f64; 1], parameters: &Parameters| {
+    ///         let length = parameters.get("length");
+    ///         let bob = [length * theta.sin(), -length * theta.cos()];
+    ///         Drawing::new().trail(bob).rod([0.0, 0.0], bob).point(bob)
+    ///     });
+    /// assert!(entry.verify().is_ok());
+    /// ```
+    #[must_use]
+    pub fn drawn<const N: usize>(
+        mut self,
+        draw: impl Fn(&[f64; N], &Parameters) -> Drawing + Send + Sync + 'static,
+    ) -> Self {
+        self.drawn = Some(Drawn::new(draw));
         self
     }
 
@@ -269,6 +308,13 @@ impl Entry {
             .collect()
     }
 
+    /// Its drawing at positions, with the values that its parameters have now, if the entry says how it is drawn.
+    pub fn drawing(&mut self) -> Option<impl Fn(&[f64]) -> Drawing + use<>> {
+        let parameters = Parameters::new(self.parameters());
+        let draw = self.drawn.as_ref()?.draw.clone();
+        Some(move |q: &[f64]| draw(q, &parameters))
+    }
+
     /// Gives a parameter a value.
     ///
     /// # Errors
@@ -332,7 +378,11 @@ impl Entry {
                 symmetry.components(),
             )
         });
-        for (what, found) in vectors.chain(generators) {
+        let drawn = self
+            .drawn
+            .iter()
+            .map(|drawn| ("its drawing".to_owned(), drawn.components));
+        for (what, found) in vectors.chain(generators).chain(drawn) {
             if found != coordinates {
                 return fail(Mistake::Length {
                     what,
@@ -343,6 +393,16 @@ impl Entry {
         }
         if self.name.is_empty() || self.name.starts_with('-') || self.name.contains(char::is_whitespace) {
             return fail(Mistake::Name);
+        }
+        if let Some(drawn) = &self.drawn {
+            let parameters = &self.description.parameters;
+            let values = Parameters::new(parameters.iter().map(|parameter| (*parameter, 1.0)));
+            let zeros = vec![0.0; coordinates];
+            let _drawing = (drawn.draw)(self.start.as_ref().map_or(&zeros, |[q0, _]| q0), &values);
+            if let Some(name) = values.missed() {
+                let known = parameters.iter().map(|parameter| parameter.name);
+                return fail(Mistake::Parameter(UnknownName::new("parameter", name, known)));
+            }
         }
         Ok(())
     }
@@ -380,6 +440,9 @@ pub enum Mistake {
     /// The name cannot be written on a command line.
     #[error("a name is not empty, does not begin with `-` and has no blanks")]
     Name,
+    /// Its drawing asks for a parameter that there is not.
+    #[error("its drawing: {0}")]
+    Parameter(UnknownName),
     /// Another entry has the name, too.
     #[error("there are two of this name; `Entry::named` gives one of them another")]
     Twice,
@@ -451,6 +514,12 @@ mod tests {
             (
                 entry().symmetry("rotation", |[x, y, _]| [-y, *x, 0.0]),
                 "its symmetry `rotation` has 3 components, but",
+            ),
+            (
+                entry().drawn(|[x, _]: &[f64; 2], parameters| {
+                    Drawing::new().point([*x, parameters.get("lenght")])
+                }),
+                "no parameter `lenght` (did you mean `length`?)",
             ),
             (entry().named("a pendulum"), "has no blanks"),
             (entry().named(""), "is not empty"),

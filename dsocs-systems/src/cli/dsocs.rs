@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use super::{Program, finish, new, paper};
+use super::{Program, finish, new, paper, report};
 use crate::entry::Entry;
 
 /// Discrete second order constrained Lagrangian systems: the paper's figures, single runs, the list of systems.
@@ -26,6 +26,8 @@ struct Arguments {
 enum Command {
     /// Reproduce the paper's figures and tables (the default)
     Paper(paper::PaperArguments),
+    /// Write a page of all that can be measured: figures, tables, speed against error, theorems, hard cases
+    Report(report::ReportArguments),
     /// Write a crate with a system of one's own, to begin with
     New(new::NewArguments),
     /// What every program does.
@@ -49,6 +51,7 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
             .and_then(|mut program| match arguments.command {
                 None => paper::paper(&arguments.paper),
                 Some(Command::Paper(arguments)) => paper::paper(&arguments),
+                Some(Command::Report(arguments)) => report::report(&arguments, &mut program),
                 Some(Command::New(arguments)) => new::new(&arguments),
                 Some(Command::Common(command)) => command.execute(&mut program),
             }),

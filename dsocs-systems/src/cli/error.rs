@@ -128,6 +128,23 @@ pub enum CliError {
     /// The name of an output file does not say its format.
     #[error("`{0}` is no table format: an output file's name ends in .csv or .json")]
     TableFormat(String),
+    /// A path has two columns.
+    #[error("`--path` takes two columns, as in `--path x,y`; {found} given")]
+    Path {
+        /// How many were given.
+        found: usize,
+    },
+    /// The name of a page's file does not say that it is one.
+    #[error("`{0}` is no page: a report's file name ends in .html")]
+    PageFormat(String),
+    /// A file that is to be read cannot be.
+    #[error("cannot read {}: {cause}", .path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        cause: String,
+    },
     /// A file that is to be written cannot be.
     #[error("cannot write {}: {cause}", .path.display())]
     Write {
@@ -207,6 +224,8 @@ impl CliError {
             Self::Unknown(_)
             | Self::Parameter { .. }
             | Self::TableFormat(_)
+            | Self::PageFormat(_)
+            | Self::Path { .. }
             | Self::Conflict { .. }
             | Self::Which { .. }
             | Self::NoStart { .. }

@@ -40,16 +40,22 @@ mod energy;
 mod error;
 mod expression;
 mod interrupt;
+mod label;
 mod list;
 mod manual;
+mod moments;
+mod motion;
 #[cfg(feature = "dsocs")]
 mod new;
 mod number;
 mod output;
+mod page;
 #[cfg(feature = "dsocs")]
 mod paper;
 mod plot;
 mod progress;
+#[cfg(feature = "dsocs")]
+mod report;
 mod run;
 mod stability;
 mod start;

@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::Path;
 
 use super::CliError;
+use super::label::label;
+use super::moments::Moments;
 use super::output::OutputFile;
 use crate::entry::{Column, Row};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Format, Panel, Style};
@@ -13,6 +15,13 @@ const WIDTH: f64 = 900.0;
 /// Height of a panel, in pixels, and the least height of the figure.
 const HEIGHTS: [f64; 2] = [240.0, 420.0];
 
+/// More panels than this stand in two columns.
+const TALL: usize = 6;
+/// So many points of a path are kept, at most.
+const PATH: usize = 8000;
+/// Width and height of the figure of a path, in pixels.
+const SQUARE: [f64; 2] = [760.0, 722.0];
+
 /// A figure in the making. What it keeps of a run does not grow with the run.
 pub struct Plot {
     /// The file.
@@ -21,6 +30,20 @@ pub struct Plot {
     format: Format,
     /// The panels.
     curves: Vec<PlottedColumn>,
+    /// The panel of a path, if one is asked for.
+    path: Option<PlottedPath>,
+}
+
+/// The panel of a path in the making.
+struct PlottedPath {
+    /// The numbers of its columns.
+    columns: [usize; 2],
+    /// Their labels.
+    labels: [String; 2],
+    /// Whether both are lengths.
+    lengths: bool,
+    /// The points.
+    points: Moments,
 }
 
 /// A panel in the making.
@@ -35,12 +58,17 @@ struct PlottedColumn {
 
 impl Plot {
     /// Begins the file, so that a place that cannot be written is found before the run. `shown` are the numbers of the
-    /// columns among `all`.
+    /// columns among `all`; where the two of `path` are given, the figure is the path of these columns instead.
     ///
     /// # Errors
     ///
     /// [`CliError`] if the name asks for no known format or the file cannot be written.
-    pub fn create(path: &Path, all: &[Column], shown: &[usize]) -> Result<Self, CliError> {
+    pub fn create(
+        path: &Path,
+        all: &[Column],
+        shown: &[usize],
+        path_of: Option<[usize; 2]>,
+    ) -> Result<Self, CliError> {
         let format = Format::of(path)?;
         let curves = shown
             .iter()
@@ -53,12 +81,24 @@ impl Plot {
         Ok(Self {
             format,
             curves: curves.collect(),
+            path: path_of.map(|columns| PlottedPath {
+                columns,
+                labels: columns.map(|column| label(&all[column])),
+                lengths: columns.map(|column| all[column].unit.as_deref() == Some("m")) == [true; 2],
+                points: Moments::new(PATH),
+            }),
             file: OutputFile::create(path)?,
         })
     }
 
     /// Takes a node.
     pub fn push(&mut self, row: &Row<'_>) {
+        if let Some(path) = &mut self.path {
+            let values = path
+                .columns
+                .map(|column| row.values().nth(column).unwrap_or(f64::NAN));
+            path.points.push(row.index, values.to_vec());
+        }
         for curve in &mut self.curves {
             if let Some(value) = row.values().nth(curve.column) {
                 curve.points.push([row.t, value]);
@@ -76,42 +116,59 @@ impl Plot {
             mut file,
             format,
             curves,
+            path,
         } = self;
-        let last = curves.len().saturating_sub(1);
-        let panels: Vec<Panel> = curves
-            .into_iter()
-            .enumerate()
-            .map(|(index, curve)| {
-                let points = curve.points.points();
-                let time = match (points.first(), points.last()) {
-                    (Some(first), Some(end)) => Axis::linear("").over(first[0], end[0]),
-                    _ => Axis::linear(""),
-                };
-                let width = if points.len() > 600 { 0.7 } else { 1.3 };
-                Panel {
-                    x: if index == last {
-                        Axis {
-                            label: "t [s]".to_owned(),
-                            ..time
-                        }
-                    } else {
-                        time
-                    },
-                    y: Axis::linear(curve.label),
-                    curves: vec![Curve {
-                        points,
-                        style: Style::Line(width),
-                        colour: BLUE,
-                        label: None,
-                    }],
-                    ..Panel::default()
+        let columns = if curves.len() > TALL { 2 } else { 1 };
+        let count = curves.len();
+        let mut panels = Vec::new();
+        for (index, curve) in curves.into_iter().enumerate() {
+            let points = curve.points.points();
+            let time = match (points.first(), points.last()) {
+                (Some(first), Some(end)) => Axis::linear("").over(first[0], end[0]),
+                _ => Axis::linear(""),
+            };
+            let width = if points.len() > 600 { 0.7 } else { 1.3 };
+            // the panels of a column have one axis of time, below the last of them
+            let time = if index + columns >= count {
+                Axis {
+                    label: "t [s]".to_owned(),
+                    ..time
                 }
-            })
-            .collect();
-        let height = (HEIGHTS[0] * panels.len() as f64).max(HEIGHTS[1]);
+            } else {
+                time.bare()
+            };
+            panels.push(Panel {
+                x: time,
+                y: Axis::linear(curve.label),
+                curves: vec![line(points, width)],
+                ..Panel::default()
+            });
+        }
+        let mut size = [
+            WIDTH * columns as f64,
+            (HEIGHTS[0] * panels.len().div_ceil(columns) as f64).max(HEIGHTS[1]),
+        ];
+        if let Some(path) = path {
+            let [x, y] = path.labels.map(Axis::linear);
+            let points = path
+                .points
+                .into_rows()
+                .iter()
+                .map(|row| [row[0], row[1]])
+                .collect();
+            size = SQUARE;
+            panels = vec![Panel {
+                x,
+                y,
+                curves: vec![line(points, 1.0)],
+                equal_aspect: path.lengths,
+                ..Panel::default()
+            }];
+        }
+        let columns = if panels.len() > 1 { columns } else { 1 };
         let picture = Figure {
-            size: [WIDTH, height],
-            columns: 1,
+            size,
+            columns,
             panels,
         }
         .encode(format)?;
@@ -122,23 +179,12 @@ impl Plot {
     }
 }
 
-/// The label of a column, with its unit where it is known.
-fn label(column: &Column) -> String {
-    let name = column.name.split('_').map(greek).collect::<Vec<_>>().join(" ");
-    match &column.unit {
-        Some(unit) => format!("{name} [{unit}]"),
-        None => name,
-    }
-}
-
-/// The Greek letter of a name.
-fn greek(name: &str) -> &str {
-    match name {
-        "theta" => "θ",
-        "psi" => "ψ",
-        "phi" => "φ",
-        "alpha" => "α",
-        "beta" => "β",
-        other => other,
+/// A curve of these points.
+fn line(points: Vec<[f64; 2]>, width: f64) -> Curve {
+    Curve {
+        points,
+        style: Style::Line(width),
+        colour: BLUE,
+        label: None,
     }
 }

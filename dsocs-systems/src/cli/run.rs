@@ -12,6 +12,7 @@ use super::accuracy::{AccuracyArguments, Errors};
 use super::destination::Destination;
 use super::energy::Energy;
 use super::expression;
+use super::motion::{MotionPage, titles};
 use super::plot::Plot;
 use super::start::StartArguments;
 use super::table::{TableFormat, TableWriter};
@@ -55,7 +56,7 @@ pub struct RunArguments {
     /// Write (and plot) these columns alone, in this order
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     columns: Option<Vec<String>>,
-    /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot)
+    /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot or a --report)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// The format of the table, whatever the name of its file; on standard output it is CSV unless given
@@ -71,6 +72,12 @@ pub struct RunArguments {
     /// A figure of the coordinates (or of --columns) against time: an .svg file, or with the feature `png` a .png file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Draw the path of these two columns, the second against the first, instead of columns against time
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', requires = "plot")]
+    path: Option<Vec<String>>,
+    /// A page with the mechanism moving, and the plots of all columns under one slider: an .html file that needs no other
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// How the second node follows from position and velocity.
@@ -104,18 +111,32 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
             } else {
                 coordinates.collect()
             };
-            Some(Plot::create(path, &all, &shown)?)
+            Some(Plot::create(
+                path,
+                &all,
+                &shown,
+                path_of(arguments.path.as_deref(), &all)?,
+            )?)
         }
         None => None,
     };
+    let mut report = match &arguments.report {
+        Some(path) => {
+            let description = entry.description().clone();
+            Some(MotionPage::create(path, &all, &description, entry.drawing())?)
+        }
+        None => None,
+    };
+    let silent = plot.is_some() || report.is_some();
     let (format, destination) = Destination::new(
         arguments.out.as_deref(),
         arguments.format,
-        plot.is_none() || arguments.format.is_some(),
+        !silent || arguments.format.is_some(),
     )?;
+    let titles = titles(entry);
     let about = about(entry, &plan, &beginning);
     let names = chosen.iter().map(|&column| all[column].name.clone()).collect();
-    let mut table = TableWriter::new(format, destination, about, names);
+    let mut table = TableWriter::new(format, destination, about.clone(), names);
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates; it is but a bar
     let bar = progress::bar(
@@ -135,6 +156,9 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         }
         if let Some(plot) = &mut plot {
             plot.push(row);
+        }
+        if let Some(report) = &mut report {
+            report.push(row);
         }
         if row.index % PROGRESS == 0 {
             bar.set_position(row.index);
@@ -162,7 +186,8 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         energy.note(plan.method, plan.h),
         arguments.accuracy.note(),
     ];
-    for note in notes.into_iter().flatten() {
+    let notes: Vec<String> = notes.into_iter().flatten().collect();
+    for note in &notes {
         eprintln!("{note}");
     }
     if let Some(error) = broken {
@@ -171,6 +196,9 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     if rows > 0 {
         finish(table)?;
         plot.map_or(Ok(()), Plot::finish)?;
+        if let Some(report) = report {
+            report.finish(titles.each_ref().map(String::as_str), &about, &notes)?;
+        }
     }
     let place = || place(arguments);
     match result {
@@ -244,7 +272,9 @@ impl Lost {
 
 /// Where the rows of a run go, for people.
 fn place(arguments: &RunArguments) -> String {
-    let files = [&arguments.out, &arguments.plot].into_iter().flatten();
+    let files = [&arguments.out, &arguments.plot, &arguments.report]
+        .into_iter()
+        .flatten();
     let places: Vec<String> = files.map(|path| path.display().to_string()).collect();
     if places.is_empty() {
         "standard output".to_owned()
@@ -299,6 +329,16 @@ fn chosen(names: Option<&[String]>, all: &[Column]) -> Result<Vec<usize>, Unknow
                 .ok_or_else(|| UnknownName::new("column", name, all.iter().map(|column| column.name.clone())))
         })
         .collect()
+}
+
+/// The numbers of the two columns of a path.
+fn path_of(names: Option<&[String]>, all: &[Column]) -> Result<Option<[usize; 2]>, CliError> {
+    let Some(names) = names else { return Ok(None) };
+    let columns = chosen(Some(names), all)?;
+    let pair = columns
+        .try_into()
+        .map_err(|columns: Vec<usize>| CliError::Path { found: columns.len() })?;
+    Ok(Some(pair))
 }
 
 /// The start, as it is told.

@@ -3,12 +3,14 @@
 /// An axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
-    /// What is shown, with its unit in brackets. Empty for an axis that shares the label of another panel.
+    /// What is shown, with its unit in brackets; what stands in `_{}` is a subscript. Empty for an axis that shares the label of another panel.
     pub label: String,
     /// How values become places.
     pub scale: Scale,
     /// The range; if it is not given, the data and a margin.
     pub range: Option<[f64; 2]>,
+    /// Whether its ticks have no labels, because another panel of the stack has them.
+    pub bare: bool,
 }
 
 /// How values become places on an axis.
@@ -35,7 +37,7 @@ impl Axis {
         Self {
             label: label.into(),
             scale: Scale::Logarithmic,
-            range: None,
+            ..Self::default()
         }
     }
 
@@ -43,6 +45,13 @@ impl Axis {
     #[must_use]
     pub fn over(mut self, from: f64, to: f64) -> Self {
         self.range = Some([from.min(to), from.max(to)]);
+        self
+    }
+
+    /// Leaves the labels of the ticks to another panel of the stack.
+    #[must_use]
+    pub fn bare(mut self) -> Self {
+        self.bare = true;
         self
     }
 
@@ -100,6 +109,15 @@ impl Scale {
         }
     }
 
+    /// The scale and a range of it, as a page reads them.
+    pub(super) fn told(self, (from, to): (f64, f64)) -> String {
+        let scale = match self {
+            Self::Linear => "linear",
+            Self::Logarithmic => "logarithmic",
+        };
+        format!("{scale} {from:?} {to:?}")
+    }
+
     /// The ticks of a range, with their labels.
     pub(super) fn ticks(self, range: (f64, f64)) -> Vec<(f64, String)> {
         match self {
@@ -115,6 +133,42 @@ impl Scale {
                     .collect()
             }
         }
+    }
+}
+
+impl Scale {
+    /// The minor ticks of a range: places between the ticks that have no labels. None where they would be crowded.
+    pub(super) fn minor_ticks(self, range: (f64, f64)) -> Vec<f64> {
+        let (from, to) = range;
+        let places: Vec<f64> = match self {
+            Self::Linear => {
+                let [first, second, ..] = linear_ticks(range)[..] else {
+                    return Vec::new();
+                };
+                let step = second - first;
+                // fifths, but halves of ones where the ticks are two apart
+                let leading = step / 10f64.powf((step.log10() + 1e-9).floor());
+                let parts = if (leading - 2.0).abs() < 0.1 { 4 } else { 5 };
+                let part = step / f64::from(parts);
+                let count = parts * (MOST_TICKS as i32 + 2);
+                (-parts..count).map(|k| first + f64::from(k) * part).collect()
+            }
+            Self::Logarithmic => {
+                let (low, high) = (from.log10().floor(), to.log10().ceil());
+                if high - low > 8.0 {
+                    return Vec::new();
+                }
+                let decades = (0..9)
+                    .map(|k| low + f64::from(k))
+                    .take_while(|&decade| decade <= high);
+                let nine = |decade: f64| (1..10).map(move |digit| f64::from(digit) * 10f64.powf(decade));
+                decades.flat_map(nine).collect()
+            }
+        };
+        places
+            .into_iter()
+            .filter(|&place| place > from && place < to)
+            .collect()
     }
 }
 
@@ -254,6 +308,21 @@ mod tests {
         );
         assert!(logarithmic_ticks((1e-300, 1e300)).len() < MOST_TICKS as usize);
         assert!(linear_ticks((1.0, 1.0 + f64::EPSILON)).len() <= MOST_TICKS as usize);
+    }
+
+    #[test]
+    fn minor_ticks_lie_between() {
+        let minor = Scale::Linear.minor_ticks((0.0, 2000.0));
+        assert!(minor.iter().any(|tick| (tick - 100.0).abs() < 1e-9), "{minor:?}");
+        assert!(minor.iter().all(|tick| (0.0..2000.0).contains(tick)));
+        let minor = Scale::Linear.minor_ticks((0.0, 1.0)); // ticks every 0.2
+        assert!(minor.iter().any(|tick| (tick - 0.05).abs() < 1e-9), "{minor:?}");
+        let minor = Scale::Logarithmic.minor_ticks((8e-4, 0.13));
+        assert!(
+            minor.iter().any(|tick| (tick / 3e-2 - 1.0).abs() < 1e-9),
+            "{minor:?}"
+        );
+        assert!(Scale::Logarithmic.minor_ticks((1e-300, 1e300)).is_empty());
     }
 
     #[test]

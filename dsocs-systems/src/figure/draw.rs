@@ -19,11 +19,15 @@ const LEGEND: f64 = 236.0;
 const TOP: f64 = 14.0;
 /// Height of the margin below axes with tick labels, in pixels.
 const BOTTOM: f64 = 32.0;
+/// Height of the margin below axes whose ticks have no labels, in pixels.
+const BARE: f64 = 8.0;
 /// Height that the label of the horizontal axis takes, in pixels.
 const LABEL: f64 = 26.0;
 
 /// Length of a tick, and the space from the axis to its label, in pixels.
 const TICK: [f64; 2] = [5.0, 9.0];
+/// Length of a minor tick, in pixels.
+const MINOR: f64 = 3.0;
 /// Size of the axes' labels, and of all other text, in pixels.
 const SIZES: [f64; 2] = [15.0, 13.0];
 /// Height of a line of the legend, width of its sign, and space around both, in pixels.
@@ -40,29 +44,49 @@ const FRAME: &str = "#cccccc";
 
 /// The figure as SVG.
 pub(super) fn svg(figure: &Figure) -> String {
+    draw(figure, Svg::new(figure.size))
+}
+
+/// The figure as an element of a page; see [`Svg::on_page`].
+pub(super) fn on_page(figure: &Figure, name: &str, title: &str) -> String {
+    draw(figure, Svg::on_page(figure.size, name, title))
+}
+
+/// Draws the figure.
+fn draw(figure: &Figure, mut svg: Svg) -> String {
     let columns = figure.columns.max(1);
     let rows = figure.panels.len().div_ceil(columns).max(1);
-    // the last row has the label of the axis, and the same height without
-    let last = figure.panels.last();
-    let label = match last {
-        Some(panel) if rows > 1 && !panel.x.label.is_empty() => LABEL,
-        _ => 0.0,
-    };
-    let height = (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - label) / rows as f64;
+    let columns_of = |row: usize| figure.panels.iter().skip(row * columns).take(columns);
+    let bottoms: Vec<f64> = (0..rows)
+        .map(|row| columns_of(row).map(bottom_margin).fold(0.0, f64::max))
+        .collect();
+    let margins = bottoms.iter().map(|bottom| TOP + bottom).sum::<f64>();
+    let height = (figure.size[1] - 2.0 * PADDING - SPACING * (rows - 1) as f64 - margins) / rows as f64;
     let width = (figure.size[0] - 2.0 * PADDING - SPACING * (columns - 1) as f64) / columns as f64;
     let left = figure.panels.iter().map(left_margin).fold(LEFT, f64::max);
-    let mut svg = Svg::new(figure.size);
     for (place, panel) in figure.panels.iter().enumerate() {
         let (row, column) = (place / columns, place % columns);
         let cell = Area {
             left: PADDING + (width + SPACING) * column as f64,
-            top: PADDING + (height + SPACING) * row as f64,
+            top: PADDING + (height + SPACING + TOP) * row as f64 + bottoms[..row].iter().sum::<f64>(),
             width,
-            height: if row + 1 == rows { height + label } else { height },
+            height: TOP + height + bottoms[row],
         };
-        Axes::new(panel, &cell, left).draw(&mut svg);
+        let axes = Axes::new(panel, &cell, left);
+        let shown = [(&panel.x, 0), (&panel.y, 1)].map(|(axis, place)| axis.scale.told(axes.ranges[place]));
+        svg.axes(&axes.area, [&shown[0], &shown[1]], |svg| axes.draw(svg));
     }
     svg.finish()
+}
+
+/// The margin that a panel's horizontal axis needs for its labels.
+fn bottom_margin(panel: &Panel) -> f64 {
+    let ticks = if panel.x.bare { BARE } else { BOTTOM };
+    if panel.x.label.is_empty() {
+        ticks
+    } else {
+        ticks + LABEL
+    }
 }
 
 /// The margin that a panel's vertical axis needs for its labels.
@@ -99,12 +123,12 @@ impl<'p> Axes<'p> {
             Legend::Right => RIGHT + LEGEND,
             Legend::TopLeft | Legend::At(_) => RIGHT,
         };
-        let label = if panel.x.label.is_empty() { 0.0 } else { LABEL };
+        let bottom = bottom_margin(panel);
         let area = Area {
             left: cell.left + left,
             top: cell.top + TOP,
             width: (cell.width - left - right).max(1.0),
-            height: (cell.height - TOP - BOTTOM - label).max(1.0),
+            height: (cell.height - TOP - bottom).max(1.0),
         };
         let mut ranges = ranges(panel);
         if panel.equal_aspect && [panel.x.scale, panel.y.scale] == [Scale::Linear; 2] {
@@ -147,6 +171,14 @@ impl<'p> Axes<'p> {
             }
         });
         svg.rectangle(area, "none", AXES);
+        for x in self.panel.x.scale.minor_ticks(self.ranges[0]) {
+            let x = self.across(x);
+            svg.polyline([[x, area.bottom()], [x, area.bottom() + MINOR]], AXES, 0.8, None);
+        }
+        for y in self.panel.y.scale.minor_ticks(self.ranges[1]) {
+            let y = self.down(y);
+            svg.polyline([[area.left - MINOR, y], [area.left, y]], AXES, 0.8, None);
+        }
         for (x, label) in &across {
             svg.polyline(
                 [[*x, area.bottom()], [*x, area.bottom() + TICK[0]]],
@@ -154,10 +186,10 @@ impl<'p> Axes<'p> {
                 1.0,
                 None,
             );
-            svg.text(
-                label,
-                &plain([*x, area.bottom() + TICK[1] + 0.4 * SIZES[1]], Anchor::Middle),
-            );
+            if !self.panel.x.bare {
+                let below = area.bottom() + TICK[1] + 0.4 * SIZES[1];
+                svg.text(label, &plain([*x, below], Anchor::Middle));
+            }
         }
         for (y, label) in &down {
             svg.polyline([[area.left - TICK[0], *y], [area.left, *y]], AXES, 1.0, None);

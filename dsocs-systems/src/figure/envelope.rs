@@ -1,14 +1,16 @@
 //! A long sequence of points, thinned out so that its picture stays the same.
 
-/// How many cells there are at most: more than the pixels across a figure.
+/// How many cells there are at most, unless another number is asked for: more than the pixels across a figure.
 const CELLS: usize = 1200;
 
 /// Keeps of each cell of neighbouring points the first, the last and those with the least and the greatest `y`.
 ///
 /// A cell takes twice as many points whenever there would be too many cells, so memory stays bounded however long the
 /// sequence is, and a short one is kept as it is. Points that are not finite are left out.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Envelope {
+    /// How many cells there are at most; even.
+    most: usize,
     /// The cells.
     cells: Vec<Cell>,
     /// How many points a full cell has taken, as a power of two.
@@ -72,11 +74,28 @@ impl Cell {
     }
 }
 
+impl Default for Envelope {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Envelope {
     /// Nothing yet.
     #[must_use]
     pub fn new() -> Self {
-        Self::default()
+        Self::with_cells(CELLS)
+    }
+
+    /// Nothing yet; at most `most` cells are kept, and so four times as many points.
+    #[must_use]
+    pub fn with_cells(most: usize) -> Self {
+        Self {
+            most: most.max(1).next_multiple_of(2),
+            cells: Vec::new(),
+            doublings: 0,
+            taken: 0,
+        }
     }
 
     /// The envelope of these points.
@@ -99,7 +118,7 @@ impl Envelope {
                 self.taken += 1;
             }
             _ => {
-                if self.cells.len() >= CELLS {
+                if self.cells.len() >= self.most {
                     self.halve();
                 }
                 self.cells.push(single);
@@ -110,10 +129,11 @@ impl Envelope {
 
     /// Joins the cells in pairs.
     fn halve(&mut self) {
-        for pair in 0..CELLS / 2 {
+        let half = self.most / 2;
+        for pair in 0..half {
             self.cells[pair] = self.cells[2 * pair].joined(&self.cells[2 * pair + 1]);
         }
-        self.cells.truncate(CELLS / 2);
+        self.cells.truncate(half);
         self.doublings += 1;
     }
 
@@ -127,6 +147,15 @@ impl Envelope {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn fewer_cells_keep_the_extremes_too() {
+        let mut envelope = Envelope::with_cells(9);
+        (0..10_000).for_each(|i| envelope.push([f64::from(i), if i == 777 { -3.0 } else { 0.0 }]));
+        let kept = envelope.points();
+        assert!(kept.len() <= 40 && kept.contains(&[777.0, -3.0]), "{kept:?}");
+        assert_eq!(kept.last(), Some(&[9999.0, 0.0]));
+    }
 
     #[test]
     fn a_short_sequence_is_kept() {

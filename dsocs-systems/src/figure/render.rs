@@ -76,6 +76,13 @@ impl Figure {
         draw::svg(self)
     }
 
+    /// The figure as an element of a page, with a name that no other element has and a title for those who cannot see it. It is as
+    /// wide as its place, and each pair of axes says in `data-area`, `data-x` and `data-y` where it stands and what it shows.
+    #[must_use]
+    pub fn on_page(&self, name: &str, title: &str) -> String {
+        draw::on_page(self, name, title)
+    }
+
     /// The figure's file.
     ///
     /// # Errors

@@ -63,6 +63,8 @@ pub(super) struct Svg {
     text: String,
     /// How many clip paths there are.
     clips: usize,
+    /// Its name, if it is a part of a page: names of its elements begin with it.
+    name: Option<String>,
 }
 
 impl Svg {
@@ -74,7 +76,43 @@ impl Svg {
              viewBox=\"0 0 {width} {height}\" font-family=\"{FONTS}\">\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n"
         );
-        Self { text, clips: 0 }
+        Self {
+            text,
+            clips: 0,
+            name: None,
+        }
+    }
+
+    /// A picture as an element of a page, as wide as the place that it is given there, with a name that no other element has and a
+    /// title for those who cannot see it.
+    pub(super) fn on_page([width, height]: [f64; 2], name: &str, title: &str) -> Self {
+        let (width, height) = (number(width), number(height));
+        let text = format!(
+            "<svg id=\"{0}\" class=\"figure\" role=\"img\" aria-label=\"{1}\" viewBox=\"0 0 {width} {height}\" \
+             font-family=\"{FONTS}\">\n",
+            escaped(name),
+            escaped(title),
+        );
+        Self {
+            text,
+            clips: 0,
+            name: Some(name.to_owned()),
+        }
+    }
+
+    /// What is drawn by `draw` belongs to one pair of axes; on a page its element says where they stand and what they show.
+    pub(super) fn axes(&mut self, area: &Area, [x, y]: [&str; 2], draw: impl FnOnce(&mut Self)) {
+        let on_page = self.name.is_some();
+        if on_page {
+            let [left, top, width, height] = [area.left, area.top, area.width, area.height].map(number);
+            self.add(format_args!(
+                "<g class=\"axes\" data-area=\"{left} {top} {width} {height}\" data-x=\"{x}\" data-y=\"{y}\">"
+            ));
+        }
+        draw(self);
+        if on_page {
+            self.add(format_args!("</g>"));
+        }
     }
 
     /// The whole picture.
@@ -157,14 +195,15 @@ impl Svg {
         self.add(format_args!(
             "<text {place} font-size=\"{}\" text-anchor=\"{anchor}\">{}</text>",
             number(lettering.size),
-            escaped(text),
+            raised(&escaped(text), lettering.size),
         ));
     }
 
     /// What is drawn by `draw` is shown inside an area only.
     pub(super) fn clipped(&mut self, area: &Area, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
-        let name = format!("axes-{}", self.clips);
+        let own = self.name.as_deref().unwrap_or("axes");
+        let name = format!("{own}-{}", self.clips);
         self.add(format_args!("<clipPath id=\"{name}\">"));
         self.rectangle(area, "#000000", "none");
         self.add(format_args!("</clipPath>\n<g clip-path=\"url(#{name})\">"));
@@ -190,6 +229,24 @@ fn escaped(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+}
+
+/// A text whose parts in `_{}` stand lower and smaller.
+fn raised(text: &str, size: f64) -> String {
+    let mut parts = text.split("_{");
+    let mut raised = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (below, after) = part.split_once('}').unwrap_or((part, ""));
+        let shift = number(0.25 * size);
+        raised += &format!(
+            "<tspan dy=\"{shift}\" font-size=\"{}\">{below}</tspan>",
+            number(0.75 * size)
+        );
+        if !after.is_empty() {
+            raised += &format!("<tspan dy=\"-{shift}\">{after}</tspan>");
+        }
+    }
+    raised
 }
 
 /// The width of a text in the first of the fonts, in pixels, to a few per cent. The others are narrower.
@@ -219,6 +276,15 @@ mod tests {
         assert_eq!(number(1.239), "1.24");
         assert_eq!(number(100.0), "100");
         assert_eq!(number(f64::INFINITY), "100000");
+    }
+
+    #[test]
+    fn subscripts_stand_lower() {
+        assert_eq!(
+            raised("v_{θ} [1/s]", 12.0),
+            "v<tspan dy=\"3\" font-size=\"9\">θ</tspan><tspan dy=\"-3\"> [1/s]</tspan>"
+        );
+        assert_eq!(raised("ode_solvers", 12.0), "ode_solvers");
     }
 
     #[test]

@@ -13,6 +13,14 @@ pub fn entry() -> crate::Entry {
         .start([0.0, 2.8], [0.0, 0.0])
         .step(0.01)
         .until(10.0)
+        .drawn(|&[x, theta]: &[f64; 2], parameters| {
+            let length = parameters.get("length");
+            let end = [x + length * theta.sin(), length * theta.cos()];
+            let cart = crate::entry::Drawing::new()
+                .trail(end)
+                .rod([x - length / 3.0, 0.0], [x + length / 3.0, 0.0]);
+            cart.rod([x, 0.0], end).point(end)
+        })
         .symmetry("translation of the cart", |_: &[f64; 2]| [1.0, 0.0])
 }
 

@@ -11,6 +11,7 @@ pub fn entry() -> crate::Entry {
         .start([1.0; 8], [0.0; 8])
         .step(0.005)
         .until(20.0)
+        .drawn(super::rods::<8>)
 }
 
 /// Declares a planar chain of a literal number of links: point masses on massless rods, hanging from a fixed pivot.

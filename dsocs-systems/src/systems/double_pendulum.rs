@@ -13,4 +13,5 @@ pub fn entry() -> crate::Entry {
         .start([2.0, 1.0], [0.0, 0.0])
         .step(0.005)
         .until(20.0)
+        .drawn(super::rods::<2>)
 }

@@ -13,6 +13,7 @@ pub fn entry() -> crate::Entry {
         .start([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
         .step(0.05)
         .until(50.0)
+        .drawn(|&[x, y, phi]: &[f64; 3], _| super::blade([y, -x], phi - std::f64::consts::FRAC_PI_2, 0.2))
         .symmetry("turning the edge", |_: &[f64; 3]| [0.0, 0.0, 1.0])
         .symmetry("translation across the slope", |_: &[f64; 3]| [0.0, 1.0, 0.0])
 }

@@ -63,6 +63,49 @@ pub fn all() -> Vec<crate::Entry> {
     ]
 }
 
+/// A body in the plane by a rod along its direction, with the path of its point `(x, y)`.
+#[cfg(feature = "dsocs")]
+pub(crate) fn blade([x, y]: [f64; 2], direction: f64, length: f64) -> crate::entry::Drawing {
+    let half = [length / 2.0 * direction.cos(), length / 2.0 * direction.sin()];
+    crate::entry::Drawing::new()
+        .trail([x, y])
+        .rod([x - half[0], y - half[1]], [x + half[0], y + half[1]])
+}
+
+/// A pendulum upright at the angle 0 with a wheel at its end, whose spoke turns with it by `psi`. Neither has a size in the equations:
+/// the rod is a metre long.
+#[cfg(feature = "dsocs")]
+pub(crate) fn wheel_on_a_rod(theta: f64, psi: f64) -> crate::entry::Drawing {
+    let end = [theta.sin(), theta.cos()];
+    // angles of the declaration are counted clockwise from the upright
+    crate::entry::Drawing::new().rod([0.0, 0.0], end).wheel(
+        end,
+        0.2,
+        std::f64::consts::FRAC_PI_2 - theta - psi,
+    )
+}
+
+/// A chain of rods from a pivot, by their angles against the downward vertical.
+#[cfg(feature = "dsocs")]
+pub(crate) fn rods<const N: usize>(
+    angles: &[f64; N],
+    parameters: &crate::entry::Parameters,
+) -> crate::entry::Drawing {
+    let mut joints = vec![[0.0, 0.0]];
+    for (place, angle) in angles.iter().enumerate() {
+        let length = parameters.get(&format!("lengths_{place}"));
+        let [x, y] = joints[place];
+        joints.push([x + length * angle.sin(), y - length * angle.cos()]);
+    }
+    let mut drawing = crate::entry::Drawing::new().trail(joints[N]);
+    for ends in joints.windows(2) {
+        drawing = drawing.rod(ends[0], ends[1]);
+    }
+    joints[1..]
+        .iter()
+        .fold(drawing, |drawing, &joint| drawing.point(joint))
+}
+
 #[cfg(all(test, feature = "dsocs"))]
 mod tests {
     use super::*;

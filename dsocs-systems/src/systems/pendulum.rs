@@ -13,6 +13,7 @@ pub fn entry() -> crate::Entry {
         .start([0.5, 0.0], [0.0, 0.5])
         .step(0.1)
         .until(2000.0)
+        .drawn(|&[theta, psi]: &[f64; 2], _| super::wheel_on_a_rod(theta, psi))
         .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 

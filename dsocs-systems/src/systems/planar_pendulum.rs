@@ -13,6 +13,12 @@ pub fn entry() -> crate::Entry {
         .start([0.6, -0.8], [4.0, 3.0])
         .step(0.01)
         .until(20.0)
+        .drawn(|&at: &[f64; 2], _| {
+            crate::entry::Drawing::new()
+                .trail(at)
+                .rod([0.0, 0.0], at)
+                .point(at)
+        })
 }
 
 /// A point mass on a massless rod, in a vertical plane.

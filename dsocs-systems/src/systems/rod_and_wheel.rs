@@ -18,6 +18,7 @@ pub fn entry() -> crate::Entry {
         )
         .step(0.001)
         .until(10.0)
+        .drawn(|&[x, y, psi]: &[f64; 3], _| super::wheel_on_a_rod(x.atan2(y), psi))
         .symmetry("turning the wheel", |_: &[f64; 3]| [0.0, 0.0, 1.0])
 }
 

@@ -17,6 +17,9 @@ pub fn entry() -> crate::Entry {
         )
         .step(0.1)
         .until(50.0)
+        .drawn(|&[x, y, _, phi]: &[f64; 4], parameters| {
+            super::blade([x, y], phi, 2.0 * parameters.get("radius"))
+        })
         .symmetry("turning the heading", |_: &[f64; 4]| [0.0, 0.0, 0.0, 1.0])
         .symmetry("rolling without moving on", |_: &[f64; 4]| [0.0, 0.0, 1.0, 0.0])
 }

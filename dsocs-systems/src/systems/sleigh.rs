@@ -13,6 +13,11 @@ pub fn entry() -> crate::Entry {
         .start([0.0, 0.0, 0.0], [-1.0, 0.0, 0.3])
         .step(0.05)
         .until(40.0)
+        .drawn(|&[x, y, theta]: &[f64; 3], parameters| {
+            let offset = parameters.get("offset");
+            let centre = [x + offset * theta.cos(), y + offset * theta.sin()];
+            super::blade([x, y], theta, offset).rod([x, y], centre).point(centre)
+        })
         .symmetry("translation along x", |_: &[f64; 3]| [1.0, 0.0, 0.0])
         .symmetry("rotation about the origin", |[x, y, _]| [-y, *x, 1.0])
 }

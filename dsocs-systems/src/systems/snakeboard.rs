@@ -16,6 +16,23 @@ pub fn entry() -> crate::Entry {
         .start([0.0, 0.0, 0.0, 1.0, 0.5], [0.0, 0.0, 0.0, 0.0, 0.0])
         .step(0.02)
         .until(40.0)
+        .drawn(|&[x, y, theta, psi, phi]: &[f64; 5], parameters| {
+            // axles at both ends of the board, turned in opposite directions; the rotor in its middle
+            let length = parameters.get("length");
+            let end = |sign: f64| [x + sign * length * theta.cos(), y + sign * length * theta.sin()];
+            let axle = |sign: f64| {
+                let ([a, b], across) = (end(sign), theta + sign * phi + std::f64::consts::FRAC_PI_2);
+                let half = [length / 3.0 * across.cos(), length / 3.0 * across.sin()];
+                [[a - half[0], b - half[1]], [a + half[0], b + half[1]]]
+            };
+            let [front, back] = [axle(1.0), axle(-1.0)];
+            crate::entry::Drawing::new()
+                .trail([x, y])
+                .rod(end(-1.0), end(1.0))
+                .rod(front[0], front[1])
+                .rod(back[0], back[1])
+                .wheel([x, y], length / 3.0, theta + psi)
+        })
         .symmetry("translation along x", |_: &[f64; 5]| [1.0, 0.0, 0.0, 0.0, 0.0])
         .symmetry("rotation about the origin", |[x, y, ..]: &[f64; 5]| {
             [-y, *x, 1.0, 0.0, 0.0]

@@ -127,8 +127,11 @@ fn particle_xy(results: &Results) -> Figure {
 fn pendulum_motion(results: &Results) -> Figure {
     let moments = &results.pendulum;
     let end = moments.last().map_or(1.0, |moment| moment.t);
-    let panel = |axis: Axis, colour, last, value: fn(&super::Moment) -> f64| Panel {
-        x: Axis::linear(if last { "t [s]" } else { "" }).over(0.0, end),
+    let panel = |axis: Axis, colour, last: bool, value: fn(&super::Moment) -> f64| Panel {
+        x: Axis {
+            bare: !last,
+            ..Axis::linear(if last { "t [s]" } else { "" }).over(0.0, end)
+        },
         y: axis,
         curves: vec![Curve {
             points: Envelope::of(moments.iter().map(|moment| [moment.t, value(moment)])),

@@ -17,6 +17,8 @@ use crate::experiment::{ErrorRow, ExperimentError, particle, pendulum};
 use crate::figure::Format;
 use crate::reference::Reference;
 
+pub use figures::all as figures;
+
 /// What `dsocs paper` takes.
 #[derive(Args, Debug)]
 pub struct PaperArguments {
@@ -26,15 +28,15 @@ pub struct PaperArguments {
 }
 
 /// Everything behind the figures.
-struct Results {
+pub struct Results {
     /// The particle's motion.
     particle: Vec<Node<2>>,
     /// The particle's errors.
-    particle_errors: Vec<ErrorRow>,
+    pub particle_errors: Vec<ErrorRow>,
     /// The pendulum's motion.
     pendulum: Vec<Moment>,
     /// The pendulum's errors.
-    pendulum_errors: Vec<ErrorRow>,
+    pub pendulum_errors: Vec<ErrorRow>,
     /// Those with smaller steps, which no figure shows.
     pendulum_further: Vec<ErrorRow>,
     /// The pendulum's continuous motion.
@@ -72,7 +74,11 @@ pub fn paper(arguments: &PaperArguments) -> Result<(), CliError> {
 }
 
 /// Runs all experiments, independent ones at the same time.
-fn compute() -> Result<Results, ExperimentError> {
+///
+/// # Errors
+///
+/// [`ExperimentError`] if one fails.
+pub fn compute() -> Result<Results, ExperimentError> {
     let steps = particle::STEPS.len() + pendulum::STEPS.len() + pendulum::FURTHER_STEPS.len();
     let runs = 2 * steps as u64;
     let bar = progress::bar(runs + 3, "computing");

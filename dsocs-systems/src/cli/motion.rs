@@ -1,0 +1,354 @@
+//! The page of one run: the mechanism, its coordinates, energy and forces over time, under one slider.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::CliError;
+use super::label::{label, plain, short};
+use super::moments::Moments;
+use super::output::OutputFile;
+use super::page::{self, Cell, Page, Scene, rounded};
+use crate::entry::{Column, Description, Drawing, Entry, Row};
+use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
+
+/// Width and height of a figure, in pixels: as it is read on a telephone.
+const SIZE: [f64; 2] = [400.0, 230.0];
+/// Width and height of the figure of a path, in pixels.
+const PATH: [f64; 2] = [560.0, 460.0];
+/// So many numbers the script reads at most: a page stays below a megabyte.
+const NUMBERS: usize = 40_000;
+/// So many points all figures have at most.
+const POINTS: usize = 32_000;
+/// So many significant digits the script reads.
+const DIGITS: usize = 8;
+
+/// A page in the making. What it keeps of a run does not grow with the run.
+pub struct MotionPage {
+    /// The file.
+    file: OutputFile,
+    /// The moments that the slider goes through.
+    moments: Moments,
+    /// What is shown of them.
+    shown: Shown,
+}
+
+/// What a page shows of a run.
+struct Shown {
+    /// The columns, time first.
+    columns: Vec<Column>,
+    /// What the declaration says.
+    description: Description,
+    /// The mechanism's drawing at a position.
+    draw: Option<Box<dyn Fn(&[f64]) -> Drawing>>,
+    /// The figures of all columns but time.
+    envelopes: Vec<Envelope>,
+}
+
+impl MotionPage {
+    /// Begins the file, so that a place that cannot be written is found before the run.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if the name is not that of a page or the file cannot be written.
+    pub fn create(
+        path: &Path,
+        columns: &[Column],
+        description: &Description,
+        draw: Option<impl Fn(&[f64]) -> Drawing + 'static>,
+    ) -> Result<Self, CliError> {
+        page::check_name(path)?;
+        let cells = (POINTS / 4 / columns.len()).clamp(24, 320);
+        Ok(Self {
+            file: OutputFile::create(path)?,
+            moments: Moments::new((NUMBERS / columns.len()).clamp(100, 2000)),
+            shown: Shown {
+                columns: columns.to_vec(),
+                description: description.clone(),
+                draw: draw.map(|draw| Box::new(draw) as Box<dyn Fn(&[f64]) -> Drawing>),
+                envelopes: vec![Envelope::with_cells(cells); columns.len() - 1],
+            },
+        })
+    }
+
+    /// Takes a node.
+    pub fn push(&mut self, row: &Row<'_>) {
+        let values: Vec<f64> = row.values().collect();
+        for (envelope, &value) in self.shown.envelopes.iter_mut().zip(&values[1..]) {
+            envelope.push([row.t, value]);
+        }
+        self.moments.push(row.index, values);
+    }
+
+    /// Writes the page and completes the file. `about` is what is said of the run, `notes` what it told.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError`] if it cannot be written.
+    pub fn finish(
+        self,
+        [name, kind, summary]: [&str; 3],
+        about: &Map<String, Value>,
+        notes: &[String],
+    ) -> Result<(), CliError> {
+        let Self {
+            mut file,
+            moments,
+            shown,
+        } = self;
+        let rows = &moments.into_rows();
+        let mut page = Page::new(
+            &format!("{name}: {summary}"),
+            &format!("A run of the system {name}, whose constraints are of the kind: {kind}."),
+        );
+        for note in notes {
+            page.paragraph(note);
+        }
+        page.add(format!(
+            "<div class=\"controls\" hidden><button id=\"play\" type=\"button\">Play</button>\
+             <input id=\"time\" type=\"range\" min=\"0\" max=\"{}\" value=\"0\" aria-label=\"Time\">\
+             <output id=\"now\" for=\"time\"></output></div>",
+            rows.len().saturating_sub(1)
+        ));
+        let frames = shown.mechanism(&mut page, rows);
+        shown.figures(&mut page);
+        shown.summary(&mut page, rows);
+        page.heading("The run");
+        page.add(page::provenance::provenance(told(about)));
+        let column = |(place, column): (usize, &Column)| {
+            let values: Value = rows.iter().map(|row| rounded(row[place], DIGITS)).collect();
+            let told = json!({"label": plain(&short(&column.name)), "unit": column.unit, "values": values});
+            (column.name.clone(), told)
+        };
+        let columns: Map<String, Value> = shown.columns.iter().enumerate().skip(1).map(column).collect();
+        let times: Value = rows.iter().map(|row| rounded(row[0], 12)).collect();
+        page.data(
+            "motion",
+            json!({"t": times, "columns": columns, "frames": frames}),
+        );
+        if let Err(cause) = file.write_all(page.finish().as_bytes()) {
+            return Err(file.failed(cause));
+        }
+        file.finish()
+    }
+}
+
+impl Shown {
+    /// The mechanism, or where nothing says how it is drawn, a path. Gives the numbers of the moments.
+    fn mechanism(&self, page: &mut Page, rows: &[Vec<f64>]) -> Value {
+        let count = self.description.coordinates.len();
+        let scene = self
+            .draw
+            .as_ref()
+            .and_then(|draw| Scene::new(rows.iter().map(|row| draw(&row[1..=count])).collect()));
+        page.heading(if scene.is_some() {
+            "The mechanism"
+        } else {
+            "The path"
+        });
+        page.add("<div class=\"figures wide\">");
+        let frames = if let Some(scene) = scene {
+            page.add(format!(
+                "<figure>{}<figcaption>Pale: the end of the run, and paths of points.</figcaption></figure>",
+                scene.svg("The mechanism at the time of the slider")
+            ));
+            scene.frames()
+        } else {
+            let [x, y] = path_columns(&self.description);
+            let [across, up] = [x, y].map(|place| &self.columns[place]);
+            let figure = self.path(rows, x, y).on_page(
+                "path",
+                &format!("{} against {}", plain(&label(up)), plain(&label(across))),
+            );
+            page.add(format!(
+                "<figure data-path=\"{} {}\">{figure}<figcaption>({}, {}) = <output></output></figcaption></figure>",
+                page::escaped(&across.name),
+                page::escaped(&up.name),
+                page::marked(&label(across)),
+                page::marked(&label(up)),
+            ));
+            json!([])
+        };
+        page.add("</div>");
+        frames
+    }
+
+    /// The path in the plane of two columns.
+    fn path(&self, rows: &[Vec<f64>], x: usize, y: usize) -> Figure {
+        let lengths = [x, y].map(|place| self.columns[place].unit.as_deref() == Some("m"));
+        let panel = Panel {
+            x: Axis::linear(label(&self.columns[x])),
+            y: Axis::linear(label(&self.columns[y])),
+            curves: vec![Curve {
+                points: rows.iter().map(|row| [row[x], row[y]]).collect(),
+                style: Style::Line(1.0),
+                colour: BLUE,
+                label: None,
+            }],
+            equal_aspect: lengths == [true; 2],
+            ..Panel::default()
+        };
+        Figure {
+            size: PATH,
+            columns: 1,
+            panels: vec![panel],
+        }
+    }
+
+    /// A figure for each column.
+    fn figures(&self, page: &mut Page) {
+        for (heading, places) in self.groups() {
+            page.heading(heading);
+            page.add("<div class=\"figures\">");
+            for place in places {
+                let column = &self.columns[place];
+                let points = self.envelopes[place - 1].points();
+                let ends = (points.first(), points.last());
+                let time = match ends {
+                    (Some(first), Some(last)) => Axis::linear("t [s]").over(first[0], last[0]),
+                    _ => Axis::linear("t [s]"),
+                };
+                let width = if points.len() > 300 { 0.6 } else { 1.2 };
+                let figure = Figure {
+                    size: SIZE,
+                    columns: 1,
+                    panels: vec![Panel {
+                        x: time,
+                        y: Axis::linear(label(column)),
+                        curves: vec![Curve {
+                            points,
+                            style: Style::Line(width),
+                            colour: BLUE,
+                            label: None,
+                        }],
+                        ..Panel::default()
+                    }],
+                };
+                page.add(format!(
+                    "<figure data-column=\"{}\">{}<figcaption>{} = <output></output></figcaption></figure>",
+                    page::escaped(&column.name),
+                    figure.on_page(
+                        &format!("column-{place}"),
+                        &format!("{} against time", plain(&label(column)))
+                    ),
+                    page::marked(&short(&column.name)),
+                ));
+            }
+            page.add("</div>");
+        }
+    }
+
+    /// The columns by what they are.
+    fn groups(&self) -> Vec<(&'static str, Vec<usize>)> {
+        let count = self.description.coordinates.len();
+        let observed = self.description.observables.len();
+        let lengths = [
+            ("Coordinates", count),
+            ("Velocities", count),
+            ("Constraint force", count),
+            ("Energy", 1),
+            ("Observed", observed),
+            ("Multipliers", self.description.forms),
+        ];
+        let mut groups = Vec::new();
+        let mut next = 1;
+        for (heading, length) in lengths {
+            groups.push((heading, (next..next + length).collect()));
+            next += length;
+        }
+        let named = |prefix: &str| {
+            let rest = next..self.columns.len();
+            rest.filter(|&place| self.columns[place].name.starts_with(prefix))
+                .collect::<Vec<_>>()
+        };
+        groups.push((
+            "Certificate: smallest singular values of D₃ and D₁",
+            named("regularity_"),
+        ));
+        groups.push(("Estimated errors", named("error_")));
+        // without constraints there is no constraint force
+        let forceless = self.description.constraints == [0; 3];
+        groups.retain(|(heading, places): &(_, Vec<usize>)| {
+            !places.is_empty() && !(forceless && *heading == "Constraint force")
+        });
+        groups
+    }
+
+    /// Where each column begins and ends, and between what it lies: what can be read without a script.
+    fn summary(&self, page: &mut Page, rows: &[Vec<f64>]) {
+        let number = |x: f64| Cell::Number(rounded(x, 7).to_string().replace("null", "–").replace('-', "−"));
+        let cells = self.columns.iter().enumerate().map(|(place, column)| {
+            let first = rows.first().map_or(f64::NAN, |row| row[place]);
+            let last = rows.last().map_or(f64::NAN, |row| row[place]);
+            let points = place.checked_sub(1).map(|place| self.envelopes[place].points());
+            let values = || points.iter().flatten().map(|point| point[1]);
+            let (least, most) = match place {
+                0 => (first.min(last), first.max(last)),
+                _ => (
+                    values().fold(f64::NAN, f64::min),
+                    values().fold(f64::NAN, f64::max),
+                ),
+            };
+            vec![
+                Cell::Text(column.name.clone()),
+                Cell::Text(column.unit.clone().unwrap_or_default()),
+                number(first),
+                number(last),
+                number(least),
+                number(most),
+            ]
+        });
+        page.heading("In numbers");
+        let head = [
+            "column",
+            "unit",
+            "#at the start",
+            "#at the end",
+            "#least",
+            "#greatest",
+        ];
+        page.add(page::table("Every column of the run's table", &head, cells));
+    }
+}
+
+/// The columns of the path that is drawn where nothing says how the mechanism is: two lengths, else the first two coordinates,
+/// else the coordinate and its velocity.
+fn path_columns(description: &Description) -> [usize; 2] {
+    let coordinates = &description.coordinates;
+    let lengths = coordinates
+        .iter()
+        .enumerate()
+        .filter(|(_, of)| of.unit() == Some("m"));
+    match lengths.map(|(place, _)| place + 1).collect::<Vec<_>>()[..] {
+        [x, y, ..] => [x, y],
+        _ => [1, 2], // the velocities follow the coordinates
+    }
+}
+
+/// What is said of a run, as rows of a table.
+fn told(about: &Map<String, Value>) -> Vec<(String, String)> {
+    let plain = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Object(map) => {
+            let parts = map
+                .iter()
+                .map(|(key, value)| format!("{key} = {}", value.to_string().replace('"', "")));
+            parts.collect::<Vec<_>>().join(", ")
+        }
+        other => other.to_string(),
+    };
+    about
+        .iter()
+        .map(|(key, value)| (key.clone(), plain(value)))
+        .collect()
+}
+
+/// Name, kind and summary of a system.
+pub fn titles(entry: &Entry) -> [String; 3] {
+    [
+        entry.name().to_owned(),
+        entry.kind().to_string(),
+        entry.summary().to_owned(),
+    ]
+}

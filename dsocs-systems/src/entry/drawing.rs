@@ -1,0 +1,182 @@
+//! How a mechanism is drawn.
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use dsocs_core::Quantity;
+
+/// A picture of a mechanism at a position: shapes in a plane, in m. A run's page shows it moving.
+///
+/// ```
+/// use dsocs_systems::entry::Drawing;
+///
+/// // a pendulum with a wheel at its end
+/// let (theta, psi, length) = (0.3_f64, 1.0, 0.5);
+/// let axle = [length * theta.sin(), -length * theta.cos()];
+/// let drawing = Drawing::new().rod([0.0, 0.0], axle).wheel(axle, 0.1, psi);
+/// assert_eq!(drawing.shapes().len(), 2);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[must_use]
+pub struct Drawing {
+    /// The shapes, the first at the back.
+    shapes: Vec<Shape>,
+}
+
+/// A part of a drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Shape {
+    /// A mass at a point.
+    Point([f64; 2]),
+    /// A straight rod between two points.
+    Rod([[f64; 2]; 2]),
+    /// A wheel about a point, with a spoke at an angle, in rad, counted from the horizontal.
+    Wheel {
+        /// Its middle.
+        at: [f64; 2],
+        /// Its radius.
+        radius: f64,
+        /// The angle of its spoke.
+        angle: f64,
+    },
+    /// A point whose path is drawn.
+    Trail([f64; 2]),
+}
+
+impl Drawing {
+    /// Nothing.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a mass at a point.
+    pub fn point(self, at: [f64; 2]) -> Self {
+        self.with(Shape::Point(at))
+    }
+
+    /// Adds a rod between two points.
+    pub fn rod(self, from: [f64; 2], to: [f64; 2]) -> Self {
+        self.with(Shape::Rod([from, to]))
+    }
+
+    /// Adds a wheel about a point, with a spoke at an angle.
+    pub fn wheel(self, at: [f64; 2], radius: f64, angle: f64) -> Self {
+        self.with(Shape::Wheel { at, radius, angle })
+    }
+
+    /// Adds the path of a point.
+    pub fn trail(self, at: [f64; 2]) -> Self {
+        self.with(Shape::Trail(at))
+    }
+
+    /// Adds a shape.
+    pub fn with(mut self, shape: Shape) -> Self {
+        self.shapes.push(shape);
+        self
+    }
+
+    /// The shapes, the first at the back.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+}
+
+impl Shape {
+    /// What a page calls it.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Point(_) => "point",
+            Self::Rod(_) => "rod",
+            Self::Wheel { .. } => "wheel",
+            Self::Trail(_) => "trail",
+        }
+    }
+
+    /// Its numbers, as many for each shape of a kind.
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        match *self {
+            Self::Point([x, y]) | Self::Trail([x, y]) => vec![x, y],
+            Self::Rod([[a, b], [c, d]]) => vec![a, b, c, d],
+            Self::Wheel {
+                at: [x, y],
+                radius,
+                angle,
+            } => vec![x, y, radius, angle],
+        }
+    }
+
+    /// Corners of a box that it lies in.
+    pub(crate) fn corners(&self) -> [[f64; 2]; 2] {
+        match *self {
+            Self::Point(at) | Self::Trail(at) => [at, at],
+            Self::Rod(ends) => ends,
+            Self::Wheel {
+                at: [x, y], radius, ..
+            } => [[x - radius, y - radius], [x + radius, y + radius]],
+        }
+    }
+}
+
+/// The parameters of a system by their names.
+#[derive(Clone, Debug, Default)]
+pub struct Parameters {
+    /// Names and values.
+    values: Vec<(&'static str, f64)>,
+    /// The first name that was asked for and is none.
+    missed: OnceCell<String>,
+}
+
+impl Parameters {
+    /// These parameters.
+    pub(super) fn new(parameters: impl IntoIterator<Item = (Quantity, f64)>) -> Self {
+        Self {
+            values: parameters
+                .into_iter()
+                .map(|(of, value)| (of.name, value))
+                .collect(),
+            missed: OnceCell::new(),
+        }
+    }
+
+    /// The value of a parameter; NaN if there is none of the name, which [`super::Entry::verify`] finds.
+    #[must_use]
+    pub fn get(&self, name: &str) -> f64 {
+        let found = self.values.iter().find(|(known, _)| *known == name);
+        if found.is_none() {
+            self.missed.get_or_init(|| name.to_owned());
+        }
+        found.map_or(f64::NAN, |&(_, value)| value)
+    }
+
+    /// The first name that was asked for and is none.
+    pub(super) fn missed(&self) -> Option<&str> {
+        self.missed.get().map(String::as_str)
+    }
+}
+
+/// Takes a position and the parameters.
+type Draw = dyn Fn(&[f64], &Parameters) -> Drawing + Send + Sync;
+
+/// How a system is drawn.
+pub(super) struct Drawn {
+    /// How many coordinates it is for.
+    pub(super) components: usize,
+    /// The drawing at a position.
+    pub(super) draw: Arc<Draw>,
+}
+
+impl Drawn {
+    /// The drawing of positions of `N` coordinates.
+    pub(super) fn new<const N: usize>(
+        draw: impl Fn(&[f64; N], &Parameters) -> Drawing + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            components: N,
+            draw: Arc::new(move |q, parameters| {
+                q.try_into().map(|q| draw(q, parameters)).unwrap_or_default()
+            }),
+        }
+    }
+}

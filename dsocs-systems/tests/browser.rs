@@ -1,0 +1,136 @@
+//! The pages in a real browser: no error, no request, every figure inside of the page, and a slider that moves what it should.
+//!
+//! Skipped, aloud, where there is no Chromium (`apt-get install chromium` on Debian).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+/// A page may have so many bytes.
+const MOST: u64 = 1_000_000;
+
+/// What looks at a page: it stands in a frame of a width, whose document the script of the test reaches.
+const PROBE: &str = include_str!("browser.js");
+
+/// The browser, if there is one.
+fn browser() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    let folders = std::env::split_paths(&path);
+    let candidates = folders.flat_map(|folder| {
+        ["chromium", "chromium-browser", "chromium-headless-shell", "google-chrome"].map(|name| folder.join(name))
+    });
+    candidates.into_iter().find(|candidate| candidate.is_file())
+}
+
+/// What the probe finds in a page that is this wide.
+fn look(browser: &Path, page: &Path, width: u32) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(page).unwrap();
+    let quoted = text.replace('&', "&amp;").replace('"', "&quot;");
+    let harness = folder.path().join("harness.html");
+    let html = format!(
+        "<!DOCTYPE html><html><body style=\"margin:0\"><iframe id=\"page\" style=\"border:0;width:{width}px;height:3000px\" \
+         srcdoc=\"{quoted}\"></iframe><pre id=\"found\"></pre><script>{PROBE}</script></body></html>"
+    );
+    fs::write(&harness, html).unwrap();
+    let said = fs::File::create(folder.path().join("said")).unwrap();
+    let mut child = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
+        .args(["--no-first-run", "--disable-background-networking", "--virtual-time-budget=4000", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .arg(format!("--window-size={},3000", width.max(500)))
+        .arg(format!("file://{}", harness.display()))
+        .stdout(said)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("the browser does not answer");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let dom = fs::read_to_string(folder.path().join("said")).unwrap();
+    let found = dom.split_once("<pre id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>"));
+    let Some((found, _)) = found else { panic!("no answer: {dom:.400}") };
+    let found = found.replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    serde_json::from_str(&found).unwrap_or_else(|error| panic!("{error}: {found:.400}"))
+}
+
+/// The command with these arguments, in this folder.
+fn dsocs(folder: &Path, arguments: &[&str]) {
+    let output = Command::new(env!("CARGO_BIN_EXE_dsocs"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {said}");
+    assert!(output.stdout.len() < 500, "rows were not asked for");
+}
+
+/// What holds for every page at every width.
+fn sound(found: &Value, page: &str, width: u32) {
+    let told = |key: &str| found[key].as_array().unwrap_or_else(|| panic!("{page}, {width}: {found}"));
+    assert!(told("errors").is_empty(), "{page}, {width}: {:?}", told("errors"));
+    assert!(told("requests").is_empty(), "{page}, {width}: {:?}", told("requests"));
+    assert!(!told("figures").is_empty(), "{page}, {width}");
+    for figure in told("figures") {
+        let name = &figure["name"];
+        let [left, right, height] = ["left", "right", "height"].map(|key| figure[key].as_f64().unwrap());
+        assert!(
+            left >= 0.0 && right <= f64::from(width) + 0.5 && right - left > 100.0 && height > 60.0,
+            "{page}, {width}, {name}: {left} to {right}, {height} high"
+        );
+        assert!(name.as_str().is_some_and(|name| name.len() > 3), "{page}: a figure without a name");
+        assert!(figure["marks"].as_u64().unwrap() > 3, "{page}, {name} is empty");
+    }
+    assert!(found["wide"].as_f64().unwrap() <= f64::from(width), "{page} is wider than {width}: {}", found["wide"]);
+    assert_eq!(found["unnamed"], 0, "{page}: what takes the keyboard has a name");
+}
+
+#[test]
+fn pages_in_a_browser() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    dsocs(folder, &["run", "pendulum", "--until", "20", "--certify", "--report", "pendulum.html"]);
+    dsocs(folder, &["run", "particle", "--until", "50", "--report", "particle.html"]);
+    dsocs(folder, &["run", "chain", "--report", "chain.html"]);
+    dsocs(folder, &["report", "particle", "--cases", "4", "--out", "report.html"]);
+    let pages = ["pendulum", "particle", "chain", "report"];
+    for page in pages {
+        let path = folder.join(format!("{page}.html"));
+        let bytes = fs::metadata(&path).unwrap().len();
+        assert!(bytes < MOST, "{page}: {bytes} bytes");
+        // what is read without a script
+        let text = fs::read_to_string(&path).unwrap();
+        let (before, _) = text.split_once("<script").unwrap();
+        assert!(before.contains("<svg") && before.contains("<td") && before.contains("machine"), "{page}");
+    }
+    let Some(browser) = browser() else {
+        eprintln!("SKIPPED: no Chromium on this machine, so no page was opened (`apt-get install chromium`)");
+        return;
+    };
+    for page in pages {
+        for width in [400, 1200] {
+            let found = look(&browser, &folder.join(format!("{page}.html")), width);
+            sound(&found, page, width);
+            if page == "report" {
+                assert_eq!(found["switched"], true, "the switch shows the other problem");
+            } else {
+                // at the middle and at the end of the slider
+                let moved = found["moved"].as_array().unwrap();
+                assert_eq!(moved.len(), 2, "{page}: {found}");
+                assert!(moved.iter().all(|moved| moved == true), "{page}, {width}: {moved:?}");
+                assert!(found["said"].as_str().is_some_and(|said| said.starts_with("t = ")), "{page}");
+            }
+            assert!(found["tip"].as_str().is_some_and(|tip| tip.contains(char::is_numeric)), "{page}: {}", found["tip"]);
+        }
+    }
+}
