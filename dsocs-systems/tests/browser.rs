@@ -20,7 +20,13 @@ fn browser() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let folders = std::env::split_paths(&path);
     let candidates = folders.flat_map(|folder| {
-        ["chromium", "chromium-browser", "chromium-headless-shell", "google-chrome"].map(|name| folder.join(name))
+        [
+            "chromium",
+            "chromium-browser",
+            "chromium-headless-shell",
+            "google-chrome",
+        ]
+        .map(|name| folder.join(name))
     });
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
@@ -38,9 +44,23 @@ fn look(browser: &Path, page: &Path, width: u32) -> Value {
     fs::write(&harness, html).unwrap();
     let said = fs::File::create(folder.path().join("said")).unwrap();
     let mut child = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"])
-        .args(["--no-first-run", "--disable-background-networking", "--virtual-time-budget=4000", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", folder.path().join("profile").display()))
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--hide-scrollbars",
+        ])
+        .args([
+            "--no-first-run",
+            "--disable-background-networking",
+            "--virtual-time-budget=4000",
+            "--dump-dom",
+        ])
+        .arg(format!(
+            "--user-data-dir={}",
+            folder.path().join("profile").display()
+        ))
         .arg(format!("--window-size={},3000", width.max(500)))
         .arg(format!("file://{}", harness.display()))
         .stdout(said)
@@ -57,9 +77,17 @@ fn look(browser: &Path, page: &Path, width: u32) -> Value {
         std::thread::sleep(Duration::from_millis(50));
     }
     let dom = fs::read_to_string(folder.path().join("said")).unwrap();
-    let found = dom.split_once("<pre id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>"));
-    let Some((found, _)) = found else { panic!("no answer: {dom:.400}") };
-    let found = found.replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    let found = dom
+        .split_once("<pre id=\"found\">")
+        .and_then(|(_, rest)| rest.split_once("</pre>"));
+    let Some((found, _)) = found else {
+        panic!("no answer: {dom:.400}")
+    };
+    let found = found
+        .replace("&quot;", "\"")
+        .replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&amp;", "&");
     serde_json::from_str(&found).unwrap_or_else(|error| panic!("{error}: {found:.400}"))
 }
 
@@ -77,9 +105,17 @@ fn dsocs(folder: &Path, arguments: &[&str]) {
 
 /// What holds for every page at every width.
 fn sound(found: &Value, page: &str, width: u32) {
-    let told = |key: &str| found[key].as_array().unwrap_or_else(|| panic!("{page}, {width}: {found}"));
+    let told = |key: &str| {
+        found[key]
+            .as_array()
+            .unwrap_or_else(|| panic!("{page}, {width}: {found}"))
+    };
     assert!(told("errors").is_empty(), "{page}, {width}: {:?}", told("errors"));
-    assert!(told("requests").is_empty(), "{page}, {width}: {:?}", told("requests"));
+    assert!(
+        told("requests").is_empty(),
+        "{page}, {width}: {:?}",
+        told("requests")
+    );
     assert!(!told("figures").is_empty(), "{page}, {width}");
     for figure in told("figures") {
         let name = &figure["name"];
@@ -88,10 +124,17 @@ fn sound(found: &Value, page: &str, width: u32) {
             left >= 0.0 && right <= f64::from(width) + 0.5 && right - left > 100.0 && height > 60.0,
             "{page}, {width}, {name}: {left} to {right}, {height} high"
         );
-        assert!(name.as_str().is_some_and(|name| name.len() > 3), "{page}: a figure without a name");
+        assert!(
+            name.as_str().is_some_and(|name| name.len() > 3),
+            "{page}: a figure without a name"
+        );
         assert!(figure["marks"].as_u64().unwrap() > 3, "{page}, {name} is empty");
     }
-    assert!(found["wide"].as_f64().unwrap() <= f64::from(width), "{page} is wider than {width}: {}", found["wide"]);
+    assert!(
+        found["wide"].as_f64().unwrap() <= f64::from(width),
+        "{page} is wider than {width}: {}",
+        found["wide"]
+    );
     assert_eq!(found["unnamed"], 0, "{page}: what takes the keyboard has a name");
 }
 
@@ -99,10 +142,27 @@ fn sound(found: &Value, page: &str, width: u32) {
 fn pages_in_a_browser() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    dsocs(folder, &["run", "pendulum", "--until", "20", "--certify", "--report", "pendulum.html"]);
-    dsocs(folder, &["run", "particle", "--until", "50", "--report", "particle.html"]);
+    dsocs(
+        folder,
+        &[
+            "run",
+            "pendulum",
+            "--until",
+            "20",
+            "--certify",
+            "--report",
+            "pendulum.html",
+        ],
+    );
+    dsocs(
+        folder,
+        &["run", "particle", "--until", "50", "--report", "particle.html"],
+    );
     dsocs(folder, &["run", "chain", "--report", "chain.html"]);
-    dsocs(folder, &["report", "particle", "--cases", "4", "--out", "report.html"]);
+    dsocs(
+        folder,
+        &["report", "particle", "--cases", "4", "--out", "report.html"],
+    );
     let pages = ["pendulum", "particle", "chain", "report"];
     for page in pages {
         let path = folder.join(format!("{page}.html"));
@@ -111,7 +171,10 @@ fn pages_in_a_browser() {
         // what is read without a script
         let text = fs::read_to_string(&path).unwrap();
         let (before, _) = text.split_once("<script").unwrap();
-        assert!(before.contains("<svg") && before.contains("<td") && before.contains("machine"), "{page}");
+        assert!(
+            before.contains("<svg") && before.contains("<td") && before.contains("machine"),
+            "{page}"
+        );
     }
     let Some(browser) = browser() else {
         eprintln!("SKIPPED: no Chromium on this machine, so no page was opened (`apt-get install chromium`)");
@@ -127,10 +190,24 @@ fn pages_in_a_browser() {
                 // at the middle and at the end of the slider
                 let moved = found["moved"].as_array().unwrap();
                 assert_eq!(moved.len(), 2, "{page}: {found}");
-                assert!(moved.iter().all(|moved| moved == true), "{page}, {width}: {moved:?}");
-                assert!(found["said"].as_str().is_some_and(|said| said.starts_with("t = ")), "{page}");
+                assert!(
+                    moved.iter().all(|moved| moved == true),
+                    "{page}, {width}: {moved:?}"
+                );
+                assert!(
+                    found["said"]
+                        .as_str()
+                        .is_some_and(|said| said.starts_with("t = ")),
+                    "{page}"
+                );
             }
-            assert!(found["tip"].as_str().is_some_and(|tip| tip.contains(char::is_numeric)), "{page}: {}", found["tip"]);
+            assert!(
+                found["tip"]
+                    .as_str()
+                    .is_some_and(|tip| tip.contains(char::is_numeric)),
+                "{page}: {}",
+                found["tip"]
+            );
         }
     }
 }

@@ -431,6 +431,43 @@ fn a_figure_alone_prints_no_rows() {
 }
 
 #[test]
+fn a_path_is_drawn_and_needs_two_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = [
+        "run", "particle", "--until", "5", "--plot", "path.svg", "--path", "x,y",
+    ];
+    assert!(dsocs(folder.path(), &run).status().unwrap().success());
+    let svg = fs::read_to_string(folder.path().join("path.svg")).unwrap();
+    assert!(svg.contains(">x [m]<") && svg.contains(">y [m]<") && !svg.contains(">t [s]<"));
+    for (path, part) in [
+        ("x", "two columns"),
+        ("x,z", "no column `z`"),
+        ("x,y,t", "two columns"),
+    ] {
+        let (status, message) = refused(&["run", "particle", "--plot", "path.svg", "--path", path]);
+        assert!(status == 2 && message.contains(part), "{message}");
+    }
+    assert_eq!(
+        refused(&["run", "particle", "--path", "x,y"]).0,
+        2,
+        "without a figure"
+    );
+}
+
+#[test]
+fn a_page_has_the_name_of_one_and_is_refused_before_the_run() {
+    for arguments in [
+        &["run", "particle", "--report", "page.svg"][..],
+        &["report", "--out", "page.txt"],
+    ] {
+        let (status, message) = refused(arguments);
+        assert!(status == 2 && message.contains("ends in .html"), "{message}");
+    }
+    assert_eq!(refused(&["report", "--cases", "99"]).0, 2);
+    assert_eq!(refused(&["report", "--speed", "nowhere.csv"]).0, 1);
+}
+
+#[test]
 fn a_tolerance_below_rounding_is_told() {
     let run = |tolerance: &str| {
         output(&[

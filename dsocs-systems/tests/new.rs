@@ -73,6 +73,9 @@ fn a_new_crate_builds_runs_and_is_checked() {
     }
     let rows = answer(&["run"]);
     assert_eq!(rows.lines().count(), 1002);
+    answer(&["run", "--report", "motion.html"]);
+    let page = fs::read_to_string(crate_folder.join("motion.html")).unwrap();
+    assert!(page.contains("data-kind=\"rod\""));
     let check = answer(&["check"]);
     assert!(check.contains(" ok") && !check.contains("FAILED"), "{check}");
 }

@@ -18,9 +18,9 @@ const SIZE: [f64; 2] = [400.0, 230.0];
 /// Width and height of the figure of a path, in pixels.
 const PATH: [f64; 2] = [560.0, 460.0];
 /// So many numbers the script reads at most: a page stays below a megabyte.
-const NUMBERS: usize = 40_000;
+const NUMBERS: usize = 36_000;
 /// So many points all figures have at most.
-const POINTS: usize = 32_000;
+const POINTS: usize = 28_000;
 /// So many significant digits the script reads.
 const DIGITS: usize = 8;
 
@@ -59,10 +59,18 @@ impl MotionPage {
         draw: Option<impl Fn(&[f64]) -> Drawing + 'static>,
     ) -> Result<Self, CliError> {
         page::check_name(path)?;
+        let shapes = draw
+            .as_ref()
+            .map(|draw| draw(&vec![0.0; description.coordinates.len()]));
+        let numbers = shapes
+            .iter()
+            .flat_map(Drawing::shapes)
+            .map(|shape| shape.numbers().len());
+        let numbers = columns.len() + numbers.sum::<usize>();
         let cells = (POINTS / 4 / columns.len()).clamp(24, 320);
         Ok(Self {
             file: OutputFile::create(path)?,
-            moments: Moments::new((NUMBERS / columns.len()).clamp(100, 2000)),
+            moments: Moments::new((NUMBERS / numbers).clamp(100, 2000)),
             shown: Shown {
                 columns: columns.to_vec(),
                 description: description.clone(),

@@ -55,7 +55,8 @@ pub fn new(arguments: &NewArguments) -> Result<(), CliError> {
         "A crate with a system of one's own is in {0}: src/main.rs declares a mass that swings on a spring.\n\n\
          cd {0}\n\
          cargo run --release -- list                      # coordinates, parameters, defaults\n\
-         cargo run --release -- run --plot motion.svg     # a run, as a figure\n\
+         cargo run --release -- run --report motion.html  # a run, as a page to open in a browser\n\
+         cargo run --release -- run --plot motion.svg     # the same as a figure\n\
          cargo run --release -- check                     # the theorems that hold for it\n",
         folder.display()
     );

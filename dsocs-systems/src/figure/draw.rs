@@ -1,7 +1,7 @@
 //! From panels to a picture: what stands where.
 
 use super::svg::{Anchor, Area, Lettering, Svg, width};
-use super::{Curve, Figure, Legend, Panel, Scale, Style};
+use super::{Axis, Curve, Figure, Legend, Panel, Scale, Style};
 
 /// Space around a figure, in pixels.
 const PADDING: f64 = 4.0;
@@ -28,6 +28,8 @@ const LABEL: f64 = 26.0;
 const TICK: [f64; 2] = [5.0, 9.0];
 /// Length of a minor tick, in pixels.
 const MINOR: f64 = 3.0;
+/// Space that a minor tick needs, in pixels.
+const CROWDED: f64 = 6.0;
 /// Size of the axes' labels, and of all other text, in pixels.
 const SIZES: [f64; 2] = [15.0, 13.0];
 /// Height of a line of the legend, width of its sign, and space around both, in pixels.
@@ -121,7 +123,7 @@ impl<'p> Axes<'p> {
     fn new(panel: &'p Panel, cell: &Area, left: f64) -> Self {
         let right = match panel.legend {
             Legend::Right => RIGHT + LEGEND,
-            Legend::TopLeft | Legend::At(_) => RIGHT,
+            Legend::TopLeft | Legend::At(_) | Legend::Ends => RIGHT,
         };
         let bottom = bottom_margin(panel);
         let area = Area {
@@ -171,11 +173,16 @@ impl<'p> Axes<'p> {
             }
         });
         svg.rectangle(area, "none", AXES);
-        for x in self.panel.x.scale.minor_ticks(self.ranges[0]) {
+        let minor = |axis: &Axis, range, length: f64| {
+            let ticks = axis.scale.minor_ticks(range);
+            let crowded = ticks.len() as f64 * CROWDED > length;
+            if crowded { Vec::new() } else { ticks }
+        };
+        for x in minor(&self.panel.x, self.ranges[0], area.width) {
             let x = self.across(x);
             svg.polyline([[x, area.bottom()], [x, area.bottom() + MINOR]], AXES, 0.8, None);
         }
-        for y in self.panel.y.scale.minor_ticks(self.ranges[1]) {
+        for y in minor(&self.panel.y, self.ranges[1], area.height) {
             let y = self.down(y);
             svg.polyline([[area.left - MINOR, y], [area.left, y]], AXES, 0.8, None);
         }
@@ -214,6 +221,7 @@ impl<'p> Axes<'p> {
             anchor: Anchor::Middle,
             size: SIZES[0],
             upright,
+            colour: AXES,
         };
         let middle = [area.left + area.width / 2.0, area.top + area.height / 2.0];
         if !self.panel.x.label.is_empty() {
@@ -252,6 +260,7 @@ impl<'p> Axes<'p> {
             Legend::TopLeft => [self.area.left + CORNER, self.area.top + CORNER / 2.0],
             Legend::At([x, y]) => [self.across(x), self.down(y)],
             Legend::Right => [self.area.right() + CORNER, self.area.top],
+            Legend::Ends => return self.ends(svg, &entries),
         };
         let frame = Area {
             left,
@@ -273,6 +282,41 @@ impl<'p> Axes<'p> {
             svg.text(label, &plain([x + sign + space, y], Anchor::Start));
         }
     }
+
+    /// The labels of curves at their ends: beside the last point, on the side where there is room, and below one another.
+    fn ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
+        let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
+        let mut places: Vec<_> = entries
+            .iter()
+            .filter_map(|(curve, label)| {
+                let &[x, y] = curve.points.iter().rfind(shown)?;
+                Some(([self.across(x), self.down(y)], *label, curve.colour))
+            })
+            .collect();
+        places.sort_by(|(a, ..), (b, ..)| a[1].total_cmp(&b[1]));
+        let mut taken: Vec<[f64; 3]> = Vec::new();
+        for ([x, y], label, colour) in places {
+            let length = width(label, SIZES[1]);
+            let (anchor, x) = if x + CORNER + length < self.area.right() + RIGHT {
+                (Anchor::Start, x + CORNER / 2.0)
+            } else {
+                (Anchor::End, x - CORNER / 2.0)
+            };
+            let from = if anchor == Anchor::Start { x } else { x - length };
+            let mut y = y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
+            for [left, right, above] in &taken {
+                if from < *right && from + length > *left && y - above < SIZES[1] {
+                    y = above + SIZES[1];
+                }
+            }
+            taken.push([from, from + length, y]);
+            let lettering = Lettering {
+                colour,
+                ..plain([x, y], anchor)
+            };
+            svg.text(label, &lettering);
+        }
+    }
 }
 
 /// The dashes of a dashed line, and the spaces between them, in pixels.
@@ -285,6 +329,7 @@ fn plain(at: [f64; 2], anchor: Anchor) -> Lettering {
         anchor,
         size: SIZES[1],
         upright: false,
+        colour: AXES,
     }
 }
 
@@ -312,7 +357,7 @@ fn of_equal_aspect([x, y]: [(f64, f64); 2], area: &Area) -> [(f64, f64); 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figure::{Axis, BLUE};
+    use crate::figure::BLUE;
 
     /// A figure of one panel with one curve.
     fn figure(points: Vec<[f64; 2]>, style: Style) -> Figure {

@@ -59,6 +59,8 @@ pub enum Legend {
     TopLeft,
     /// Beside the axes, on the right.
     Right,
+    /// Each at the end of its curve, in its colour.
+    Ends,
     /// With its upper left corner at this point of the data.
     At([f64; 2]),
 }

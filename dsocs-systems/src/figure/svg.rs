@@ -30,6 +30,8 @@ pub(super) struct Lettering {
     pub(super) size: f64,
     /// Whether it is read from below.
     pub(super) upright: bool,
+    /// Its colour, as SVG writes it.
+    pub(super) colour: &'static str,
 }
 
 /// A rectangle, in pixels.
@@ -192,8 +194,12 @@ impl Svg {
         } else {
             format!("x=\"{}\" y=\"{}\"", number(x), number(y + shift))
         };
+        let fill = match lettering.colour {
+            "#000000" => String::new(),
+            colour => format!(" fill=\"{}\"", escaped(colour)),
+        };
         self.add(format_args!(
-            "<text {place} font-size=\"{}\" text-anchor=\"{anchor}\">{}</text>",
+            "<text {place} font-size=\"{}\" text-anchor=\"{anchor}\"{fill}>{}</text>",
             number(lettering.size),
             raised(&escaped(text), lettering.size),
         ));
@@ -295,6 +301,7 @@ mod tests {
             anchor: Anchor::Start,
             size: 10.0,
             upright: false,
+            colour: "#000000",
         };
         svg.text("|v| < 1 & \"x\"", &lettering);
         assert!(svg.finish().contains("|v| &lt; 1 &amp; &quot;x&quot;</text>"));

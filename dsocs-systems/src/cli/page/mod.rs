@@ -58,9 +58,9 @@ impl Page {
         self.add(format!("<h2>{}</h2>", escaped(heading)));
     }
 
-    /// Adds a paragraph.
+    /// Adds a paragraph; what stands between backticks is code.
     pub fn paragraph(&mut self, text: &str) {
-        self.add(format!("<p>{}</p>", escaped(text)));
+        self.add(format!("<p>{}</p>", coded(text)));
     }
 
     /// Gives the script something to read.
@@ -101,6 +101,7 @@ pub enum Cell {
     /// A number, which stands at the right.
     Number(String),
     /// Whether a bar is met.
+    #[cfg(feature = "dsocs")]
     Verdict(bool),
 }
 
@@ -128,7 +129,9 @@ pub fn table(caption: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<Ce
             let _ = match cell {
                 Cell::Text(text) => write!(html, "<td>{}</td>", escaped(&text)),
                 Cell::Number(text) => write!(html, "<td class=\"number\">{}</td>", escaped(&text)),
+                #[cfg(feature = "dsocs")]
                 Cell::Verdict(true) => write!(html, "<td class=\"ok\">ok</td>"),
+                #[cfg(feature = "dsocs")]
                 Cell::Verdict(false) => write!(html, "<td class=\"missed\">MISSED</td>"),
             };
         }
@@ -144,6 +147,17 @@ pub fn escaped(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+}
+
+/// Text with code between backticks.
+fn coded(text: &str) -> String {
+    let parts = escaped(text);
+    let parts = parts.split('`').enumerate();
+    let parts = parts.map(|(place, part)| match place % 2 {
+        0 => part.to_owned(),
+        _ => format!("<code>{part}</code>"),
+    });
+    parts.collect()
 }
 
 /// A label with its subscripts, which stand in `_{}`.

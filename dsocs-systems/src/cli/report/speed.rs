@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::super::page::{self, Cell, Page};
 use super::super::{CliError, Program, progress};
 use crate::entry::{Beginning, Entry, Method, Plan};
-use crate::figure::{Axis, BLUE, Curve, Figure, GREEN, PURPLE, Panel, Style, VERMILION};
+use crate::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Panel, Style, VERMILION};
 
 /// The problems, their ends in s.
 const PROBLEMS: [(&str, f64); 2] = [("particle", 100.0), ("pendulum", 100.0)];
@@ -72,7 +72,7 @@ pub fn measure(program: &mut Program) -> Result<Vec<Point>, CliError> {
         }
     }
     for tolerance in [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13] {
-        runs.push(("taylor", Method::Tolerance(tolerance), 0.1));
+        runs.push(("Taylor series", Method::Tolerance(tolerance), 0.1));
     }
     let bar = progress::bar((runs.len() * PROBLEMS.len()) as u64, "speed");
     let mut points = Vec::new();
@@ -129,7 +129,7 @@ pub fn show(page: &mut Page, points: &[Point], read: bool) {
         "Time of the whole solution, and its largest error, as the bench `work_precision` measured them."
     } else {
         "Time of the whole solution with all its nodes (the shortest of three), and the largest error of the first coordinate against \
-         the continuous motion, to t = 100 s. Order 2 is the paper's step; `taylor` writes a node every 0.1 s."
+         the continuous motion, to t = 100 s. Order 2 is the paper's step; Taylor series write a node every 0.1 s."
     });
     let mut problems: Vec<&str> = Vec::new();
     for point in points {
@@ -228,6 +228,7 @@ fn figure(points: &[&Point]) -> (Figure, Value) {
         x: Axis::logarithmic("time of the whole solution [ms]"),
         y: Axis::logarithmic("largest error"),
         curves,
+        legend: Legend::Ends,
         ..Panel::default()
     };
     let figure = Figure {
