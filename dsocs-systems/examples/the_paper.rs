@@ -3,7 +3,8 @@
 //! `cargo run --release --example the_paper`
 
 use dsocs_core::prelude::*;
-use dsocs_systems::{CurvedParticle, particle};
+use dsocs_systems::CurvedParticle;
+use dsocs_systems::experiment::particle;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let system = CurvedParticle::default();

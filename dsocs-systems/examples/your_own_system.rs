@@ -5,7 +5,7 @@
 use std::process::ExitCode;
 
 use dsocs_core::dsocs;
-use dsocs_systems::entry::{Drawing, Parameters};
+use dsocs_systems::entry::Drawing;
 use dsocs_systems::{Entry, cli};
 
 /// A bead on a wire in the shape of a parabola.
@@ -30,24 +30,23 @@ struct Bead {
     gravity: f64,
 }
 
-/// The wire and the bead on it.
-fn drawing(&[x]: &[f64; 1], parameters: &Parameters) -> Drawing {
-    let wire = |x: f64| [x, parameters.get("steepness") * x * x];
-    let places = (-10..10).map(|k| 0.12 * f64::from(k));
-    places
-        .fold(Drawing::new(), |drawing, x| drawing.rod(wire(x), wire(x + 0.12)))
-        .point(wire(x))
-}
-
 fn main() -> ExitCode {
     let bead = Bead {
         mass: 0.1,
         steepness: 0.5,
         gravity: 9.81,
     };
-    cli::main([Entry::new(bead)
-        .start([1.0], [0.0])
-        .step(0.01)
-        .until(10.0)
-        .drawn(drawing)])
+    cli::main(
+        [Entry::new(bead)
+            .start([1.0], [0.0])
+            .step(0.01)
+            .until(10.0)
+            .drawn(|&[x]: &[f64; 1], parameters| {
+                let wire = |x: f64| [x, parameters.get("steepness") * x * x];
+                (-10..10)
+                    .map(|k| 0.12 * f64::from(k))
+                    .fold(Drawing::new(), |drawing, x| drawing.rod(wire(x), wire(x + 0.12)))
+                    .point(wire(x))
+            })],
+    )
 }

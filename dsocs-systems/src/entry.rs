@@ -34,6 +34,7 @@ mod columns;
 mod description;
 mod drawing;
 mod erased;
+mod error;
 mod name;
 mod run;
 mod symmetry;
@@ -41,9 +42,7 @@ mod symmetry;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use dsocs_core::geometry::GeometryError;
-use dsocs_core::{Quantity, RunError, SetupError, System};
-use thiserror::Error;
+use dsocs_core::{Quantity, System};
 
 use crate::check::{Expected, Finding, Settings};
 
@@ -51,6 +50,7 @@ pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
+pub use error::{CheckFailure, EntryError, Mistake};
 pub use name::UnknownName;
 pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
@@ -406,64 +406,6 @@ impl Entry {
         }
         Ok(())
     }
-}
-
-/// An entry contradicts the declaration of its system.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("the entry `{name}`: {cause}")]
-pub struct EntryError {
-    /// The entry.
-    pub name: String,
-    /// What is wrong.
-    pub cause: Mistake,
-}
-
-/// What is wrong with an entry.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum Mistake {
-    /// A vector has not as many components as the system has coordinates.
-    #[error(
-        "{what} has {found} component{}, but there {} {} coordinate{}: {}",
-        if *.found == 1 { "" } else { "s" },
-        if .coordinates.len() == 1 { "is" } else { "are" }, .coordinates.len(),
-        if .coordinates.len() == 1 { "" } else { "s" }, .coordinates.join(", ")
-    )]
-    Length {
-        /// What it is.
-        what: String,
-        /// How many components it has.
-        found: usize,
-        /// The coordinates.
-        coordinates: Vec<String>,
-    },
-    /// The name cannot be written on a command line.
-    #[error("a name is not empty, does not begin with `-` and has no blanks")]
-    Name,
-    /// Its drawing asks for a parameter that there is not.
-    #[error("its drawing: {0}")]
-    Parameter(UnknownName),
-    /// Another entry has the name, too.
-    #[error("there are two of this name; `Entry::named` gives one of them another")]
-    Twice,
-}
-
-/// A system could not be checked.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CheckFailure {
-    /// The start does not fit the system.
-    #[error(transparent)]
-    Start(#[from] RunFailure),
-    /// The motion that was to be checked does not begin.
-    #[error("the motion to check does not begin: {0}")]
-    Setup(#[from] SetupError),
-    /// It ends early.
-    #[error("the motion to check ends early: {0}")]
-    Run(#[from] RunError),
-    /// A step of it has no solution by itself.
-    #[error("the motion to check: {0}")]
-    Geometry(#[from] GeometryError),
 }
 
 #[cfg(test)]

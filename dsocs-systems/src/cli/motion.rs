@@ -34,6 +34,9 @@ pub struct MotionPage {
     shown: Shown,
 }
 
+/// Takes a position and gives the drawing there.
+type Draw = dyn Fn(&[f64]) -> Drawing;
+
 /// What a page shows of a run.
 struct Shown {
     /// The columns, time first.
@@ -41,7 +44,7 @@ struct Shown {
     /// What the declaration says.
     description: Description,
     /// The mechanism's drawing at a position.
-    draw: Option<Box<dyn Fn(&[f64]) -> Drawing>>,
+    draw: Option<Box<Draw>>,
     /// The figures of all columns but time.
     envelopes: Vec<Envelope>,
 }
@@ -74,7 +77,7 @@ impl MotionPage {
             shown: Shown {
                 columns: columns.to_vec(),
                 description: description.clone(),
-                draw: draw.map(|draw| Box::new(draw) as Box<dyn Fn(&[f64]) -> Drawing>),
+                draw: draw.map(|draw| Box::new(draw) as Box<Draw>),
                 envelopes: vec![Envelope::with_cells(cells); columns.len() - 1],
             },
         })
@@ -278,7 +281,8 @@ impl Shown {
         // without constraints there is no constraint force
         let forceless = self.description.constraints == [0; 3];
         groups.retain(|(heading, places): &(_, Vec<usize>)| {
-            !places.is_empty() && !(forceless && *heading == "Constraint force")
+            let idle = forceless && *heading == "Constraint force";
+            !places.is_empty() && !idle
         });
         groups
     }

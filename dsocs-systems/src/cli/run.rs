@@ -103,35 +103,11 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let all = columns(entry.description(), &plan);
     let chosen = chosen(arguments.columns.as_deref(), &all)?;
 
-    let mut plot = match &arguments.plot {
-        Some(path) => {
-            let coordinates = 1..=entry.description().coordinates.len();
-            let shown = if arguments.columns.is_some() {
-                chosen.clone()
-            } else {
-                coordinates.collect()
-            };
-            Some(Plot::create(
-                path,
-                &all,
-                &shown,
-                path_of(arguments.path.as_deref(), &all)?,
-            )?)
-        }
-        None => None,
-    };
-    let mut report = match &arguments.report {
-        Some(path) => {
-            let description = entry.description().clone();
-            Some(MotionPage::create(path, &all, &description, entry.drawing())?)
-        }
-        None => None,
-    };
-    let silent = plot.is_some() || report.is_some();
+    let mut pictures = Pictures::create(arguments, entry, &all, &chosen)?;
     let (format, destination) = Destination::new(
         arguments.out.as_deref(),
         arguments.format,
-        !silent || arguments.format.is_some(),
+        !pictures.any() || arguments.format.is_some(),
     )?;
     let titles = titles(entry);
     let about = about(entry, &plan, &beginning);
@@ -154,12 +130,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
-        if let Some(plot) = &mut plot {
-            plot.push(row);
-        }
-        if let Some(report) = &mut report {
-            report.push(row);
-        }
+        pictures.push(row);
         if row.index % PROGRESS == 0 {
             bar.set_position(row.index);
         }
@@ -195,10 +166,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     }
     if rows > 0 {
         finish(table)?;
-        plot.map_or(Ok(()), Plot::finish)?;
-        if let Some(report) = report {
-            report.finish(titles.each_ref().map(String::as_str), &about, &notes)?;
-        }
+        pictures.finish(titles.each_ref().map(String::as_str), &about, &notes)?;
     }
     let place = || place(arguments);
     match result {
@@ -210,6 +178,67 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
             place: place(),
         }),
         Err(failure) => Err(failure.into()),
+    }
+}
+
+/// What shows a run beside its table.
+struct Pictures {
+    /// The figure.
+    plot: Option<Plot>,
+    /// The page.
+    report: Option<MotionPage>,
+}
+
+impl Pictures {
+    /// Begins what is asked for.
+    fn create(
+        arguments: &RunArguments,
+        entry: &mut Entry,
+        all: &[Column],
+        chosen: &[usize],
+    ) -> Result<Self, CliError> {
+        let plot = match &arguments.plot {
+            Some(path) => {
+                let coordinates = 1..=entry.description().coordinates.len();
+                let shown = match arguments.columns {
+                    Some(_) => chosen.to_vec(),
+                    None => coordinates.collect(),
+                };
+                let path_of = path_of(arguments.path.as_deref(), all)?;
+                Some(Plot::create(path, all, &shown, path_of)?)
+            }
+            None => None,
+        };
+        let report = match &arguments.report {
+            Some(path) => {
+                let draw = entry.drawing();
+                Some(MotionPage::create(path, all, entry.description(), draw)?)
+            }
+            None => None,
+        };
+        Ok(Self { plot, report })
+    }
+
+    /// Whether anything is asked for.
+    fn any(&self) -> bool {
+        self.plot.is_some() || self.report.is_some()
+    }
+
+    /// Takes a node.
+    fn push(&mut self, row: &Row<'_>) {
+        if let Some(plot) = &mut self.plot {
+            plot.push(row);
+        }
+        if let Some(report) = &mut self.report {
+            report.push(row);
+        }
+    }
+
+    /// Completes them.
+    fn finish(self, titles: [&str; 3], about: &Map<String, Value>, notes: &[String]) -> Result<(), CliError> {
+        self.plot.map_or(Ok(()), Plot::finish)?;
+        self.report
+            .map_or(Ok(()), |report| report.finish(titles, about, notes))
     }
 }
 

@@ -148,10 +148,11 @@ impl Scale {
                 let step = second - first;
                 // fifths, but halves of ones where the ticks are two apart
                 let leading = step / 10f64.powf((step.log10() + 1e-9).floor());
-                let parts = if (leading - 2.0).abs() < 0.1 { 4 } else { 5 };
+                let parts = if (leading - 2.0).abs() < 0.1 { 4_u32 } else { 5 };
                 let part = step / f64::from(parts);
-                let count = parts * (MOST_TICKS as i32 + 2);
-                (-parts..count).map(|k| first + f64::from(k) * part).collect()
+                let count = parts * (MOST_TICKS + 2);
+                let begin = first - f64::from(parts) * part;
+                (0..count).map(|k| begin + f64::from(k) * part).collect()
             }
             Self::Logarithmic => {
                 let (low, high) = (from.log10().floor(), to.log10().ceil());

@@ -244,12 +244,14 @@ fn raised(text: &str, size: f64) -> String {
     for part in parts {
         let (below, after) = part.split_once('}').unwrap_or((part, ""));
         let shift = number(0.25 * size);
-        raised += &format!(
+        // writing to a string does not fail
+        let _ = write!(
+            raised,
             "<tspan dy=\"{shift}\" font-size=\"{}\">{below}</tspan>",
             number(0.75 * size)
         );
         if !after.is_empty() {
-            raised += &format!("<tspan dy=\"-{shift}\">{after}</tspan>");
+            let _ = write!(raised, "<tspan dy=\"-{shift}\">{after}</tspan>");
         }
     }
     raised

@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn numbers_are_rounded() {
         assert_eq!(rounded(1.0 / 3.0, 4).to_string(), "0.3333");
-        assert_eq!(rounded(-0.0001234567, 3).to_string(), "-0.000123");
+        assert_eq!(rounded(-0.000_123_456_7, 3).to_string(), "-0.000123");
         assert_eq!(rounded(f64::NAN, 3), Value::Null);
     }
 }
