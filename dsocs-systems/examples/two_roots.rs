@@ -32,10 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let either = Either { drift: 0.3 };
     let mut flow = Flow::new(&either, 0.1, start)?;
     let roots = flow.roots()?;
-    println!(
-        "the first step leads to {:?} or to {:?}",
-        roots.found, roots.other
-    );
+    println!("the first step leads to {:?}", roots.found);
+    if let Some(other) = roots.other {
+        println!("or to {other:?}");
+    }
     flow.advance_to(&roots.found)?;
     println!("having been told the first, it stands at {:?}", flow.position());
     match flow.until(10.0) {

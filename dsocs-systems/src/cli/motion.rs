@@ -111,7 +111,7 @@ impl MotionPage {
         let rows = &moments.into_rows();
         let mut page = Page::new(
             &format!("{name}: {summary}"),
-            &format!("A run of the system {name}, whose constraints are of the kind: {kind}."),
+            &format!("A run of {name} ({kind})."),
         );
         for note in notes {
             page.paragraph(note);
