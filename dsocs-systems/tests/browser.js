@@ -1,9 +1,8 @@
 'use strict';
-// Looks at the page in the frame and writes what it finds into #found, as JSON.
-const frame = document.getElementById('page');
-const found = { errors: [], requests: [], figures: [], moved: [], switched: null, said: null, tip: null, unnamed: 0, wide: 0 };
-const finish = () => { document.getElementById('found').textContent = JSON.stringify(found); };
-frame.addEventListener('load', () => {
+// Looks at the page in each frame and writes what it finds into #found, as JSON.
+const answers = [];
+const look = frame => {
+  const found = { errors: [], requests: [], figures: [], moved: [], switched: null, said: null, tip: null, unnamed: 0, wide: 0 };
   const page = frame.contentDocument, view = frame.contentWindow;
   view.addEventListener('error', event => found.errors.push(String(event.message)));
   page.addEventListener('securitypolicyviolation', event => found.errors.push('blocked: ' + event.blockedURI));
@@ -40,6 +39,7 @@ frame.addEventListener('load', () => {
       }
       found.said = slider.getAttribute('aria-valuetext');
     }
+    for (const choice of page.querySelectorAll('fieldset.switch')) if (choice.hidden) found.errors.push('the switch is hidden');
     const choices = [...page.querySelectorAll('fieldset.switch input')];
     if (choices.length > 1) {
       const shown = () => [...page.querySelectorAll('figure[data-switch]')].filter(visible).map(figure => figure.dataset.choice).join();
@@ -60,5 +60,9 @@ frame.addEventListener('load', () => {
   } catch (error) {
     found.errors.push(String(error && error.stack || error));
   }
-  finish();
+  return found;
+};
+window.addEventListener('load', () => {
+  for (const frame of document.querySelectorAll('iframe')) answers.push(look(frame));
+  document.getElementById('found').textContent = JSON.stringify(answers);
 });
