@@ -122,8 +122,11 @@ impl MotionPage {
              <output id=\"now\" for=\"time\"></output></div>",
             rows.len().saturating_sub(1)
         ));
+        page.add("<div class=\"bench\"><div class=\"stage\">");
         let frames = shown.mechanism(&mut page, rows);
+        page.add("</div><div>");
         shown.figures(&mut page);
+        page.add("</div></div>");
         shown.summary(&mut page, rows);
         page.heading("The run");
         page.add(page::provenance::provenance(told(about)));
@@ -158,7 +161,6 @@ impl Shown {
         } else {
             "The path"
         });
-        page.add("<div class=\"figures wide\">");
         let frames = if let Some(scene) = scene {
             page.add(format!(
                 "<figure>{}<figcaption>Pale: the end of the run, and paths of points.</figcaption></figure>",
@@ -181,7 +183,6 @@ impl Shown {
             ));
             json!([])
         };
-        page.add("</div>");
         frames
     }
 

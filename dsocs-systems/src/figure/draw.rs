@@ -1,5 +1,6 @@
 //! From panels to a picture: what stands where.
 
+use super::band::{Part, parts};
 use super::svg::{Anchor, Area, Lettering, Svg, width};
 use super::{Axis, Curve, Figure, Legend, Panel, Scale, Style};
 
@@ -240,7 +241,14 @@ impl<'p> Axes<'p> {
         let points = curve.points.iter().filter(shown);
         let points = points.map(|&[x, y]| [self.across(x), self.down(y)]);
         match curve.style {
-            Style::Line(width) => svg.polyline(points, curve.colour, width, None),
+            Style::Line(width) => {
+                for part in parts(points.collect()) {
+                    match part {
+                        Part::Line(points) => svg.polyline(points, curve.colour, width, None),
+                        Part::Band(outline) => svg.band(outline, curve.colour, width),
+                    }
+                }
+            }
             Style::Dashed(width) => svg.polyline(points, curve.colour, width, Some(DASHES)),
             Style::Discs(size) => points.for_each(|at| svg.disc(at, size, curve.colour)),
             Style::Squares(size) => points.for_each(|at| square(svg, at, size, curve.colour)),

@@ -5,6 +5,7 @@
 //! command line needs, or round to whole pixels.
 
 mod axis;
+mod band;
 mod draw;
 mod envelope;
 #[cfg(feature = "png")]

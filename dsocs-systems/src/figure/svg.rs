@@ -154,6 +154,21 @@ impl Svg {
         ));
     }
 
+    /// A band: an outline that is filled in a paler colour.
+    pub(super) fn band(&mut self, outline: Vec<[f64; 2]>, colour: &str, width: f64) {
+        let places: Vec<String> = outline
+            .into_iter()
+            .map(|[x, y]| format!("{},{}", number(x), number(y)))
+            .collect();
+        self.add(format_args!(
+            "<polygon points=\"{}\" fill=\"{1}\" fill-opacity=\"0.45\" stroke=\"{1}\" stroke-width=\"{2}\" \
+             stroke-linejoin=\"round\"/>",
+            places.join(" "),
+            escaped(colour),
+            number(width),
+        ));
+    }
+
     /// A disc.
     pub(super) fn disc(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str) {
         self.add(format_args!(

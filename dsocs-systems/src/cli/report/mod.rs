@@ -191,6 +191,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
         let settings = Settings {
             h: entry.default_step(),
             until: None,
+            t0: 0.0,
             q0,
             v0,
         };
