@@ -161,7 +161,7 @@ impl Shown {
         } else {
             "The path"
         });
-        let frames = if let Some(scene) = scene {
+        if let Some(scene) = scene {
             page.add(format!(
                 "<figure>{}<figcaption>Pale: the end of the run, and paths of points.</figcaption></figure>",
                 scene.svg("The mechanism at the time of the slider")
@@ -182,8 +182,7 @@ impl Shown {
                 page::marked(&label(up)),
             ));
             json!([])
-        };
-        frames
+        }
     }
 
     /// The path in the plane of two columns.
