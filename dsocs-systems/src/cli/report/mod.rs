@@ -25,7 +25,7 @@ pub struct ReportArguments {
     /// The systems whose theorems are checked, of `list` [default: the paper's two]
     systems: Vec<String>,
     /// The page: an .html file that needs no other
-    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    #[arg(long, value_name = "FILE", default_value = "results/report.html")]
     out: PathBuf,
     /// The hard cases of these numbers alone
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
