@@ -40,7 +40,7 @@ impl Lowering<'_> {
     /// The map where none is declared, of order 2 always.
     ///
     /// The paper's is where `L = T(v) - V(q)`: its `L_d` then differs from the trapezoid's by what telescopes. Where the momentum
-    /// depends on the position, and where a row is imposed on a leg, a point at one end of it is of order 1.
+    /// depends on the position or on time, and where a row is imposed on a leg, a point at one end of it is of order 1.
     pub(super) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
         let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
         if on_legs || self.momentum_varies(lagrangian) {
@@ -50,15 +50,15 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does.
+    /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does, or on time.
     fn momentum_varies(&mut self, lagrangian: NodeId) -> bool {
         let n = self.coordinates.len();
         // on the side: a question leaves no trace in the code
         let mut graph = self.graph.clone();
         (0..n).any(|i| {
             let momentum = graph.derivative(lagrangian, Leaf::V(i));
-            (0..n).any(|j| {
-                let slope = graph.derivative(momentum, Leaf::Q(j));
+            (0..n).map(Leaf::Q).chain([Leaf::T]).any(|leaf| {
+                let slope = graph.derivative(momentum, leaf);
                 !graph.vanishes(slope)
             })
         })
