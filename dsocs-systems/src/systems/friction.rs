@@ -18,6 +18,7 @@ pub fn motor_entry() -> crate::Entry {
     .start([0.5, 0.0], [0.0, 0.5])
     .step(0.05)
     .until(200.0)
+    .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
 /// The paper's example with friction in the motor and in the pivot.
@@ -31,6 +32,7 @@ pub fn pivot_entry() -> crate::Entry {
         .start([0.5, 0.0], [0.0, 0.5])
         .step(0.05)
         .until(200.0)
+        .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
 /// The paper's example with friction in the pivot for which nothing makes up, before its motion ends.
@@ -44,6 +46,7 @@ pub fn stalled_entry() -> crate::Entry {
         .start([0.5, 0.0], [0.0, 0.5])
         .step(0.05)
         .until(20.0)
+        .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
 /// Declares the inertia wheel pendulum with friction: what `V` does because of the pivot's, as it enters the constraint, is left to say.
