@@ -471,7 +471,7 @@ impl fmt::Display for StepError {
             }
         }
         for (row, left) in &step.unmet {
-            write!(f, "; {row} comes no nearer to zero than {left:.3e}")?;
+            write!(f, "; {row} comes no nearer to zero than {:.3e}", left.abs())?;
         }
         let condition = step.regularity.condition();
         if condition.is_finite() {
