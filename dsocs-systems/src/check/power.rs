@@ -99,7 +99,10 @@ fn defect<const N: usize>(
         let Point { t, q, v, .. } = point(state.t, &series, s);
         let energy = declaration.energy(t, &q, &v);
         // E + L is the other term
-        [energy, energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs()]
+        [
+            energy,
+            energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
+        ]
     });
     let terms = from[1] + to[1] + sum.abs();
     let missed = (to[0] - from[0] - sum).abs();
@@ -134,7 +137,9 @@ fn point<const N: usize>(t: f64, series: &[[f64; N]], s: f64) -> Point<f64, N> {
 fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured {
     let system = subject.system;
     let declaration = system.declaration();
-    let span = (subject.until - subject.start.t).abs().min(STEPS * subject.h.abs());
+    let span = (subject.until - subject.start.t)
+        .abs()
+        .min(STEPS * subject.h.abs());
     let (mut before, mut last): (Option<Leg<f64, N>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut first = 0.0;
@@ -151,7 +156,10 @@ fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured
             } else {
                 first = energy;
             }
-            terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs());
+            terms = larger(
+                terms,
+                energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
+            );
             last = Some([energy, power]);
         }
         before = Some(leg);

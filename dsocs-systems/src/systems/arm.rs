@@ -108,8 +108,7 @@ impl Arm {
         let (far, near) = ((alpha + beta).sin_cos(), alpha.sin_cos());
         let determinant = l1 * l2 * beta.sin();
         let alpha_rate = (l2 * far.1 * u + l2 * far.0 * v) / determinant;
-        let beta_rate =
-            -((l1 * near.1 + l2 * far.1) * u + (l1 * near.0 + l2 * far.0) * v) / determinant;
+        let beta_rate = -((l1 * near.1 + l2 * far.1) * u + (l1 * near.0 + l2 * far.0) * v) / determinant;
         ([alpha, beta], [alpha_rate, beta_rate])
     }
 }

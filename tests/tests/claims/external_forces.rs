@@ -46,7 +46,13 @@ damped! {
 
 /// The last node of the discrete motion.
 fn discrete<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, until: f64) -> Node<N> {
-    Flow::new(system, h, start).unwrap().until(until).unwrap().nodes.pop().unwrap()
+    Flow::new(system, h, start)
+        .unwrap()
+        .until(until)
+        .unwrap()
+        .nodes
+        .pop()
+        .unwrap()
 }
 
 /// The node of the continuous motion.
@@ -104,8 +110,22 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
     };
     let start = Start::second_order([x0], [v0]);
     is_known("default", &Damped { zeta }, start, 10.0, &[known(10.0)], 3e-15);
-    is_known("midpoint", &DampedMidpoint { zeta }, start, 10.0, &[known(10.0)], 3e-15);
-    is_known("trapezoid", &DampedTrapezoid { zeta }, start, 10.0, &[known(10.0)], 3e-15);
+    is_known(
+        "midpoint",
+        &DampedMidpoint { zeta },
+        start,
+        10.0,
+        &[known(10.0)],
+        3e-15,
+    );
+    is_known(
+        "trapezoid",
+        &DampedTrapezoid { zeta },
+        start,
+        10.0,
+        &[known(10.0)],
+        3e-15,
+    );
     // what a force does at a point that is not symmetric shows
     let found = order("aside", |h| {
         (discrete(&DampedAside { zeta }, h, start, 10.0).q[0] - known(10.0)).abs()
@@ -176,7 +196,14 @@ fn a_force_may_be_a_function_of_the_users() {
     is_known("kite", &kite, start, 4.0, &[x, y], 1e-11);
     let rate = |_: f64, [theta, v]: [f64; 2]| [v, -theta.sin() - friction(v)];
     let [theta, _] = by_hand(rate, [1.0, 0.0], 4.0);
-    is_known("joint", &Joint, Start::second_order([1.0], [0.0]), 4.0, &[theta], 1e-11);
+    is_known(
+        "joint",
+        &Joint,
+        Start::second_order([1.0], [0.0]),
+        4.0,
+        &[theta],
+        1e-11,
+    );
 }
 
 /// A double pendulum with friction in both joints: a mass matrix that depends on the angles.
@@ -204,7 +231,12 @@ fn forces_beside_a_mass_matrix_that_varies() {
         let p = -sin * v * v - 2.0 * alpha.sin() - 0.3 * u + between;
         let q = sin * u * u - beta.sin() - between + 0.5 * t.sin();
         let determinant = 2.0 - cos * cos;
-        [u, v, (p - cos * q) / determinant, (2.0 * q - cos * p) / determinant]
+        [
+            u,
+            v,
+            (p - cos * q) / determinant,
+            (2.0 * q - cos * p) / determinant,
+        ]
     };
     let [alpha, beta, ..] = by_hand(rate, [1.5, 0.5, 0.0, -0.4], 5.0);
     let start = Start::second_order([1.5, 0.5], [0.0, -0.4]);
@@ -247,7 +279,10 @@ fn constraint_forces_are_those_of_the_constraints_alone() {
     let mut flow = TaylorFlow::new(&bob, start, Tolerance::relative(1e-15)).unwrap();
     let node = flow.to(2.0).unwrap();
     assert!((flow.multipliers(&node)[0] - rod).abs() < 1e-11);
-    assert!(distance(&node.force, &[rod * sin, -rod * cos]) < 1e-11, "{node:?}");
+    assert!(
+        distance(&node.force, &[rod * sin, -rod * cos]) < 1e-11,
+        "{node:?}"
+    );
     let found = order("rod", |h| {
         let mut flow = Flow::new(&bob, h, start).unwrap();
         let node = flow.until(2.0).unwrap().nodes.pop().unwrap();
@@ -299,7 +334,12 @@ fn forces_beside_a_kinematic_constraint() {
     let node = continuous(&braked, start, 1.0);
     let [u, v] = node.v;
     assert!((node.force[0] * u + node.force[1] * v).abs() < 1e-13, "{node:?}");
-    let point = Point { t: 1.0, q: node.q, v: node.v, a: node.a };
+    let point = Point {
+        t: 1.0,
+        q: node.q,
+        v: node.v,
+        a: node.a,
+    };
     let given = 0.8 * u - 0.3 * (u * u + v * v);
     assert!((power(&braked, &point) - given).abs() < 1e-13);
 }
@@ -344,11 +384,16 @@ fn a_table_may_be_what_a_constraint_has_done() {
     let (h, start) = (0.05, Start::second_order([0.4], [0.2]));
     let nodes = Flow::new(&Servo, h, start).unwrap().until(10.1).unwrap().nodes;
     let samples = nodes.iter().map(|node| node.force[0]).collect();
-    let planned = Planned { plan: Plan { h, samples } };
+    let planned = Planned {
+        plan: Plan { h, samples },
+    };
     // from the same two nodes
     let same = Start::nodes(nodes[0].q, nodes[1].q);
     let replayed = Flow::new(&planned, h, same).unwrap().until(10.0).unwrap().nodes;
-    let apart = nodes.iter().zip(&replayed).map(|(one, other)| (one.q[0] - other.q[0]).abs());
+    let apart = nodes
+        .iter()
+        .zip(&replayed)
+        .map(|(one, other)| (one.q[0] - other.q[0]).abs());
     let apart = apart.fold(0.0, f64::max);
     println!("apart by {apart:.1e}");
     assert!(apart < 1e-11, "{apart:e}");
@@ -360,7 +405,11 @@ fn a_table_may_be_what_a_constraint_has_done() {
 fn forces_come_in_halves_from_both_legs() {
     let damped = Damped { zeta: 0.25 };
     let triple = dsocs_core::geometry::Triple {
-        leg: dsocs_core::Leg { t: 0.0, q: [0.5], d: [0.1] },
+        leg: dsocs_core::Leg {
+            t: 0.0,
+            q: [0.5],
+            d: [0.1],
+        },
         e: [0.02],
     };
     // the paper's halves: at the node, with the velocity of either leg
@@ -394,7 +443,10 @@ fn what_can_be_composed_beside_forces() {
     };
     assert!(matches!(error, SetupError::Composition { .. }));
     let text = error.to_string();
-    assert!(text.contains("external force") && text.contains("order 2"), "{text}");
+    assert!(
+        text.contains("external force") && text.contains("order 2"),
+        "{text}"
+    );
     let viscous = Viscous { friction: 0.2 };
     let rate = |t: f64, [theta, v]: [f64; 2]| [v, -theta.sin() - 0.2 * v + 0.5 * (1.3 * t).cos()];
     let [truth, _] = by_hand(rate, [1.0, 0.0], 8.0);
@@ -411,6 +463,9 @@ fn what_can_be_composed_beside_forces() {
         let found = slope(&steps, &errors);
         println!("{method}: {found:.3}, {errors:?}");
         let order = f64::from(method.order());
-        assert!((found - order).abs() < 0.05 * order, "{method}: {found}, {errors:?}");
+        assert!(
+            (found - order).abs() < 0.05 * order,
+            "{method}: {found}, {errors:?}"
+        );
     }
 }

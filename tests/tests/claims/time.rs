@@ -63,7 +63,13 @@ driven! {
 
 /// The last node of the discrete motion.
 fn discrete<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, until: f64) -> Node<N> {
-    Flow::new(system, h, start).unwrap().until(until).unwrap().nodes.pop().unwrap()
+    Flow::new(system, h, start)
+        .unwrap()
+        .until(until)
+        .unwrap()
+        .nodes
+        .pop()
+        .unwrap()
 }
 
 /// The node of the continuous motion.
@@ -253,9 +259,18 @@ fn time_is_a_coordinate_with_the_rate_1_but_for_the_coordinate() {
         let size = 1.0 + node.q[1].abs();
         assert!((node.t - other.q[2]).abs() < 1e-14 * (1.0 + node.t), "{other:?}");
         for i in 0..2 {
-            assert!((node.q[i] - other.q[i]).abs() < 1e-13 * size, "{node:?} {other:?}");
-            assert!((node.v[i] - other.v[i]).abs() < 1e-11 * size, "{node:?} {other:?}");
-            assert!((node.force[i] - other.force[i]).abs() < 1e-9 * size, "{node:?} {other:?}");
+            assert!(
+                (node.q[i] - other.q[i]).abs() < 1e-13 * size,
+                "{node:?} {other:?}"
+            );
+            assert!(
+                (node.v[i] - other.v[i]).abs() < 1e-11 * size,
+                "{node:?} {other:?}"
+            );
+            assert!(
+                (node.force[i] - other.force[i]).abs() < 1e-9 * size,
+                "{node:?} {other:?}"
+            );
         }
     }
 }
@@ -390,14 +405,18 @@ macro_rules! follower {
 }
 
 follower!(Paper, paper);
-follower!(
-    Timed,
-    |t0, q0, t1, q1, t2, q2| ((t0 + t2) / 2 + 0 * t1, q1, (q2 - q0) / (t2 - t0), (q2 - 2 * q1 + q0) / h.powi(2))
-);
-follower!(
-    Early,
-    |t0, q0, t1, q1, t2, q2| (t0 + 0 * (t1 + t2), q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))
-);
+follower!(Timed, |t0, q0, t1, q1, t2, q2| (
+    (t0 + t2) / 2 + 0 * t1,
+    q1,
+    (q2 - q0) / (t2 - t0),
+    (q2 - 2 * q1 + q0) / h.powi(2)
+));
+follower!(Early, |t0, q0, t1, q1, t2, q2| (
+    t0 + 0 * (t1 + t2),
+    q1,
+    (q2 - q0) / (2 * h),
+    (q2 - 2 * q1 + q0) / h.powi(2)
+));
 
 #[test]
 fn maps_of_three_nodes_may_name_the_times() {
@@ -445,7 +464,10 @@ fn a_start_moves_with_what_it_is_bound_to() {
     let Err(error) = Flow::new(&BEAD, 0.01, Start::second_order(q, v).at(1.0)) else {
         panic!("accepted");
     };
-    assert!(error.to_string().contains("holonomic constraint 1 at q0"), "{error}");
+    assert!(
+        error.to_string().contains("holonomic constraint 1 at q0"),
+        "{error}"
+    );
     // turned with the wire, and seen from a clock that began earlier, it is the same motion but for gravity's direction
     let t0 = 1.0;
     let [r, rate] = along_the_wire(t0);
@@ -511,7 +533,9 @@ fn lanes_may_begin_at_different_times() {
             Start::second_order([1.0 - 0.05 * k], [0.1 * k]).at(0.37 * k)
         })
         .collect();
-    let ensemble = Ensemble::new(&Driven, 0.05).unwrap().starts(starts.iter().copied());
+    let ensemble = Ensemble::new(&Driven, 0.05)
+        .unwrap()
+        .starts(starts.iter().copied());
     let runs = ensemble.stream(12.0, NonZeroU64::MIN, |_| Trajectory::default());
     for (start, run) in starts.iter().zip(&runs) {
         let alone = Flow::new(&Driven, 0.05, *start).unwrap().until(12.0).unwrap();
@@ -530,7 +554,10 @@ fn lanes_may_begin_at_different_times() {
             Start::second_order([r * cos, r * sin], v).at(t)
         })
         .collect();
-    let finals = Ensemble::new(&BEAD, 0.01).unwrap().starts(starts.iter().copied()).to(3.0);
+    let finals = Ensemble::new(&BEAD, 0.01)
+        .unwrap()
+        .starts(starts.iter().copied())
+        .to(3.0);
     for (start, last) in starts.iter().zip(finals) {
         let alone = Flow::new(&BEAD, 0.01, *start).unwrap().to(3.0).unwrap();
         assert!(distance(&alone.q, &last.unwrap().q) < 1e-12);
@@ -554,10 +581,18 @@ fn a_run_that_is_turned_round_meets_its_past() {
     let tolerance = Tolerance::relative(1e-15);
     let bead = Start::second_order(ON_THE_WIRE.0, ON_THE_WIRE.1);
     for (name, apart, bar) in [
-        ("default", there_and_back(Flow::new(&Driven, 0.1, start).unwrap(), &Driven, 10.4), 1e-13),
+        (
+            "default",
+            there_and_back(Flow::new(&Driven, 0.1, start).unwrap(), &Driven, 10.4),
+            1e-13,
+        ),
         (
             "midpoint",
-            there_and_back(Flow::new(&DrivenMidpoint, 0.1, start).unwrap(), &DrivenMidpoint, 10.4),
+            there_and_back(
+                Flow::new(&DrivenMidpoint, 0.1, start).unwrap(),
+                &DrivenMidpoint,
+                10.4,
+            ),
             1e-13,
         ),
         (
@@ -574,7 +609,11 @@ fn a_run_that_is_turned_round_meets_its_past() {
             ),
             1e-13,
         ),
-        ("bead", there_and_back(Flow::new(&BEAD, 0.01, bead).unwrap(), &BEAD, 3.0), 1e-10),
+        (
+            "bead",
+            there_and_back(Flow::new(&BEAD, 0.01, bead).unwrap(), &BEAD, 3.0),
+            1e-10,
+        ),
     ] {
         println!("{name}: {apart:.1e}");
         assert!(apart < bar, "{name}: {apart:e}");
@@ -682,7 +721,11 @@ fn residuals_and_forces_are_told_at_a_time() {
     let force = BEAD.force(0.5, h, &triple);
     assert!(distance(&force, &nodes[50].force) < 1e-8, "{force:?}");
     // a leg of the geometry knows it, too
-    let leg = |t: f64| Leg { t, q: [1.0], d: [0.1] };
+    let leg = |t: f64| Leg {
+        t,
+        q: [1.0],
+        d: [0.1],
+    };
     let momentum = |t: f64| dsocs_core::geometry::legendre_minus(&Driven, 0.1, &leg(t))[0];
     let drive = |t: f64| 0.6 * (1.7 * t).cos();
     assert!((momentum(2.1) - momentum(1.1) + drive(2.0) - drive(1.0)).abs() < 1e-14);

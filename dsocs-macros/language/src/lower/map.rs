@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use super::Lowering;
+use super::{Lowered, Lowering};
 use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
@@ -190,6 +190,20 @@ impl Lowering<'_> {
         value
     }
 
+    /// The time that a map gives its point: one of the times of its nodes, or between them.
+    fn time_of_point(&mut self, time: &Expr, expected: &str) -> Lowered {
+        let value = self.expr(time)?;
+        let mut leaves = self.graph.leaves(value);
+        if leaves.any(|leaf| matches!(leaf, Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_))) {
+            let message = format!(
+                "expected a time, made of the times of the nodes; here a position comes in: where nodes are named with their times, the time stands \
+                 before its node, `{expected}`"
+            );
+            return Err(self.errors.at(time, message));
+        }
+        Ok(value)
+    }
+
     /// `(q, v)` or `(q, v, a)`, perhaps with the time before, and perhaps at the end of a block.
     fn point<const K: usize>(
         &mut self,
@@ -209,7 +223,7 @@ impl Lowering<'_> {
             Expr::Tuple(tuple) if tuple.elems.len() == count => {
                 let mut elements = tuple.elems.iter();
                 let time = if timed { elements.next() } else { None };
-                let time = time.map(|time| self.expr(time));
+                let time = time.map(|time| self.time_of_point(time, expected));
                 let vectors: Vec<_> = elements.map(|element| self.vector(element)).collect();
                 let vectors: Vec<_> = vectors.into_iter().collect::<Result<_, _>>()?;
                 let vectors = vectors.try_into().map_err(|_| {

@@ -85,5 +85,8 @@ fn out_of_reach_is_told() {
     assert_eq!(details.cause.reason, StepFailure::NoSolution, "{text}");
     let rows: Vec<_> = details.unmet.iter().map(|(row, _)| *row).collect();
     assert!(rows.contains(&DependentRow::Holonomic(0)), "{rows:?}");
-    assert!(text.contains("cannot be met") && text.contains("holonomic constraint"), "{text}");
+    assert!(
+        text.contains("cannot be met") && text.contains("holonomic constraint"),
+        "{text}"
+    );
 }

@@ -1,7 +1,8 @@
 //! The paper's pendulum with friction: what changes along the motor, in the pivot when it is made up for, and when it is not.
 
 use dsocs_core::{
-    DependentRow, Flow, Node, Real, RunError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance, dsocs,
+    DependentRow, Flow, Node, Real, RunError, Start, StepFailure, Stepper, System, TaylorFlow, Tolerance,
+    dsocs,
 };
 use dsocs_systems::{FrictionPendulum, InertiaWheelPendulum, StalledPendulum};
 
@@ -26,9 +27,15 @@ fn friction_along_the_motor_changes_the_torque_alone() {
     for (node, other) in nodes(&free, h, 20.0).iter().zip(&nodes(&motor, h, 20.0)) {
         // ψ is about 150 times as far as θ is, and rounding grows as the motion does
         let apart = [0, 1].map(|i| (node.q[i] - other.q[i]).abs());
-        assert!(apart[0] < 1e-10 && apart[1] < 2e-8, "{apart:?} {node:?} {other:?}");
+        assert!(
+            apart[0] < 1e-10 && apart[1] < 2e-8,
+            "{apart:?} {node:?} {other:?}"
+        );
         let more = other.force[1] - node.force[1] - motor.motor * node.v[1];
-        assert!(more.abs() < 1e-8 * (1.0 + node.force[1].abs()), "{more:e} {node:?}");
+        assert!(
+            more.abs() < 1e-8 * (1.0 + node.force[1].abs()),
+            "{more:e} {node:?}"
+        );
         assert!(other.force[0].abs() < 1e-9, "{other:?}");
     }
 }
@@ -85,8 +92,16 @@ fn the_torque_replayed_beside_the_friction_makes_the_same_motion() {
         };
         let mut flow = Flow::new(&driven, h, Start::nodes(nodes[0].q, nodes[1].q)).unwrap();
         let replayed = flow.until(10.0).unwrap().nodes;
-        assert!(replayed.iter().skip(1).all(|node| distance(&node.force, &[0.0; 2]) < 1e-8));
-        let apart = nodes.iter().zip(&replayed).map(|(one, other)| (one.q[0] - other.q[0]).abs());
+        assert!(
+            replayed
+                .iter()
+                .skip(1)
+                .all(|node| distance(&node.force, &[0.0; 2]) < 1e-8)
+        );
+        let apart = nodes
+            .iter()
+            .zip(&replayed)
+            .map(|(one, other)| (one.q[0] - other.q[0]).abs());
         apart.fold(0.0, f64::max)
     };
     let (same, other) = (replay(motor), replay(0.0));
@@ -148,8 +163,14 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
         };
         assert_eq!(row, DependentRow::Kinematic(0));
         assert!(text.contains("cannot be met"), "{text}");
-        assert!(text.contains("kinematic constraint 1 comes no nearer to zero than"), "{text}");
-        assert!(!text.contains("does not converge") && !text.contains("divide("), "{text}");
+        assert!(
+            text.contains("kinematic constraint 1 comes no nearer to zero than"),
+            "{text}"
+        );
+        assert!(
+            !text.contains("does not converge") && !text.contains("divide("),
+            "{text}"
+        );
         // nothing comes nearer: along the candidates for which the row of the variation holds, at which the motor is free
         let two = |x: &[f64]| [x[0], x[1]];
         let (q0, q1, q2) = (two(&details.q0), two(&details.q1), two(&details.q2));
@@ -163,9 +184,17 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
                 row_at([q2[0] + theta, q2[1] - theta * by_theta / by_psi])[0]
             })
             .fold(f64::INFINITY, f64::min);
-        println!("h = {h}: t = {}, left {left:.6e}, least by hand {least:.6e}", details.time);
+        println!(
+            "h = {h}: t = {}, left {left:.6e}, least by hand {least:.6e}",
+            details.time
+        );
         assert!(left > 0.0 && (least / left - 1.0).abs() < 1e-2, "{left} {least}");
     }
     // the command line's own window ends before
-    assert!(Flow::new(&StalledPendulum::default(), 0.05, START).unwrap().until(20.0).is_ok());
+    assert!(
+        Flow::new(&StalledPendulum::default(), 0.05, START)
+            .unwrap()
+            .until(20.0)
+            .is_ok()
+    );
 }

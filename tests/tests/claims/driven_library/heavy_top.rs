@@ -95,7 +95,10 @@ fn the_momenta_are_kept_and_the_energy_does_not_drift() {
                 late = late.max(change);
             }
         }
-        println!("h = {h}: momenta {:.1e}, length {:.1e}, energy {early:.2e}, {late:.2e}", worst[0], worst[1]);
+        println!(
+            "h = {h}: momenta {:.1e}, length {:.1e}, energy {early:.2e}, {late:.2e}",
+            worst[0], worst[1]
+        );
         assert!(worst[0] < 1e-13 && worst[1] < 1e-14, "{worst:?}");
         assert!(late < 1.05 * early, "{early:e} {late:e}");
         early
@@ -104,9 +107,14 @@ fn the_momenta_are_kept_and_the_energy_does_not_drift() {
     assert!((coarse / fine / 4.0 - 1.0).abs() < 0.05, "{coarse:e} {fine:e}");
     // the discrete momenta are those of the motion, to second order
     let mut observed = [0.0; 3];
-    top.observe(&continuous(&top, Start::second_order(q, v), 1.0).point(), &mut observed);
+    top.observe(
+        &continuous(&top, Start::second_order(q, v), 1.0).point(),
+        &mut observed,
+    );
     let map = DiscreteFlow::new(&top, 0.001).unwrap();
     let flow = Flow::new(&top, 0.001, Start::second_order(q, v)).unwrap();
-    let axial = momentum_map(&map, &flow.leg(), |[w, x, y, z]| [-z / 2.0, y / 2.0, -x / 2.0, w / 2.0]);
+    let axial = momentum_map(&map, &flow.leg(), |[w, x, y, z]| {
+        [-z / 2.0, y / 2.0, -x / 2.0, w / 2.0]
+    });
     assert!((axial / observed[2] - 1.0).abs() < 1e-3, "{axial} {observed:?}");
 }

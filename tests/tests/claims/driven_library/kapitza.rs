@@ -35,10 +35,17 @@ fn trace(pendulum: &Kapitza) -> f64 {
 
 /// The amplitude at which upright becomes stable, by bisection.
 fn threshold(pendulum: &Kapitza) -> f64 {
-    let (mut below, mut above) = (0.9 * pendulum.critical_amplitude(), 1.2 * pendulum.critical_amplitude());
+    let (mut below, mut above) = (
+        0.9 * pendulum.critical_amplitude(),
+        1.2 * pendulum.critical_amplitude(),
+    );
     for _ in 0..40 {
         let amplitude = f64::midpoint(below, above);
-        if trace(&Kapitza { amplitude, ..*pendulum }) > 2.0 {
+        if trace(&Kapitza {
+            amplitude,
+            ..*pendulum
+        }) > 2.0
+        {
             below = amplitude;
         } else {
             above = amplitude;
@@ -60,9 +67,15 @@ fn upright_becomes_stable_at_the_known_amplitude() {
         let square = found * found;
         let next = 2.0 * square - 7.0 / 8.0 * square * square;
         let wanted = 4.0 * 9.81 / (frequency * frequency);
-        println!("ω = {frequency}: a = {found}, {:.2e} from Kapitza's", found / kapitza - 1.0);
+        println!(
+            "ω = {frequency}: a = {found}, {:.2e} from Kapitza's",
+            found / kapitza - 1.0
+        );
         // 7/32 (a/l)², and what is left beyond the fourth power is of the sixth
-        assert!((found / kapitza - 1.0 - 7.0 / 32.0 * square).abs() < 0.1 * square, "{found}");
+        assert!(
+            (found / kapitza - 1.0 - 7.0 / 32.0 * square).abs() < 0.1 * square,
+            "{found}"
+        );
         missed.push((next / wanted - 1.0).abs() / square.powi(2));
     }
     // 29/144 · 2⁶/2 …: bounded, as the next coefficient says (−29 q⁶/2304, q = 2a/l)
@@ -81,7 +94,10 @@ fn above_the_amplitude_it_swings_and_below_it_falls() {
     let critical = pendulum.critical_amplitude();
     let start = Start::second_order([0.01], [0.0]);
     let farthest = |amplitude: f64| {
-        let pendulum = Kapitza { amplitude, ..pendulum };
+        let pendulum = Kapitza {
+            amplitude,
+            ..pendulum
+        };
         let mut flow = Flow::new(&pendulum, 0.0005, start).unwrap();
         let nodes = flow.until(30.0).unwrap().nodes;
         nodes.iter().fold(0.0_f64, |most, node| most.max(node.q[0].abs()))
@@ -111,5 +127,12 @@ fn above_the_amplitude_it_swings_and_below_it_falls() {
     let (coarse, fine) = (apart(200.0), apart(800.0));
     println!("slow frequency off by {coarse:.1e}, {fine:.1e}");
     assert!(coarse < 0.02 && fine < coarse / 3.0, "{coarse:e} {fine:e}");
-    assert_eq!(Kapitza { amplitude: 0.9 * critical, ..pendulum }.slow_frequency(), None);
+    assert_eq!(
+        Kapitza {
+            amplitude: 0.9 * critical,
+            ..pendulum
+        }
+        .slow_frequency(),
+        None
+    );
 }

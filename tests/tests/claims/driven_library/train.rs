@@ -25,7 +25,10 @@ fn the_amplitudes_solve_the_equations_of_motion() {
             let force = [k * bend[0] - c * bend[1], k * bend[1] + c * bend[0]];
             let inertia = at(j).map(|x| train.mass * frequency * frequency * x);
             let left = (force[0] + inertia[0]).hypot(force[1] + inertia[1]);
-            assert!(left < 1e-14 * (1.0 + frequency * frequency), "{frequency}, {j}: {left:e}");
+            assert!(
+                left < 1e-14 * (1.0 + frequency * frequency),
+                "{frequency}, {j}: {left:e}"
+            );
         }
     }
 }
@@ -49,14 +52,19 @@ fn every_motion_tends_to_the_steady_one() {
     let train = Train::default();
     let t = 600.0;
     let (known, _) = train.steady(t);
-    let apart = distance(&continuous(&train, Start::second_order([0.0; 5], [0.0; 5]), t).q, &known);
+    let apart = distance(
+        &continuous(&train, Start::second_order([0.0; 5], [0.0; 5]), t).q,
+        &known,
+    );
     println!("from rest: {apart:.1e}");
     assert!(apart < 1e-10, "{apart:e}");
     let largest = |h: f64| {
         let mut flow = Flow::new(&train, h, Start::second_order([0.0; 5], [0.0; 5])).unwrap();
         let nodes = flow.until(t).unwrap().nodes;
         let last = nodes.iter().filter(|node| node.t > t - 20.0);
-        last.fold([0.0_f64; 5], |most, node| core::array::from_fn(|j| most[j].max(node.q[j].abs())))
+        last.fold([0.0_f64; 5], |most, node| {
+            core::array::from_fn(|j| most[j].max(node.q[j].abs()))
+        })
     };
     let amplitudes = train.amplitudes().map(|[re, im]| re.hypot(im));
     let found = largest(0.02);
