@@ -18,8 +18,8 @@ pub enum StepFailure {
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
-    /// The rows come near to zero and turn away from it: there is a point, no root, at which they are smallest among the points that can be reached from
-    /// the guesses by making them smaller. What the declaration asks for cannot be met there.
+    /// The rows come near to zero and turn away from it: on the way from a guess on which they become smaller and smaller there is a
+    /// point, no root, from which they can only grow again. What the declaration asks for cannot be met there.
     NoSolution,
     /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
     /// unknowns is zero: the row does not exist there, or says nothing.
@@ -348,8 +348,8 @@ pub struct FailedStep {
     pub may_divide: bool,
     /// What the equations leave open at the last candidate, if that is why the step failed.
     pub deficiency: Option<Deficiency>,
-    /// For [`StepFailure::NoSolution`], the rows that are not met where the equations come nearest to zero, and what is left of each, in its units; empty
-    /// for all else.
+    /// For [`StepFailure::NoSolution`], the rows that are not met where the equations come nearest to zero, and what is left of
+    /// each, in its units; empty for all else.
     pub unmet: Vec<(DependentRow, f64)>,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,

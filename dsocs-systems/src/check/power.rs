@@ -1,7 +1,8 @@
 //! The energy and what changes it: `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external forces `f`.
 //!
-//! Along the continuous motion this is an identity, and holds the code of the energy against that of the forces. Along the discrete one the
-//! energy at the nodes and the sum of `h` times the power differ by an error of the step, whose order is fitted.
+//! Along the continuous motion this is an identity, and holds the code of the energy against that of the forces. Along the
+//! discrete one the energy at the nodes and the sum of `h` times the power differ by an error of the step, whose order is
+//! fitted.
 
 use dsocs_core::geometry::{Triple, discrete_power, power};
 use dsocs_core::{Leg, Point};
@@ -76,8 +77,8 @@ pub fn balance<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     );
 }
 
-/// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the terms: about a step, or as far
-/// as the series reaches.
+/// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
+/// terms: about a step, or as far as the series reaches.
 fn defect<const N: usize>(
     system: &dyn Probe<N>,
     state: &State<N>,
@@ -132,8 +133,8 @@ fn point<const N: usize>(t: f64, series: &[[f64; N]], s: f64) -> Point<f64, N> {
     point
 }
 
-/// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what the power has changed since, by the trapezoidal
-/// rule, relative to the energy's terms.
+/// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
+/// the power has changed since, by the trapezoidal rule, relative to the energy's terms.
 fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured {
     let system = subject.system;
     let declaration = system.declaration();

@@ -49,7 +49,8 @@ pub fn stalled_entry() -> crate::Entry {
         .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
-/// Declares the inertia wheel pendulum with friction: what `V` does because of the pivot's, as it enters the constraint, is left to say.
+/// Declares the inertia wheel pendulum with friction: what `V` does because of the pivot's, as it enters the constraint, is
+/// left to say.
 macro_rules! pendulum {
     ($(#[$doc:meta])* $name:ident, $made_up_for:literal, $($branch:tt)*) => {
         $(#[$doc])*
@@ -144,25 +145,26 @@ macro_rules! pendulum {
 pendulum! {
     /// [`InertiaWheelPendulum`] with friction in the motor, and in the pivot, for which the constraint makes up.
     ///
-    /// Friction along the motor changes nothing but the motor's torque: the motion is that without. Friction in the pivot turns the pendulum, where the motor does not
-    /// act, and changes `V` by `−c θ̇ ∂V/∂p₁` in a unit of time. Here `F` takes that in, `dV/dt = −ρ w tanh w − c θ̇ ∂V/∂p₁`: the constraint still has the factor `w`, and
-    /// what is left is the motor's law without friction, `ṗ₂ = T(θ, ψ) − ρ tanh w`, beside `ṗ₁ = M sin θ − c θ̇`. `V` may rise where friction makes it. What becomes of a
-    /// constraint that does not make up for it: [`StalledPendulum`].
+    /// Friction along the motor changes nothing but the motor's torque: the motion is that without. Friction in the pivot turns
+    /// the pendulum, where the motor does not act, and changes `V` by `−c θ̇ ∂V/∂p₁` in a unit of time. Here `F` takes that in,
+    /// `dV/dt = −ρ w tanh w − c θ̇ ∂V/∂p₁`: the constraint still has the factor `w`, and what is left is the motor's law
+    /// without friction, `ṗ₂ = T(θ, ψ) − ρ tanh w`, beside `ṗ₁ = M sin θ − c θ̇`. `V` may rise where friction makes it. What
+    /// becomes of a constraint that does not make up for it: [`StalledPendulum`].
     FrictionPendulum, 1, branch = divide(w);
 }
 
 pendulum! {
     /// [`InertiaWheelPendulum`] with friction in the pivot that the constraint `dV/dt = −ρ w tanh w` does not know of: its motion ends.
     ///
-    /// Where `w = 0` the motor has no power over `V`, and friction has: the constraint is then `c e p₁²/(d (I + (n+1) J)²) = 0`, which cannot be met. On the way there the torque grows like `1/w`, and
-    /// `w` becomes zero after a finite time, beyond which no motion obeys the constraint, no continuous one either. A discrete run ends there with
-    /// an error that says so.
+    /// Where `w = 0` the motor has no power over `V`, and friction has: the constraint is then `c e p₁²/(d (I + (n+1) J)²) =
+    /// 0`, which cannot be met. On the way there the torque grows like `1/w`, and `w` becomes zero after a finite time, beyond
+    /// which no motion obeys the constraint, no continuous one either. A discrete run ends there with an error that says so.
     StalledPendulum, 0,
 }
 
 impl FrictionPendulum {
-    /// The right-hand side of the continuous system, for the state `(θ, ψ, p₁, p₂)`: `ṗ₁ = M sin θ − c θ̇`, `ṗ₂ = T(θ, ψ) − ρ tanh w`, where the second is that of the
-    /// pendulum without friction.
+    /// The right-hand side of the continuous system, for the state `(θ, ψ, p₁, p₂)`: `ṗ₁ = M sin θ − c θ̇`, `ṗ₂ = T(θ, ψ) − ρ
+    /// tanh w`, where the second is that of the pendulum without friction.
     #[must_use]
     pub fn proper_branch(&self, state: [f64; 4]) -> [f64; 4] {
         let Self {

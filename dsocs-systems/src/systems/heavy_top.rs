@@ -25,13 +25,15 @@ pub fn entry() -> crate::Entry {
 
 /// A symmetric top with a fixed point on its axis, in gravity.
 ///
-/// The quaternion `q = w + x i + y j + z k` turns the body's axes into those of space, and the angular velocity in the body is `2 q̄ q̇`, without its real
-/// part; `z` points upwards, and the top's axis is the third of the body. The length of `q` is a holonomic constraint: the kinetic energy does not know
-/// how `q` changes its length, and the constraint does. Its multiplier is a force of the description alone; the true top feels nothing of it.
+/// The quaternion `q = w + x i + y j + z k` turns the body's axes into those of space, and the angular velocity in the body is
+/// `2 q̄ q̇`, without its real part; `z` points upwards, and the top's axis is the third of the body. The length of `q` is a
+/// holonomic constraint: the kinetic energy does not know how `q` changes its length, and the constraint does. Its multiplier
+/// is a force of the description alone; the true top feels nothing of it.
 ///
-/// Invariants are the energy and the angular momenta about the vertical and about the top's axis. Rotations act on `q` by multiplication, which is linear, so that the
-/// midpoint's `L_d` is as symmetric as `L`, and the discrete motion keeps both momenta exactly. A top that precesses steadily at the
-/// angle `θ` obeys `I₁ cos θ φ̇² − I₃ ω₃ φ̇ + m g l = 0` ([`HeavyTop::spin_of_precession`]).
+/// Invariants are the energy and the angular momenta about the vertical and about the top's axis. Rotations act on `q` by
+/// multiplication, which is linear, so that the midpoint's `L_d` is as symmetric as `L`, and the discrete motion keeps both
+/// momenta exactly. A top that precesses steadily at the angle `θ` obeys `I₁ cos θ φ̇² − I₃ ω₃ φ̇ + m g l = 0`
+/// ([`HeavyTop::spin_of_precession`]).
 #[dsocs {
     coordinates(
         /// The real part of the quaternion [1].
@@ -85,8 +87,8 @@ impl Default for HeavyTop {
 }
 
 impl HeavyTop {
-    /// The quaternion and its rate of the Euler angles `(θ, φ, ψ)`, the tilt of the axis from the vertical, its turn about the vertical and the turn of the top about it,
-    /// and of their rates.
+    /// The quaternion and its rate of the Euler angles `(θ, φ, ψ)`, the tilt of the axis from the vertical, its turn about the
+    /// vertical and the turn of the top about it, and of their rates.
     #[must_use]
     pub fn state([theta, phi, psi]: [f64; 3], rates: [f64; 3]) -> ([f64; 4], [f64; 4]) {
         let (sin, cos) = (theta / 2.0).sin_cos();
@@ -102,8 +104,8 @@ impl HeavyTop {
         (q, v)
     }
 
-    /// The rate `ψ̇`, in rad/s, with which a top at the tilt `θ` spins about its axis if it precesses steadily with the rate `φ̇`, which is not zero:
-    /// `I₃ (ψ̇ + φ̇ cos θ) = I₁ cos θ φ̇ + m g l/φ̇`.
+    /// The rate `ψ̇`, in rad/s, with which a top at the tilt `θ` spins about its axis if it precesses steadily with the rate
+    /// `φ̇`, which is not zero: `I₃ (ψ̇ + φ̇ cos θ) = I₁ cos θ φ̇ + m g l/φ̇`.
     #[must_use]
     pub fn spin_of_precession(&self, theta: f64, precession: f64) -> f64 {
         let axial = self.inertia_1 * theta.cos() * precession + self.weight * self.lever / precession;

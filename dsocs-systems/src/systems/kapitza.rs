@@ -17,12 +17,14 @@ pub fn entry() -> crate::Entry {
 
 /// A pendulum on a pivot that moves up and down as `a cos ωt`.
 ///
-/// `θ` is the angle from the upright position and obeys `θ̈ = (g − a ω² cos ωt)/l sin θ`. Where the vibration is fast and small, the pendulum moves
-/// slowly in the effective potential `m g l (cos θ + a² ω²/(4 g l) sin²θ)`, and upright is stable above the amplitude
-/// [`Kapitza::critical_amplitude`], where `a² ω² = 2 g l`. There it swings with [`Kapitza::slow_frequency`].
+/// `θ` is the angle from the upright position and obeys `θ̈ = (g − a ω² cos ωt)/l sin θ`. Where the vibration is fast and
+/// small, the pendulum moves slowly in the effective potential `m g l (cos θ + a² ω²/(4 g l) sin²θ)`, and upright is stable
+/// above the amplitude [`Kapitza::critical_amplitude`], where `a² ω² = 2 g l`. There it swings with
+/// [`Kapitza::slow_frequency`].
 ///
-/// The Lagrangian depends on time through the pivot; what is reported as the energy is `⟨∂L/∂v, v⟩ − L`, which is not the mechanical one: the pivot's motion
-/// does work, `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so that the map is the midpoint's.
+/// The Lagrangian depends on time through the pivot; what is reported as the energy is `⟨∂L/∂v, v⟩ − L`, which is not the
+/// mechanical one: the pivot's motion does work, `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so that the map is
+/// the midpoint's.
 #[dsocs {
     coordinates(
         /// The angle from the upright position [rad].
@@ -69,8 +71,8 @@ impl Kapitza {
         (2.0 * self.gravity * self.length).sqrt() / self.frequency
     }
 
-    /// The angular frequency of small slow swings about the upright position, `√(a² ω²/(2 l²) − g/l)`, in rad/s, for a vibration that is fast;
-    /// `None` below the critical amplitude.
+    /// The angular frequency of small slow swings about the upright position, `√(a² ω²/(2 l²) − g/l)`, in rad/s, for a
+    /// vibration that is fast; `None` below the critical amplitude.
     #[must_use]
     pub fn slow_frequency(&self) -> Option<f64> {
         let held = (self.amplitude * self.frequency / self.length).powi(2) / 2.0;

@@ -15,11 +15,12 @@ pub fn entry() -> crate::Entry {
         .until(40.0)
 }
 
-/// Five equal masses on a line, joined by equal springs and dampers, the last one joined to a wall; the point to which the first is joined moves as `a cos Ωt`.
+/// Five equal masses on a line, joined by equal springs and dampers, the last one joined to a wall; the point to which the
+/// first is joined moves as `a cos Ωt`.
 ///
 /// Springs and the moving point are in the Lagrangian, which so depends on time; dampers are external forces, linear in the velocities.
-/// With the complex wave number `2 (1 − cos μ)(k + i c Ω) = m Ω²` the steady motion is `x_j = Re a sin((6 − j) μ)/sin(6 μ) e^{iΩt}`, `j = 1, …, 5`
-/// ([`Train::amplitudes`]); every other motion tends to it.
+/// With the complex wave number `2 (1 − cos μ)(k + i c Ω) = m Ω²` the steady motion is `x_j = Re a sin((6 − j) μ)/sin(6 μ)
+/// e^{iΩt}`, `j = 1, …, 5` ([`Train::amplitudes`]); every other motion tends to it.
 #[dsocs {
     coordinates(
         /// The displacement of each mass, from the driven end [m].
@@ -72,7 +73,8 @@ impl Default for Train {
 impl Train {
     /// The complex amplitudes of the steady motion, real and imaginary parts, in m: `x_j = Re (A_j e^{iΩt})`.
     ///
-    /// `sin(n μ)/sin μ` are the Chebyshev polynomials of the second kind of `cos μ`, so that no complex sine is needed: `A_j = a U_{5−j}/U_5`.
+    /// `sin(n μ)/sin μ` are the Chebyshev polynomials of the second kind of `cos μ`, so that no complex sine is needed: `A_j =
+    /// a U_{5−j}/U_5`.
     #[must_use]
     pub fn amplitudes(&self) -> [[f64; 2]; 5] {
         let Self {

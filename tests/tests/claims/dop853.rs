@@ -54,8 +54,8 @@ impl<F: Fn(f64, [f64; N]) -> [f64; N], const N: usize> System<f64, DVector<f64>>
 
 /// The state at the time `end` from `state` at the time `t0`, where the right-hand side depends on time.
 ///
-/// The time is integrated along: with the time that `Dop853` itself hands to the right-hand side its error estimates are of a low order,
-/// and it takes millions of steps to a tolerance of 1e-13.
+/// The time is integrated along: with the time that `Dop853` itself hands to the right-hand side its error estimates are of a
+/// low order, and it takes millions of steps to a tolerance of 1e-13.
 pub fn integrate_from<const N: usize>(
     rate: impl Fn(f64, [f64; N]) -> [f64; N],
     (t0, state): (f64, [f64; N]),

@@ -10,7 +10,8 @@ fn start(arm: &Arm, t: f64) -> Start<2> {
     Start::second_order(q, v).at(t)
 }
 
-/// The torques of the motors at a time, by the equations of motion of a robot with two uniform links, `τ = M(q) q̈ + C(q, q̇) q̇ + g(q)`.
+/// The torques of the motors at a time, by the equations of motion of a robot with two uniform links, `τ = M(q) q̈ + C(q, q̇)
+/// q̇ + g(q)`.
 fn torques(arm: &Arm, t: f64) -> [f64; 2] {
     let ([alpha, beta], [u, v]) = arm.at(t);
     let (l1, l2, m1, m2) = (arm.length_1, arm.length_2, arm.mass_1, arm.mass_2);

@@ -70,8 +70,8 @@ impl Plan {
     }
 }
 
-/// The constraint force no longer contains the friction that is declared: replayed as an open-loop torque beside that friction it makes the same motion,
-/// and without the friction another one.
+/// The constraint force no longer contains the friction that is declared: replayed as an open-loop torque beside that friction
+/// it makes the same motion, and without the friction another one.
 #[test]
 fn the_torque_replayed_beside_the_friction_makes_the_same_motion() {
     let FrictionPendulum { i, j, m, motor, .. } = FrictionPendulum::default();

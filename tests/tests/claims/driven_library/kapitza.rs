@@ -54,7 +54,8 @@ fn threshold(pendulum: &Kapitza) -> f64 {
     above
 }
 
-/// Mathieu's equation has the threshold `4 g/(l ω²) = 2 (a/l)² − 7/8 (a/l)⁴ + …` (Abramowitz and Stegun, 20.2.25); the first term is Kapitza's.
+/// Mathieu's equation has the threshold `4 g/(l ω²) = 2 (a/l)² − 7/8 (a/l)⁴ + …` (Abramowitz and Stegun, 20.2.25); the first
+/// term is Kapitza's.
 #[test]
 fn upright_becomes_stable_at_the_known_amplitude() {
     let mut missed = Vec::new();

@@ -46,7 +46,8 @@ fn a_train_that_is_in_step_stays_so() {
     });
 }
 
-/// From rest the first mode decays with exp(−0.04 t): after 600 s what is left of the start is 1e-11, and the discrete motion has the amplitude to second order.
+/// From rest the first mode decays with exp(−0.04 t): after 600 s what is left of the start is 1e-11, and the discrete motion
+/// has the amplitude to second order.
 #[test]
 fn every_motion_tends_to_the_steady_one() {
     let train = Train::default();
