@@ -24,13 +24,16 @@ const CLOSE: f64 = 1e-4;
 const SHORTEST: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A path that ends in a fold changes so many times as fast there as where it began, at least: `dz/dλ` grows like `1/√(λ* − λ)`.
-const FOLDED: f64 = 1e3;
+const FOLDED: f64 = 10.0;
 
 /// A path on which an unknown grows to so many times the size that it is expected to have leads away, and has no fold.
 const AWAY: f64 = 1e8;
 
 /// Rows at a fold that are no more than so many times the bound of their rounding errors may have a root there.
 const ABOVE_ROUNDING: f64 = 1e3;
+
+/// How far beyond the last point of a path it is seen whether the rows grow, relative to the unknowns.
+const BEYOND: [f64; 3] = [1e-3, 1e-2, 1e-1];
 
 /// Where a path turns back: near it the rows come no nearer to zero.
 #[derive(Clone, Copy, Debug)]
@@ -119,23 +122,33 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
         if lambda >= 1.0 { Ok(at.z) } else { Err(at) }
     }
 
-    /// The fold at the last point of a path that began with the slope `first`, if that is how it ends.
+    /// The fold at the last point of a path that began with the slope `first`, if that is how it ends: the path becomes steep, and beyond
+    /// it the rows grow.
     fn fold(&self, first: &Z, last: &Waypoint<Z>) -> Option<Fold<Z>> {
-        let growth = relative(&last.slope, &last.z, self.size) / relative(first, &last.z, self.size);
+        let steep = relative(&last.slope, &last.z, self.size);
+        let growth = steep / relative(first, &last.z, self.size);
         let mut parts = last.z.as_ref().iter().zip(self.size.as_ref());
         let stays = parts.all(|(z, size)| z.abs() <= AWAY * size);
-        let rows = self.equations.linearize(&last.z).rows;
         let bounds = self.equations.rounding(&last.z);
-        let rounding = rows.as_ref().iter().zip(bounds.as_ref());
-        let left = rounding
-            .map(|(row, bound)| if *row == 0.0 { 0.0 } else { row.abs() / bound })
-            .fold(0.0_f64, f64::max);
+        let left = |rows: &Z| {
+            let mut parts = rows.as_ref().iter().zip(bounds.as_ref());
+            parts.try_fold(0.0_f64, |most, (row, bound)| {
+                let part = if *row == 0.0 { 0.0 } else { row.abs() / bound };
+                part.is_finite().then_some(most.max(part))
+            })
+        };
+        let rows = self.equations.linearize(&last.z).rows;
+        let least = left(&rows)?;
+        let turns = BEYOND.iter().all(|part| {
+            let z = last.z.zip(&last.slope, |z, slope| z + part / steep * slope);
+            left(&self.equations.linearize(&z).rows).is_some_and(|left| left > least)
+        });
         // false also where something is no number
-        let is_fold = growth >= FOLDED && stays && left > ABOVE_ROUNDING && left.is_finite();
+        let is_fold = growth >= FOLDED && stays && turns && least > ABOVE_ROUNDING;
         is_fold.then_some(Fold {
             z: last.z,
             rows,
-            left,
+            left: least,
         })
     }
 
