@@ -205,11 +205,12 @@ mod tests {
         let drive = |point: &Point<f64, 2>| point.t.cos() / 4.0 * square(&point.q);
         let friction = |point: &Point<f64, 2>| -0.3 * square(&point.v);
         let constraint = |point: &Point<f64, 2>| power(probe, point) - drive(point) - friction(point);
-        for wrong in [drive, friction]
-            .iter()
-            .map(|part| found(&|point| power(probe, point) - part(point)))
-            .chain([found(&|point| power(probe, point) - constraint(point))])
-        {
+        let wrong = [
+            found(&|point| power(probe, point) - drive(point)),
+            found(&|point| power(probe, point) - friction(point)),
+            found(&|point| power(probe, point) - constraint(point)),
+        ];
+        for wrong in wrong {
             assert!(wrong > 1e6 * IDENTITY, "{wrong:e}");
         }
         assert!((system.lagrangian(0.0, &[1.0, 0.0], &[0.0, 0.0]) + 0.5).abs() < 1e-15);
