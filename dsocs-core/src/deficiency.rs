@@ -56,6 +56,13 @@ pub enum DependentRow {
     Motion(&'static str),
 }
 
+impl fmt::Display for DependentRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (kind, which) = self.words();
+        write!(f, "{kind} {which}")
+    }
+}
+
 impl DependentRow {
     /// Whether it is a constraint.
     fn is_constraint(self) -> bool {
@@ -312,7 +319,7 @@ fn examine<const N: usize>(
         combined: right.len() < coordinates.len(),
         coordinates: coordinates.into_iter().map(|i| names[i]).collect(),
         massless,
-        rows: rows.map(|i| row(system, &names, i)).collect(),
+        rows: rows.map(|i| row(system, i)).collect(),
         at_guess_alone: false,
     })
 }
@@ -378,7 +385,7 @@ fn is_massless<const N: usize>(
 }
 
 /// What the row of a place is.
-fn row<const N: usize>(system: &dyn AnySystem<N>, names: &[&'static str; N], place: usize) -> DependentRow {
+pub(crate) fn row<const N: usize>(system: &dyn AnySystem<N>, place: usize) -> DependentRow {
     let [holonomic, nonholonomic, kinematic] = system.constraints();
     let lower = holonomic + nonholonomic;
     let constraints = lower + kinematic;
@@ -389,7 +396,8 @@ fn row<const N: usize>(system: &dyn AnySystem<N>, names: &[&'static str; N], pla
     } else if place < constraints {
         DependentRow::Kinematic(place - lower)
     } else if constraints == 0 || system.declaration().has_multipliers() {
-        DependentRow::Motion(names.get(place - constraints).copied().unwrap_or("?"))
+        let coordinate = system.coordinates().get(place - constraints);
+        DependentRow::Motion(coordinate.map_or("?", |coordinate| coordinate.name))
     } else {
         DependentRow::Displacement(place - constraints)
     }

@@ -5,7 +5,7 @@ use core::fmt;
 use thiserror::Error;
 
 use crate::composition::{Composition, Symmetry};
-use crate::deficiency::Deficiency;
+use crate::deficiency::{Deficiency, DependentRow};
 use crate::regularity::Regularity;
 use crate::taylor::SeriesError;
 
@@ -18,6 +18,9 @@ pub enum StepFailure {
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
+    /// The rows come near to zero and turn away from it: on the way from a guess on which they become smaller and smaller there is a
+    /// point, no root, from which they can only grow again. What the declaration asks for cannot be met there.
+    NoSolution,
     /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
     /// unknowns is zero: the row does not exist there, or says nothing.
     Degenerate,
@@ -31,6 +34,7 @@ impl fmt::Display for StepFailure {
             Self::NotFinite => "the equations are not finite",
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
+            Self::NoSolution => "what is declared cannot be met here",
             Self::AmbiguousRoot => "there are two solutions, and the past does not tell which one goes on",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })
@@ -344,6 +348,9 @@ pub struct FailedStep {
     pub may_divide: bool,
     /// What the equations leave open at the last candidate, if that is why the step failed.
     pub deficiency: Option<Deficiency>,
+    /// For [`StepFailure::NoSolution`], the rows that are not met where the equations come nearest to zero, and what is left of
+    /// each, in its units; empty for all else.
+    pub unmet: Vec<(DependentRow, f64)>,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,
 }
@@ -426,6 +433,10 @@ impl StepError {
                  `Flow::advance_to`"
             }
             StepFailure::AmbiguousRoot => "choose a root with `Flow::advance_to`, or try a smaller h",
+            StepFailure::NoSolution => {
+                "the motion ends here, unless a smaller h leads past: ask whether the constraint forces can do at this state what the \
+                 constraints ask for, with the external forces that act"
+            }
             StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
@@ -458,6 +469,9 @@ impl fmt::Display for StepError {
             if let Some((name, apart)) = step.apart() {
                 write!(f, ", farthest apart in `{name}`, by {apart:.1e}")?;
             }
+        }
+        for (row, left) in &step.unmet {
+            write!(f, "; {row} comes no nearer to zero than {:.3e}", left.abs())?;
         }
         let condition = step.regularity.condition();
         if condition.is_finite() {

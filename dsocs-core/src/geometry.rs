@@ -58,7 +58,7 @@ pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
-pub use external::{external_forces, power};
+pub use external::{discrete_power, external_forces, power};
 pub use form::{Displacement, TwoForm};
 pub use legendre::{
     discrete_form, discrete_lagrangian, legendre_minus, legendre_plus, momentum_minus, momentum_plus,

@@ -41,8 +41,9 @@ pub mod systems;
 #[cfg(feature = "cli")]
 pub use entry::Entry;
 pub use systems::{
-    CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, GravityTurn,
-    InertiaWheelPendulum, KnifeEdge, MagneticParticle, NonholonomicParticle, PlanarChain2, PlanarChain8,
-    PlanarPendulum, RodAndWheel, RollingDisk, Sleigh, Snakeboard, Sphere, SphericalPendulum, Wavy,
+    Arm, CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, FrictionPendulum,
+    GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle, NonholonomicParticle,
+    PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh, Snakeboard, Sphere,
+    SphericalPendulum, StalledPendulum, Train, Wavy,
 };
 pub use systems::{chain, particle, pendulum};

@@ -8,8 +8,9 @@ use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
-/// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the coordinate; zero
-/// where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001, section 3.2.)
+/// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the
+/// coordinate; zero where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001,
+/// section 3.2.)
 #[must_use]
 pub fn external_forces<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> [f64; N] {
     discrete(&system.declaration(), h, &triple.leg, &triple.e)
@@ -39,10 +40,29 @@ pub(super) fn discrete<T: Number, const N: usize>(
 #[must_use]
 pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> f64 {
     let declaration = system.declaration();
-    let Point { t, q, v, .. } = point;
     let constraint = declaration.continuous_force(point);
-    let force = plus(&constraint, &declaration.external_forces(*t, q, v));
+    let external = declaration.external_forces(point.t, &point.q, &point.v);
+    of_force(&declaration, point, &plus(&constraint, &external))
+}
+
+/// The power at the second of three nodes: the same with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum, times `h`, is
+/// the change of the energy at the nodes, as nearly as the step is exact.
+#[must_use]
+pub fn discrete_power<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> f64 {
+    let declaration = system.declaration();
+    let constraint = declaration.force(h, &triple.leg, &triple.e);
+    let external = discrete(&declaration, h, &triple.leg, &triple.e);
+    let point = declaration.point(h, &triple.leg, &triple.e);
+    of_force(&declaration, &point, &plus(&constraint, &external))
+}
+
+/// `⟨force, v⟩ − ∂L/∂t` at a point.
+fn of_force<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    Point { t, q, v, .. }: &Point<f64, N>,
+    force: &[f64; N],
+) -> f64 {
     let fixed = |x| moving(x, &[0.0; N]);
     let explicit = declaration.lagrangian(Tangent::new(*t, 1.0), &fixed(q), &fixed(v));
-    super::legendre::product(&force, v) - explicit.derivative()
+    super::legendre::product(force, v) - explicit.derivative()
 }

@@ -1,12 +1,12 @@
 //! What is done seldom in a step, whatever the type of the system: other guesses than the prediction, and what is told of a failure.
 
-use super::newton::{self, Equations, Root};
+use super::newton::{self, Equations, Fold, Root};
 use super::pair::Found;
 use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
 use crate::any::AnySystem;
-use crate::deficiency;
+use crate::deficiency::{self, DependentRow};
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
@@ -59,6 +59,9 @@ impl<S: System<N>, const N: usize> Steps<S::Unknown<f64>, N> for S {
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
+
+/// A row that is left by less than this part of what is left of another one is met.
+const UNMET: f64 = 1e-3;
 
 /// Where and when a step failed.
 #[derive(Clone, Copy, Debug)]
@@ -159,17 +162,50 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 Err(failed) => evaluations += failed.evaluations,
             }
         }
+        let mut folds: Option<Fold<Z>> = None;
         for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
-            if let Some(root) = newton::follow(self, start, size, max_iterations, &mut evaluations) {
-                self.continuation(&root, predictor);
-                return Ok(report(Root { evaluations, ..root }, Guess::Followed));
+            match newton::follow(self, start, size, max_iterations, &mut evaluations) {
+                Ok(root) => {
+                    self.continuation(&root, predictor);
+                    return Ok(report(Root { evaluations, ..root }, Guess::Followed));
+                }
+                Err(Some(fold)) if folds.is_none_or(|best| fold.left < best.left) => folds = Some(fold),
+                Err(_) => {}
             }
         }
         let best = predictor
             .predict()
             .or(continuous.map(|(z, _)| z))
             .unwrap_or(straight.0);
-        Err(newton::explain(self, best, size, max_iterations))
+        let failure = newton::explain(self, best, size, max_iterations);
+        Err(match folds {
+            // nothing leads to a root, and this is where the rows stop to come nearer to zero
+            Some(fold) if failure.reason == StepFailure::NotConverged => NewtonFailure {
+                reason: StepFailure::NoSolution,
+                unknowns: fold.z.as_ref().to_vec(),
+                residual: fold.rows.as_ref().to_vec(),
+                ..failure
+            },
+            _ => failure,
+        })
+    }
+
+    /// The rows, as they were declared, that are not met at the second difference `e`, and what is left of each.
+    fn unmet(&self, e: &[f64; N]) -> Vec<(DependentRow, f64)> {
+        let (h, leg) = (self.h(), self.leg());
+        let declaration = self.system().declaration();
+        let multipliers = multipliers::of_step(&declaration, h, leg, e);
+        let rows = declaration.declared(h, leg, e, &multipliers);
+        // each against what it changes by on the way from a straight line
+        let straight = declaration.declared(h, leg, &[0.0; N], &multipliers);
+        let named = rows.iter().zip(&straight).enumerate();
+        let parts: Vec<_> = named
+            .map(|(i, (row, straight))| (i, *row, row.abs() / (row - straight).abs()))
+            .collect();
+        let largest = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.2));
+        let left = parts.into_iter().filter(|part| part.2 > UNMET * largest);
+        left.map(|(i, row, _)| (deficiency::row(self.system(), i), row))
+            .collect()
     }
 
     /// The failure of a step whose rows have a root that leads to no finite node.
@@ -204,7 +240,15 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             StepFailure::NotConverged => {
                 open(&[0.0; N]).and_then(|straight| open(&e).filter(|open| *open == straight))
             }
-            StepFailure::NotFinite | StepFailure::Degenerate | StepFailure::AmbiguousRoot => None,
+            StepFailure::NotFinite
+            | StepFailure::Degenerate
+            | StepFailure::AmbiguousRoot
+            | StepFailure::NoSolution => None,
+        };
+        let unmet = if cause.reason == StepFailure::NoSolution {
+            self.unmet(&e)
+        } else {
+            Vec::new()
         };
         let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
         StepError::new(FailedStep {
@@ -228,6 +272,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 .collect(),
             may_divide: self.system().may_divide(),
             deficiency,
+            unmet,
             cause,
         })
     }

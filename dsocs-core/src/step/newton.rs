@@ -726,7 +726,7 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
 
 mod homotopy;
 mod pair;
-pub(crate) use homotopy::follow;
+pub(crate) use homotopy::{Fold, follow};
 pub(crate) use pair::{nearby, orientation, other_root, scalar_product};
 #[cfg(test)]
 mod tests;

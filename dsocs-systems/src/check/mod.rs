@@ -10,6 +10,7 @@ mod extrapolation;
 mod flow;
 mod momentum;
 mod order;
+mod power;
 mod probe;
 mod roots;
 mod symplectic;
@@ -259,7 +260,7 @@ fn findings<const N: usize>(
         states: states(system, h, &start, walked.until),
         legs: walked.legs,
     };
-    let checks: [(&'static str, Check<N>); 10] = [
+    let checks: [(&'static str, Check<N>); 11] = [
         ("window", window),
         ("regularity", flow::regularity),
         ("equations", equations::equations),
@@ -267,6 +268,7 @@ fn findings<const N: usize>(
         ("identities, which hold at any triple", identities),
         ("symplectic law", symplectic::law),
         ("momentum law", momentum::law),
+        ("power balance", power::balance),
         ("reversibility", flow::reversibility),
         ("contact", contact::contact),
         ("order", order::order),

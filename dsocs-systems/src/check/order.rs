@@ -84,7 +84,14 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             .filter(|[_, error]| *error > plateau || error.is_nan())
             .collect();
         if points.len() < 3 {
-            if k == 0 {
+            if k == 0 && points.is_empty() && subject.expected.kind == Kind::Holonomic {
+                // constraints that leave nothing to move freely, at every step
+                report.push(
+                    "errors of position, which constraints determine",
+                    Bar::AtMost(plateau),
+                    Ok(worst(errors)),
+                );
+            } else if k == 0 {
                 let error = "fewer than three errors are above rounding: give a larger step";
                 report.push(
                     "slope of the errors of position",
@@ -119,6 +126,14 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     if last < times.len() {
         report.note(&beyond(subject, until));
     }
+}
+
+/// The largest of errors by step and node.
+fn worst(errors: &[Vec<f64>]) -> f64 {
+    errors
+        .iter()
+        .flatten()
+        .fold(0.0, |most, &error| larger(most, error))
 }
 
 /// Why errors are not compared beyond a time.

@@ -1,11 +1,15 @@
 //! The systems: a page each, with the declaration, its source, exact solutions or invariants, and the default run.
 
+pub mod arm;
 pub mod cart_pole;
 pub mod chain;
 pub mod contact_oscillator;
 pub mod double_pendulum;
 pub mod exact_decrease;
+pub mod friction;
 pub mod gravity_turn;
+pub mod heavy_top;
+pub mod kapitza;
 pub mod knife_edge;
 pub mod magnetic;
 pub mod nonholonomic_particle;
@@ -18,12 +22,17 @@ pub mod sleigh;
 pub mod snakeboard;
 pub mod sphere;
 pub mod spherical_pendulum;
+pub mod train;
 
+pub use arm::Arm;
 pub use cart_pole::CartPole;
 pub use chain::{PlanarChain2, PlanarChain8};
 pub use contact_oscillator::ContactOscillator;
 pub use exact_decrease::ExactDecrease;
+pub use friction::{FrictionPendulum, StalledPendulum};
 pub use gravity_turn::GravityTurn;
+pub use heavy_top::HeavyTop;
+pub use kapitza::Kapitza;
 pub use knife_edge::KnifeEdge;
 pub use magnetic::MagneticParticle;
 pub use nonholonomic_particle::NonholonomicParticle;
@@ -36,6 +45,7 @@ pub use sleigh::Sleigh;
 pub use snakeboard::Snakeboard;
 pub use sphere::Sphere;
 pub use spherical_pendulum::SphericalPendulum;
+pub use train::Train;
 
 /// The entries of all systems, kind by kind.
 #[cfg(feature = "dsocs")]
@@ -46,8 +56,12 @@ pub fn all() -> Vec<crate::Entry> {
         double_pendulum::entry(),
         spherical_pendulum::entry(),
         magnetic::entry(),
+        kapitza::entry(),
+        train::entry(),
         planar_pendulum::entry(),
         sphere::entry(),
+        heavy_top::entry(),
+        arm::entry(),
         nonholonomic_particle::entry(),
         knife_edge::entry(),
         rolling_disk::entry(),
@@ -60,6 +74,9 @@ pub fn all() -> Vec<crate::Entry> {
         cart_pole::entry(),
         exact_decrease::entry(),
         rod_and_wheel::entry(),
+        friction::motor_entry(),
+        friction::pivot_entry(),
+        friction::stalled_entry(),
     ]
 }
 
@@ -151,6 +168,8 @@ mod tests {
             ("particle", Kind::SecondOrder),
             ("exact-decrease", Kind::SecondOrder),
             ("rod-and-wheel", Kind::Mixed),
+            ("train", Kind::Unconstrained),
+            ("arm", Kind::Holonomic),
         ] {
             assert!(kinds.contains(&(name.to_owned(), kind)), "{name}");
         }

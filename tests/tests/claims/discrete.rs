@@ -276,7 +276,7 @@ fn where_the_motor_has_no_power_there_need_be_no_exact_decrease() {
             }
         };
         assert!((28.5..29.0).contains(&flow.time()), "{error}");
-        assert_eq!(error.step_failure(), Some(StepFailure::NotConverged));
+        assert_eq!(error.step_failure(), Some(StepFailure::NoSolution));
         let leg = flow.leg();
         let declaration = Declaration::of(&PENDULUM);
         let row = |e: f64| declaration.rows(h, &leg, &declaration.unknown(&[e, e], &[]))[0];

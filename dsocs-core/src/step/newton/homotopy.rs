@@ -23,6 +23,29 @@ const CLOSE: f64 = 1e-4;
 /// The shortest step of `λ`.
 const SHORTEST: f64 = 1.0 / (1_u64 << 40) as f64;
 
+/// A path that ends in a fold changes so many times as fast there as where it began, at least: `dz/dλ` grows like `1/√(λ* − λ)`.
+const FOLDED: f64 = 10.0;
+
+/// A path on which an unknown grows to so many times the size that it is expected to have leads away, and has no fold.
+const AWAY: f64 = 1e8;
+
+/// Rows at a fold that are no more than so many times the bound of their rounding errors may have a root there.
+const ABOVE_ROUNDING: f64 = 1e3;
+
+/// How far beyond the last point of a path it is seen whether the rows grow, relative to the unknowns.
+const BEYOND: [f64; 3] = [1e-3, 1e-2, 1e-1];
+
+/// Where a path turns back: near it the rows come no nearer to zero.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fold<Z> {
+    /// The unknowns.
+    pub z: Z,
+    /// The rows.
+    pub rows: Z,
+    /// The largest row, in units of the bound of its rounding error.
+    pub left: f64,
+}
+
 /// A point of the path.
 #[derive(Clone, Copy)]
 struct Waypoint<Z> {
@@ -44,7 +67,7 @@ struct Path<'a, Z> {
     evaluations: u32,
 }
 
-/// Follows the path from `start` to a root; `None` if it ends (in a fold, a singularity, at infinity) before.
+/// Follows the path from `start` to a root. If it ends before (in a fold, a singularity, at infinity) there is none; a fold is told.
 ///
 /// Evaluations are added to `evaluations`, also those of a path that ends.
 #[cold]
@@ -54,31 +77,33 @@ pub(crate) fn follow<Z: Unknown<f64>>(
     size: &Z,
     max_iterations: u32,
     evaluations: &mut u32,
-) -> Option<Root<Z>> {
+) -> Result<Root<Z>, Option<Fold<Z>>> {
     let first = equations.linearize(&start);
+    let slope = first.update().ok_or(None)?;
     let mut path = Path {
         equations,
         size,
         rows: first.rows,
         evaluations: 1,
     };
-    let end = path.walk(start, first.update()?);
+    let end = path.walk(start, slope);
     *evaluations += path.evaluations;
-    match solve_apart(equations, end?, size, max_iterations, &mut ()) {
+    let end = end.map_err(|last| path.fold(&slope, &last))?;
+    match solve_apart(equations, end, size, max_iterations, &mut ()) {
         Ok(root) => {
             *evaluations += root.evaluations;
-            Some(root)
+            Ok(root)
         }
         Err(failed) => {
             *evaluations += failed.evaluations;
-            None
+            Err(None)
         }
     }
 }
 
 impl<Z: Unknown<f64>> Path<'_, Z> {
-    /// The end of the path.
-    fn walk(&mut self, start: Z, slope: Z) -> Option<Z> {
+    /// The end of the path, or the last point of one that does not get there.
+    fn walk(&mut self, start: Z, slope: Z) -> Result<Z, Waypoint<Z>> {
         let mut at = Waypoint { z: start, slope };
         let (mut lambda, mut step) = (0.0, 1.0_f64);
         while lambda < 1.0 && self.evaluations < MAX_EVALUATIONS {
@@ -90,11 +115,41 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
             } else {
                 step = 0.5 * (next - lambda);
                 if step < SHORTEST * lambda.max(SHORTEST) {
-                    return None;
+                    return Err(at);
                 }
             }
         }
-        (lambda >= 1.0).then_some(at.z)
+        if lambda >= 1.0 { Ok(at.z) } else { Err(at) }
+    }
+
+    /// The fold at the last point of a path that began with the slope `first`, if that is how it ends: the path becomes steep, and beyond
+    /// it the rows grow.
+    fn fold(&self, first: &Z, last: &Waypoint<Z>) -> Option<Fold<Z>> {
+        let steep = relative(&last.slope, &last.z, self.size);
+        let growth = steep / relative(first, &last.z, self.size);
+        let mut parts = last.z.as_ref().iter().zip(self.size.as_ref());
+        let stays = parts.all(|(z, size)| z.abs() <= AWAY * size);
+        let bounds = self.equations.rounding(&last.z);
+        let left = |rows: &Z| {
+            let mut parts = rows.as_ref().iter().zip(bounds.as_ref());
+            parts.try_fold(0.0_f64, |most, (row, bound)| {
+                let part = if *row == 0.0 { 0.0 } else { row.abs() / bound };
+                part.is_finite().then_some(most.max(part))
+            })
+        };
+        let rows = self.equations.linearize(&last.z).rows;
+        let least = left(&rows)?;
+        let turns = BEYOND.iter().all(|part| {
+            let z = last.z.zip(&last.slope, |z, slope| z + part / steep * slope);
+            left(&self.equations.linearize(&z).rows).is_some_and(|left| left > least)
+        });
+        // false also where something is no number
+        let is_fold = growth >= FOLDED && stays && turns && least > ABOVE_ROUNDING;
+        is_fold.then_some(Fold {
+            z: last.z,
+            rows,
+            left: least,
+        })
     }
 
     /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.

@@ -145,3 +145,47 @@ fn noise_is_told_from_failure() {
     let root = run(noisy, 0.3, 0.0).unwrap();
     assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
 }
+
+/// The path to a root from a guess: the root, the fold where it ends, or neither.
+fn path(
+    function: impl Fn(f64) -> (f64, f64, f64),
+    start: f64,
+) -> Result<Root<[f64; 1]>, Option<homotopy::Fold<[f64; 1]>>> {
+    follow(&Scalar(function), [start], &[1.0], 60, &mut 0)
+}
+
+#[test]
+fn a_path_that_turns_back_ends_in_a_fold() {
+    // a parabola that does not reach zero, from far and near, and from either side; small and large in its units
+    for start in [0.1, 0.5, 3.0, -2.0, 100.0] {
+        for least in [1e-6, 1.0, 1e6] {
+            let fold = path(|x| (x * x + least, 2.0 * x, 1e-16 * least), start);
+            let Err(Some(fold)) = fold else {
+                panic!("{start} {least}: {fold:?}");
+            };
+            // points of the path are known to 1e-4 of the unknown's size
+            assert!(
+                (fold.rows[0] / least - 1.0).abs() < 1e-2,
+                "{start} {least}: {fold:?}"
+            );
+            assert!(fold.left > 1e9, "{fold:?}");
+        }
+    }
+    // a double root, known to rounding alone, is none: there the rows are zero for all that can be told
+    assert!(!matches!(
+        path(|x| ((x - 1.0).powi(2) + 1e-16, 2.0 * (x - 1.0), 1e-15), 3.0),
+        Err(Some(_))
+    ));
+}
+
+#[test]
+fn paths_that_end_otherwise_have_no_fold() {
+    // to a root, away to where the rows fall for ever or tend to something, and to the edge of what has a value
+    assert!((path(|x| (x * x - 2.0, 2.0 * x, 1e-16), 5.0).unwrap().z[0] - 2.0_f64.sqrt()).abs() < 1e-15);
+    let falling = path(|x| (x.exp(), x.exp(), 1e-16 * x.exp()), 1.0);
+    assert!(matches!(falling, Err(None)), "{falling:?}");
+    let tending = path(|x| (1.0 + 1.0 / x, -1.0 / (x * x), 1e-16), 1.0);
+    assert!(matches!(tending, Err(None)), "{tending:?}");
+    let edge = path(|x| (1.0 + x.sqrt() + x, 0.5 / x.sqrt() + 1.0, 1e-16), 4.0);
+    assert!(matches!(edge, Err(None)), "{edge:?}");
+}

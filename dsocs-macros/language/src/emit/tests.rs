@@ -166,6 +166,45 @@ fn a_constant_mass_leaves_no_momentum_to_subtract() {
     assert!(force.contains(" * ") && !force.contains(" - "), "{force}");
 }
 
+/// Of an autonomous system no code of the step reads the clock: it is handed on to what a node reports, and that is all. Forces change nothing of that.
+#[test]
+fn time_that_is_not_declared_is_only_reported() {
+    let item = || {
+        quote!(
+            struct Damped {
+                damping: f64,
+            }
+        )
+    };
+    let of = |force: TokenStream, item: TokenStream| {
+        let declaration = quote! {
+            coordinates(x, y);
+            lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) * y.powi(2);
+            kinematic = ddot(x) + y * dot(x);
+            constraint_forces = [(1, 0)];
+            external_forces = (-damping * dot(x), #force);
+        };
+        code(declaration, item)
+    };
+    let (autonomous, driven) = (
+        of(quote!(-dot(y) * x), item()),
+        of(quote!(-dot(y) * x + t.sin()), item()),
+    );
+    assert_eq!(autonomous.matches("leg.t").count(), 1, "{autonomous}");
+    assert_eq!(method(&autonomous, "report").matches("leg.t").count(), 1);
+    assert!(autonomous.contains("const DEPENDS_ON_TIME: bool = false;"));
+    for extra in [
+        quote!(),
+        quote!(phi_lagrangian = midpoint;),
+        quote!(phi_lagrangian = trapezoid;),
+    ] {
+        assert_eq!(particle(extra).matches("leg.t").count(), 1);
+    }
+    // where it is declared, the sine is known before the iteration
+    assert!(driven.contains("const DEPENDS_ON_TIME: bool = true;"));
+    assert!(method(&driven, "known").contains("leg.t") && !method(&driven, "linearize").contains("sin"));
+}
+
 #[test]
 fn an_absent_function_is_not_called() {
     let code = code(

@@ -35,6 +35,18 @@ impl Lowering<'_> {
                     let function = function.clone();
                     return self.apply(name, &function, call);
                 }
+                Some(Binding::Field(index))
+                    if self
+                        .fields
+                        .get(*index)
+                        .is_some_and(|field| field.kind == Kind::Number) =>
+                {
+                    let message = format!(
+                        "expected a function, but `{name}` is a number; a product is written with `*`, and what depends on time or \
+                         position is a function of yours, such as `table.at(t)`"
+                    );
+                    return Err(self.errors.at(name, message));
+                }
                 Some(Binding::Field(_)) if !self.is_closed(whole) => {
                     let place = place(name);
                     let callee = Callee::Function(quote_spanned!(name.span()=> (#place)));
@@ -46,6 +58,10 @@ impl Lowering<'_> {
                     let kind = binding.kind();
                     let message =
                         format!("expected a function, but `{name}` is {kind}; a product is written with `*`");
+                    return Err(self.errors.at(name, message));
+                }
+                None if text == "t" => {
+                    let message = "`t` is time, and no function; a product is written with `*`";
                     return Err(self.errors.at(name, message));
                 }
                 None if Builtin::find(&text).is_some() => {
@@ -183,6 +199,12 @@ impl Lowering<'_> {
         }
         if self.discrete.is_some() {
             return Err(self.motion_among_nodes(call, false));
+        }
+        if plain_name(argument).is_some_and(|name| name == "t") {
+            return Err(self.errors.at(
+                call,
+                "`t` is time itself, which goes on at the rate 1: leave this out; expected the derivative of something that moves, `dot(x)`",
+            ));
         }
         let mut value = self.expr(argument)?;
         let times = if name == "ddot" { 2 } else { 1 };

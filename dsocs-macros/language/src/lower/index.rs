@@ -83,6 +83,13 @@ impl Lowering<'_> {
             let leaf = self.time_of_node(&index.index)?;
             return Ok(self.graph.leaf(leaf));
         }
+        if plain_name(base).is_some_and(|name| name == "t") {
+            return Err(self.errors.at(
+                index,
+                "`t` is time, and stands without an index: a system is continuous until maps discretize it; times of nodes, `t[0]`, \
+                 stand in discrete expressions alone",
+            ));
+        }
         let array = match base {
             Expr::Path(_) => plain_name(base).and_then(|name| self.array(name)),
             _ => None,

@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use super::Lowering;
+use super::{Lowered, Lowering};
 use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
@@ -40,7 +40,7 @@ impl Lowering<'_> {
     /// The map where none is declared, of order 2 always.
     ///
     /// The paper's is where `L = T(v) - V(q)`: its `L_d` then differs from the trapezoid's by what telescopes. Where the momentum
-    /// depends on the position, and where a row is imposed on a leg, a point at one end of it is of order 1.
+    /// depends on the position or on time, and where a row is imposed on a leg, a point at one end of it is of order 1.
     pub(super) fn default_pairs(&mut self, declaration: &Declaration, lagrangian: NodeId) -> Vec<PairPoint> {
         let on_legs = !declaration.nonholonomic.is_absent() || mentions_legs(declaration);
         if on_legs || self.momentum_varies(lagrangian) {
@@ -50,15 +50,15 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does.
+    /// Whether `∂L/∂v` depends on the position, as with a mass matrix that does, or on time.
     fn momentum_varies(&mut self, lagrangian: NodeId) -> bool {
         let n = self.coordinates.len();
         // on the side: a question leaves no trace in the code
         let mut graph = self.graph.clone();
         (0..n).any(|i| {
             let momentum = graph.derivative(lagrangian, Leaf::V(i));
-            (0..n).any(|j| {
-                let slope = graph.derivative(momentum, Leaf::Q(j));
+            (0..n).map(Leaf::Q).chain([Leaf::T]).any(|leaf| {
+                let slope = graph.derivative(momentum, leaf);
                 !graph.vanishes(slope)
             })
         })
@@ -190,6 +190,20 @@ impl Lowering<'_> {
         value
     }
 
+    /// The time that a map gives its point: one of the times of its nodes, or between them.
+    fn time_of_point(&mut self, time: &Expr, expected: &str) -> Lowered {
+        let value = self.expr(time)?;
+        let mut leaves = self.graph.leaves(value);
+        if leaves.any(|leaf| matches!(leaf, Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_))) {
+            let message = format!(
+                "expected a time, made of the times of the nodes; here a position comes in: where nodes are named with their times, the time stands \
+                 before its node, `{expected}`"
+            );
+            return Err(self.errors.at(time, message));
+        }
+        Ok(value)
+    }
+
     /// `(q, v)` or `(q, v, a)`, perhaps with the time before, and perhaps at the end of a block.
     fn point<const K: usize>(
         &mut self,
@@ -209,7 +223,7 @@ impl Lowering<'_> {
             Expr::Tuple(tuple) if tuple.elems.len() == count => {
                 let mut elements = tuple.elems.iter();
                 let time = if timed { elements.next() } else { None };
-                let time = time.map(|time| self.expr(time));
+                let time = time.map(|time| self.time_of_point(time, expected));
                 let vectors: Vec<_> = elements.map(|element| self.vector(element)).collect();
                 let vectors: Vec<_> = vectors.into_iter().collect::<Result<_, _>>()?;
                 let vectors = vectors.try_into().map_err(|_| {

@@ -75,6 +75,7 @@ impl Lowering<'_> {
                 .to_owned(),
             "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
             "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
+            "time" if self.component.is_none() => "no name `time` is known here; time is called `t`".to_owned(),
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
             _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
             _ if self.later.contains(&text) => {

@@ -31,7 +31,8 @@ impl Symmetry {
             return Self::LowerOrder;
         }
         // before the equations are formed, which costs time where the mass matrix is full
-        if is_paper(model, &mut graph) && !momentum_is_linear(model, &mut graph) {
+        let paper = is_paper(model, &mut graph);
+        if paper && !momentum_is_linear(model, &mut graph) {
             return Self::Momentum;
         }
         let step = super::step(model, &mut graph);
@@ -52,11 +53,8 @@ impl Symmetry {
             .into_iter()
             .all(|(&step, &continuous)| same(step, continuous))
         {
-            let forced = model.external_forces.iter().any(|&force| {
-                let mut leaves = model.graph.leaves(force);
-                leaves.any(|leaf| matches!(leaf, Leaf::V(_)))
-            });
-            return if forced {
+            // with the paper's map the rest has been seen to be symmetric
+            return if paper && !model.external_forces.is_empty() {
                 Self::ExternalForces
             } else {
                 Self::LagrangianMap

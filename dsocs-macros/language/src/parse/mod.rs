@@ -362,12 +362,39 @@ pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
     }
 }
 
+/// What forces that are given are called elsewhere.
+const GIVEN_FORCES: [&str; 15] = [
+    "force",
+    "external",
+    "damping",
+    "dampers",
+    "friction",
+    "drag",
+    "dissipation",
+    "rayleigh",
+    "load",
+    "loads",
+    "torque",
+    "torques",
+    "actuation",
+    "generalized_forces",
+    "nonconservative_forces",
+];
+
 /// Reports a word that no statement begins with; the nearest one is taken to be meant.
 fn unknown(declaration: &mut Declaration, keyword: &Ident, word: &str, errors: &Errors) {
     if word == "forces" {
         let message = "`forces` is called `constraint_forces`: the directions in which the forces of the constraints act; \
                        a force that is given, such as friction, is written `external_forces = (…);`";
         mark(declaration, "constraint_forces", errors.at(keyword, message));
+        return;
+    }
+    if GIVEN_FORCES.contains(&word) {
+        let message = format!(
+            "no statement is called `{word}`; forces that are given, such as friction and drives, are written \
+             `external_forces = (f1, f2);`, with a component for each coordinate"
+        );
+        mark(declaration, "external_forces", errors.at(keyword, message));
         return;
     }
     match nearest(word, STATEMENTS) {

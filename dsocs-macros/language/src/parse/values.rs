@@ -3,8 +3,7 @@
 use proc_macro2::Ident;
 use syn::{Expr, Path};
 
-use super::each;
-use super::plain_name;
+use super::{bare, each, plain_name};
 use crate::ast::{Entry, MapRule};
 use crate::errors::{Errors, Reported};
 use crate::names::did_you_mean;
@@ -33,11 +32,11 @@ pub(super) fn read_map(keyword: &Ident, value: Expr, errors: &Errors) -> Result<
     } else {
         ("|q0, q1, q2| (q, v, a)", &["paper", "midpoint"])
     };
-    let value = match value {
-        Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure))),
-        other => other,
+    // also in parentheses, and in the place that a macro by example gives it
+    let name = match bare(&value) {
+        Expr::Closure(closure) => return Ok(MapRule::Closure(Box::new(closure.clone()))),
+        other => plain_name(other).map(ToString::to_string),
     };
-    let name = plain_name(&value).map(ToString::to_string);
     match name.as_deref() {
         Some("paper") => return Ok(MapRule::Paper),
         Some("midpoint") => return Ok(MapRule::Midpoint),

@@ -9,6 +9,7 @@ mod meaning;
 mod mistakes;
 mod random;
 mod text;
+mod time_mistakes;
 mod together;
 
 use proc_macro2::TokenStream;

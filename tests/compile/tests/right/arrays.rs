@@ -25,12 +25,13 @@ pub struct Row<const N: usize> {
     pub springs: [f64; 3],
 }
 
+#[rustfmt::skip] // which would move the lines of the attribute further each time
 macro_rules! oscillators {
     ($name:ident; $n:literal) => {
         #[dsocs {
-                            coordinates(q: [$n]);
-                            lagrangian = sum(0..$n, |i| dot(q[i]).powi(2) - stiffness[i] * q[i].powi(2)) / 2;
-                        }]
+            coordinates(q: [$n]);
+            lagrangian = sum(0..$n, |i| dot(q[i]).powi(2) - stiffness[i] * q[i].powi(2)) / 2;
+        }]
         pub struct $name {
             pub stiffness: [f64; $n],
         }

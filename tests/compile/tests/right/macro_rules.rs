@@ -2,13 +2,14 @@
 
 use dsocs_core::{System, dsocs};
 
+#[rustfmt::skip] // which would move the lines of the attribute further each time
 macro_rules! oscillator {
     ($name:ident, $coordinate:ident, $potential:expr) => {
         #[dsocs {
-                            coordinates($coordinate);
-                            let kinetic = mass / 2 * dot($coordinate).powi(2);
-                            lagrangian = kinetic - $potential * 2;
-                        }]
+            coordinates($coordinate);
+            let kinetic = mass / 2 * dot($coordinate).powi(2);
+            lagrangian = kinetic - $potential * 2;
+        }]
         pub struct $name {
             pub mass: f64,
             pub stiffness: f64,

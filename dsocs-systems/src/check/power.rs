@@ -1,0 +1,218 @@
+//! The energy and what changes it: `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external forces `f`.
+//!
+//! Along the continuous motion this is an identity, and holds the code of the energy against that of the forces. Along the
+//! discrete one the energy at the nodes and the sum of `h` times the power differ by an error of the step, whose order is
+//! fitted.
+
+use dsocs_core::geometry::{Triple, discrete_power, power};
+use dsocs_core::{Leg, Point};
+
+use super::order::fitted;
+use super::probe::{Probe, State};
+use super::{Measured, Report, Subject, larger, largest};
+use crate::stability::Bar;
+
+/// The identity may be missed by this much, relative to the energy's terms: what the series and the quadrature leave.
+const IDENTITY: f64 = 1e-11;
+
+/// Each of so many steps is half of the one before.
+const HALVINGS: u32 = 6;
+
+/// The order is fitted to so many of the smallest defects that are above rounding.
+const FITTED: usize = 4;
+
+/// A defect below this part of the energy's terms may be rounding.
+const PLATEAU: f64 = 1e-10;
+
+/// The balance is drawn up over so many of the largest steps, at most.
+const STEPS: f64 = 2000.0;
+
+/// How far the order may be below the declared one.
+const BELOW: f64 = 0.1;
+
+/// Nodes and weights of Gauss's quadrature with eight points on the interval from −1 to 1, for one sign.
+const GAUSS: [[f64; 2]; 4] = [
+    [0.183_434_642_495_649_8, 0.362_683_783_378_362],
+    [0.525_532_409_916_329, 0.313_706_645_877_887_3],
+    [0.796_666_477_413_626_7, 0.222_381_034_453_374_48],
+    [0.960_289_856_497_536_3, 0.101_228_536_290_376_26],
+];
+
+/// Both balances.
+pub fn balance<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+    let system = subject.system;
+    let identity = largest(&subject.states, |state| {
+        defect(system, state, subject.h, &|point| power(system, point))
+    });
+    report.push(
+        "E − ∫(⟨Q + f, v⟩ − ∂L/∂t) dt along the continuous motion, relative to the terms",
+        Bar::AtMost(IDENTITY),
+        identity,
+    );
+    let steps: Vec<f64> = (0..HALVINGS).map(|k| subject.h / f64::from(1_u32 << k)).collect();
+    let measured: Measured<Vec<[f64; 2]>> = steps
+        .iter()
+        .map(|&h| Ok([h.abs(), discrete_defect(subject, h)?]))
+        .collect();
+    let points = match measured {
+        Ok(points) => points,
+        Err(error) => {
+            report.push("order of the discrete balance", Bar::Reported, Err(error));
+            return;
+        }
+    };
+    let told: Vec<[f64; 2]> = points
+        .into_iter()
+        .filter(|[_, defect]| *defect > PLATEAU || defect.is_nan())
+        .collect();
+    let points = &told[told.len().saturating_sub(FITTED)..];
+    let ([[first, _], .., [least, _]], true) = (points, points.len() > 2) else {
+        report.note("the discrete balance is met to rounding: no order is fitted");
+        return;
+    };
+    report.push(
+        format!("slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes, h = {first:.1e} to {least:.1e}"),
+        Bar::AtLeast(subject.expected.order - BELOW),
+        Ok(fitted(points)),
+    );
+}
+
+/// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
+/// terms: about a step, or as far as the series reaches.
+fn defect<const N: usize>(
+    system: &dyn Probe<N>,
+    state: &State<N>,
+    h: f64,
+    power: &dyn Fn(&Point<f64, N>) -> f64,
+) -> Measured {
+    let (series, reach) = system.series(state)?;
+    // a series knows its second derivative to fewer digits at its end
+    let span = h.signum() * (0.5 * reach).min(h.abs());
+    let middle = span / 2.0;
+    let mut sum = 0.0;
+    for [node, weight] in GAUSS {
+        for side in [-1.0, 1.0] {
+            sum += weight * middle * power(&point(state.t, &series, middle * (1.0 + side * node)));
+        }
+    }
+    let declaration = system.declaration();
+    let [from, to] = [0.0, span].map(|s| {
+        let Point { t, q, v, .. } = point(state.t, &series, s);
+        let energy = declaration.energy(t, &q, &v);
+        // E + L is the other term
+        [
+            energy,
+            energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
+        ]
+    });
+    let terms = from[1] + to[1] + sum.abs();
+    let missed = (to[0] - from[0] - sum).abs();
+    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
+}
+
+/// The point of a series at a time after that of its centre.
+fn point<const N: usize>(t: f64, series: &[[f64; N]], s: f64) -> Point<f64, N> {
+    let mut point = Point {
+        t: t + s,
+        q: [0.0; N],
+        v: [0.0; N],
+        a: [0.0; N],
+    };
+    for (k, coefficient) in series.iter().enumerate().rev() {
+        let k = k as f64;
+        for i in 0..N {
+            point.q[i] = point.q[i] * s + coefficient[i];
+            if k > 0.0 {
+                point.v[i] = point.v[i] * s + k * coefficient[i];
+            }
+            if k > 1.0 {
+                point.a[i] = point.a[i] * s + k * (k - 1.0) * coefficient[i];
+            }
+        }
+    }
+    point
+}
+
+/// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
+/// the power has changed since, by the trapezoidal rule, relative to the energy's terms.
+fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured {
+    let system = subject.system;
+    let declaration = system.declaration();
+    let span = (subject.until - subject.start.t)
+        .abs()
+        .min(STEPS * subject.h.abs());
+    let (mut before, mut last): (Option<Leg<f64, N>>, Option<[f64; 2]>) = (None, None);
+    let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
+    let mut first = 0.0;
+    system.walk(h, &subject.start, &mut |_, time, leg| {
+        if let Some(middle) = before {
+            let e = core::array::from_fn(|i| leg.d[i] - middle.d[i]);
+            let triple = Triple { leg: middle, e };
+            let Point { t, q, v, .. } = declaration.point(h, &middle, &e);
+            let energy = declaration.energy(t, &q, &v);
+            let power = discrete_power(system, h, &triple);
+            if let Some([_, earlier]) = last {
+                change += h * (earlier + power) / 2.0;
+                missed = larger(missed, (energy - first - change).abs());
+            } else {
+                first = energy;
+            }
+            terms = larger(
+                terms,
+                energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
+            );
+            last = Some([energy, power]);
+        }
+        before = Some(leg);
+        (time - subject.start.t).abs() < span
+    })?;
+    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
+}
+
+#[cfg(test)]
+mod tests {
+    use dsocs_core::{System, dsocs};
+
+    use super::*;
+
+    /// Everything that changes the energy: a drive in the Lagrangian, friction, and a constraint that moves.
+    #[dsocs {
+        coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (1 + t.sin() / 2) * (x.powi(2) + y.powi(2)) / 2;
+        holonomic = y - x * t.sin() / 2;
+        external_forces = (-drag * dot(x), -drag * dot(y));
+    }]
+    struct Everything {
+        drag: f64,
+    }
+
+    #[test]
+    fn a_wrong_power_is_found() {
+        let system = Everything { drag: 0.3 };
+        let t = 0.7_f64;
+        let (x, u) = (1.0, 0.4);
+        let state = State {
+            t,
+            q: [x, x * t.sin() / 2.0],
+            v: [u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
+        };
+        let probe: &dyn Probe<2> = &system;
+        let found = |power: &dyn Fn(&Point<f64, 2>) -> f64| defect(probe, &state, 0.1, power).unwrap();
+        let right = found(&|point| power(probe, point));
+        assert!(right < 1e-14, "{right:e}");
+        // without the drive, without the friction, without the constraint's force
+        let square = |x: &[f64; 2]| x[0] * x[0] + x[1] * x[1];
+        let drive = |point: &Point<f64, 2>| point.t.cos() / 4.0 * square(&point.q);
+        let friction = |point: &Point<f64, 2>| -0.3 * square(&point.v);
+        let constraint = |point: &Point<f64, 2>| power(probe, point) - drive(point) - friction(point);
+        let wrong = [
+            found(&|point| power(probe, point) - drive(point)),
+            found(&|point| power(probe, point) - friction(point)),
+            found(&|point| power(probe, point) - constraint(point)),
+        ];
+        for wrong in wrong {
+            assert!(wrong > 1e6 * IDENTITY, "{wrong:e}");
+        }
+        assert!((system.lagrangian(0.0, &[1.0, 0.0], &[0.0, 0.0]) + 0.5).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,732 @@
+//! Time in every part of a declaration: the Lagrangian, rows of every order, fields and forms, maps and discrete statements, each
+//! against a closed form or equations by hand; and what else knows the time: starts, events, ensembles, runs back, compositions.
+
+use std::num::NonZeroU64;
+
+use dsocs_core::taylor::{TaylorFlow, Tolerance};
+use dsocs_core::{
+    ComposedFlow, Composition, Ensemble, Event, Events, Flow, Leg, Node, Occurrence, Real, SetupError, Start,
+    Stepper, System, Trajectory, dsocs, on_event,
+};
+use dsocs_tests::fit::slope;
+
+use crate::dop853;
+
+/// The driven oscillator `x″ + x = 0.6 cos 1.7 t` at t = 10, from 1 with the velocity 0.3; with 40 digits, rounded.
+const DRIVEN: f64 = -1.181_296_335_684_487;
+
+const STEPS: [f64; 5] = [0.04, 0.02, 0.01, 0.005, 0.0025];
+
+/// Declares the driven oscillator with a map, or another discrete statement.
+macro_rules! driven {
+    ($(#[$doc:meta])* $name:ident, $($statement:tt)*) => {
+        $(#[$doc])*
+        #[dsocs {
+            coordinates(x);
+            let drive = 0.6 * (1.7 * t).cos();
+            lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2 + drive * x;
+            $($statement)*
+        }]
+        struct $name;
+    };
+}
+
+driven! {
+    /// With the map that is taken where none is declared, the paper's.
+    Driven, observe = [drive];
+}
+driven! {
+    /// With the midpoint.
+    DrivenMidpoint, phi_lagrangian = midpoint;
+}
+driven! {
+    /// With the trapezoid.
+    DrivenTrapezoid, phi_lagrangian = trapezoid;
+}
+driven! {
+    /// With the midpoint, written out with the times of the nodes.
+    DrivenWritten, phi_lagrangian = |t0, q0, t1, q1| ((t0 + t1) / 2, (q0 + q1) / 2, (q1 - q0) / h);
+}
+driven! {
+    /// With the midpoint, written out without them: the time is that of the position.
+    DrivenUntimed, phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
+}
+driven! {
+    /// With the drive at the end of the leg alone.
+    DrivenLate, phi_lagrangian = |t0, q0, t1, q1| { let late = t1 + 0 * t0; (late, q1, (q1 - q0) / h) };
+}
+driven! {
+    /// The paper's discrete Lagrangian, written in nodes.
+    DrivenNodes,
+    discrete_lagrangian = ((x[1] - x[0]) / h).powi(2) / 2 - x[0].powi(2) / 2 + 0.6 * (1.7 * t[0]).cos() * x[0];
+}
+
+/// The last node of the discrete motion.
+fn discrete<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, until: f64) -> Node<N> {
+    Flow::new(system, h, start)
+        .unwrap()
+        .until(until)
+        .unwrap()
+        .nodes
+        .pop()
+        .unwrap()
+}
+
+/// The node of the continuous motion.
+fn continuous<S: System<N>, const N: usize>(system: &S, start: Start<N>, until: f64) -> Node<N> {
+    let mut flow = TaylorFlow::new(system, start, Tolerance::relative(1e-15)).unwrap();
+    flow.to(until).unwrap()
+}
+
+/// The largest difference of components.
+fn distance<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    let apart = x.iter().zip(y).map(|(x, y)| (x - y).abs());
+    apart.fold(0.0, |largest, x| if x <= largest { largest } else { x })
+}
+
+/// Fits the order of the discrete position and asserts that it is two.
+fn is_of_order_2(name: &str, error: impl Fn(f64) -> f64) {
+    let errors = STEPS.map(error);
+    let order = slope(&STEPS, &errors);
+    println!("{name}: order {order:.4}, errors {errors:?}");
+    assert!((order - 2.0).abs() < 0.02, "{name}: {order}");
+}
+
+/// Holds a system against a position that is known: the Taylor flow to rounding, the step to order 2.
+fn is_known<S: System<N>, const N: usize>(
+    name: &str,
+    system: &S,
+    start: Start<N>,
+    until: f64,
+    known: &[f64; N],
+    rounding: f64,
+) {
+    let apart = distance(&continuous(system, start, until).q, known);
+    println!("{name}: Taylor flow {apart:.1e}");
+    assert!(apart < rounding, "{name}: {apart:e}");
+    is_of_order_2(name, |h| distance(&discrete(system, h, start, until).q, known));
+}
+
+/// A motion by the method of Dormand and Prince from the time `t0`.
+fn by_hand<const N: usize>(
+    rate: impl Fn(f64, [f64; N]) -> [f64; N],
+    t0: f64,
+    state: [f64; N],
+    until: f64,
+) -> [f64; N] {
+    dop853::integrate_from(rate, (t0, state), until, 1e-14)
+}
+
+#[test]
+fn a_driven_oscillator_is_its_closed_form_with_every_map() {
+    let start = Start::second_order([1.0], [0.3]);
+    is_known("default", &Driven, start, 10.0, &[DRIVEN], 3e-15);
+    is_known("midpoint", &DrivenMidpoint, start, 10.0, &[DRIVEN], 3e-15);
+    is_known("trapezoid", &DrivenTrapezoid, start, 10.0, &[DRIVEN], 3e-15);
+    is_known("nodes", &DrivenNodes, start, 10.0, &[DRIVEN], 3e-15);
+    is_known("late", &DrivenLate, start, 10.0, &[DRIVEN], 3e-15);
+    // the force that is left is none, and the energy is that of the time
+    let node = discrete(&Driven, 0.01, start, 3.0);
+    assert!(node.force[0].abs() < 1e-15, "{node:?}");
+    let drive = 0.6 * f64::cos(1.7 * 3.0);
+    let energy = (node.v[0].powi(2) + node.q[0].powi(2)) / 2.0 - drive * node.q[0];
+    assert!((node.energy - energy).abs() < 1e-15, "{node:?}");
+    assert!((Driven.energy(3.0, &node.q, &node.v) - energy).abs() < 1e-15);
+    assert!((Driven.lagrangian(3.0, &[1.0], &[0.0]) - (drive - 0.5)).abs() < 1e-15);
+}
+
+#[test]
+fn maps_that_name_the_times_are_those_that_have_names() {
+    let start = Start::second_order([1.0], [0.3]).at(0.4);
+    let nodes = |system: &dyn Fn() -> Node<1>| system().q[0];
+    let midpoint = nodes(&|| discrete(&DrivenMidpoint, 0.1, start, 10.4));
+    for other in [
+        nodes(&|| discrete(&DrivenWritten, 0.1, start, 10.4)),
+        nodes(&|| discrete(&DrivenUntimed, 0.1, start, 10.4)),
+    ] {
+        assert!((midpoint - other).abs() < 1e-14, "{midpoint} {other}");
+    }
+    let paper = nodes(&|| discrete(&Driven, 0.1, start, 10.4));
+    let written = nodes(&|| discrete(&DrivenNodes, 0.1, start, 10.4));
+    assert!((paper - written).abs() < 1e-14, "{paper} {written}");
+    // they are not all the same map
+    assert!((paper - midpoint).abs() > 1e-5);
+}
+
+/// A pendulum that loses mass.
+#[dsocs {
+    coordinates(x);
+    let mass = 2 + (1.3 * t).sin();
+    lagrangian = mass / 2 * dot(x).powi(2) - x.powi(4) / 4;
+}]
+struct Leaking;
+
+/// The same with a term of the velocity alone, which is a potential in time: `d/dt (a(t) x) = a′ x + a v`.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 + (2 * t).sin() * dot(x) - x.powi(2) / 2;
+}]
+struct Gauge;
+
+/// Where the momentum depends on time the default map is of order 2, as where it depends on the position.
+#[test]
+fn the_default_map_is_of_order_2_where_the_momentum_depends_on_time() {
+    let rate = |t: f64, [x, v]: [f64; 2]| {
+        let (mass, growth) = (2.0 + (1.3 * t).sin(), 1.3 * (1.3 * t).cos());
+        [v, -(x.powi(3) + growth * v) / mass]
+    };
+    let start = Start::second_order([1.0], [0.3]).at(0.5);
+    let [x, _] = by_hand(rate, 0.5, [1.0, 0.3], 6.5);
+    is_known("mass", &Leaking, start, 6.5, &[x], 2e-13);
+    let rate = |t: f64, [x, v]: [f64; 2]| [v, -x - 2.0 * (2.0 * t).cos()];
+    let [x, _] = by_hand(rate, 0.5, [1.0, 0.3], 6.5);
+    is_known("gauge", &Gauge, start, 6.5, &[x], 2e-13);
+}
+
+/// A bead on a wire that turns in a vertical plane.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    holonomic = y * (rate * t).cos() - x * (rate * t).sin();
+    phi_lagrangian = midpoint;
+}]
+struct Bead {
+    rate: f64,
+}
+
+/// The same with a coordinate that is the time.
+#[dsocs {
+    coordinates(x, y, s);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(s).powi(2)) / 2 - 9.81 * y;
+    holonomic = y * (rate * s).cos() - x * (rate * s).sin();
+    nonholonomic = dot(s) - 1;
+    phi_lagrangian = midpoint;
+}]
+struct BeadWithClock {
+    rate: f64,
+}
+
+const BEAD: Bead = Bead { rate: 0.7 };
+
+/// At the distance 0.5 with the rate 0.2, along a wire that is horizontal at t = 0.
+const ON_THE_WIRE: ([f64; 2], [f64; 2]) = ([0.5, 0.0], [0.2, 0.5 * 0.7]);
+
+/// The distance along the wire and its rate: `r″ = ω² r − g sin ωt`.
+fn along_the_wire(t: f64) -> [f64; 2] {
+    let (w, g) = (0.7, 9.81);
+    let (a, forced) = (0.5, g / (2.0 * w * w));
+    let b = (0.2 - forced * w) / w;
+    let (sin, cos) = (w * t).sin_cos();
+    let (sinh, cosh) = ((w * t).sinh(), (w * t).cosh());
+    [
+        a * cosh + b * sinh + forced * sin,
+        w * (a * sinh + b * cosh + forced * cos),
+    ]
+}
+
+#[test]
+fn a_bead_on_a_turning_wire_is_its_closed_form() {
+    let start = Start::second_order(ON_THE_WIRE.0, ON_THE_WIRE.1);
+    let known = [14.336_340_164_937_3, -24.512_941_668_921_09];
+    is_known("bead", &BEAD, start, 3.0, &known, 2e-13);
+    // the normal force, of the continuous motion to rounding and of the discrete one to order 2
+    let normal = 3.416_149_104_760_147;
+    let mut flow = TaylorFlow::new(&BEAD, start, Tolerance::relative(1e-15)).unwrap();
+    let node = flow.to(1.0).unwrap();
+    let force = node.force[0].hypot(node.force[1]);
+    assert!((force - normal).abs() < 1e-13, "{force}");
+    assert!((flow.multipliers(&node)[0] - normal).abs() < 1e-13);
+    let [_, rate] = along_the_wire(1.0);
+    assert!((2.0 * 0.7 * rate + 9.81 * f64::cos(0.7) - normal).abs() < 1e-13);
+    is_of_order_2("normal force", |h| {
+        let mut flow = Flow::new(&BEAD, h, start).unwrap();
+        let node = flow.until(1.0).unwrap().nodes.pop().unwrap();
+        (flow.multipliers(&node)[0] - normal).abs()
+    });
+}
+
+#[test]
+fn time_is_a_coordinate_with_the_rate_1_but_for_the_coordinate() {
+    let clock = BeadWithClock { rate: 0.7 };
+    let ([x, y], [u, v]) = ON_THE_WIRE;
+    let (mut bead, mut with_clock) = (
+        Flow::new(&BEAD, 0.01, Start::second_order([x, y], [u, v])).unwrap(),
+        Flow::new(&clock, 0.01, Start::second_order([x, y, 0.0], [u, v, 1.0])).unwrap(),
+    );
+    let (nodes, others) = (bead.until(3.0).unwrap(), with_clock.until(3.0).unwrap());
+    assert_eq!(nodes.len(), 301);
+    for (node, other) in nodes.iter().zip(&others) {
+        let size = 1.0 + node.q[1].abs();
+        assert!((node.t - other.q[2]).abs() < 1e-14 * (1.0 + node.t), "{other:?}");
+        for i in 0..2 {
+            assert!(
+                (node.q[i] - other.q[i]).abs() < 1e-13 * size,
+                "{node:?} {other:?}"
+            );
+            assert!(
+                (node.v[i] - other.v[i]).abs() < 1e-11 * size,
+                "{node:?} {other:?}"
+            );
+            assert!(
+                (node.force[i] - other.force[i]).abs() < 1e-9 * size,
+                "{node:?} {other:?}"
+            );
+        }
+    }
+}
+
+/// A skate on a plane that tilts: the direction in which it may move, and a belt, depend on time.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) / 2 - y.powi(2);
+    nonholonomic = dot(y) - (1.1 * t).sin() * dot(x) - 0.3 * (0.9 * t).cos();
+}]
+struct Belt;
+
+#[test]
+fn a_nonholonomic_row_may_depend_on_time() {
+    let rate = |t: f64, [x, y, u, v]: [f64; 4]| {
+        let (slope, growth) = ((1.1 * t).sin(), 1.1 * (1.1 * t).cos());
+        let belt = -0.27 * (0.9 * t).sin();
+        // λ (−slope, 1) is the force
+        let multiplier = (2.0 * y - slope * x + growth * u + belt) / (1.0 + slope * slope);
+        [u, v, -x - slope * multiplier, -2.0 * y + multiplier]
+    };
+    let t0: f64 = 0.6;
+    let v0 = (1.1 * t0).sin() * 0.5 + 0.3 * (0.9 * t0).cos();
+    let [x, y, ..] = by_hand(rate, t0, [1.0, 0.2, 0.5, v0], 5.6);
+    let start = Start::second_order([1.0, 0.2], [0.5, v0]).at(t0);
+    is_known("belt", &Belt, start, 5.6, &[x, y], 1e-12);
+    // with the velocity that belongs to the time 0 the start is refused
+    let Err(error) = Flow::new(&Belt, 0.01, start.at(0.0)) else {
+        panic!("accepted");
+    };
+    assert!(error.to_string().contains("nonholonomic constraint 1"), "{error}");
+}
+
+/// A particle whose curvature changes with time.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature.at(t);
+    variational = [(dot(x), dot(y))];
+}]
+struct Steered {
+    curvature: Slalom,
+}
+
+/// A curvature in time.
+struct Slalom;
+
+impl Slalom {
+    fn at<R: Real>(&self, t: R) -> R {
+        (t * 1.5).sin() * 0.8 + 0.5
+    }
+}
+
+#[test]
+fn a_kinematic_row_may_depend_on_time() {
+    // the heading is the integral of the curvature, at the speed 1
+    let heading = |t: f64| 0.5 * t - 0.8 / 1.5 * ((1.5 * t).cos() - 1.0);
+    let [x, y] = by_hand(|t, _| [heading(t).cos(), heading(t).sin()], 0.0, [0.0; 2], 7.0);
+    let steered = Steered { curvature: Slalom };
+    let start = Start::second_order([0.0; 2], [1.0, 0.0]);
+    is_known("slalom", &steered, start, 7.0, &[x, y], 1e-12);
+}
+
+/// A slider that is moved as wanted by a rod whose direction turns: the form of the force depends on time.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
+    kinematic = ddot(x) + x - (0.7 * t).sin();
+    constraint_forces = [(1, t.sin() / 2)];
+}]
+struct Rod;
+
+/// The same by fields.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y.powi(2) / 2;
+    kinematic = ddot(x) + x - (0.7 * t).sin();
+    variational = [(-t.sin() / 2, 1)];
+}]
+struct RodByFields;
+
+#[test]
+fn forms_and_fields_may_depend_on_time() {
+    let rate = |t: f64, [x, y, u, v]: [f64; 4]| {
+        let wanted = (0.7 * t).sin() - x;
+        [u, v, wanted, -y + t.sin() / 2.0 * wanted]
+    };
+    let t0 = -1.0;
+    let [x, y, ..] = by_hand(rate, t0, [0.4, 1.0, 0.0, -0.5], 5.0);
+    let start = Start::second_order([0.4, 1.0], [0.0, -0.5]).at(t0);
+    is_known("forms", &Rod, start, 5.0, &[x, y], 1e-12);
+    is_known("fields", &RodByFields, start, 5.0, &[x, y], 1e-12);
+}
+
+/// A rate of change that is declared, with its partial derivative in time: `dot(e)` of an expression with `t`.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    let wanted = x - (1.2 * t).sin() * t;
+    kinematic = ddot(x) - dot(dot((1.2 * t).sin() * t)) + 2 * dot(wanted) + wanted;
+    constraint_forces = [(1,)];
+    observe = [wanted];
+}]
+struct Follower;
+
+/// What deviates from the curve in time dies out critically damped.
+#[test]
+fn dot_of_an_expression_has_its_partial_derivative_in_time() {
+    let deviation = |t: f64| (1.0 + 1.5 * t) * (-t).exp();
+    let known = deviation(4.0) + f64::sin(4.8) * 4.0;
+    let start = Start::second_order([1.0], [0.5]);
+    is_known("follower", &Follower, start, 4.0, &[known], 2e-14);
+    let mut observed = [0.0];
+    Follower.observe(&continuous(&Follower, start, 4.0).point(), &mut observed);
+    assert!((observed[0] - deviation(4.0)).abs() < 1e-13);
+}
+
+/// A map of three nodes with their times, which is the paper's, and one that takes the time elsewhere.
+macro_rules! follower {
+    ($name:ident, $($map:tt)*) => {
+        /// A value that is followed, with a map of its own.
+        #[dsocs {
+            coordinates(x);
+            lagrangian = dot(x).powi(2) / 2;
+            kinematic = ddot(x) + x - (1.2 * t).sin();
+            constraint_forces = [(1,)];
+            phi_kinematic = $($map)*;
+        }]
+        struct $name;
+    };
+}
+
+follower!(Paper, paper);
+follower!(Timed, |t0, q0, t1, q1, t2, q2| (
+    (t0 + t2) / 2 + 0 * t1,
+    q1,
+    (q2 - q0) / (t2 - t0),
+    (q2 - 2 * q1 + q0) / h.powi(2)
+));
+follower!(Early, |t0, q0, t1, q1, t2, q2| (
+    t0 + 0 * (t1 + t2),
+    q1,
+    (q2 - q0) / (2 * h),
+    (q2 - 2 * q1 + q0) / h.powi(2)
+));
+
+#[test]
+fn maps_of_three_nodes_may_name_the_times() {
+    let start = Start::second_order([1.0], [0.5]).at(0.7);
+    let node = |h: f64, system: u8| match system {
+        0 => discrete(&Paper, h, start, 5.7),
+        1 => discrete(&Timed, h, start, 5.7),
+        _ => discrete(&Early, h, start, 5.7),
+    };
+    for h in [0.1, 0.05] {
+        assert!((node(h, 0).q[0] - node(h, 1).q[0]).abs() < 1e-13);
+    }
+    // the time of the first node is of order 1
+    let exact = continuous(&Paper, start, 5.7).q[0];
+    let errors = STEPS.map(|h| (node(h, 2).q[0] - exact).abs());
+    let order = slope(&STEPS, &errors);
+    assert!((order - 1.0).abs() < 0.05, "{order}: {errors:?}");
+}
+
+#[test]
+fn a_start_moves_with_what_it_is_bound_to() {
+    let (q, v) = ON_THE_WIRE;
+    // at rest on a wire that turns
+    let Err(error) = Flow::new(&BEAD, 0.01, Start::second_order(q, [0.2, 0.0])) else {
+        panic!("accepted");
+    };
+    let SetupError::Inconsistent { violations } = &error else {
+        panic!("{error:?}");
+    };
+    let [violation] = violations.as_slice() else {
+        panic!("{error}");
+    };
+    assert_eq!(
+        (violation.constraint, violation.index, violation.at),
+        ("time derivative of holonomic constraint", 0, "(q0, v0)")
+    );
+    // g_q v is zero, and g_t is −ω r
+    assert!((violation.value + 0.35).abs() < 1e-15, "{error}");
+    // by as little as possible: across the wire
+    let mended = Start::second_order(q, [0.2, 0.0]).projected();
+    let node = Flow::new(&BEAD, 0.01, mended).unwrap().next().unwrap().unwrap();
+    assert!(distance(&node.v, &v) < 1e-15, "{node:?}");
+    assert!(TaylorFlow::new(&BEAD, mended, Tolerance::relative(1e-9)).is_ok());
+    // the wire is elsewhere at another time
+    let Err(error) = Flow::new(&BEAD, 0.01, Start::second_order(q, v).at(1.0)) else {
+        panic!("accepted");
+    };
+    assert!(
+        error.to_string().contains("holonomic constraint 1 at q0"),
+        "{error}"
+    );
+    // turned with the wire, and seen from a clock that began earlier, it is the same motion but for gravity's direction
+    let t0 = 1.0;
+    let [r, rate] = along_the_wire(t0);
+    let (sin, cos) = f64::sin_cos(0.7 * t0);
+    let (q, v) = (
+        [r * cos, r * sin],
+        [rate * cos - 0.7 * r * sin, rate * sin + 0.7 * r * cos],
+    );
+    let start = Start::second_order(q, v).at(t0);
+    let known = [14.336_340_164_937_3, -24.512_941_668_921_09];
+    is_known("bead from t = 1", &BEAD, start, 3.0, &known, 1e-12);
+    // an exact start knows the time that it is at
+    let start = start.exact(&BEAD, 0.01).unwrap();
+    assert!(distance(&discrete(&BEAD, 0.01, start, 3.0).q, &known) < 1e-2);
+    assert!(matches!(
+        Flow::new(&BEAD, 0.01, start.at(0.0)),
+        Err(SetupError::StartMoved { .. })
+    ));
+}
+
+#[test]
+fn events_may_ask_for_the_time() {
+    let start = Start::second_order([1.0], [0.3]).at(0.25);
+    // at a time, and where the drive changes its sign; with the step between nodes, with the series anywhere
+    let zeros: Vec<f64> = (0..6)
+        .map(|k| (f64::from(k) + 0.5) * std::f64::consts::PI / 1.7)
+        .collect();
+    let watch = |flow: &mut dyn Stepper<1>| {
+        let events = vec![
+            Event::function(|point| point.t - 2.345),
+            Event::function(|point| Real::cos(point.t * 1.7)),
+            Event::observable(0),
+        ];
+        let mut found = [Vec::new(), Vec::new(), Vec::new()];
+        flow.watch(
+            10.0,
+            &mut Events::new(events),
+            &mut on_event(|event: &Occurrence<1>| found[event.event].push(event.t)),
+        )
+        .unwrap();
+        found
+    };
+    let mut step = Flow::new(&Driven, 0.1, start).unwrap();
+    let mut series = TaylorFlow::new(&Driven, start, Tolerance::relative(1e-12)).unwrap();
+    for [at, drive, observed] in [watch(&mut step), watch(&mut series)] {
+        assert_eq!(at.len(), 1);
+        assert!((at[0] - 2.345).abs() < 1e-14, "{at:?}");
+        for found in [drive, observed] {
+            let until = zeros.iter().filter(|zero| **zero < 10.0).count();
+            assert_eq!(found.len(), until, "{found:?}");
+            for (found, zero) in found.iter().zip(&zeros) {
+                assert!((found - zero).abs() < 1e-13, "{found} {zero}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_may_begin_at_different_times() {
+    let starts: Vec<_> = (0..19)
+        .map(|k| {
+            let k = f64::from(k);
+            Start::second_order([1.0 - 0.05 * k], [0.1 * k]).at(0.37 * k)
+        })
+        .collect();
+    let ensemble = Ensemble::new(&Driven, 0.05)
+        .unwrap()
+        .starts(starts.iter().copied());
+    let runs = ensemble.stream(12.0, NonZeroU64::MIN, |_| Trajectory::default());
+    for (start, run) in starts.iter().zip(&runs) {
+        let alone = Flow::new(&Driven, 0.05, *start).unwrap().until(12.0).unwrap();
+        assert_eq!(alone.len(), run.observer.len());
+        for (node, other) in alone.iter().zip(&run.observer) {
+            assert_eq!((node.t, node.index), (other.t, other.index));
+            assert!((node.q[0] - other.q[0]).abs() < 1e-13 && (node.energy - other.energy).abs() < 1e-12);
+        }
+    }
+    // with constraints that depend on time, too
+    let starts: Vec<_> = (0..11)
+        .map(|k| {
+            let t = 0.2 * f64::from(k);
+            let ([r, rate], (sin, cos)) = (along_the_wire(t), f64::sin_cos(0.7 * t));
+            let v = [rate * cos - 0.7 * r * sin, rate * sin + 0.7 * r * cos];
+            Start::second_order([r * cos, r * sin], v).at(t)
+        })
+        .collect();
+    let finals = Ensemble::new(&BEAD, 0.01)
+        .unwrap()
+        .starts(starts.iter().copied())
+        .to(3.0);
+    for (start, last) in starts.iter().zip(finals) {
+        let alone = Flow::new(&BEAD, 0.01, *start).unwrap().to(3.0).unwrap();
+        assert!(distance(&alone.q, &last.unwrap().q) < 1e-12);
+    }
+}
+
+/// Runs to a time and back, and says how far from the start it ends.
+fn there_and_back<S: System<N>, const N: usize>(mut flow: impl Stepper<N>, system: &S, until: f64) -> f64 {
+    let _ = system;
+    let first = flow.node();
+    flow.to(until).unwrap();
+    flow.reverse().unwrap();
+    let back = flow.to(first.t).unwrap();
+    assert!((back.t - first.t).abs() < 1e-12);
+    distance(&back.q, &first.q)
+}
+
+#[test]
+fn a_run_that_is_turned_round_meets_its_past() {
+    let start = Start::second_order([1.0], [0.3]).at(0.4);
+    let tolerance = Tolerance::relative(1e-15);
+    let bead = Start::second_order(ON_THE_WIRE.0, ON_THE_WIRE.1);
+    for (name, apart, bar) in [
+        (
+            "default",
+            there_and_back(Flow::new(&Driven, 0.1, start).unwrap(), &Driven, 10.4),
+            1e-13,
+        ),
+        (
+            "midpoint",
+            there_and_back(
+                Flow::new(&DrivenMidpoint, 0.1, start).unwrap(),
+                &DrivenMidpoint,
+                10.4,
+            ),
+            1e-13,
+        ),
+        (
+            "series",
+            there_and_back(TaylorFlow::new(&Driven, start, tolerance).unwrap(), &Driven, 10.4),
+            1e-13,
+        ),
+        (
+            "composition",
+            there_and_back(
+                ComposedFlow::new(&Driven, 0.1, Composition::KAHAN_LI_8, start).unwrap(),
+                &Driven,
+                10.4,
+            ),
+            1e-13,
+        ),
+        (
+            "bead",
+            there_and_back(Flow::new(&BEAD, 0.01, bead).unwrap(), &BEAD, 3.0),
+            1e-10,
+        ),
+    ] {
+        println!("{name}: {apart:.1e}");
+        assert!(apart < bar, "{name}: {apart:e}");
+    }
+}
+
+/// A pendulum that is pushed, and its nonlinear answer.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = dot(theta).powi(2) / 2 + theta.cos() + 0.5 * (1.3 * t).cos() * theta;
+}]
+struct Pushed;
+
+/// The same by an external force.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+    external_forces = (0.5 * (1.3 * t).cos(),);
+}]
+struct PushedByForce;
+
+/// Positions at the times `t0 + 1`, `t0 + 2`, … by the method of Dormand and Prince.
+fn whole_seconds<const M: usize>(
+    rate: impl Fn(f64, [f64; M]) -> [f64; M],
+    t0: f64,
+    mut state: [f64; M],
+    count: u32,
+) -> Vec<[f64; M]> {
+    (0..count)
+        .map(|k| {
+            let from = t0 + f64::from(k);
+            state = dop853::integrate_from(&rate, (from, state), from + 1.0, 1e-15);
+            state
+        })
+        .collect()
+}
+
+/// Fits the orders of compositions against positions at whole seconds.
+fn orders_of_compositions<S: System<N>, const N: usize, const M: usize>(
+    system: &S,
+    start: Start<N>,
+    truth: &[[f64; M]],
+) {
+    let methods = [
+        (Composition::SINGLE, [16, 24, 32, 48, 64]),
+        (Composition::SUZUKI_4, [12, 16, 24, 32, 48]),
+        (Composition::KAHAN_LI_6, [6, 8, 10, 12, 16]),
+        (Composition::KAHAN_LI_8, [3, 4, 5, 6, 8]),
+    ];
+    for (method, parts) in methods {
+        let errors = parts.map(|parts| {
+            let h = f64::from(parts).recip();
+            let mut flow = ComposedFlow::new(system, h, method, start).unwrap();
+            let mut largest = 0.0_f64;
+            for truth in truth {
+                for _ in 0..parts {
+                    flow.advance().unwrap();
+                }
+                for i in 0..N {
+                    largest = largest.max((flow.position()[i] - truth[i]).abs());
+                }
+            }
+            largest
+        });
+        let steps = parts.map(|parts| f64::from(parts).recip());
+        let kept: Vec<_> = (0..5).filter(|&k| errors[k] > 2e-12).collect();
+        assert!(kept.len() >= 3, "{method}: {errors:?}");
+        let (steps, above): (Vec<f64>, Vec<f64>) = kept.iter().map(|&k| (steps[k], errors[k])).unzip();
+        let found = slope(&steps, &above);
+        println!("{method}: {found:.3}, {errors:?}");
+        let order = f64::from(method.order());
+        assert!((found - order).abs() < 0.05 * order, "{method}: {found}");
+    }
+}
+
+#[test]
+fn orders_of_compositions_of_driven_systems() {
+    let start = Start::second_order([1.2], [0.3]).at(0.4);
+    let rate = |t: f64, [theta, v]: [f64; 2]| [v, -theta.sin() + 0.5 * (1.3 * t).cos()];
+    let truth = whole_seconds(rate, 0.4, [1.2, 0.3], 12);
+    orders_of_compositions(&Pushed, start, &truth);
+    orders_of_compositions(&PushedByForce, start, &truth);
+    let rate = |t: f64, [_, _, u, v]: [f64; 4]| {
+        let turn = u.hypot(v) * Slalom.at(t);
+        [u, v, -turn * v, turn * u]
+    };
+    let truth = whole_seconds(rate, 0.4, [0.0, 0.0, 1.0, 1.0], 8);
+    let steered = Steered { curvature: Slalom };
+    orders_of_compositions(&steered, Start::second_order([0.0; 2], [1.0; 2]).at(0.4), &truth);
+}
+
+/// The methods that take a time say what the runs say.
+#[test]
+fn residuals_and_forces_are_told_at_a_time() {
+    let h = 0.01;
+    let nodes = Flow::new(&BEAD, h, Start::second_order(ON_THE_WIRE.0, ON_THE_WIRE.1))
+        .unwrap()
+        .until(1.0)
+        .unwrap()
+        .nodes;
+    let triple = [nodes[49].q, nodes[50].q, nodes[51].q];
+    let at = |t: f64| BEAD.residual(t, h, &triple);
+    assert!(at(0.5).iter().all(|row| row.abs() < 1e-10), "{:?}", at(0.5));
+    assert!(at(0.6).iter().any(|row| row.abs() > 1e-2), "{:?}", at(0.6));
+    let force = BEAD.force(0.5, h, &triple);
+    assert!(distance(&force, &nodes[50].force) < 1e-8, "{force:?}");
+    // a leg of the geometry knows it, too
+    let leg = |t: f64| Leg {
+        t,
+        q: [1.0],
+        d: [0.1],
+    };
+    let momentum = |t: f64| dsocs_core::geometry::legendre_minus(&Driven, 0.1, &leg(t))[0];
+    let drive = |t: f64| 0.6 * (1.7 * t).cos();
+    assert!((momentum(2.1) - momentum(1.1) + drive(2.0) - drive(1.0)).abs() < 1e-14);
+}
