@@ -145,7 +145,10 @@ fn what_is_not_symmetric_in_time_is_told() {
     let find = |expected| check(&Uneven, &[], expected, &settings, ([1.0], [0.5])).unwrap();
     assert_eq!(missed(&find(expected(1.0, false))), []);
     let wrong = find(expected(2.0, true));
-    assert_eq!(missing(&wrong), ["power balance", "reversibility", "contact", "order"]);
+    assert_eq!(
+        missing(&wrong),
+        ["power balance", "reversibility", "contact", "order"]
+    );
 }
 
 /// A pendulum on a rod, in Cartesian coordinates.

@@ -8,6 +8,7 @@
 //! | [Constraints of every order and their forces](constraints) | Which statement is my constraint? Which force does it have? |
 //! | [Control](control) | How does a Lyapunov function become a torque? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
+//! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a controller that ticks? |
 //! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
 //! | [Two roots](two_roots) | What if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
@@ -38,6 +39,8 @@ pub mod methods {}
 pub mod performance {}
 #[doc = include_str!("the_paper.md")]
 pub mod the_paper {}
+#[doc = include_str!("time_forces_inputs.md")]
+pub mod time_forces_inputs {}
 #[doc = include_str!("two_roots.md")]
 pub mod two_roots {}
 #[doc = include_str!("your_own_system.md")]

@@ -150,7 +150,7 @@ fn noise_is_told_from_failure() {
 fn path(
     function: impl Fn(f64) -> (f64, f64, f64),
     start: f64,
-) -> Result<Root<[f64; 1]>, Option<homotopy::Fold<[f64; 1]>>> {
+) -> Result<Root<[f64; 1]>, Option<Fold<[f64; 1]>>> {
     follow(&Scalar(function), [start], &[1.0], 60, &mut 0)
 }
 
