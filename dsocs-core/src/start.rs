@@ -140,6 +140,12 @@ impl<const N: usize> Start<N> {
         }
     }
 
+    /// The time of the first node.
+    #[must_use]
+    pub const fn time(&self) -> f64 {
+        self.t0
+    }
+
     /// Sets the time of the first node, which is 0 unless set.
     pub const fn at(mut self, t0: f64) -> Self {
         self.t0 = t0;

@@ -21,6 +21,7 @@ use dsocs_systems::{Entry, cli};
     let speed = (dot(x).powi(2) + dot(height).powi(2)).sqrt();
     observe = [speed];
 }]
+#[derive(Clone)]
 struct Bead {
     /// The mass \[kg\].
     mass: f64,

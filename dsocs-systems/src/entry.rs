@@ -15,6 +15,7 @@
 //!     );
 //!     lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * x.powi(2);
 //! }]
+//! #[derive(Clone)]
 //! struct MassOnSpring {
 //!     /// The mass \[kg\].
 //!     mass: f64,
@@ -52,7 +53,7 @@ pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
 pub use error::{CheckFailure, EntryError, Mistake};
 pub use name::UnknownName;
-pub use run::{Beginning, Method, Plan, RunFailure};
+pub use run::{Beginning, HeldInput, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
 use drawing::Drawn;
@@ -102,16 +103,16 @@ impl fmt::Debug for Entry {
 }
 
 impl Entry {
-    /// The entry of a system with the values that its parameters have now.
+    /// The entry of a system with the values that its parameters have now. A run with inputs (`--input`) changes a copy.
     ///
     /// Its name is that of the type in the form `my-system`, its summary the first sentence of the type's documentation. It has no
     /// start: [`Entry::start`] gives one. The step is 0.01 s and the end 10 s unless [`Entry::step`] and [`Entry::until`] say others.
-    pub fn new<S: System<N> + Send + 'static, const N: usize>(system: S) -> Self {
+    pub fn new<S: System<N> + Clone + Send + 'static, const N: usize>(system: S) -> Self {
         Self::with_parameters(system, [])
     }
 
     /// The entry of a system with parameters that its declaration does not list, such as a field of a type parameter's.
-    pub fn with_parameters<S: System<N> + Send + 'static, const N: usize>(
+    pub fn with_parameters<S: System<N> + Clone + Send + 'static, const N: usize>(
         system: S,
         extra: impl Into<Vec<Extra<S>>>,
     ) -> Self {
@@ -205,6 +206,7 @@ impl Entry {
     ///     coordinates(theta);
     ///     lagrangian = (length * dot(theta)).powi(2) / 2 + 9.81 * length * theta.cos();
     /// }]
+    /// #[derive(Clone)]
     /// struct Pendulum { length: f64 }
     ///
     /// let entry = Entry::new(Pendulum { length: 1.0 })

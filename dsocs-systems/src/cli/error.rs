@@ -64,6 +64,14 @@ pub enum CliError {
         /// The value.
         value: f64,
     },
+    /// A file is no plan of an input.
+    #[error("{file} is no plan of an input: {reason}")]
+    Plan {
+        /// The file.
+        file: String,
+        /// Why not.
+        reason: String,
+    },
     /// The program has no systems.
     #[error("this program has no systems: `cli::main` was given none")]
     NoSystems,

@@ -16,6 +16,7 @@
 //!     );
 //!     lagrangian = mass / 2 * dot(x).powi(2) - stiffness / 2 * x.powi(2);
 //! }]
+//! #[derive(Clone)]
 //! struct MassOnSpring {
 //!     /// The mass \[kg\].
 //!     mass: f64,
@@ -39,6 +40,7 @@ pub mod dsocs;
 mod energy;
 mod error;
 mod expression;
+mod input;
 mod interrupt;
 mod label;
 mod list;

@@ -12,6 +12,7 @@ use super::accuracy::{AccuracyArguments, Errors};
 use super::destination::Destination;
 use super::energy::Energy;
 use super::expression;
+use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
 use super::plot::Plot;
 use super::start::StartArguments;
@@ -37,6 +38,9 @@ pub struct RunArguments {
     /// Where it begins, and the parameters
     #[command(flatten)]
     from: StartArguments,
+    /// Parameters that change
+    #[command(flatten)]
+    inputs: InputArguments,
     /// The second node, instead of a velocity
     #[arg(
         long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number,
@@ -260,6 +264,7 @@ fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
         method: accuracy.method(),
         certify: arguments.certify,
         estimate: accuracy.estimates(),
+        inputs: arguments.inputs.read(entry)?,
     })
 }
 

@@ -92,7 +92,7 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
     })
 }
 
-impl<S: System<N> + Send, const N: usize> AnySystem for Erased<S, N> {
+impl<S: System<N> + Clone + Send, const N: usize> AnySystem for Erased<S, N> {
     fn description(&self) -> Description {
         let extra = self
             .extra

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Node, Regularity, RunError, SetupError, Start, Stepper, System,
+    ComposedFlow, Composition, Flow, Inputs, Node, Regularity, RunError, SetupError, Start, System,
     TaylorFlow, Tolerance, View,
 };
 use thiserror::Error;
@@ -53,7 +53,7 @@ pub enum Method {
 }
 
 /// A run that is asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The step, and the interval of the output.
     pub h: f64,
@@ -65,7 +65,31 @@ pub struct Plan {
     pub certify: bool,
     /// Whether the error at each node is estimated; see [`GlobalError`].
     pub estimate: bool,
+    /// Parameters that change during the run.
+    pub inputs: Vec<HeldInput>,
 }
+
+/// A parameter with the values that it has from some times on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldInput {
+    /// The name of the parameter.
+    pub parameter: &'static str,
+    /// Times, which ascend, each with the value that holds from then on; before the first time the first value holds.
+    pub values: Vec<[f64; 2]>,
+}
+
+impl HeldInput {
+    /// The value at a time. A time that is one of the plan's to within rounding is that time.
+    fn at(&self, t: f64, h: f64) -> Option<f64> {
+        let rounding = ROUNDING * h.abs();
+        let later = self.values.partition_point(|&[time, _]| time <= t + rounding);
+        let value = self.values.get(later.saturating_sub(1))?;
+        Some(value[1])
+    }
+}
+
+/// Times that differ by less than this part of a step are the same.
+const ROUNDING: f64 = 1e-6;
 
 /// A run did not reach its end.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -120,7 +144,7 @@ impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, a step has no solution, or the error cannot be estimated.
-pub(super) fn run<S: System<N>, const N: usize>(
+pub(super) fn run<S: System<N> + Clone, const N: usize>(
     system: &S,
     plan: &Plan,
     start: Start<N>,
@@ -130,10 +154,22 @@ pub(super) fn run<S: System<N>, const N: usize>(
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
     }
+    // the values that inputs begin with
+    let mut begun = system.clone();
+    for input in &plan.inputs {
+        let place = S::PARAMETERS
+            .iter()
+            .position(|known| known.name == input.parameter);
+        let parameter = place.and_then(|place| begun.parameter_mut(place));
+        if let (Some(parameter), Some(value)) = (parameter, input.at(start.time(), h)) {
+            *parameter = value;
+        }
+    }
+    let system = &begun;
     // whatever the method: step, parameters and start are to be usable
     let flow = Flow::new(system, h, start)?;
     let (mut step, mut composed, mut series);
-    let run: &mut dyn Stepper<N> = match method {
+    let run: &mut dyn Inputs<N> = match method {
         Method::Step => {
             step = flow;
             &mut step
@@ -157,9 +193,34 @@ pub(super) fn run<S: System<N>, const N: usize>(
     hand_on(run, system, error, plan, sink)
 }
 
+/// Runs with inputs that change, and hands the nodes on.
+fn driven<const N: usize>(
+    run: &mut dyn Inputs<N>,
+    plan: &Plan,
+    take: &mut dyn FnMut(&Node<N>) -> ControlFlow<()>,
+) -> Result<(), RunError> {
+    // the step knows one position more than its node
+    let ahead = u64::from(plan.method == Method::Step);
+    let end = run.clock().until(plan.until)?.time();
+    loop {
+        let now = run.clock().time_of(run.clock().index() + ahead);
+        for input in &plan.inputs {
+            if let Some(value) = input.at(now, plan.h) {
+                run.set_input(input.parameter, value)?;
+            }
+        }
+        let Some(node) = run.next_node() else { break };
+        let node = node?;
+        if take(&node).is_break() || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
+            break;
+        }
+    }
+    Ok(())
+}
+
 /// Hands the nodes of a run on, whatever the system's type.
 fn hand_on<const N: usize>(
-    run: &mut dyn Stepper<N>,
+    run: &mut dyn Inputs<N>,
     system: &dyn View<N>,
     mut error: Option<&mut dyn Errors<N>>,
     plan: &Plan,
@@ -196,7 +257,9 @@ fn hand_on<const N: usize>(
             }
         }
     };
-    if plan.certify {
+    if !plan.inputs.is_empty() {
+        driven(run, plan, &mut |node| take(node, None))?;
+    } else if plan.certify {
         run.certify(plan.until, &mut |node, regularity| {
             take(node, regularity.or(Some(Regularity::UNKNOWN)))
         })?;

@@ -126,6 +126,7 @@ impl Subject<'_> {
             method: Method::Step,
             certify: false,
             estimate: false,
+            inputs: Vec::new(),
         };
         self.entry.run(&plan, beginning, &mut |row| {
             node(row);
@@ -151,6 +152,7 @@ impl Subject<'_> {
             method: Method::Step,
             certify: false,
             estimate: true,
+            inputs: Vec::new(),
         };
         let mut largest = 0.0;
         self.entry.run(&plan, &self.start(), &mut |row| {

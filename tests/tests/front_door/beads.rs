@@ -18,6 +18,7 @@ use dsocs_systems::{Entry, cli};
     let torque = sum(0..2, |i| masses[i] * length.powi(2) * rate * dot(theta[i].sin().powi(2)));
     observe = [torque];
 }]
+#[derive(Clone)]
 struct BeadsOnHoop {
     /// The mass of each bead [kg].
     masses: [f64; 2],

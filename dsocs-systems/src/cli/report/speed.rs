@@ -97,6 +97,7 @@ fn point(entry: &Entry, solver: &str, method: Method, h: f64, until: f64) -> Res
         method,
         certify: false,
         estimate: false,
+        inputs: Vec::new(),
     };
     let mut seconds = f64::INFINITY;
     for _ in 0..REPEATS {
