@@ -451,28 +451,59 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
 }
 
 /// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
-/// momentum stays. It has to obey the constraints with the new parameters.
+/// momentum stays, but for what the constraints do to it at once: where a constraint of velocities is another, the velocity is brought onto
+/// it by the shortest way, measured by the mass matrix (the impulse of its force).
 pub(crate) fn velocity_after<const N: usize>(
     [before, after]: &[Declaration<'_, N>; 2],
     (t, q, v): (f64, &[f64; N], &[f64; N]),
 ) -> Result<[f64; N], SetupError> {
-    let momentum = |declaration: &Declaration<'_, N>, v: &[f64; N]| -> [f64; N] {
-        core::array::from_fn(|j| {
-            let moved = core::array::from_fn(|i| Tangent::new(v[i], if i == j { 1.0 } else { 0.0 }));
-            declaration
-                .lagrangian(Tangent::splat(t), &q.map(Tangent::splat), &moved)
-                .derivative()
-        })
-    };
-    let kept = momentum(before, v);
-    let mut velocity = *v;
+    let kept = momentum(before, (t, q, v));
+    let velocity = velocity_of(after, (t, q), &kept, v);
+    let (_, velocity) = consistency::project(after, t, *q, velocity)?;
+    Ok(velocity)
+}
+
+/// The momentum with which a leg arrives, where the forces of constraints of velocities have acted up to its end: `(q, momentum)` moved
+/// along these forces until the velocity at the node obeys the constraints.
+pub(crate) fn arriving_on_constraints<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    (t, q): (f64, &[f64; N]),
+    arriving: &[f64; N],
+    guess: &[f64; N],
+) -> Result<[f64; N], SetupError> {
+    let velocity = velocity_of(declaration, (t, q), arriving, guess);
+    let (_, velocity) = consistency::project(declaration, t, *q, velocity)?;
+    Ok(momentum(declaration, (t, q, &velocity)))
+}
+
+/// The momentum `∂L/∂v`.
+fn momentum<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
+) -> [f64; N] {
+    core::array::from_fn(|j| {
+        let moved = core::array::from_fn(|i| Tangent::new(v[i], if i == j { 1.0 } else { 0.0 }));
+        declaration
+            .lagrangian(Tangent::splat(t), &q.map(Tangent::splat), &moved)
+            .derivative()
+    })
+}
+
+/// The velocity that has a momentum, from a guess.
+fn velocity_of<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    (t, q): (f64, &[f64; N]),
+    wanted: &[f64; N],
+    guess: &[f64; N],
+) -> [f64; N] {
+    let mut velocity = *guess;
     for _ in 0..MAX_ITERATIONS {
-        let found = momentum(after, &velocity);
-        let missing: [f64; N] = core::array::from_fn(|i| kept[i] - found[i]);
+        let found = momentum(declaration, (t, q, &velocity));
+        let missing: [f64; N] = core::array::from_fn(|i| wanted[i] - found[i]);
         if missing.iter().all(|missing| *missing == 0.0) {
             break;
         }
-        let inverse = consistency::inverse_mass(after, t, q, &velocity);
+        let inverse = consistency::inverse_mass(declaration, t, q, &velocity);
         let update = inverse.times_vector(&missing);
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
         for (velocity, update) in velocity.iter_mut().zip(&update) {
@@ -483,8 +514,7 @@ pub(crate) fn velocity_after<const N: usize>(
             break;
         }
     }
-    consistency::check(after, t, q, &velocity)?;
-    Ok(velocity)
+    velocity
 }
 
 /// The inverse of the mass matrix at `(t, q, v)`, row by row; the identity where there is none.

@@ -613,6 +613,78 @@ fn every_system_runs() {
 }
 
 #[test]
+fn an_input_is_held_from_time_to_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = |name: &str, text: &str| {
+        fs::write(folder.path().join(name), text).unwrap();
+        format!("curvature={name}")
+    };
+    let run = |options: &[&str]| {
+        let common = ["run", "particle", "--until", "2", "--columns", "t,x,y"];
+        let output = dsocs(folder.path(), &[&common, options].concat())
+            .output()
+            .unwrap();
+        (
+            output.status.code().unwrap(),
+            String::from_utf8(output.stdout).unwrap(),
+            String::from_utf8(output.stderr).unwrap(),
+        )
+    };
+    let last = |options: &[&str]| rows(&run(options).1).pop().unwrap();
+    // a plan that is constant is no input
+    let constant = written("constant.csv", "0,1.5\n");
+    let plain = run(&["--step", "0.01", "--set", "curvature=1.5"]);
+    assert_eq!(run(&["--step", "0.01", "--input", &constant]), plain);
+    // with every method the motion with a change is that of two motions, one after the other, to its order
+    let change = written("change.csv", "t, curvature\n0, 1.5\n1, -0.5\n");
+    let exact = last(&["--step", "0.1", "--tolerance", "1e-14", "--input", &change]);
+    let apart = |options: &[&str]| {
+        let found = last(&[options, &["--input", &change]].concat());
+        assert_eq!(found[0], 2.0);
+        (found[1] - exact[1]).hypot(found[2] - exact[2])
+    };
+    let (coarse, fine) = (apart(&["--step", "0.02"]), apart(&["--step", "0.01"]));
+    let order = (coarse / fine).log2();
+    assert!((order - 2.0).abs() < 0.1, "{order}: {coarse}, {fine}");
+    assert!(apart(&["--step", "0.02", "--order", "6"]) < 1e-9);
+
+    for (options, said) in [
+        (
+            vec!["--input".to_owned(), "curvatur=constant.csv".to_owned()],
+            "did you mean `curvature`",
+        ),
+        (vec!["--input".to_owned(), "curvature".to_owned()], "NAME=FILE"),
+        (
+            vec!["--input".to_owned(), "curvature=none.csv".to_owned()],
+            "none.csv is no plan of an input",
+        ),
+        (
+            vec!["--input".to_owned(), written("words.csv", "0,1\nsoon,2\n")],
+            "a time and a value in row 2, found `soon,2`",
+        ),
+        (
+            vec!["--input".to_owned(), written("back.csv", "0,1\n0,2\n")],
+            "times that ascend",
+        ),
+        (
+            vec!["--input".to_owned(), written("empty.csv", "")],
+            "it has no rows",
+        ),
+        (
+            vec!["--input".to_owned(), constant, "--estimate-error".to_owned()],
+            "cannot be used with",
+        ),
+    ] {
+        let options: Vec<_> = options.iter().map(String::as_str).collect();
+        let (status, rows, message) = run(&options);
+        assert!(
+            status != 0 && rows.is_empty() && message.contains(said),
+            "{options:?}: {message}"
+        );
+    }
+}
+
+#[test]
 fn an_inconsistent_start_is_refused_or_projected() {
     let start = [
         "run",

@@ -8,6 +8,7 @@ use crate::held::Held;
 use crate::multipliers;
 use crate::run::{Inputs, RunError, inputs};
 use crate::scalar::Scalar as _;
+use crate::start;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::{Guess, Step, StepReport};
@@ -99,7 +100,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let change = Change::new(
             [Declaration::of(&*before), Declaration::of(&*self.system)],
             S::KINEMATIC,
-            S::HOLONOMIC + S::NONHOLONOMIC,
+            [S::HOLONOMIC, S::NONHOLONOMIC],
             h,
             leg,
         );
@@ -155,13 +156,22 @@ enum Kinematic<'k, const N: usize> {
 }
 
 impl<'s, const N: usize> Change<'s, N> {
-    fn new(sides: [Declaration<'s, N>; 2], kinematic: usize, lower: usize, h: f64, leg: Leg<f64, N>) -> Self {
-        let [old, new] = [&sides[0], &sides[1]].map(|side| side.arriving(h, &leg));
+    fn new(
+        sides: [Declaration<'s, N>; 2],
+        kinematic: usize,
+        [holonomic, nonholonomic]: [usize; 2],
+        h: f64,
+        leg: Leg<f64, N>,
+    ) -> Self {
+        let [mut old, new] = [&sides[0], &sides[1]].map(|side| side.arriving(h, &leg));
+        if nonholonomic > 0 {
+            old = arrived(&sides, h, &leg, old);
+        }
         Self {
             jump: core::array::from_fn(|i| new[i] - old[i]),
             sides,
             kinematic,
-            lower,
+            lower: holonomic + nonholonomic,
             h,
             leg,
         }
@@ -249,6 +259,8 @@ impl<'s, const N: usize> Change<'s, N> {
         let force: [Tangent; N] = core::array::from_fn(|i| force[i] + Tangent::splat(self.jump[i]));
         let sides = match kinematic {
             Kinematic::Side(side) => [*side; 2],
+            // rows of positions and velocities are those of the leg after the node, and so are their forces
+            Kinematic::Mean(..) if self.lower > 0 => [1; 2],
             Kinematic::Mean(..) => [0, 1],
         };
         let half = Tangent::splat(0.5);
@@ -298,6 +310,33 @@ impl<'s, const N: usize> Change<'s, N> {
             other: Vec::new(),
         })
     }
+}
+
+/// The momentum with which the leg before arrives, `D₂L_d + f⁺_d`. Where the constraints of velocities change, their old forces act up
+/// to the node; the new ones begin there, with an impulse.
+fn arrived<const N: usize>(
+    sides: &[Declaration<'_, N>; 2],
+    h: f64,
+    leg: &Leg<f64, N>,
+    old: [f64; N],
+) -> [f64; N] {
+    let node = (leg.t, &leg.q);
+    let momentum = old.map(|momentum| h * momentum);
+    let guess = leg.d.map(|d| d / h);
+    let on = |side: &Declaration<'_, N>, momentum: &[f64; N]| {
+        start::arriving_on_constraints(side, node, momentum, &guess)
+    };
+    match on(&sides[0], &momentum).and_then(|kept| Ok((kept, on(&sides[1], &kept)?))) {
+        // the same constraints on both sides share their force out by themselves
+        Ok((kept, after)) if changed(&kept, &after) => kept.map(|momentum| momentum / h),
+        _ => old,
+    }
+}
+
+/// Whether two momenta differ by more than rounding.
+fn changed<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
+    let size = x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    x.iter().zip(y).any(|(x, y)| (x - y).abs() > ROUNDING * size)
 }
 
 /// The works of a force along the fields, or what the forms leave of it.

@@ -21,6 +21,8 @@ use crate::system::System;
 /// paper's map of the Lagrangian a change counts half on each side of the node, as for the trapezoid, which has the same
 /// equations as long as nothing changes. A node where nothing changes costs what it always does.
 ///
+/// Where a nonholonomic constraint changes, the velocity jumps onto it, by the impulse of the constraint's force.
+///
 /// A parameter of a holonomic constraint cannot be an input: the position would have to jump.
 ///
 /// ```
@@ -50,7 +52,7 @@ pub trait Inputs<const N: usize>: Stepper<N> {
     /// # Errors
     ///
     /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if a holonomic constraint depends on it;
-    /// [`RunError::Setup`] if the motion cannot go on with the value (a velocity that a nonholonomic constraint forbids, no acceleration).
+    /// [`RunError::Setup`] if the motion cannot go on with the value, such as without an acceleration.
     /// The run is then as it was.
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError>;
 

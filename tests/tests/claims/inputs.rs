@@ -102,6 +102,20 @@ struct Edge {
     u: f64,
 }
 
+/// A car with a wheel at each end, whose front wheel is steered at once: the velocity jumps.
+#[dsocs {
+    coordinates(x, y, theta);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + 0.2 * dot(theta).powi(2) - 0.5 * y;
+    nonholonomic = [
+        dot(x) * theta.sin() - dot(y) * theta.cos(),
+        dot(x) * (theta + u).sin() - dot(y) * (theta + u).cos() - 0.7 * dot(theta) * u.cos(),
+    ];
+}]
+#[derive(Clone)]
+struct Car {
+    u: f64,
+}
+
 /// What the input is from the time `0.1 k` on.
 fn u(k: u64) -> f64 {
     (0.7 * k as f64).sin()
@@ -168,6 +182,7 @@ fn a_change_keeps_the_order() {
                 [0.3_f64.cos(), 0.3_f64.sin(), 0.4, 0.1],
             ),
         ),
+        ("car", order(&Car { u: 0.0 }, [0.0; 3], [1.0, 0.0, 0.0])),
     ];
     for (name, (order, errors)) in found {
         println!("{name}: order {order:.3}, errors {errors:?}");
