@@ -120,13 +120,13 @@ fn point<const N: usize>(t: f64, series: &[[f64; N]], s: f64) -> Point<f64, N> {
     };
     for (k, coefficient) in series.iter().enumerate().rev() {
         let k = k as f64;
-        for i in 0..N {
-            point.q[i] = point.q[i] * s + coefficient[i];
+        for (i, c) in coefficient.iter().enumerate() {
+            point.q[i] = point.q[i] * s + c;
             if k > 0.0 {
-                point.v[i] = point.v[i] * s + k * coefficient[i];
+                point.v[i] = point.v[i] * s + k * c;
             }
             if k > 1.0 {
-                point.a[i] = point.a[i] * s + k * (k - 1.0) * coefficient[i];
+                point.a[i] = point.a[i] * s + k * (k - 1.0) * c;
             }
         }
     }

@@ -92,7 +92,8 @@ impl HeavyTop {
     #[must_use]
     pub fn state([theta, phi, psi]: [f64; 3], rates: [f64; 3]) -> ([f64; 4], [f64; 4]) {
         let (sin, cos) = (theta / 2.0).sin_cos();
-        let ((far, near), (aside, along)) = (((phi + psi) / 2.0).sin_cos(), ((phi - psi) / 2.0).sin_cos());
+        let ((far, near), (aside, along)) =
+            (f64::midpoint(phi, psi).sin_cos(), ((phi - psi) / 2.0).sin_cos());
         let q = [cos * near, sin * along, sin * aside, cos * far];
         let [tilt, turn, spin] = rates.map(|rate| rate / 2.0);
         let v = [

@@ -134,7 +134,7 @@ fn a_damped_oscillator_is_its_closed_form_with_every_map() {
     // no constraint acts, so none is told
     let node = discrete(&Damped { zeta }, 0.01, start, 3.0);
     assert!(node.force[0].abs() < 1e-15, "{node:?}");
-    assert_eq!(Damped { zeta }.external_forces(0.0, &[1.0], &[2.0]), [-0.6]);
+    assert!((Damped { zeta }.external_forces(0.0, &[1.0], &[2.0])[0] + 0.6).abs() < 1e-15);
 }
 
 /// A body in wind that changes, with quadratic drag: a function of the user's, of velocities and of the time.
@@ -153,12 +153,13 @@ struct Kite {
 /// What blows.
 struct Gusts {
     coefficient: f64,
+    mean: f64,
 }
 
 impl Gusts {
     /// The wind at a time.
     fn wind<R: Real>(&self, t: R) -> R {
-        (t * 0.9).sin() * 4.0 + 3.0
+        (t * 0.9).sin() * 4.0 + self.mean
     }
 
     /// Force over velocity.
@@ -184,7 +185,10 @@ struct Joint;
 fn a_force_may_be_a_function_of_the_users() {
     let kite = Kite {
         mass: 0.5,
-        gusts: Gusts { coefficient: 0.1 },
+        gusts: Gusts {
+            coefficient: 0.1,
+            mean: 3.0,
+        },
     };
     let rate = |t: f64, [_, _, u, v]: [f64; 4]| {
         let (w, gusts) = (u - kite.gusts.wind(t), &kite.gusts);

@@ -23,17 +23,20 @@ const CLOSE: f64 = 1e-4;
 /// The shortest step of `λ`.
 const SHORTEST: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// A path that ends in a fold changes so many times as fast there as where it began, at least: `dz/dλ` grows like `1/√(λ* − λ)`.
-const FOLDED: f64 = 10.0;
-
 /// A path on which an unknown grows to so many times the size that it is expected to have leads away, and has no fold.
 const AWAY: f64 = 1e8;
 
 /// Rows at a fold that are no more than so many times the bound of their rounding errors may have a root there.
 const ABOVE_ROUNDING: f64 = 1e3;
 
-/// How far beyond the last point of a path it is seen whether the rows grow, relative to the unknowns.
-const BEYOND: [f64; 3] = [1e-3, 1e-2, 1e-1];
+/// A fold is looked for so far from the last point of a path, to either side, relative to the unknowns.
+const BEYOND: f64 = 1e-2;
+
+/// And to within so much.
+const NARROW: f64 = 1e-9;
+
+/// The golden section.
+const SECTION: f64 = 0.618_033_988_749_894_9;
 
 /// Where a path turns back: near it the rows come no nearer to zero.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +91,7 @@ pub(crate) fn follow<Z: Unknown<f64>>(
     };
     let end = path.walk(start, slope);
     *evaluations += path.evaluations;
-    let end = end.map_err(|last| path.fold(&slope, &last))?;
+    let end = end.map_err(|last| path.fold(&last))?;
     match solve_apart(equations, end, size, max_iterations, &mut ()) {
         Ok(root) => {
             *evaluations += root.evaluations;
@@ -122,34 +125,43 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
         if lambda >= 1.0 { Ok(at.z) } else { Err(at) }
     }
 
-    /// The fold at the last point of a path that began with the slope `first`, if that is how it ends: the path becomes steep, and beyond
-    /// it the rows grow.
-    fn fold(&self, first: &Z, last: &Waypoint<Z>) -> Option<Fold<Z>> {
-        let steep = relative(&last.slope, &last.z, self.size);
-        let growth = steep / relative(first, &last.z, self.size);
+    /// The fold at the last point of a path, if that is how it ends: along the path's direction there the largest row, in units of its
+    /// rounding, has a least value.
+    fn fold(&self, last: &Waypoint<Z>) -> Option<Fold<Z>> {
         let mut parts = last.z.as_ref().iter().zip(self.size.as_ref());
-        let stays = parts.all(|(z, size)| z.abs() <= AWAY * size);
+        if !parts.all(|(z, size)| z.abs() <= AWAY * size) {
+            return None;
+        }
         let bounds = self.equations.rounding(&last.z);
-        let left = |rows: &Z| {
+        let steep = relative(&last.slope, &last.z, self.size);
+        let at = |part: f64| {
+            let z = last.z.zip(&last.slope, |z, slope| z + part / steep * slope);
+            let rows = self.equations.linearize(&z).rows;
             let mut parts = rows.as_ref().iter().zip(bounds.as_ref());
-            parts.try_fold(0.0_f64, |most, (row, bound)| {
+            let left = parts.try_fold(0.0_f64, |most, (row, bound)| {
                 let part = if *row == 0.0 { 0.0 } else { row.abs() / bound };
                 part.is_finite().then_some(most.max(part))
-            })
+            })?;
+            Some(Fold { z, rows, left })
         };
-        let rows = self.equations.linearize(&last.z).rows;
-        let least = left(&rows)?;
-        let turns = BEYOND.iter().all(|part| {
-            let z = last.z.zip(&last.slope, |z, slope| z + part / steep * slope);
-            left(&self.equations.linearize(&z).rows).is_some_and(|left| left > least)
-        });
-        // false also where something is no number
-        let is_fold = growth >= FOLDED && stays && turns && least > ABOVE_ROUNDING;
-        is_fold.then_some(Fold {
-            z: last.z,
-            rows,
-            left: least,
-        })
+        // by sections of equal ratio
+        let (mut low, mut high) = (-BEYOND, BEYOND);
+        let [mut first, mut second] = [high - SECTION * (high - low), low + SECTION * (high - low)];
+        let (mut before, mut after) = (at(first)?, at(second)?);
+        while high - low > NARROW {
+            if before.left < after.left {
+                (high, second, after) = (second, first, before);
+                first = high - SECTION * (high - low);
+                before = at(first)?;
+            } else {
+                (low, first, before) = (first, second, after);
+                second = low + SECTION * (high - low);
+                after = at(second)?;
+            }
+        }
+        let is_inside = low > -BEYOND && high < BEYOND;
+        // false also where it is no number
+        (is_inside && before.left > ABOVE_ROUNDING).then_some(before)
     }
 
     /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.

@@ -47,7 +47,7 @@ fn torques(arm: &Arm, t: f64) -> [f64; 2] {
 fn the_tip_is_on_the_curve_and_the_torques_are_those_of_inverse_dynamics() {
     let arm = Arm::default();
     let mut flow = Flow::new(&arm, 0.01, start(&arm, 0.0)).unwrap();
-    for node in flow.until(5.0).unwrap().iter() {
+    for node in &flow.until(5.0).unwrap() {
         let (q, _) = arm.at(node.t);
         assert!(distance(&node.q, &q) < 2e-14, "{node:?}");
     }
