@@ -46,7 +46,7 @@
 //!    solution, [`StepError`] says where, why, and what to try; [`Regularity`] says whether the equations determine one.
 //! 5. The run walks on, by whatever method, with the verbs of [`Stepper`]: as an iterator of [`Node`]s, collected by
 //!    [`Stepper::until`], handed to an [`Observer`] by [`Stepper::stream`], with [`Events`] by [`Stepper::watch`], step by step with
-//!    [`Stepper::advance`], and back with [`Stepper::reverse`].
+//!    [`Stepper::advance`], and back with [`Stepper::reverse`]. Parameters may change on the way ([`Inputs`]).
 //!
 //! # Which method when
 //!
@@ -56,8 +56,16 @@
 //!    1e-4, 6 around 1e-7, 8 below. It wants a constant mass matrix, constraints of second order ([`Symmetry`] says what is in the
 //!    way), and a motion that can be followed back in time over a part of the step: with a damping `k`, `h < 3/k`.
 //! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, for every declaration without jumps:
-//!    [`TaylorFlow`]. It keeps nothing but what its tolerance lets it keep.
+//!    [`TaylorFlow`]. It keeps the constraints to rounding, and of all else what its tolerance lets it keep.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.
+//! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
+//!
+//! # Where to look
+//!
+//! What a declaration may contain is said at the attribute [`macro@dsocs`]; functions of time or of a coordinate that are known by samples
+//! are [`Samples`]. [`System`] is a declared system looked at by hand: energy, forces, rows. [`mod@geometry`] has the paper's objects: Legendre
+//! transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`RunError`] and [`SetupError`] say what went wrong
+//! and what to try. The book, with a chapter on each of these, is the module `guide` of `dsocs-systems`.
 
 // tests ask for exact values where they are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]
