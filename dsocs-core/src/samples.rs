@@ -10,7 +10,7 @@ use crate::real::Real;
 /// the value is held.
 ///
 /// Where pieces meet, a derivative jumps: the first of straight lines, the third of a spline. The step of order 2 keeps its order
-/// over a spline; over a corner of straight lines an error of the second order in `h` is left as well. A [`TaylorFlow`](crate::TaylorFlow)
+/// over a spline, and over corners of straight lines, too. A [`TaylorFlow`](crate::TaylorFlow)
 /// makes short steps to get past such a place, unless it is told of it: [`TaylorFlow::knots`](crate::TaylorFlow::knots) lets it stop there.
 ///
 /// ```

@@ -156,9 +156,9 @@ use proc_macro::TokenStream;
 /// external_forces = (-damping * dot(x), torque.at(t));    // torque: dsocs_core::Samples
 /// ```
 ///
-/// A force that jumps or has a corner (dry friction, `if`) lowers the order of the steps that it jumps in: at each jump an error of
-/// the size `h²` times the jump of the acceleration is left, whatever the method of fixed steps. A Taylor flow finds the place by
-/// shorter steps; it stops at times that it is told (`TaylorFlow::knots`).
+/// A force that jumps within a step (dry friction, `if`) lowers the order to 1, whatever the method of fixed steps: the velocity is off by
+/// up to `h` times half the jump of the acceleration from there on. A corner leaves an error of the order `h²`. A Taylor flow finds the
+/// place by shorter steps; it stops at times that it is told (`TaylorFlow::knots`).
 ///
 /// # Maps
 ///

@@ -33,7 +33,8 @@ impl fmt::Display for Symmetry {
         f.write_str(match self {
             Self::AnyLegs => "the step is symmetric with legs of any lengths",
             Self::LowerOrder => {
-                "a constraint of positions or velocities binds nodes and legs, and so more than value, slope and curvature at a node"
+                "compositions do not support constraints of positions or velocities: these bind nodes and legs, and so more than value, \
+                 slope and curvature at a node"
             }
             Self::Momentum => {
                 "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"

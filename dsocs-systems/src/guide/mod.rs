@@ -16,6 +16,8 @@
 //! | [Performance](performance) | How fast does it run, and how long does it build? |
 //! | [How it works](how_it_works) | What happens between the declaration and a step? |
 //!
+//! A *node* is a position `q_k` at its time `t_k`; a *leg* is two consecutive nodes, a *triple* three; a *row* is one scalar equation.
+//!
 //! Conventions: `n` coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
 //! In a checkout of the project `cargo run --release --` stands for `dsocs`.
 

@@ -158,8 +158,8 @@ struct Either {
 
 #[test]
 fn two_solutions_are_told_with_their_distance() {
-    let mut flow = Flow::new(&Either { drift: 0.3 }, 0.1, Start::second_order([-1.0], [0.5])).unwrap();
-    let error = flow.until(6.0).unwrap_err().error;
+    let mut flow = Flow::new(&Either { drift: 0.8 }, 0.5, Start::second_order([1.8], [1.36])).unwrap();
+    let error = flow.until(8.0).unwrap_err().error;
     assert_eq!(error.step_failure(), Some(StepFailure::AmbiguousRoot));
     let step = error.failed_step().unwrap();
     let apart = (step.q2[0] - step.other[0]).abs();
