@@ -617,10 +617,10 @@ fn an_input_is_held_from_time_to_time() {
     let folder = tempfile::tempdir().unwrap();
     let written = |name: &str, text: &str| {
         fs::write(folder.path().join(name), text).unwrap();
-        format!("curvature={name}")
+        format!("gravity={name}")
     };
     let run = |options: &[&str]| {
-        let common = ["run", "particle", "--until", "2", "--columns", "t,x,y"];
+        let common = ["run", "knife-edge", "--until", "2", "--columns", "t,x,y"];
         let output = dsocs(folder.path(), &[&common, options].concat())
             .output()
             .unwrap();
@@ -633,10 +633,10 @@ fn an_input_is_held_from_time_to_time() {
     let last = |options: &[&str]| rows(&run(options).1).pop().unwrap();
     // a plan that is constant is no input
     let constant = written("constant.csv", "0,1.5\n");
-    let plain = run(&["--step", "0.01", "--set", "curvature=1.5"]);
+    let plain = run(&["--step", "0.01", "--set", "gravity=1.5"]);
     assert_eq!(run(&["--step", "0.01", "--input", &constant]), plain);
     // with every method the motion with a change is that of two motions, one after the other, to its order
-    let change = written("change.csv", "t, curvature\n0, 1.5\n1, -0.5\n");
+    let change = written("change.csv", "t, gravity\n0, 1.5\n1, -0.5\n");
     let exact = last(&["--step", "0.1", "--tolerance", "1e-14", "--input", &change]);
     let apart = |options: &[&str]| {
         let found = last(&[options, &["--input", &change]].concat());
@@ -646,16 +646,21 @@ fn an_input_is_held_from_time_to_time() {
     let (coarse, fine) = (apart(&["--step", "0.02"]), apart(&["--step", "0.01"]));
     let order = (coarse / fine).log2();
     assert!((order - 2.0).abs() < 0.1, "{order}: {coarse}, {fine}");
-    assert!(apart(&["--step", "0.02", "--order", "6"]) < 1e-9);
+    // before the first time the parameter has its own value
+    let late = written("late.csv", "1, -0.5\n");
+    assert_eq!(
+        last(&["--step", "0.01", "--set", "gravity=1.5", "--input", &late]),
+        last(&["--step", "0.01", "--input", &change])
+    );
 
     for (options, said) in [
         (
-            vec!["--input".to_owned(), "curvatur=constant.csv".to_owned()],
-            "did you mean `curvature`",
+            vec!["--input".to_owned(), "gravty=constant.csv".to_owned()],
+            "did you mean `gravity`",
         ),
-        (vec!["--input".to_owned(), "curvature".to_owned()], "NAME=FILE"),
+        (vec!["--input".to_owned(), "gravity".to_owned()], "NAME=FILE"),
         (
-            vec!["--input".to_owned(), "curvature=none.csv".to_owned()],
+            vec!["--input".to_owned(), "gravity=none.csv".to_owned()],
             "none.csv is no plan of an input",
         ),
         (

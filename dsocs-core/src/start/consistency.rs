@@ -39,7 +39,8 @@ pub(super) fn check<const N: usize>(
     }
     let rows = declaration.phase(t, q, v);
     let sizes = rounding::phase_sizes(declaration, t, q, v);
-    obeyed(violations(declaration, Node::Start, &rows, &sizes))
+    let roundings = roundings(declaration, t, q, v);
+    obeyed(violations(declaration, Node::Start, &rows, &sizes, &roundings))
 }
 
 /// Checks that the second node obeys the constraints with the first.
@@ -55,7 +56,7 @@ pub(super) fn check_pair<const N: usize>(
     // the first node, of whose pair nothing else is known
     let first = holonomic_rows(declaration, t0, q0);
     let sizes = rounding::phase_sizes(declaration, t0, q0, &[0.0; N]);
-    let mut all = violations(declaration, Node::First, &first, &sizes);
+    let mut all = violations(declaration, Node::First, &first, &sizes, &[]);
     let leg = leg(t0 + h, q0, d);
     let mut rows = declaration.pair(h, &leg);
     for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
@@ -64,7 +65,7 @@ pub(super) fn check_pair<const N: usize>(
         }
     }
     let sizes = rounding::pair_sizes(declaration, h, &leg);
-    all.extend(violations(declaration, Node::Second, &rows, &sizes));
+    all.extend(violations(declaration, Node::Second, &rows, &sizes, &[]));
     obeyed(all)
 }
 
@@ -111,12 +112,16 @@ fn violations<const N: usize>(
     node: Node,
     rows: &[f64],
     sizes: &[f64],
+    roundings: &[f64],
 ) -> Vec<Violation> {
     let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
     let mut violations = Vec::new();
     for (place, (&value, &size)) in rows.iter().zip(sizes).enumerate() {
         // false also where it is not a number
-        let is_obeyed = value.abs() <= OBEYED * size;
+        let is_obeyed = value.abs() <= OBEYED * size
+            || roundings
+                .get(place)
+                .is_some_and(|rounding| value.abs() <= *rounding);
         if is_obeyed {
             continue;
         }
@@ -159,14 +164,38 @@ fn reached<const N: usize>(
     declaration: &Declaration<'_, N>,
     rows: &[f64],
     sizes: &[f64],
+    roundings: &[f64],
 ) -> Result<(), SetupError> {
-    if violations(declaration, Node::Second, rows, sizes).is_empty() {
+    if violations(declaration, Node::Second, rows, sizes, roundings).is_empty() {
         Ok(())
     } else {
         Err(SetupError::Projection {
             residual: rows.to_vec(),
         })
     }
+}
+
+/// How much each row of a position and a velocity may be where these are rounded in their largest components: terms may vanish, or
+/// cancel, that are no measure of a row then.
+fn roundings<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    t: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> Vec<f64> {
+    let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
+    let mut roundings = Vec::with_capacity(holonomic + lower);
+    for (of_velocity, count, x) in [(false, holonomic, q), (true, lower, v)] {
+        let mut rows = vec![0.0; count * (1 + N)];
+        declaration.phase_slopes(of_velocity, t, q, v, &mut rows);
+        let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let slopes = rows.split_at(count).1.chunks_exact(N);
+        roundings.extend(slopes.map(|slopes| {
+            let sum: f64 = slopes.iter().map(|slope| slope.abs()).sum();
+            SETTLED * sum * largest
+        }));
+    }
+    roundings
 }
 
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
@@ -202,7 +231,12 @@ pub(super) fn project<const N: usize>(
         sizes.split_off(declaration.holonomic().min(sizes.len()))
     })?;
     let rows = declaration.phase(t, &q, &v);
-    reached(declaration, &rows, &rounding::phase_sizes(declaration, t, &q, &v))?;
+    reached(
+        declaration,
+        &rows,
+        &rounding::phase_sizes(declaration, t, &q, &v),
+        &roundings(declaration, t, &q, &v),
+    )?;
     Ok((q, v))
 }
 
@@ -242,6 +276,7 @@ pub(super) fn onto_pair<const N: usize>(
         declaration,
         &declaration.pair(h, &leg),
         &rounding::pair_sizes(declaration, h, &leg),
+        &[],
     )?;
     Ok(d)
 }

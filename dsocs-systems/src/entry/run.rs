@@ -74,7 +74,7 @@ pub struct Plan {
 pub struct HeldInput {
     /// The name of the parameter.
     pub parameter: &'static str,
-    /// Times, which ascend, each with the value that holds from then on; before the first time the first value holds.
+    /// Times, which ascend, each with the value that holds from then on; before the first time the parameter has its own value.
     pub values: Vec<[f64; 2]>,
 }
 
@@ -83,7 +83,7 @@ impl HeldInput {
     fn at(&self, t: f64, h: f64) -> Option<f64> {
         let rounding = ROUNDING * h.abs();
         let later = self.values.partition_point(|&[time, _]| time <= t + rounding);
-        let value = self.values.get(later.saturating_sub(1))?;
+        let value = self.values.get(later.checked_sub(1)?)?;
         Some(value[1])
     }
 }

@@ -122,7 +122,7 @@ impl Subject<'_> {
     ) -> Result<(), RunFailure> {
         let plan = Plan {
             h,
-            until: self.settings.t0 + steps * h,
+            until: time(beginning) + steps * h,
             method: Method::Step,
             certify: false,
             estimate: false,
@@ -161,6 +161,20 @@ impl Subject<'_> {
         })?;
         Ok(largest)
     }
+}
+
+/// When a run begins.
+fn time(beginning: &Beginning) -> f64 {
+    match beginning {
+        Beginning::At(t0, _) => *t0,
+        Beginning::Projected(beginning) => time(beginning),
+        _ => 0.0,
+    }
+}
+
+/// A beginning at a time, moved onto the constraints.
+fn at(t: f64, beginning: Beginning) -> Beginning {
+    Beginning::Projected(Box::new(Beginning::At(t, Box::new(beginning))))
 }
 
 /// The largest distance of a coordinate from where it began.
@@ -278,13 +292,13 @@ fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
         || {
             let motion = subject.positions(subject.settings.h, COMPARED + 2, &subject.start())?;
             let mut apart = 0.0;
-            for nodes in motion.windows(3) {
+            for (place, nodes) in motion.windows(3).enumerate() {
+                let t = subject.settings.t0 + place as f64 * subject.settings.h;
                 let beginning = Beginning::Nodes {
                     q0: nodes[0].clone(),
                     q1: nodes[1].clone(),
                 };
-                let next =
-                    subject.positions(subject.settings.h, 2, &Beginning::Projected(Box::new(beginning)))?;
+                let next = subject.positions(subject.settings.h, 2, &at(t, beginning))?;
                 let next = next.last().ok_or("no nodes")?;
                 apart = larger(apart, distance(next, &nodes[2]));
             }
@@ -301,10 +315,11 @@ fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
         let [.., before, last] = motion.as_slice() else {
             return Err("no nodes".into());
         };
-        let beginning = Beginning::Projected(Box::new(Beginning::Nodes {
+        let nodes = Beginning::Nodes {
             q0: last.clone(),
             q1: before.clone(),
-        }));
+        };
+        let beginning = at(subject.settings.t0 + f64::from(steps + 1) * h, nodes);
         let returned = subject.positions(-h, steps + 1, &beginning)?;
         let (first, end) = (
             motion.first().ok_or("no nodes")?,

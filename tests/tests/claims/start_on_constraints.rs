@@ -148,3 +148,69 @@ fn an_acceleration_can_be_named_where_there_are_several() {
         assert!(away(&taylor.q, 10.0) < 1e-9, "{:?}", taylor.q);
     }
 }
+
+/// Rows whose terms vanish where they hold.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2;
+    nonholonomic = [dot(y), dot(z) + y.sin() * dot(x) - dot(y)];
+}]
+struct Vanishing {}
+
+/// What a projection leaves is rounding of the velocities, also where the terms of a row are zero themselves.
+#[test]
+fn a_projection_is_not_measured_by_terms_that_vanish() {
+    for v0 in [
+        [0.7, 0.3, 0.2],
+        [1.0, 1.0, 0.0],
+        [-0.3, 1e-9, 5.0],
+        [1e6, -3.0, 1e-6],
+    ] {
+        let start = Start::second_order([0.0; 3], v0).projected();
+        let node = Flow::new(&Vanishing {}, 0.01, start).unwrap().to(0.1).unwrap();
+        assert!((node.v[0] - v0[0]).abs() <= 1e-12 * v0[0].abs(), "{node:?}");
+    }
+    // what is no rounding is told all the same
+    let wrong = Start::second_order([0.0; 3], [1.0, 1e-12, 0.0]);
+    assert!(Flow::new(&Vanishing {}, 0.01, wrong).is_err());
+}
+
+/// A slider that a Lyapunov function brings to rest on an incline.
+#[dsocs {
+    coordinates(x);
+    let kinetic = mass / 2 * dot(x).powi(2);
+    lagrangian = kinetic - pull * x;
+    let lyapunov = kinetic + stiffness / 2 * x.powi(2);
+    kinematic = dot(lyapunov) + gain * dot(x).powi(2);
+    constraint_forces = [(1)];
+    branch = divide(dot(x));
+}]
+struct Regulator {
+    mass: f64,
+    pull: f64,
+    stiffness: f64,
+    gain: f64,
+}
+
+/// A factor that divides its constraint is divided out of the continuous row, too, which then has a value where the factor is zero.
+#[test]
+fn a_regulator_starts_at_rest() {
+    let system = Regulator {
+        mass: 2.0,
+        pull: 0.7,
+        stiffness: 3.0,
+        gain: 0.5,
+    };
+    let mut flow = Flow::new(&system, 0.01, Start::second_order([1.0], [0.0])).unwrap();
+    // m a = -k x at rest, by the force m a + pull
+    let first = flow.node();
+    assert!(
+        (first.a[0] + 1.5).abs() < 1e-15 && (first.force[0] + 2.3).abs() < 1e-14,
+        "{first:?}"
+    );
+    let exact = |t: f64| {
+        let (decay, turn) = (0.125_f64, (1.5_f64 - 0.125 * 0.125).sqrt());
+        (-decay * t).exp() * ((turn * t).cos() + decay / turn * (turn * t).sin())
+    };
+    assert!((flow.to(5.0).unwrap().q[0] - exact(5.0)).abs() < 1e-4);
+}

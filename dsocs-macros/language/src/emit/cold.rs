@@ -11,6 +11,7 @@ use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::{self, StepEquations};
 use crate::model::{Kind, Model};
+use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
 const VERSION: u8 = 2;
@@ -67,7 +68,7 @@ impl Expressions {
             .rows
             .iter()
             .map(|row| match row.divide {
-                Some(factor) => graph.div(row.value, factor),
+                Some(factor) => passes::without_factor(&mut graph, row.value, factor, n),
                 None => row.value,
             })
             .collect();

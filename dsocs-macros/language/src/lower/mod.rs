@@ -26,7 +26,7 @@ use crate::input::{Fields, first_paragraph};
 use crate::mechanics;
 use crate::model::{Docs, Kind, Model, ParameterField};
 use crate::names::{Binding, Scope, did_you_mean};
-use crate::parse::bare;
+use crate::parse::{bare, plain_name};
 
 pub(crate) use builtin::Builtin;
 
@@ -186,11 +186,13 @@ fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> R
         if let Ok(Some(factor)) = factor
             && mechanics::is_no_factor(model, first + place)
         {
-            wrong = Err(errors.at(
-                &factor.value,
-                "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the constraint \
-                 is not zero",
-            ));
+            let mut message = "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the \
+                               constraint is not zero"
+                .to_owned();
+            if !model.external_forces.is_empty() {
+                message += "; external forces do work there: their power belongs into the constraint";
+            }
+            wrong = Err(errors.at(&factor.value, message));
         }
     }
     wrong
@@ -352,6 +354,14 @@ impl Lowering<'_> {
                 list,
                 "expected one tuple with a component for each coordinate, `external_forces = (f1, f2);`: forces that act together are \
                  added up",
+            ));
+        }
+        if let Expr::Call(call) = bare(&forces.value)
+            && plain_name(&call.func).is_some_and(|name| name == "each")
+        {
+            return Err(self.errors.at(
+                call,
+                "expected one component for each coordinate, in the shape of the coordinates; those of an array are written `|i| …`",
             ));
         }
         self.origins.clear();

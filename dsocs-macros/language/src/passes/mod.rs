@@ -28,6 +28,7 @@ use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
 pub(crate) use merge::Merge;
+pub(crate) use motion::without_factor;
 
 /// With more rows than this, none is divided by what its terms have in common.
 const MOST_ROWS_WITH_FACTORS: usize = 2;

@@ -8,13 +8,19 @@ use super::{Cost, MOST_SOLVED};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::Equation;
 
+/// A row of the continuous motion without its declared factor, as it stands: a polynomial where the factor divides it as one, so that it
+/// has a value where the factor is zero; else the quotient.
+pub(crate) fn without_factor(graph: &mut Graph, value: NodeId, factor: NodeId, n: usize) -> NodeId {
+    let leaves: Vec<Leaf> = (0..n).map(Leaf::V).chain((0..n).map(Leaf::Q)).collect();
+    quotient(graph, value, factor, &leaves)
+}
+
 /// Divides the declared factors out. They are of order 1 at most, and where the other rows hold they divide as polynomials
 /// in a velocity.
 pub(super) fn divide(graph: &mut Graph, rows: &mut [Equation], n: usize) {
-    let leaves: Vec<Leaf> = (0..n).map(Leaf::V).chain((0..n).map(Leaf::Q)).collect();
     for row in rows {
         if let Some(factor) = row.divide.take() {
-            row.value = quotient(graph, row.value, factor, &leaves);
+            row.value = without_factor(graph, row.value, factor, n);
         }
     }
 }
