@@ -198,6 +198,31 @@ fn roundings<const N: usize>(
     roundings
 }
 
+/// The same of a leg: for rows of a position its largest component counts, for rows of a velocity that of the leg.
+fn pair_roundings<const N: usize>(declaration: &Declaration<'_, N>, h: f64, leg: &Leg<f64, N>) -> Vec<f64> {
+    let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let mut roundings = vec![0.0; declaration.lower()];
+    for j in 0..N {
+        let moved =
+            |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
+        let moved = Leg {
+            t: Tangent::splat(leg.t),
+            q: moved(&leg.q),
+            d: moved(&leg.d),
+        };
+        let rows = declaration.pair(Tangent::splat(h), &moved);
+        for (place, (rounding, row)) in roundings.iter_mut().zip(rows).enumerate() {
+            let size = if place < declaration.holonomic() {
+                largest(&leg.q)
+            } else {
+                largest(&leg.d)
+            };
+            *rounding += SETTLED * row.derivative().abs() * size;
+        }
+    }
+    roundings
+}
+
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
 pub(super) fn project<const N: usize>(
     declaration: &Declaration<'_, N>,
@@ -276,7 +301,7 @@ pub(super) fn onto_pair<const N: usize>(
         declaration,
         &declaration.pair(h, &leg),
         &rounding::pair_sizes(declaration, h, &leg),
-        &[],
+        &pair_roundings(declaration, h, &leg),
     )?;
     Ok(d)
 }
