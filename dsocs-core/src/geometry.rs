@@ -24,12 +24,12 @@
 //! struct Pendulum;
 //!
 //! let flow = DiscreteFlow::new(&Pendulum, 0.1)?;
-//! let triple = flow.forward(&Leg { q: [1.0], d: [0.05] })?;
+//! let triple = flow.forward(&Leg { t: 0.0, q: [1.0], d: [0.05] })?;
 //! let law = Evolution::of(&flow, &triple)?;
 //! // F*Ω = Ω + dξ, and nothing constrains: dξ = 0
 //! assert!(law.defect() < 1e-14 && law.change() < 1e-14);
 //! // and back again
-//! let first = flow.backward(&triple.last())?;
+//! let first = flow.backward(&triple.last(flow.h()))?;
 //! assert!((first.leg.d[0] - 0.05).abs() < 1e-15);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

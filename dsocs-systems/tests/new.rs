@@ -37,6 +37,7 @@ fn a_new_crate_builds_runs_and_is_checked() {
         .args(["build", "--offline", "--message-format", "short"])
         .args(["--config", "profile.dev.opt-level=1"])
         .args(["--config", "profile.dev.debug='line-tables-only'"])
+        .args(["--config", "profile.dev.lto='off'"])
         .args(["--config", "profile.dev.package.'*'.opt-level=0"])
         .args(["--config", "profile.dev.package.'*'.debug=false"])
         .env("CARGO_TARGET_DIR", &target)

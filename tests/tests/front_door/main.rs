@@ -32,7 +32,7 @@ impl Crate {
         let manifest = format!(
             "[package]\nname = \"front-door-beads\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n\
              [dependencies]\ndsocs-core = {{ path = \"{}\" }}\ndsocs-systems = {{ path = \"{}\", default-features = false, features = [\"cli\"] }}\n\n\
-             [profile.dev]\nopt-level = 1\ndebug = \"line-tables-only\"\n\n\
+             [profile.dev]\nopt-level = 1\ndebug = \"line-tables-only\"\nlto = \"off\"\n\n\
              [profile.dev.package.\"*\"]\nopt-level = 0\ndebug = false\n\n[workspace]\n",
             member("dsocs-core").display(),
             member("dsocs-systems").display(),
