@@ -106,7 +106,7 @@ pub mod taylor;
 #[cfg(test)]
 mod testing;
 
-pub use dsocs_macros::dsocs;
+pub use dsocs_macros::{dsocs, statements};
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use deficiency::{Deficiency, DependentRow};

@@ -10,4 +10,4 @@ pub use crate::run::{
 };
 pub use crate::start::Start;
 pub use crate::taylor::{TaylorFlow, Tolerance};
-pub use dsocs_macros::dsocs;
+pub use dsocs_macros::{dsocs, statements};

@@ -52,6 +52,7 @@ use proc_macro::TokenStream;
 /// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
 /// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step; what is no factor of it is refused |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
+/// | `use name;` or `use path::name;` | the statements of [`statements!`] `{ name { … } }`, in this place |
 /// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
 ///
 /// # Names and units for people
@@ -216,4 +217,34 @@ use proc_macro::TokenStream;
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
     dsocs_language::expand(declaration.into(), &item.into()).into()
+}
+
+/// Statements that several declarations share, under a name: `use name;` puts them into a declaration, in that place.
+///
+/// ```ignore
+/// statements! {
+///     /// A pendulum.
+///     pub(crate) pendulum {
+///         coordinates(theta);
+///         lagrangian = mass * length.powi(2) / 2 * dot(theta).powi(2) + mass * 9.81 * length * theta.cos();
+///     }
+/// }
+///
+/// /// With friction in its bearing.
+/// #[dsocs {
+///     use pendulum;
+///     external_forces = -friction * dot(theta);
+/// }]
+/// struct Damped { mass: f64, length: f64, friction: f64 }
+/// ```
+///
+/// The statements are read as if they stood where `use` stands; the parameters in them are fields of each struct. They may
+/// `use` others, and a declaration may `use` several. A `let` of theirs that a declaration does not need is no warning.
+///
+/// The name has the visibility that is written before it, and none written is the module's own. It is found by its path: `use
+/// other::pendulum;` from another module, and from another crate where it is `pub`. A mistake in shared statements is told where
+/// they are written, with the declaration that uses them.
+#[proc_macro]
+pub fn statements(tokens: TokenStream) -> TokenStream {
+    dsocs_language::statements(tokens.into()).into()
 }

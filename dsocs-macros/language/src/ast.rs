@@ -104,6 +104,8 @@ pub(crate) struct Let {
     pub(crate) value: Result<Expr, Reported>,
     /// Its documentation in one line.
     pub(crate) doc: String,
+    /// Whether it was written for several declarations.
+    pub(crate) shared: bool,
 }
 
 /// `lagrangian = EXPR;`, or the tuple of `external_forces = (…);`

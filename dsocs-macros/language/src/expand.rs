@@ -8,18 +8,23 @@ use crate::check::check;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{core_path, lower, parse, stub};
+use crate::{core_path, lower, parse, shared, stub};
 
 /// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
 /// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
 #[must_use]
 pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
-    let refused = match syn::parse2::<Item>(item.clone()) {
-        Ok(item) => match model(declaration, &item) {
+    let refused = match (
+        syn::parse2::<Item>(item.clone()),
+        shared::call(&declaration, item),
+    ) {
+        (Ok(_), Ok(Some(call))) => return call,
+        (Ok(parsed), Ok(None)) => match model(shared::in_scope(declaration.clone(), item), &parsed) {
             Ok(model) => return model.code(),
-            Err(refused) => refused,
+            // once more, so that mistakes in shared statements are told with the place where they are used
+            Err(refused) => model(declaration, &parsed).err().unwrap_or(refused),
         },
-        Err(error) => Refused {
+        (Err(error), _) | (_, Err(error)) => Refused {
             errors: vec![error],
             stub: TokenStream::new(),
         },

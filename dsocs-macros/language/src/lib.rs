@@ -2,6 +2,7 @@
 //!
 //! The data goes one way, from room to room:
 //!
+//! - `shared`: `use name;` → the statements that several declarations share;
 //! - `parse`: tokens → what the user wrote (`ast`), `check`ed for what can be seen there;
 //! - `lower`: that → a `model` whose expressions share one `graph`;
 //! - `mechanics`: the model → what has to vanish, the paper's equations;
@@ -25,6 +26,7 @@ mod model;
 mod names;
 mod parse;
 mod passes;
+mod shared;
 mod source;
 mod stub;
 #[cfg(test)]
@@ -32,4 +34,5 @@ mod tests;
 
 pub use expand::expand;
 pub use model::Model;
+pub use shared::statements;
 pub use source::{Mistake, Source, analyze};

@@ -31,28 +31,7 @@ pub fn entry() -> crate::Entry {
 /// is 262.939 (263 on the continuous motion). Without the factor two roots come too close to tell them apart, for `h = 0.001` at
 /// `t = 64.0`.
 #[dsocs {
-    coordinates(
-        /// The angle of the pendulum from the upright [rad].
-        theta,
-        /// The angle of the wheel relative to the pendulum [rad].
-        psi,
-    );
-    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
-
-    let a = 1 / i;
-    let b = -1 / i;
-    let c = 1 / i + 1 / j;
-    let g_c = d * (n * a - b) * (i * j);
-    let h_c = d * (n * b - c) * (i * j);
-    let f = (g_c.powi(2) + e) / h_c;
-    let p1 = (i + j) * dot(theta) + j * dot(psi);
-    let p2 = j * (dot(theta) + dot(psi));
-    /// The factor of the constraint [1/s].
-    let w = g_c * p1 + h_c * p2;
-    /// The Lyapunov function `V` [J].
-    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
-        + chi * (1 - (psi - n * theta).cos())
-        + m * e / d * (1 - theta.cos());
+    use super::pendulum::inertia_wheel_pendulum;
     /// The rate `F` at which `V` falls [J/s].
     let dissipation = rho * w * w.tanh();
 

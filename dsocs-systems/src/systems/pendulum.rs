@@ -1,6 +1,6 @@
 //! The inertia wheel pendulum with a Lyapunov constraint (paper, section 5.2).
 
-use dsocs_core::{Point, System, dsocs};
+use dsocs_core::{Point, System, dsocs, statements};
 
 /// The paper's example.
 #[cfg(feature = "dsocs")]
@@ -17,6 +17,40 @@ pub fn entry() -> crate::Entry {
         .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
+statements! {
+    /// The inertia wheel pendulum and the Lyapunov function `V` of its control law: what its declarations share.
+    ///
+    /// `θ` is the pendulum's angle from the upright position, `ψ` the wheel's angle relative to the pendulum.
+    pub inertia_wheel_pendulum {
+        coordinates(
+            /// The angle of the pendulum from the upright [rad].
+            theta,
+            /// The angle of the wheel relative to the pendulum [rad].
+            psi,
+        );
+        lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
+
+        // The inverse mass matrix [[a, b], [b, c]], whose determinant is 1 / (i j).
+        let a = 1 / i;
+        let b = -1 / i;
+        let c = 1 / i + 1 / j;
+        let g_c = d * (n * a - b) * (i * j);
+        let h_c = d * (n * b - c) * (i * j);
+        let f = (g_c.powi(2) + e) / h_c;
+
+        // The momenta, and the factor of the constraint.
+        let p1 = (i + j) * dot(theta) + j * dot(psi);
+        let p2 = j * (dot(theta) + dot(psi));
+        /// The factor of the constraint [1/s].
+        let w = g_c * p1 + h_c * p2;
+
+        /// The Lyapunov function `V` [J].
+        let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
+            + chi * (1 - (psi - n * theta).cos())
+            + m * e / d * (1 - theta.cos());
+    }
+}
+
 /// The inertia wheel pendulum, stabilised upright by the Lyapunov constraint `dV/dt = −F`.
 ///
 /// `θ` is the pendulum's angle from the upright position, `ψ` the wheel's angle relative to the pendulum, both in
@@ -26,32 +60,7 @@ pub fn entry() -> crate::Entry {
 /// After the variational equation the constraint has a factor `w`; its root `w = 0` is a smooth motion that is not the
 /// pendulum's, and is divided out.
 #[dsocs {
-    coordinates(
-        /// The angle of the pendulum from the upright [rad].
-        theta,
-        /// The angle of the wheel relative to the pendulum [rad].
-        psi,
-    );
-    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
-
-    // The inverse mass matrix [[a, b], [b, c]], whose determinant is 1 / (i j).
-    let a = 1 / i;
-    let b = -1 / i;
-    let c = 1 / i + 1 / j;
-    let g_c = d * (n * a - b) * (i * j);
-    let h_c = d * (n * b - c) * (i * j);
-    let f = (g_c.powi(2) + e) / h_c;
-
-    // The momenta, and the factor of the constraint.
-    let p1 = (i + j) * dot(theta) + j * dot(psi);
-    let p2 = j * (dot(theta) + dot(psi));
-    /// The factor of the constraint [1/s].
-    let w = g_c * p1 + h_c * p2;
-
-    /// The Lyapunov function `V` [J].
-    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
-        + chi * (1 - (psi - n * theta).cos())
-        + m * e / d * (1 - theta.cos());
+    use inertia_wheel_pendulum;
     /// The rate `F` at which `V` falls [J/s].
     let dissipation = rho * w * w.tanh();
 

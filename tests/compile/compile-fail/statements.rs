@@ -87,6 +87,52 @@ mod observe {
     }
 }
 
+/// Statements that several declarations share.
+mod shared {
+    use dsocs_core::{dsocs, statements};
+
+    statements! {
+        pendulum {
+            coordinates(theta);
+            lagrangian = dot(theta).powi(2) * lenght - thta;
+        }
+    }
+
+    #[dsocs {
+        use pendulum;
+    }]
+    pub struct WithAMistakeInThem {
+        pub length: f64,
+    }
+
+    #[dsocs {
+        use pendulum;
+        coordinates(theta);
+    }]
+    pub struct Twice {
+        pub lenght: f64,
+        pub thta: f64,
+    }
+
+    #[dsocs {
+        use pendulum::{all, others};
+    }]
+    pub struct Tree;
+
+    #[dsocs {
+        use pendulum as it;
+    }]
+    pub struct Renamed;
+}
+
+/// What is no name with statements.
+mod not_shared {
+    dsocs_core::statements! {
+        coordinates(theta);
+        lagrangian = dot(theta).powi(2);
+    }
+}
+
 /// An enumeration.
 mod enumeration {
     use dsocs_core::dsocs;

@@ -56,7 +56,7 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
     mentioned.0.extend(observed);
     let unused = declaration.lets.iter().filter(|binding| {
         let name = binding.name.to_string();
-        !name.starts_with('_') && !mentioned.0.contains(&name)
+        !binding.shared && !name.starts_with('_') && !mentioned.0.contains(&name)
     });
     let warning = |name: &Ident| Warning {
         place: name.clone(),

@@ -25,7 +25,12 @@ pub(super) fn read_let(
     let value = plain_let(local, errors).map(|(_, value)| value);
     if let Some(name) = name {
         let doc = doc(attributes);
-        declaration.lets.push(Let { name, value, doc });
+        declaration.lets.push(Let {
+            name,
+            value,
+            doc,
+            shared: false,
+        });
     }
 }
 

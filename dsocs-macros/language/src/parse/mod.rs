@@ -2,11 +2,12 @@
 
 use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
-use syn::{Attribute, Block, Expr, Stmt, Token};
+use syn::{Attribute, Block, Expr, Item, Stmt, Token};
 
 use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Part, Scalar, Side};
 use crate::errors::{Errors, Reported};
 use crate::names::nearest;
+use crate::shared::{self, Chunk};
 
 mod coordinates;
 mod each;
@@ -40,7 +41,12 @@ const STATEMENTS: [&str; 15] = [
 /// Reads the body of the attribute.
 pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
     let mut declaration = Declaration::default();
-    for chunk in chunks(tokens) {
+    for Chunk {
+        tokens: chunk,
+        shared,
+    } in shared::flat(tokens)
+    {
+        let lets = declaration.lets.len();
         if let Some(tree) = too_deep(&chunk, DEEPEST) {
             let reported = errors.at(
                 tree,
@@ -74,6 +80,9 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                 mark_broken(&mut declaration, chunk, reported);
             }
         }
+        for read in &mut declaration.lets[lets..] {
+            read.shared = shared;
+        }
     }
     declaration
 }
@@ -91,7 +100,7 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
 }
 
 /// Splits after every `;` outside parentheses; the last statement gets one if it has none.
-fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
+pub(crate) fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
     let mut chunks = Vec::new();
     let mut chunk = Vec::new();
     for tree in tokens {
@@ -178,6 +187,7 @@ fn mark_broken(declaration: &mut Declaration, tokens: TokenStream, reported: Rep
                         name: ident.clone(),
                         value: Err(reported),
                         doc: String::new(),
+                        shared: false,
                     });
                 }
                 last = Some(ident);
@@ -240,6 +250,12 @@ fn read(declaration: &mut Declaration, statement: Stmt, attributes: &[Attribute]
         },
         // what `;;` is parsed as
         Stmt::Expr(Expr::Verbatim(tokens), _) if tokens.is_empty() => {}
+        Stmt::Item(Item::Use(other)) => {
+            errors.at(
+                other,
+                "shared statements are macros, which the compiler alone can find: write them out here",
+            );
+        }
         other => {
             errors.at(other, expected_statement());
         }

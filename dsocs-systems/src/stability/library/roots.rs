@@ -16,20 +16,7 @@ const H: f64 = 0.1;
 
 /// The pendulum of [`InertiaWheelPendulum`] without `branch = divide(w)`.
 #[dsocs {
-    coordinates(theta, psi);
-    lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
-    let a = 1 / i;
-    let b = -1 / i;
-    let c = 1 / i + 1 / j;
-    let g_c = d * (n * a - b) * (i * j);
-    let h_c = d * (n * b - c) * (i * j);
-    let f = (g_c.powi(2) + e) / h_c;
-    let p1 = (i + j) * dot(theta) + j * dot(psi);
-    let p2 = j * (dot(theta) + dot(psi));
-    let w = g_c * p1 + h_c * p2;
-    let lyapunov = f / 2 * p1.powi(2) + h_c / 2 * p2.powi(2) + g_c * p1 * p2
-        + chi * (1 - (psi - n * theta).cos())
-        + m * e / d * (1 - theta.cos());
+    use crate::pendulum::inertia_wheel_pendulum;
     kinematic = dot(lyapunov) + rho * w * w.tanh();
     constraint_forces = [(0, 1)];
 }]

@@ -15,3 +15,4 @@ mod multipliers;
 mod names;
 mod one_coordinate;
 mod parameters;
+mod shared;

@@ -1,0 +1,227 @@
+//! Statements that several declarations share: `statements! { name { … } }`, and `use name;` where they are wanted.
+//!
+//! No macro can look into another one. So the shared statements become a macro by example of that name, and an attribute that
+//! finds `use name;` hands itself over to it: what comes back is the same attribute with `use { … };` in that place. The block tells
+//! the shared statements from the declaration's own: nothing in it is warned of because this declaration does not need it.
+
+use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream, TokenTree};
+use quote::{quote, quote_spanned};
+use syn::parse::{Parse, ParseStream, Parser};
+use syn::{Attribute, Path, Token, Visibility, braced};
+
+use crate::errors::compile_errors;
+use crate::parse::chunks;
+
+/// A statement, as tokens with their `;`.
+pub(crate) struct Chunk {
+    /// The tokens.
+    pub(crate) tokens: TokenStream,
+    /// Whether it was written for several declarations.
+    pub(crate) shared: bool,
+}
+
+/// The statements of a declaration in order, those of `use { … };` among them.
+pub(crate) fn flat(declaration: TokenStream) -> Vec<Chunk> {
+    fn push(tokens: TokenStream, shared: bool, flat: &mut Vec<Chunk>) {
+        for tokens in chunks(tokens) {
+            match block(&tokens) {
+                Some(inner) => push(inner, true, flat),
+                None => flat.push(Chunk { tokens, shared }),
+            }
+        }
+    }
+    let mut all = Vec::new();
+    push(declaration, false, &mut all);
+    all
+}
+
+/// What stands in `use { … };`.
+fn block(tokens: &TokenStream) -> Option<TokenStream> {
+    let mut trees = tokens.clone().into_iter();
+    match (trees.next(), trees.next()) {
+        (Some(TokenTree::Ident(word)), Some(TokenTree::Group(group)))
+            if word == "use" && group.delimiter() == Delimiter::Brace =>
+        {
+            Some(group.stream())
+        }
+        _ => None,
+    }
+}
+
+/// The name in `use name;`, or what is wrong with it.
+fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
+    let parser = |input: ParseStream| {
+        input.parse::<Token![use]>()?;
+        let path = input.call(Path::parse_mod_style)?;
+        input.parse::<Token![;]>()?;
+        Ok(path)
+    };
+    match tokens.clone().into_iter().next() {
+        Some(TokenTree::Ident(word)) if word == "use" => {
+            let wrong = |error: syn::Error| {
+                let message =
+                    "expected `use name;`, with the name or the path of a `statements! { name { … } }`";
+                syn::Error::new(error.span(), message)
+            };
+            Some(parser.parse2(tokens.clone()).map_err(wrong))
+        }
+        _ => None,
+    }
+}
+
+/// The call of the macro that puts in the statements of the first `use` in a declaration, if there is one.
+pub(crate) fn call(declaration: &TokenStream, item: &TokenStream) -> syn::Result<Option<TokenStream>> {
+    let chunks = flat(declaration.clone());
+    let mut first = None;
+    for (place, chunk) in chunks.iter().enumerate() {
+        if let Some(path) = used(&chunk.tokens) {
+            first = Some((place, path?));
+            break;
+        }
+    }
+    let Some((place, path)) = first else {
+        return Ok(None);
+    };
+    let attribute = attribute(&chunks);
+    let (before, after) = (joined(&chunks[..place]), joined(&chunks[place + 1..]));
+    Ok(Some(quote!(#path! { [#attribute] { #before } { #after } #item })))
+}
+
+/// A declaration in whose shared statements names mean what they mean in its own, among them the fields of its struct.
+///
+/// As they come out of a macro by example, a name in them is another one than the same name in the struct. But then a mistake in them
+/// is told with the place where they are used.
+pub(crate) fn in_scope(declaration: TokenStream, item: &TokenStream) -> TokenStream {
+    let first = item.clone().into_iter().next();
+    let site = first.map_or_else(Span::call_site, |tree| tree.span());
+    let mut chunks = flat(declaration);
+    for chunk in chunks.iter_mut().filter(|chunk| chunk.shared) {
+        chunk.tokens = resolved_at(chunk.tokens.clone(), site);
+    }
+    joined(&chunks)
+}
+
+/// The attribute's own path.
+fn attribute(chunks: &[Chunk]) -> TokenStream {
+    let parser = |input: ParseStream| {
+        input.parse::<Token![crate]>()?;
+        input.parse::<Token![=]>()?;
+        let path = input.call(Path::parse_mod_style)?;
+        input.parse::<Token![;]>()?;
+        Ok(path)
+    };
+    let core = chunks
+        .iter()
+        .find_map(|chunk| parser.parse2(chunk.tokens.clone()).ok());
+    match core {
+        Some(path) => quote!(#path::dsocs),
+        None => quote!(::dsocs_core::dsocs),
+    }
+}
+
+/// The tokens of statements, each shared one in a block.
+fn joined(chunks: &[Chunk]) -> TokenStream {
+    let tokens = chunks.iter().map(|Chunk { tokens, shared }| match shared {
+        true => quote!(use { #tokens };),
+        false => tokens.clone(),
+    });
+    tokens.collect()
+}
+
+/// Tokens at their places, with names as they are resolved at another.
+fn resolved_at(tokens: TokenStream, site: Span) -> TokenStream {
+    let tree = |tree| match tree {
+        TokenTree::Group(group) => {
+            let mut moved = Group::new(group.delimiter(), resolved_at(group.stream(), site));
+            moved.set_span(group.span().resolved_at(site));
+            moved.into()
+        }
+        mut other => {
+            other.set_span(other.span().resolved_at(site));
+            other
+        }
+    };
+    tokens.into_iter().map(tree).collect()
+}
+
+/// One `name { … }`.
+struct Shared {
+    /// Its documentation.
+    attributes: Vec<Attribute>,
+    /// Where it can be used.
+    visibility: Visibility,
+    /// Its name.
+    name: Ident,
+    /// The statements.
+    statements: TokenStream,
+}
+
+impl Parse for Shared {
+    fn parse(input: ParseStream) -> syn::Result<Self> {
+        let attributes = input.call(Attribute::parse_outer)?;
+        let visibility = input.parse()?;
+        let name = input.parse()?;
+        let body;
+        braced!(body in input);
+        Ok(Self {
+            attributes,
+            visibility,
+            name,
+            statements: body.parse()?,
+        })
+    }
+}
+
+/// What `statements! { name { … } }` becomes: a macro of that name for each of them.
+#[must_use]
+pub fn statements(tokens: TokenStream) -> TokenStream {
+    let parser = |input: ParseStream| {
+        let mut all = Vec::new();
+        while !input.is_empty() {
+            all.push(input.parse::<Shared>()?);
+        }
+        Ok(all)
+    };
+    match parser.parse2(tokens) {
+        Ok(all) => all.iter().map(macro_by_example).collect(),
+        Err(error) => {
+            let message = "expected `name { … }` with statements of a declaration between the braces";
+            compile_errors(&[syn::Error::new(error.span(), message)])
+        }
+    }
+}
+
+/// The macro that an attribute with `use name;` calls.
+fn macro_by_example(shared: &Shared) -> TokenStream {
+    let Shared {
+        attributes,
+        visibility,
+        name,
+        statements,
+    } = shared;
+    // a macro for other crates has its place in the root of this one, whatever module it is written in
+    let (export, alias) = match visibility {
+        Visibility::Public(_) => (
+            quote!(#[doc(hidden)] #[macro_export]),
+            Ident::new(&format!("__dsocs_statements_{name}"), name.span()),
+        ),
+        _ => (TokenStream::new(), name.clone()),
+    };
+    let import = match visibility {
+        Visibility::Inherited => quote!(use #alias as #name;),
+        _ => quote!(#visibility use #alias as #name;),
+    };
+    quote_spanned! {name.span()=>
+        #export
+        #[allow(unused_macros)]
+        macro_rules! #alias {
+            ([$($attribute:tt)*] { $($before:tt)* } { $($after:tt)* } $($item:tt)*) => {
+                #[$($attribute)* { $($before)* use { #statements }; $($after)* }]
+                $($item)*
+            };
+        }
+        #(#attributes)*
+        #[allow(unused_imports)]
+        #import
+    }
+}
