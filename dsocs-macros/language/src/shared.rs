@@ -56,17 +56,15 @@ fn used(tokens: &TokenStream) -> Option<syn::Result<Path>> {
         input.parse::<Token![;]>()?;
         Ok(path)
     };
-    match tokens.clone().into_iter().next() {
-        Some(TokenTree::Ident(word)) if word == "use" => {
-            let wrong = |error: syn::Error| {
-                let message =
-                    "expected `use name;`, with the name or the path of a `statements! { name { … } }`";
-                syn::Error::new(error.span(), message)
-            };
-            Some(parser.parse2(tokens.clone()).map_err(wrong))
-        }
-        _ => None,
-    }
+    let first = tokens.clone().into_iter().next()?;
+    let TokenTree::Ident(word) = first else {
+        return None;
+    };
+    let wrong = |error: syn::Error| {
+        let message = "expected `use name;`, with the name or the path of a `statements! { name { … } }`";
+        syn::Error::new(error.span(), message)
+    };
+    (word == "use").then(|| parser.parse2(tokens.clone()).map_err(wrong))
 }
 
 /// The call of the macro that puts in the statements of the first `use` in a declaration, if there is one.
@@ -113,10 +111,7 @@ fn attribute(chunks: &[Chunk]) -> TokenStream {
     let core = chunks
         .iter()
         .find_map(|chunk| parser.parse2(chunk.tokens.clone()).ok());
-    match core {
-        Some(path) => quote!(#path::dsocs),
-        None => quote!(::dsocs_core::dsocs),
-    }
+    core.map_or_else(|| quote!(::dsocs_core::dsocs), |path| quote!(#path::dsocs))
 }
 
 /// The tokens of statements, each shared one in a block.
@@ -207,10 +202,7 @@ fn macro_by_example(shared: &Shared) -> TokenStream {
         ),
         _ => (TokenStream::new(), name.clone()),
     };
-    let import = match visibility {
-        Visibility::Inherited => quote!(use #alias as #name;),
-        _ => quote!(#visibility use #alias as #name;),
-    };
+    let import = quote!(#visibility use #alias as #name;);
     quote_spanned! {name.span()=>
         #export
         #[allow(unused_macros)]
