@@ -53,8 +53,8 @@
 //! 1. *The discrete system itself*, what it keeps and its forces, over long times, across switches and friction, and with
 //!    constraints of any order: [`Flow`], the paper's step. Its error is `h²`.
 //! 2. *The same with digits*, symmetric in time and without a drift of the energy: [`ComposedFlow`], order 4 for errors around
-//!    1e-4, 6 around 1e-7, 8 below. It wants a constant mass matrix, constraints of second order ([`Symmetry`] says what is in the
-//!    way), and a motion that can be followed back in time over a part of the step: with a damping `k`, `h < 3/k`.
+//!    1e-4, 6 around 1e-7, 8 below. It wants constraints of second order ([`Symmetry`] says what is in the
+//!    way), is slow where the mass matrix varies, and wants a motion that can be followed back in time over a part of the step: with a damping `k`, `h < 3/k`.
 //! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, for every declaration without jumps:
 //!    [`TaylorFlow`]. It keeps the constraints to rounding, and of all else what its tolerance lets it keep.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.

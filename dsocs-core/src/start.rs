@@ -354,13 +354,22 @@ pub(crate) fn state_acceleration<const N: usize>(
     (t0, q0, v0): (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<[f64; N], SetupError> {
+    Ok(state(system, (t0, q0, v0), near)?.0)
+}
+
+/// The same, and the multipliers where they are unknown.
+pub(crate) fn state<const N: usize>(
+    system: &dyn AnySystem<N>,
+    (t0, q0, v0): (f64, &[f64; N], &[f64; N]),
+    near: Option<&[f64; N]>,
+) -> Result<Accelerated<N>, SetupError> {
     check_vector(system, "q0", q0)?;
     check_vector(system, "v0", v0)?;
     if let Some(a0) = near {
         check_vector(system, "a0", a0)?;
     }
     match system.acceleration((t0, q0, v0), near) {
-        Ok((a, _)) => Ok(a),
+        Ok(found) => Ok(found),
         Err(cause) => Err(SetupError::Acceleration {
             q0: q0.to_vec(),
             v0: v0.to_vec(),
@@ -477,7 +486,7 @@ pub(crate) fn arriving_on_constraints<const N: usize>(
 }
 
 /// The momentum `∂L/∂v`.
-fn momentum<const N: usize>(
+pub(crate) fn momentum<const N: usize>(
     declaration: &Declaration<'_, N>,
     (t, q, v): (f64, &[f64; N], &[f64; N]),
 ) -> [f64; N] {
@@ -490,7 +499,7 @@ fn momentum<const N: usize>(
 }
 
 /// The velocity that has a momentum, from a guess.
-fn velocity_of<const N: usize>(
+pub(crate) fn velocity_of<const N: usize>(
     declaration: &Declaration<'_, N>,
     (t, q): (f64, &[f64; N]),
     wanted: &[f64; N],

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::method::Composition;
-use crate::error::StepError;
+use crate::error::{NewtonFailure, StepError};
 
 /// Everything known about a stage that failed.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,15 @@ pub struct FailedStage {
 pub enum StageFailure {
     /// Its equations have no solution that was found, or more than one. Times and nodes are the stage's.
     Step(StepError),
+    /// Its equations, where momenta join the legs, have no solution that was found.
+    Leg {
+        /// The time at the end of the stage.
+        time: f64,
+        /// The length of its leg.
+        h: f64,
+        /// How Newton's iteration failed: the unknowns are the leg's increment, or the velocity at its end.
+        cause: NewtonFailure,
+    },
     /// It goes back in time beyond a singularity of its equations: there is a solution, but not one that the motion leads to.
     Singularity {
         /// The time at the end of the stage.
@@ -48,7 +57,9 @@ impl FailedStage {
     pub fn time(&self) -> f64 {
         match &self.cause {
             StageFailure::Step(error) => error.details().time,
-            StageFailure::Singularity { time, .. } | StageFailure::Jump { time, .. } => *time,
+            StageFailure::Leg { time, .. }
+            | StageFailure::Singularity { time, .. }
+            | StageFailure::Jump { time, .. } => *time,
         }
     }
 }
@@ -85,6 +96,9 @@ impl fmt::Display for StageError {
         }
         match cause {
             StageFailure::Step(error) => write!(f, " failed: {error}")?,
+            StageFailure::Leg { time, h, cause } => {
+                write!(f, " failed: the leg of {h:.3e} to t = {time}: {cause}")?;
+            }
             StageFailure::Singularity { time, h } => write!(
                 f,
                 " passes a singularity: its equations at t = {time} have changed their orientation over the leg of {h:.3e}, so that \
@@ -100,6 +114,8 @@ impl fmt::Display for StageError {
                 "; the method has legs that go back in time, where a constraint such as a decrease of energy may have no \
                  motion: take a smaller h, the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
             )?;
+        } else if !matches!(cause, StageFailure::Step(_)) {
+            f.write_str("; take a smaller h, Flow or the continuous motion to a tolerance (TaylorFlow)")?;
         }
         Ok(())
     }
@@ -109,7 +125,7 @@ impl core::error::Error for StageError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match &self.0.cause {
             StageFailure::Step(error) => Some(error),
-            StageFailure::Singularity { .. } | StageFailure::Jump { .. } => None,
+            StageFailure::Leg { .. } | StageFailure::Singularity { .. } | StageFailure::Jump { .. } => None,
         }
     }
 }

@@ -8,6 +8,7 @@ use core::iter::FusedIterator;
 use super::backward;
 use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
+use super::momenta::{self, Momenta};
 use super::symmetry::Symmetry;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
@@ -66,6 +67,8 @@ pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     pub(super) since: u64,
     /// The current node.
     pub(super) now: State<N>,
+    /// The same with its momentum, and the legs of the stages in the last steps, where momenta join the legs.
+    pub(super) joined: Option<Box<Joined<N>>>,
     /// The orientation of the longest stage that goes back, as the motion has it.
     orientation: f64,
     /// How the step that led to it was solved.
@@ -84,6 +87,15 @@ pub(super) struct State<const N: usize> {
     pub(super) v: Compensated<N>,
     /// Acceleration.
     pub(super) a: [f64; N],
+}
+
+/// Where momenta join the legs: a node, and the stages.
+#[derive(Clone, Debug)]
+pub(super) struct Joined<const N: usize> {
+    /// The current node.
+    pub(super) now: momenta::Node<N>,
+    /// The legs of each stage in the last steps.
+    past: Vec<momenta::Past<N>>,
 }
 
 /// A stage of the step.
@@ -126,12 +138,27 @@ impl<S: System<N>, const N: usize> Clone for ComposedFlow<'_, S, N> {
         Self {
             system: self.system.clone(),
             stages: self.stages.clone(),
+            joined: self.joined.clone(),
             ..*self
         }
     }
 }
 
+impl<const N: usize> State<N> {
+    /// A node without its momentum.
+    pub(super) fn of(node: &momenta::Node<N>) -> Self {
+        Self {
+            q: node.q,
+            v: Compensated::exact(node.v),
+            a: node.a,
+        }
+    }
+}
+
 impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
+    /// Whether momenta join the legs.
+    pub(super) const BY_MOMENTA: bool = matches!(S::SYMMETRY, Symmetry::Momenta);
+
     /// Sets up a run with the step `h`, which is negative to run back in time. The run begins with the position and the velocity of
     /// the start and the acceleration of the continuous system there, so that the start has no error.
     ///
@@ -141,7 +168,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     /// no acceleration there, or if the step of this system cannot be composed ([`SetupError::Composition`]; any system's can with
     /// [`Composition::SINGLE`] by [`Flow`]).
     pub fn new(system: &'s S, h: f64, method: Composition, start: Start<N>) -> Result<Self, SetupError> {
-        if S::SYMMETRY != Symmetry::AnyLegs {
+        if !matches!(S::SYMMETRY, Symmetry::AnyLegs | Symmetry::Momenta) {
             return Err(SetupError::Composition {
                 method,
                 reason: S::SYMMETRY,
@@ -152,7 +179,22 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         }
         Declaration::of(system).prepare();
         let Phase { t0, q0, v0, near } = start.phase(system)?;
-        let a0 = start::state_acceleration(system, (t0, &q0, &v0), near.as_ref())?;
+        let (now, joined);
+        if Self::BY_MOMENTA {
+            let node = Momenta::of(system).start(t0, (Compensated::exact(q0), v0), near.as_ref())?;
+            now = State::of(&node);
+            joined = Some(Box::new(Joined {
+                now: node,
+                past: Vec::new(),
+            }));
+        } else {
+            now = State {
+                q: Compensated::exact(q0),
+                v: Compensated::exact(v0),
+                a: start::state_acceleration(system, (t0, &q0, &v0), near.as_ref())?,
+            };
+            joined = None;
+        }
         let mut flow = Self {
             system: Held::new(system),
             method,
@@ -160,11 +202,8 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             stages: Vec::new(),
             clock: Clock::even(t0, h),
             since: 0,
-            now: State {
-                q: Compensated::exact(q0),
-                v: Compensated::exact(v0),
-                a: a0,
-            },
+            now,
+            joined,
             orientation: 0.0,
             report: START,
             max_iterations: MAX_ITERATIONS,
@@ -175,6 +214,11 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
 
     /// Makes the stages for the current step.
     pub(super) fn prepare(&mut self) {
+        if let Some(joined) = &mut self.joined {
+            joined.past.clear();
+            joined.past.resize(self.method.stages(), momenta::Past::new());
+            return;
+        }
         let leg = Leg {
             t: self.clock.time(),
             q: self.now.q.hi,
@@ -346,6 +390,60 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         Ok(total)
     }
 
+    /// The same where momenta join the legs.
+    fn solve_by_momenta(&mut self) -> Result<StepReport, StageError> {
+        let Some(joined) = &self.joined else {
+            return Ok(START); // there is one where this is called
+        };
+        let (mut node, mut past) = (joined.now.clone(), joined.past.clone());
+        let mut iterations = 0;
+        let legs = Momenta::of(&*self.system);
+        let mut done = 0.0;
+        for (place, fraction) in self.method.fractions().enumerate() {
+            let h = fraction * self.h;
+            done += h;
+            // the last stage ends where the step does
+            let last = place + 1 == self.method.stages();
+            let t = if last {
+                self.clock.time_of(self.clock.index() + 1)
+            } else {
+                self.clock.time() + done
+            };
+            let (next, d, count) = legs
+                .leg(&node, (h, t), &past[place])
+                .map_err(|failure| self.unjoined(place, failure))?;
+            past[place].push(&d);
+            iterations += count;
+            node = next;
+        }
+        let complete = legs.complete(&mut node);
+        complete
+            .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
+        self.now = State::of(&node);
+        self.joined = Some(Box::new(Joined { now: node, past }));
+        self.report = StepReport { iterations, ..USUAL };
+        self.clock.tick();
+        Ok(self.report)
+    }
+
+    /// The error of a stage where momenta join the legs.
+    #[cold]
+    fn unjoined(&self, place: usize, failure: momenta::Failure) -> StageError {
+        let fraction = self.method.fractions().nth(place).unwrap_or(f64::NAN);
+        let (time, h) = (self.time_of_stage(place), fraction * self.h);
+        StageError::new(FailedStage {
+            method: self.method,
+            index: self.clock.index(),
+            stage: place + 1,
+            backward: fraction < 0.0,
+            cause: match failure {
+                momenta::Failure::NotSolved(cause) => StageFailure::Leg { time, h, cause },
+                momenta::Failure::Singularity => StageFailure::Singularity { time, h },
+                momenta::Failure::Jump => StageFailure::Jump { time, h },
+            },
+        })
+    }
+
     /// The time at the end of a stage.
     fn time_of_stage(&self, place: usize) -> f64 {
         let done: f64 = self.method.fractions().take(place + 1).sum();
@@ -436,7 +534,11 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
     /// where it was.
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
-        Ok(self.solve()?)
+        if Self::BY_MOMENTA {
+            Ok(self.solve_by_momenta()?)
+        } else {
+            Ok(self.solve()?)
+        }
     }
 
     fn node(&self) -> Node<N> {
@@ -476,9 +578,10 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
         Ok(())
     }
 
-    /// The regularity of the equations of that stage of the last step where they are the least regular.
+    /// The regularity of the equations of that stage of the last step where they are the least regular. `None` where momenta join the
+    /// legs, whose certificates have no measure.
     fn regularity(&self) -> Option<Regularity> {
-        if self.report.stop == Stop::Start {
+        if self.report.stop == Stop::Start || Self::BY_MOMENTA {
             return None;
         }
         let of_stage = |stage: &Stage<_, _, N>| {

@@ -2,7 +2,8 @@
 
 #![allow(clippy::float_cmp)] // a velocity that has not changed
 
-use super::flow::ComposedFlow;
+use super::flow::{ComposedFlow, State};
+use super::momenta::Momenta;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::run::{Inputs, RunError, inputs};
@@ -22,9 +23,16 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for ComposedFlow<'_, S, N> 
         let (t, q, v, a) = (self.time(), self.now.q.hi, self.now.v.hi, self.now.a);
         let sides = [Declaration::of(&*self.system), Declaration::of(&*system)];
         let after = start::velocity_after(&sides, (t, &q, &v))?;
-        self.now.a = start::state_acceleration(&*system, (t, &q, &after), Some(&a))?;
-        if after != v {
-            self.now.v = Compensated::exact(after);
+        if let Some(joined) = &mut self.joined {
+            // the momentum stays
+            let now = (joined.now.q, joined.now.p, after);
+            joined.now = Momenta::of(&*system).node(t, now, Some(&a))?;
+            self.now = State::of(&joined.now);
+        } else {
+            self.now.a = start::state_acceleration(&*system, (t, &q, &after), Some(&a))?;
+            if after != v {
+                self.now.v = Compensated::exact(after);
+            }
         }
         self.system = system;
         self.since = self.clock.index();

@@ -12,6 +12,20 @@
 //! several such with different, partly negative lengths. The generated code is that of the paper's step: seen from the leg that
 //! arrives, the equations are those of equal legs of its length.
 //!
+//! # Where the parabola does not join the legs
+//!
+//! A mass matrix that varies, or an external force that is no linear function of the velocity, binds a node to more than its parabola. There the
+//! legs are joined by the momenta ([`Symmetry::Momenta`]): half a kick by the constraint force of the continuous system at the node,
+//!
+//! ```text
+//! p + h/2 Q = -D₁L_d(q, q') - f⁻_d,   p' = D₂L_d(q, q') + f⁺_d + h/2 Q'
+//! ```
+//!
+//! and half a one at the next, where the constraints hold for position, velocity and acceleration. `L_d` and the external forces are those of the declared map, which
+//! has to be symmetric in time, as `midpoint` and `trapezoid` are (for `paper` the trapezoid's are taken). Without constraints this is the discrete
+//! flow of `L_d`, which is symplectic. It is evaluated on the tape: a leg of a double pendulum takes 5 to 10 µs, and 25 µs with a constraint, where the generated
+//! step takes 0.1 to 0.2 µs. Who wants digits alone takes Taylor series.
+//!
 //! # What is kept
 //!
 //! Symmetry in time: a step back undoes a step to rounding. Constraints and forces hold at every node. `L_d` of the paper's
@@ -33,6 +47,7 @@ mod error;
 mod flow;
 mod inputs;
 mod method;
+mod momenta;
 mod symmetry;
 
 pub use error::{FailedStage, StageError, StageFailure};

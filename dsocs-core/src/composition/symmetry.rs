@@ -1,28 +1,27 @@
-//! Whether steps of different lengths can be composed.
+//! How steps of different lengths are composed.
 
 use core::fmt;
 
-/// Whether the map from node to node is symmetric in time for legs of any lengths, or why that cannot be said.
+/// How the step is composed of legs of different lengths, symmetrically in time, or why it cannot be.
 ///
-/// It is where the equations at a node depend on the nodes through the parabola through three of them alone: through its
-/// value, slope and curvature at the middle node, which exist for unequal legs as well. With the paper's maps that is so
-/// if `∂L/∂v` is a constant matrix times `v` and every kinematic constraint is of second order.
+/// Where the equations at a node depend on the nodes through the parabola through three of them alone, through its
+/// value, slope and curvature at the middle node, this parabola joins legs of any lengths, and the code of the step serves for all of
+/// them. With the paper's maps that is so if `∂L/∂v` is a constant matrix times `v`. Elsewhere the momenta at the nodes join the
+/// legs: half a kick by the constraint force, the discrete flow of `L_d` with the external forces, and the other half.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// It is: the step can be composed.
+    /// By the parabola through three nodes, in the code of the step.
     AnyLegs,
-    /// A constraint is of order 0 or 1: one of positions or of velocities.
+    /// By the momenta at the nodes, evaluated on the tape: slower.
+    Momenta,
+    /// Not at all: a constraint is of order 0 or 1, one of positions or of velocities.
     LowerOrder,
-    /// `∂L/∂v` depends on the position, or is not linear in the velocity.
-    Momentum,
-    /// An external force depends on the velocity, and is taken on legs.
-    ExternalForces,
-    /// The map of the Lagrangian gives other equations than those of the continuous system at the parabola's point.
+    /// Not at all: `L_d` of a leg is another one when the leg is run back.
     LagrangianMap,
-    /// The map of the kinematic constraints leads to another point.
+    /// Not at all: the map of the kinematic constraints leads to another point than value, slope and curvature.
     KinematicMap,
-    /// The map of the variational constraints leads to another point.
+    /// Not at all: the map of the variational constraints does.
     VariationalMap,
     /// Nobody has looked: the system was written by hand.
     Unknown,
@@ -32,22 +31,16 @@ impl fmt::Display for Symmetry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::AnyLegs => "the step is symmetric with legs of any lengths",
+            Self::Momenta => "legs of any lengths are joined by the momenta at the nodes",
             Self::LowerOrder => {
                 "compositions do not support constraints of positions or velocities: these bind nodes and legs, and so more than value, \
                  slope and curvature at a node"
             }
-            Self::Momentum => {
-                "∂L/∂v is not a constant matrix times the velocity, so that the step is not symmetric in time"
-            }
-            Self::ExternalForces => {
-                "an external force depends on the velocity, which legs of different lengths have differently on both sides of a node"
-            }
             Self::LagrangianMap => {
-                "with its `phi_lagrangian` (`midpoint` by default where the momentum depends on the position) the equations at a node \
-                 depend on more than value, slope and curvature there"
+                "with its `phi_lagrangian` or `discrete_lagrangian` the step is not symmetric in time: `midpoint` and `trapezoid` are"
             }
             Self::KinematicMap => {
-                "the declared `phi_kinematic` is not value, slope and curvature at the middle node"
+                "the declared `phi_kinematic` or `discrete_kinematic` is not at value, slope and curvature at the middle node"
             }
             Self::VariationalMap => {
                 "the declared `phi_variational` is not value, slope and curvature at the middle node"

@@ -319,11 +319,11 @@ fn the_attribute_finds_out_what_can_be_composed() {
         (InertiaWheelPendulum::SYMMETRY, Symmetry::AnyLegs),
         (Damped::SYMMETRY, Symmetry::AnyLegs),
         (Written::SYMMETRY, Symmetry::AnyLegs),
-        (PlanarChain8::SYMMETRY, Symmetry::LagrangianMap),
-        (Midpoint::SYMMETRY, Symmetry::LagrangianMap),
-        (mass::DoublePendulum::SYMMETRY, Symmetry::Momentum),
-        (mass::Constrained::SYMMETRY, Symmetry::Momentum),
-        (Charge::SYMMETRY, Symmetry::Momentum),
+        (PlanarChain8::SYMMETRY, Symmetry::Momenta),
+        (Midpoint::SYMMETRY, Symmetry::Momenta),
+        (mass::DoublePendulum::SYMMETRY, Symmetry::Momenta),
+        (mass::Constrained::SYMMETRY, Symmetry::Momenta),
+        (Charge::SYMMETRY, Symmetry::Momenta),
         (OneSided::SYMMETRY, Symmetry::KinematicMap),
         (maps::Weighted::SYMMETRY, Symmetry::LagrangianMap),
         (maps::Forward::SYMMETRY, Symmetry::KinematicMap),
@@ -331,14 +331,9 @@ fn the_attribute_finds_out_what_can_be_composed() {
     ] {
         assert_eq!(found, expected);
     }
-    let chain = PlanarChain8::default();
-    let refused = ComposedFlow::new(
-        &chain,
-        0.01,
-        Composition::SUZUKI_4,
-        Start::second_order([0.5; 8], [0.0; 8]),
-    );
-    let error = refused.unwrap_err();
+    let weighted = maps::Weighted { weight: 0.25 };
+    let start = Start::second_order([0.5; 2], [0.0; 2]);
+    let error = ComposedFlow::new(&weighted, 0.01, Composition::SUZUKI_4, start).unwrap_err();
     assert!(matches!(
         error,
         SetupError::Composition {

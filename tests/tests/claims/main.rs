@@ -3,6 +3,7 @@
 mod chain;
 mod compensated;
 mod composition;
+mod composition_by_momenta;
 mod constrained_library;
 mod constraints;
 mod control_law;

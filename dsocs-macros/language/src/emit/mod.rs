@@ -136,9 +136,8 @@ fn metadata(model: &Model) -> TokenStream {
 fn symmetry(model: &Model) -> TokenStream {
     match Symmetry::decide(model) {
         Symmetry::AnyLegs => quote!(AnyLegs),
+        Symmetry::Momenta => quote!(Momenta),
         Symmetry::LowerOrder => quote!(LowerOrder),
-        Symmetry::Momentum => quote!(Momentum),
-        Symmetry::ExternalForces => quote!(ExternalForces),
         Symmetry::LagrangianMap => quote!(LagrangianMap),
         Symmetry::KinematicMap => quote!(KinematicMap),
         Symmetry::VariationalMap => quote!(VariationalMap),

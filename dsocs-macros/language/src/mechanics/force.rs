@@ -90,14 +90,10 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
 /// For the paper's map the trapezoid's, which leads to the same equations as long as nothing changes from leg to leg: where a
 /// parameter does, its change counts half on each side of the node, as it has to for the order 2.
 pub(crate) fn arriving(model: &Model, graph: &mut Graph) -> Vec<NodeId> {
-    let value = match (model.discrete_lagrangian, model.phi_lagrangian.as_slice()) {
-        (Some(given), _) => given,
-        (None, [only]) if is_first_node(graph, only) => {
-            let ends = ends(graph, only);
-            mean(graph, model.lagrangian, &ends)
-        }
-        (None, points) => mean(graph, model.lagrangian, points),
-    };
+    let value = model.discrete_lagrangian.unwrap_or_else(|| {
+        let points = points_of_arriving(model, graph);
+        mean(graph, model.lagrangian, &points)
+    });
     let external = external_on_leg(model, graph);
     let components: Vec<_> = (0..model.coordinates.len())
         .map(|i| {
@@ -122,10 +118,7 @@ pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<N
     if model.external_forces.is_empty() {
         return None;
     }
-    let points = match model.phi_lagrangian.as_slice() {
-        [only] if is_first_node(graph, only) => ends(graph, only),
-        points => points.to_vec(),
-    };
+    let points = points_of_arriving(model, graph);
     let weight = 1.0 / points.len() as f64;
     let mut sums = [vec![Vec::new(); n], vec![Vec::new(); n]];
     for point in &points {
@@ -146,6 +139,14 @@ pub(crate) fn external_on_leg(model: &Model, graph: &mut Graph) -> Option<[Vec<N
         }
     }
     Some(sums.map(|components| components.iter().map(|terms| graph.linear(0.0, terms)).collect()))
+}
+
+/// The points of the first order map; of the paper's both ends of the leg.
+pub(super) fn points_of_arriving(model: &Model, graph: &mut Graph) -> Vec<PairPoint> {
+    match model.phi_lagrangian.as_slice() {
+        [only] if is_first_node(graph, only) => ends(graph, only),
+        points => points.to_vec(),
+    }
 }
 
 /// Whether a point of the first order map is the paper's: the first node, and its time.

@@ -4,20 +4,25 @@
 //! step depend on its nodes through this point alone, and are there those of the continuous system, the map from
 //! node to node is symmetric in time for every leg, and compositions of it have higher orders. That is decided here, with
 //! the point written in place of the nodes: `q1 = q`, `q1 - q0 = h v - h² a/2`, `q2 - 2 q1 + q0 = h² a`.
+//!
+//! Where `L_d` leads to other equations, as with a mass matrix that varies, legs of different lengths are joined by the momenta at
+//! the nodes instead. That map is symmetric where `L_d` is: where it is the same with its nodes exchanged and `-h` in place of `h`.
 
 use std::collections::HashMap;
 
+use super::force::points_of_arriving;
+use super::nodes::{LeafOf, Nodes};
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
-use crate::model::Model;
+use crate::model::{Model, PairPoint, TriplePoint};
+
 use crate::passes::Merge;
 
 /// The answer: a variant of `dsocs_core::Symmetry`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Symmetry {
     AnyLegs,
+    Momenta,
     LowerOrder,
-    Momentum,
-    ExternalForces,
     LagrangianMap,
     KinematicMap,
     VariationalMap,
@@ -33,7 +38,7 @@ impl Symmetry {
         // before the equations are formed, which costs time where the mass matrix is full
         let paper = is_paper(model, &mut graph);
         if paper && !momentum_is_linear(model, &mut graph) {
-            return Self::Momentum;
+            return Self::by_momenta(model, &mut graph);
         }
         let step = super::step(model, &mut graph);
         let continuous = super::continuous(model, &mut graph);
@@ -53,12 +58,7 @@ impl Symmetry {
             .into_iter()
             .all(|(&step, &continuous)| same(step, continuous))
         {
-            // with the paper's map the rest has been seen to be symmetric
-            return if paper && !model.external_forces.is_empty() {
-                Self::ExternalForces
-            } else {
-                Self::LagrangianMap
-            };
+            return Self::by_momenta(model, &mut graph);
         }
         let count = model.constraints.len();
         for (place, (step, continuous)) in step.rows.iter().zip(&continuous.rows).enumerate() {
@@ -76,6 +76,73 @@ impl Symmetry {
         }
         Self::AnyLegs
     }
+
+    /// Whether legs of any lengths can be joined by the momenta at the nodes, or why not.
+    fn by_momenta(model: &Model, graph: &mut Graph) -> Self {
+        let n = model.coordinates.len();
+        let (nodes, point) = (Nodes::new(graph, n).places(), parabola(graph, n));
+        let (mut at_nodes, mut at_point) = (Substitution::new(&nodes), Substitution::new(&point));
+        let mut is_its_point = |map: &Option<TriplePoint>| {
+            let Some(TriplePoint { t, q, v, a }) = map else {
+                return true; // the paper's
+            };
+            let leaves = [Leaf::Q as LeafOf, Leaf::V, Leaf::A]
+                .into_iter()
+                .flat_map(|leaf| (0..n).map(leaf));
+            let components = [q, v, a].into_iter().flatten().zip(leaves);
+            components.chain([(t, Leaf::T)]).all(|(&component, leaf)| {
+                let component = graph.rewrite(component, &mut at_nodes);
+                let component = graph.rewrite(component, &mut at_point);
+                let leaf = graph.leaf(leaf);
+                let difference = graph.sub(component, leaf);
+                graph.vanishes(difference)
+            })
+        };
+        let written = model.constraints.iter().any(|row| row.discrete.is_some());
+        if written || !is_its_point(&model.phi_kinematic) {
+            Self::KinematicMap
+        } else if !is_its_point(&model.phi_variational) {
+            Self::VariationalMap
+        } else if is_symmetric_leg(model, graph) {
+            Self::Momenta
+        } else {
+            Self::LagrangianMap
+        }
+    }
+}
+
+/// Whether `L_d` is the same with its nodes exchanged and `-h` in place of `h`. For the paper's map the trapezoid's is taken, see
+/// [`super::arriving`].
+fn is_symmetric_leg(model: &Model, graph: &mut Graph) -> bool {
+    let h = graph.leaf(Leaf::H);
+    let mut exchanged = HashMap::from([
+        (Leaf::H, graph.neg(h)),
+        (Leaf::T0, graph.leaf(Leaf::T1)),
+        (Leaf::T1, graph.leaf(Leaf::T0)),
+    ]);
+    for i in 0..model.coordinates.len() {
+        exchanged.insert(Leaf::X0(i), graph.leaf(Leaf::X1(i)));
+        exchanged.insert(Leaf::X1(i), graph.leaf(Leaf::X0(i)));
+    }
+    let points = points_of_arriving(model, graph);
+    let (mut exchange, mut merge) = (Substitution::new(&exchanged), Merge::default());
+    let mut same = |left: &[NodeId], right: &[NodeId]| {
+        left.iter().zip(right).all(|(&left, &right)| {
+            let left = graph.rewrite(left, &mut exchange);
+            let (left, right) = (graph.rewrite(left, &mut merge), graph.rewrite(right, &mut merge));
+            let difference = graph.sub(left, right);
+            graph.vanishes(difference)
+        })
+    };
+    if let Some(given) = model.discrete_lagrangian {
+        return same(&[given], &[given]);
+    }
+    let is_among = |point: &PairPoint| {
+        let mut others = points.iter();
+        others
+            .any(|other| same(&[point.t], &[other.t]) && same(&point.q, &other.q) && same(&point.v, &other.v))
+    };
+    points.iter().all(is_among)
 }
 
 /// Whether the first order map is the paper's.

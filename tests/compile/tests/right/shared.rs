@@ -73,9 +73,9 @@ struct Written {
 macro_rules! with_factor {
     ($name:ident, $factor:expr) => {
         #[dsocs {
-                                    use oscillator;
-                                    external_forces = -$factor * dot(x);
-                                }]
+                                                                    use oscillator;
+                                                                    external_forces = -$factor * dot(x);
+                                                                }]
         struct $name {
             mass: f64,
             stiffness: f64,

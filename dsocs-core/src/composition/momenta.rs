@@ -1,0 +1,485 @@
+//! Legs of different lengths, joined by the momenta at the nodes.
+//!
+//! From a node with the position `q` and the momentum `p`, where the constraint force is `Q`, a leg of the length `h` leads to `q'`, `p'`:
+//!
+//! ```text
+//! p + h/2 Q  = -D₁L_d(q, q') - f⁻_d,    p' = D₂L_d(q, q') + f⁺_d + h/2 Q'
+//! ```
+//!
+//! with the force `Q'` of the continuous system at `q'` and the velocity `v'` of `p' = ∂L/∂v(q', v')`. That is half a kick, the discrete
+//! flow of `L_d` with the external forces, and the other half: with a symmetric `L_d` it is symmetric in time and of order 2, and
+//! without constraints it is the discrete flow of `L_d` itself, which is symplectic.
+//!
+//! All of it is evaluated on the tape, in code that is compiled once for each number of coordinates.
+
+#![allow(clippy::needless_range_loop)] // matrices are filled by row and column
+
+use crate::any::AnySystem;
+use crate::compensated::Compensated;
+use crate::declaration::Declaration;
+use crate::error::{NewtonFailure, SetupError, StepFailure};
+use crate::geometry::{Declared, Solvable};
+use crate::scalar::Scalar as _;
+use crate::start;
+use crate::step::predictor::Predictor;
+use crate::step::unknown::Unknown as _;
+use crate::system::{Leg, Point};
+use crate::tangent::{Tangent, Tangent2};
+
+/// How often a leg is improved before it is given up.
+const MAX_ITERATIONS: u32 = 25;
+
+/// The evaluations after which a solution is held against the one that the motion leads to.
+const MANY: u32 = 6;
+
+/// The smallest part of a leg on the way there.
+const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
+
+/// Two legs that differ by less, relative to the longer, are the same solution.
+const SAME: f64 = 1e-6;
+
+/// An update so small, relative to the unknowns, was the last: iterations double the digits.
+const LAST: f64 = 1e-11;
+
+/// Rounding leaves updates below this, which do not become smaller any more.
+const ROUNDING: f64 = 1e-7;
+
+/// The smallest size of a component, relative to the largest: what is less is not looked at in units of its own.
+const LEAST: f64 = 1e-3;
+
+/// A node.
+#[derive(Clone, Debug)]
+pub(super) struct Node<const N: usize> {
+    /// The time.
+    pub(super) t: f64,
+    /// The position.
+    pub(super) q: Compensated<N>,
+    /// The momentum.
+    pub(super) p: [f64; N],
+    /// The velocity.
+    pub(super) v: [f64; N],
+    /// The acceleration.
+    pub(super) a: [f64; N],
+    /// The constraint force.
+    force: [f64; N],
+    /// The multipliers, where they are unknown.
+    multipliers: Vec<f64>,
+}
+
+/// Why there is no leg.
+#[derive(Clone, Debug)]
+pub(super) enum Failure {
+    /// Its equations have no solution that was found.
+    NotSolved(NewtonFailure),
+    /// It is beyond a singularity of its equations.
+    Singularity,
+    /// Its solution is not the one that the motion leads to.
+    Jump,
+}
+
+/// The stages' legs in the last steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Past<const N: usize>(Predictor<[f64; N]>);
+
+impl<const N: usize> Past<N> {
+    /// Without a past.
+    pub(super) fn new() -> Self {
+        Self(Predictor::new())
+    }
+
+    /// Takes in the leg of a step.
+    pub(super) fn push(&mut self, d: &[f64; N]) {
+        self.0.push(d);
+    }
+}
+
+/// A system, as legs of any length need it.
+#[derive(Clone, Copy)]
+pub(super) struct Momenta<'s, const N: usize> {
+    /// The system.
+    system: &'s dyn AnySystem<N>,
+    /// Its linear equations.
+    solvable: &'s dyn Solvable<N>,
+    /// Its tape.
+    declaration: Declaration<'s, N>,
+    /// Whether constraint forces act.
+    constrained: bool,
+}
+
+impl<'s, const N: usize> Momenta<'s, N> {
+    /// The legs of a system.
+    pub(super) fn of(system: &'s (impl AnySystem<N> + Solvable<N>)) -> Self {
+        Self {
+            system,
+            solvable: system,
+            declaration: Declared::declaration(system),
+            constrained: system.constraints() != [0; 3],
+        }
+    }
+
+    /// The node with a position and a velocity, with the acceleration looked for near another.
+    pub(super) fn start(
+        &self,
+        t: f64,
+        (q, v): (Compensated<N>, [f64; N]),
+        near: Option<&[f64; N]>,
+    ) -> Result<Node<N>, SetupError> {
+        let p = start::momentum(&self.declaration, (t, &q.hi, &v));
+        self.node(t, (q, p, v), near)
+    }
+
+    /// The node with a position, a momentum and its velocity.
+    pub(super) fn node(
+        &self,
+        t: f64,
+        (q, p, v): (Compensated<N>, [f64; N], [f64; N]),
+        near: Option<&[f64; N]>,
+    ) -> Result<Node<N>, SetupError> {
+        let (a, multipliers) = start::state(self.system, (t, &q.hi, &v), near)?;
+        let mut node = Node {
+            t,
+            q,
+            p,
+            v,
+            a,
+            force: [0.0; N],
+            multipliers,
+        };
+        node.force = self.force(&node);
+        Ok(node)
+    }
+
+    /// The constraint force at a node.
+    fn force(&self, node: &Node<N>) -> [f64; N] {
+        if self.constrained {
+            self.declaration.continuous_force(&node.point())
+        } else {
+            [0.0; N]
+        }
+    }
+
+    /// Velocity and acceleration of a node without constraint forces, whose legs do without them.
+    pub(super) fn complete(&self, node: &mut Node<N>) -> Result<(), NewtonFailure> {
+        if !self.constrained {
+            let at = (node.t, &node.q.hi);
+            node.v = start::velocity_of(&self.declaration, at, &node.p, &node.v);
+            let at = (node.t, &node.q.hi, &node.v);
+            node.a = self.system.acceleration(at, Some(&node.a))?.0;
+        }
+        Ok(())
+    }
+
+    /// The leg of the length `h` from a node to the time `t`: the node that it leads to, its increment and the number of evaluations.
+    pub(super) fn leg(
+        &self,
+        from: &Node<N>,
+        (h, t): (f64, f64),
+        past: &Past<N>,
+    ) -> Result<(Node<N>, [f64; N], u32), Failure> {
+        let guess = match past.0.predict() {
+            Some(d) if d.iter().all(|d| d.is_finite()) => d,
+            _ => from.ahead(h),
+        };
+        let found = self.leg_from(from, (h, t), guess, from);
+        match found {
+            Ok((node, d, iterations)) if iterations >= MANY => match self.lengthened(from, (h, t)) {
+                Some(other) if same(&d, &other) => Ok((node, d, iterations)),
+                _ => Err(Failure::Jump),
+            },
+            other => other,
+        }
+    }
+
+    /// The leg to which legs lead that become longer little by little.
+    fn lengthened(&self, from: &Node<N>, (h, t): (f64, f64)) -> Option<[f64; N]> {
+        let (mut last, mut reached, mut part) = (from.clone(), 0.0, 0.125);
+        let mut increment = [0.0; N];
+        while reached < 1.0 {
+            let next = f64::min(1.0, reached + part);
+            let time = if next < 1.0 { from.t + next * h } else { t };
+            let ahead = (next - reached) * h;
+            let beyond = last.ahead(ahead);
+            let guess = core::array::from_fn(|i| increment[i] + beyond[i]);
+            match self.leg_from(from, (next * h, time), guess, &last) {
+                Ok((node, d, iterations)) if iterations < MANY => {
+                    (last, increment) = (node, d);
+                    (reached, part) = (next, 2.0 * part);
+                }
+                _ if part <= SMALLEST_PART => return None,
+                _ => part *= 0.5,
+            }
+        }
+        Some(increment)
+    }
+
+    /// The leg from a guess of its increment, with velocity, acceleration and multipliers at its end near those of a node.
+    fn leg_from(
+        &self,
+        from: &Node<N>,
+        (h, t): (f64, f64),
+        guess: [f64; N],
+        near: &Node<N>,
+    ) -> Result<(Node<N>, [f64; N], u32), Failure> {
+        let leaving: [f64; N] = core::array::from_fn(|i| from.p[i] + 0.5 * h * from.force[i]);
+        let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
+        let q = from.q.plus(&Compensated::exact(d));
+        let leg = Leg { t, q: q.hi, d };
+        let arriving = self.declaration.arriving(h, &leg).map(|p| h * p);
+        let mut node = Node {
+            t,
+            q,
+            p: arriving,
+            ..near.clone()
+        };
+        // the slope of the leg is the velocity in its middle
+        node.v = core::array::from_fn(|i| d[i] / h + 0.5 * h * near.a[i]);
+        if self.constrained {
+            iterations = iterations.max(self.kicked(&mut node, h, &arriving)?);
+        }
+        let finite = |x: &[f64; N]| x.iter().all(|x| x.is_finite());
+        if !finite(&node.q.hi) || !finite(&node.p) {
+            return Err(not_solved(StepFailure::NotFinite, &d, Vec::new(), Vec::new()));
+        }
+        Ok((node, d, iterations))
+    }
+
+    /// The increment `d` with `-D₁L_d(q, q + d) - f⁻_d = p`, by Newton's iteration, and the number of evaluations.
+    fn increment(
+        &self,
+        from: &Node<N>,
+        h: f64,
+        p: &[f64; N],
+        mut d: [f64; N],
+    ) -> Result<([f64; N], u32), Failure> {
+        let mut progress = Progress::new();
+        let scale: [f64; N] = from.q.hi.map(|q| f64::EPSILON * q.abs());
+        for iteration in 1..=MAX_ITERATIONS {
+            let mut matrix = [[0.0; N]; N];
+            let mut left = [f64::NAN; N];
+            for j in 0..N {
+                // run back, the leg arrives with minus what it leaves with
+                let back = Leg {
+                    t: Tangent::splat(from.t),
+                    q: from.q.hi.map(Tangent::splat),
+                    d: core::array::from_fn(|i| Tangent::new(-d[i], if i == j { -1.0 } else { 0.0 })),
+                };
+                let arriving = self.declaration.arriving(Tangent::splat(-h), &back);
+                for i in 0..N {
+                    matrix[i][j] = -h * arriving[i].derivative();
+                    left[i] = -h * arriving[i].value() - p[i];
+                }
+            }
+            let Some(update) = <[f64; N]>::solve(&matrix, &left) else {
+                return Err(not_solved(
+                    reason(&matrix, &left),
+                    &d,
+                    left.to_vec(),
+                    progress.updates,
+                ));
+            };
+            let largest = relative(&update, &d, &scale);
+            for (d, update) in d.iter_mut().zip(&update) {
+                *d -= update;
+            }
+            if progress.ends(largest) {
+                return Ok((d, iteration));
+            }
+            if iteration == MAX_ITERATIONS {
+                let left = left.to_vec();
+                return Err(not_solved(StepFailure::NotConverged, &d, left, progress.updates));
+            }
+        }
+        Err(not_solved(StepFailure::NotConverged, &d, Vec::new(), Vec::new()))
+    }
+
+    /// Momentum, velocity, acceleration and force at the end of a leg, from the momentum with which it arrives, by Newton's iteration
+    /// for the velocity and all else at once; the number of evaluations.
+    fn kicked(&self, node: &mut Node<N>, h: f64, arriving: &[f64; N]) -> Result<u32, Failure> {
+        let mut progress = Progress::new();
+        for iteration in 1..=MAX_ITERATIONS {
+            let point = node.point();
+            let count = N + node.multipliers.len();
+            let values = self
+                .declaration
+                .continuous_with_jacobian(&point, &node.multipliers);
+            let (rows, jacobian) = values.split_at_checked(count).unwrap_or((&values, &[]));
+            let solve = |right: &[f64]| self.solvable.solve_accelerations(jacobian, right);
+            let force = self.declaration.continuous_force(&point);
+            let momentum = start::momentum(&self.declaration, (node.t, &node.q.hi, &node.v));
+            let left: [f64; N] = core::array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
+            let velocity = node.v;
+            let unsolved = |reason, progress: Progress| {
+                let residual = left.iter().chain(rows).copied().collect();
+                not_solved(reason, &velocity, residual, progress.updates)
+            };
+            let Some(straight) = solve(rows) else {
+                return Err(unsolved(reason::<N>(&[], rows), progress));
+            };
+            // what a change of the velocity does to accelerations and multipliers, and to the momentum that is left
+            let (mut matrix, mut mass) = ([[0.0; N]; N], [[0.0; N]; N]);
+            let mut columns = Vec::with_capacity(N);
+            for j in 0..N {
+                let moved = moving(&point, |k| if k == j { 1.0 } else { 0.0 }, |_| 0.0);
+                let multipliers: Vec<_> = node.multipliers.iter().map(|&x| Tangent::splat(x)).collect();
+                let slopes: Vec<f64> = (self.declaration.continuous(&moved, &multipliers).iter())
+                    .map(|row| row.derivative())
+                    .collect();
+                let Some(column) = solve(&slopes) else {
+                    return Err(unsolved(StepFailure::Singular, progress));
+                };
+                // along the constraints: the acceleration goes with the velocity
+                let along = moving(
+                    &point,
+                    |k| if k == j { 1.0 } else { 0.0 },
+                    |k| -column.get(k).copied().unwrap_or(f64::NAN),
+                );
+                let force = self.declaration.continuous_force(&along);
+                for i in 0..N {
+                    mass[i][j] = if i < j { mass[j][i] } else { self.mass(node, i, j) };
+                    matrix[i][j] = mass[i][j] - 0.5 * h * force[i].derivative();
+                }
+                columns.push(column);
+            }
+            let toward = moving(&point, |_| 0.0, |k| -straight.get(k).copied().unwrap_or(f64::NAN));
+            let toward = self.declaration.continuous_force(&toward);
+            let right: [f64; N] = core::array::from_fn(|i| -left[i] + 0.5 * h * toward[i].derivative());
+            let Some(dv) = <[f64; N]>::solve(&matrix, &right) else {
+                return Err(unsolved(reason(&matrix, &right), progress));
+            };
+            let dz: Vec<f64> = (0..count)
+                .map(|k| {
+                    let through = columns.iter().zip(&dv);
+                    through.fold(-straight[k], |sum, (column, dv)| sum - column[k] * dv)
+                })
+                .collect();
+            let of_rounding: [f64; N] = node.q.hi.map(|q| f64::EPSILON * (q / h).abs());
+            let da: [f64; N] = core::array::from_fn(|k| dz[k]);
+            let of_velocity = node.v.map(|v| f64::EPSILON * (v / h).abs());
+            let largest = relative(&dv, &node.v, &of_rounding).max(relative(&da, &node.a, &of_velocity));
+            for i in 0..N {
+                node.v[i] += dv[i];
+                node.a[i] += da[i];
+            }
+            for (multiplier, change) in node.multipliers.iter_mut().zip(&dz[N..]) {
+                *multiplier += change;
+            }
+            if progress.ends(largest) {
+                // the orientation of short legs, unless the leg is beyond a singularity
+                let turns = |matrix| <[f64; N]>::determinant(matrix).value < 0.0;
+                if turns(&matrix) != turns(&mass) {
+                    return Err(Failure::Singularity);
+                }
+                node.force = self.force(node);
+                node.p = core::array::from_fn(|i| arriving[i] + 0.5 * h * node.force[i]);
+                return Ok(iteration);
+            }
+            if iteration == MAX_ITERATIONS {
+                return Err(unsolved(StepFailure::NotConverged, progress));
+            }
+        }
+        Err(not_solved(
+            StepFailure::NotConverged,
+            &node.v,
+            Vec::new(),
+            Vec::new(),
+        ))
+    }
+
+    /// An entry of the mass matrix `∂²L/∂v∂v`.
+    fn mass(&self, node: &Node<N>, i: usize, j: usize) -> f64 {
+        let unit = |k: usize, moves: usize| if k == moves { 1.0 } else { 0.0 };
+        let q = node.q.hi.map(Tangent2::splat);
+        let v = core::array::from_fn(|k| Tangent2::second(node.v[k], [unit(k, i), unit(k, j)]));
+        self.declaration
+            .lagrangian(Tangent2::splat(node.t), &q, &v)
+            .mixed()
+    }
+}
+
+impl<const N: usize> Node<N> {
+    /// The point of the continuous system.
+    pub(super) fn point(&self) -> Point<f64, N> {
+        Point {
+            t: self.t,
+            q: self.q.hi,
+            v: self.v,
+            a: self.a,
+        }
+    }
+
+    /// How far the node goes in the time `h`.
+    fn ahead(&self, h: f64) -> [f64; N] {
+        core::array::from_fn(|i| h * (self.v[i] + 0.5 * h * self.a[i]))
+    }
+}
+
+/// How Newton's iteration goes.
+struct Progress {
+    /// The updates, relative to the unknowns.
+    updates: Vec<f64>,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self { updates: Vec::new() }
+    }
+
+    /// Whether an update was the last.
+    fn ends(&mut self, update: f64) -> bool {
+        let last = self.updates.last().copied().unwrap_or(f64::INFINITY);
+        self.updates.push(update);
+        update <= LAST || update <= ROUNDING && update >= 0.5 * last
+    }
+}
+
+/// The largest component of an update, relative to the size of the unknown, which is not less than a part of the largest unknown and
+/// what rounding leaves.
+fn relative<const N: usize>(update: &[f64; N], unknown: &[f64; N], rounding: &[f64; N]) -> f64 {
+    let most = unknown.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let parts = (0..N).map(|i| match update[i].abs() {
+        0.0 => 0.0,
+        update => update / unknown[i].abs().max(LEAST * most).max(rounding[i] / LAST),
+    });
+    parts.fold(0.0, |largest, part| if part <= largest { largest } else { part })
+}
+
+/// Whether two increments are one solution.
+fn same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
+    let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let apart: [f64; N] = core::array::from_fn(|i| x[i] - y[i]);
+    size(&apart) <= SAME * size(x).max(size(y))
+}
+
+/// A point that moves.
+fn moving<const N: usize>(
+    point: &Point<f64, N>,
+    v: impl Fn(usize) -> f64,
+    a: impl Fn(usize) -> f64,
+) -> Point<Tangent, N> {
+    Point {
+        t: Tangent::splat(point.t),
+        q: point.q.map(Tangent::splat),
+        v: core::array::from_fn(|k| Tangent::new(point.v[k], v(k))),
+        a: core::array::from_fn(|k| Tangent::new(point.a[k], a(k))),
+    }
+}
+
+/// Why linear equations have no solution.
+fn reason<const N: usize>(matrix: &[[f64; N]], right: &[f64]) -> StepFailure {
+    if matrix.as_flattened().iter().chain(right).all(|x| x.is_finite()) {
+        StepFailure::Singular
+    } else {
+        StepFailure::NotFinite
+    }
+}
+
+/// The failure of an iteration.
+fn not_solved(reason: StepFailure, unknowns: &[f64], residual: Vec<f64>, updates: Vec<f64>) -> Failure {
+    Failure::NotSolved(NewtonFailure {
+        reason,
+        unknowns: unknowns.to_vec(),
+        residual,
+        updates,
+        other: Vec::new(),
+    })
+}
