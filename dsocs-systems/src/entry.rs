@@ -36,6 +36,7 @@ mod description;
 mod drawing;
 mod erased;
 mod error;
+mod held;
 mod name;
 mod run;
 mod symmetry;
@@ -52,8 +53,9 @@ pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
 pub use error::{CheckFailure, EntryError, Mistake};
+pub use held::HeldInput;
 pub use name::UnknownName;
-pub use run::{Beginning, HeldInput, Method, Plan, RunFailure};
+pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
 use drawing::Drawn;

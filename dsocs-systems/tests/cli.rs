@@ -646,6 +646,28 @@ fn an_input_is_held_from_time_to_time() {
     let (coarse, fine) = (apart(&["--step", "0.02"]), apart(&["--step", "0.01"]));
     let order = (coarse / fine).log2();
     assert!((order - 2.0).abs() < 0.1, "{order}: {coarse}, {fine}");
+    // errors are those against the continuous motion under the same inputs
+    let path = written("change.csv", "t, gravity\n0, 1.5\n1, -0.5\n");
+    let common = [
+        "run",
+        "knife-edge",
+        "--until",
+        "2",
+        "--step",
+        "0.02",
+        "--input",
+        &path,
+    ];
+    let output = dsocs(folder.path(), &[&common[..], &["--estimate-error"]].concat())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let table = String::from_utf8(output.stdout).unwrap();
+    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let end = rows(&table).pop().unwrap();
+    let of = |name: &str| end[names.iter().position(|known| *known == name).unwrap()];
+    let estimated = of("error_x").hypot(of("error_y"));
+    assert!((estimated - coarse).abs() < 1e-9, "{estimated}, {coarse}");
     // before the first time the parameter has its own value
     let late = written("late.csv", "1, -0.5\n");
     assert_eq!(
@@ -676,7 +698,7 @@ fn an_input_is_held_from_time_to_time() {
             "it has no rows",
         ),
         (
-            vec!["--input".to_owned(), constant, "--estimate-error".to_owned()],
+            vec!["--input".to_owned(), constant, "--certify".to_owned()],
             "cannot be used with",
         ),
     ] {

@@ -10,6 +10,7 @@ use dsocs_core::{
 use thiserror::Error;
 
 use super::Row;
+use super::held::{self, HeldErrors, HeldInput};
 
 /// How the first two nodes are found.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,28 +70,6 @@ pub struct Plan {
     pub inputs: Vec<HeldInput>,
 }
 
-/// A parameter with the values that it has from some times on.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeldInput {
-    /// The name of the parameter.
-    pub parameter: &'static str,
-    /// Times, which ascend, each with the value that holds from then on; before the first time the parameter has its own value.
-    pub values: Vec<[f64; 2]>,
-}
-
-impl HeldInput {
-    /// The value at a time. A time that is one of the plan's to within rounding is that time.
-    fn at(&self, t: f64, h: f64) -> Option<f64> {
-        let rounding = ROUNDING * h.abs();
-        let later = self.values.partition_point(|&[time, _]| time <= t + rounding);
-        let value = self.values.get(later.checked_sub(1)?)?;
-        Some(value[1])
-    }
-}
-
-/// Times that differ by less than this part of a step are the same.
-const ROUNDING: f64 = 1e-6;
-
 /// A run did not reach its end.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -120,7 +99,7 @@ pub enum RunFailure {
 }
 
 /// How far a motion is from the continuous one, whatever the system's type; see [`GlobalError`].
-trait Errors<const N: usize> {
+pub(super) trait Errors<const N: usize> {
     /// The error of each coordinate of a position at a time.
     fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError>;
 
@@ -183,13 +162,18 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
             &mut series
         }
     };
-    let mut error = if plan.estimate {
-        let last = run.clock().until(until)?.time();
-        Some(GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?)
-    } else {
+    let (mut free, mut held);
+    let error: Option<&mut dyn Errors<N>> = if !plan.estimate {
         None
+    } else if plan.inputs.is_empty() {
+        let last = run.clock().until(until)?.time();
+        free = GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?;
+        Some(&mut free)
+    } else {
+        let errors = HeldErrors::new(system, h, start, &plan.inputs);
+        held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
+        Some(&mut held)
     };
-    let error = error.as_mut().map(|error| error as &mut dyn Errors<N>);
     hand_on(run, system, error, plan, sink)
 }
 
@@ -204,11 +188,7 @@ fn driven<const N: usize>(
     let end = run.clock().until(plan.until)?.time();
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
-        for input in &plan.inputs {
-            if let Some(value) = input.at(now, plan.h) {
-                run.set_input(input.parameter, value)?;
-            }
-        }
+        held::set(run, &plan.inputs, (now, plan.h))?;
         let Some(node) = run.next_node() else { break };
         let node = node?;
         if take(&node).is_break() || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {

@@ -23,6 +23,7 @@ pub mod snakeboard;
 pub mod sphere;
 pub mod spherical_pendulum;
 pub mod train;
+pub mod vehicle;
 
 pub use arm::Arm;
 pub use cart_pole::CartPole;
@@ -46,6 +47,7 @@ pub use snakeboard::Snakeboard;
 pub use sphere::Sphere;
 pub use spherical_pendulum::SphericalPendulum;
 pub use train::Train;
+pub use vehicle::Vehicle;
 
 /// The entries of all systems, kind by kind.
 #[cfg(feature = "dsocs")]
@@ -67,6 +69,7 @@ pub fn all() -> Vec<crate::Entry> {
         rolling_disk::entry(),
         sleigh::entry(),
         snakeboard::entry(),
+        vehicle::entry(),
         contact_oscillator::entry(),
         particle::entry(),
         pendulum::entry(),

@@ -5,6 +5,7 @@ mod friction;
 mod heavy_top;
 mod kapitza;
 mod train;
+mod vehicle;
 
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{Flow, Node, Start, Stepper, System};

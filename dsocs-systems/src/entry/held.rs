@@ -1,0 +1,105 @@
+//! Inputs that are held: their values over time, and the continuous motion under them that errors are measured against.
+
+use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow, Tolerance};
+
+use super::run::Errors;
+
+/// A parameter with the values that it has from some times on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldInput {
+    /// The name of the parameter.
+    pub parameter: &'static str,
+    /// Times, which ascend, each with the value that holds from then on; before the first time the parameter has its own value.
+    pub values: Vec<[f64; 2]>,
+}
+
+/// Times that differ by less than this part of a step are the same.
+const ROUNDING: f64 = 1e-6;
+
+/// Tolerance and order of the two motions that errors are measured against, as those of [`dsocs_core::taylor::GlobalError`].
+const REFERENCES: [Tolerance; 2] = [
+    Tolerance::relative(1e-16).order(18),
+    Tolerance::relative(1e-17).order(22),
+];
+
+impl HeldInput {
+    /// The value at a time. A time that is one of the plan's to within rounding is that time.
+    pub(super) fn at(&self, t: f64, h: f64) -> Option<f64> {
+        let rounding = ROUNDING * h.abs();
+        let later = self.values.partition_point(|&[time, _]| time <= t + rounding);
+        let value = self.values.get(later.checked_sub(1)?)?;
+        Some(value[1])
+    }
+}
+
+/// Gives inputs the values that they have at a time.
+pub(super) fn set<const N: usize>(
+    run: &mut dyn Inputs<N>,
+    inputs: &[HeldInput],
+    (t, h): (f64, f64),
+) -> Result<(), RunError> {
+    for input in inputs {
+        if let Some(value) = input.at(t, h) {
+            run.set_input(input.parameter, value)?;
+        }
+    }
+    Ok(())
+}
+
+/// How far a motion is from the continuous one under the same inputs. Both change at the nodes, which lie `h` apart.
+pub(super) struct HeldErrors<'s, S: System<N> + Clone, const N: usize> {
+    /// The continuous motions, the one that counts first.
+    motions: [TaylorFlow<'s, S, N>; 2],
+    /// The inputs.
+    inputs: &'s [HeldInput],
+    /// The step.
+    h: f64,
+    /// The largest distance of the two motions so far.
+    uncertainty: f64,
+}
+
+impl<'s, S: System<N> + Clone, const N: usize> HeldErrors<'s, S, N> {
+    /// The errors of motions from a start with the step `h`.
+    pub(super) fn new(
+        system: &'s S,
+        h: f64,
+        start: Start<N>,
+        inputs: &'s [HeldInput],
+    ) -> Result<Self, SetupError> {
+        let [first, second] = REFERENCES;
+        let motion = |tolerance| TaylorFlow::new(system, start, tolerance)?.every(h);
+        Ok(Self {
+            motions: [motion(first)?, motion(second)?],
+            inputs,
+            h,
+            uncertainty: 0.0,
+        })
+    }
+}
+
+impl<S: System<N> + Clone, const N: usize> Errors<N> for HeldErrors<'_, S, N> {
+    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
+        let mut positions = [[0.0; N]; 2];
+        for (position, motion) in positions.iter_mut().zip(&mut self.motions) {
+            let run: &mut dyn Inputs<N> = motion;
+            // nodes lie a step apart: half of one is no time to be told from the next
+            while (t - run.node().t) * self.h.signum() > 0.5 * self.h.abs() {
+                let now = run.node().t;
+                set(run, self.inputs, (now, self.h))?;
+                run.step(t)?;
+            }
+            *position = run.node().q;
+        }
+        let [truth, other] = &positions;
+        for (truth, other) in truth.iter().zip(other) {
+            // over short legs both may agree to the last digit, which still is a rounded one
+            let rounding = f64::EPSILON * truth.abs();
+            self.uncertainty = self.uncertainty.max((truth - other).abs()).max(rounding);
+        }
+        Ok(core::array::from_fn(|i| (q[i] - truth[i]).abs()))
+    }
+
+    fn uncertainty(&self) -> f64 {
+        self.uncertainty
+    }
+}
