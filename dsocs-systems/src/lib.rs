@@ -44,6 +44,6 @@ pub use systems::{
     Arm, CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, FrictionPendulum,
     GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle, NonholonomicParticle,
     PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh, Snakeboard, Sphere,
-    SphericalPendulum, StalledPendulum, Train, Wavy,
+    SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
 };
 pub use systems::{chain, particle, pendulum};
