@@ -20,6 +20,9 @@ pub(crate) trait AnySystem<const N: usize>: Declared<N> {
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
     fn constraints(&self) -> [usize; 3];
 
+    /// The places of the constraints of third order among all constraints.
+    fn third_order(&self) -> &'static [usize];
+
     /// Whether time comes in anywhere.
     fn depends_on_time(&self) -> bool;
 
@@ -51,6 +54,10 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
 
     fn constraints(&self) -> [usize; 3] {
         [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
+    }
+
+    fn third_order(&self) -> &'static [usize] {
+        S::THIRD_ORDER
     }
 
     fn depends_on_time(&self) -> bool {

@@ -33,6 +33,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// are not watched for a second root nearby.
     const DIVIDED: bool = false;
 
+    /// The places of the constraints of third order among all constraints.
+    const THIRD_ORDER: &'static [usize] = &[];
+
     /// The parameters that holonomic constraints depend on, by their places: they cannot change during a run.
     const OF_POSITIONS: &'static [usize] = &[];
 
@@ -41,6 +44,18 @@ pub trait Compiled<const N: usize>: Source + Sized {
 
     /// Values known when the run begins; `h` is the step.
     fn constants<T: Scalar>(&self, parameters: &Self::Parameters<T>, h: T) -> Self::Constants<T>;
+
+    /// The second difference before that a step of third order goes on from, as [`Compiled::remember`] has set it.
+    fn past<T: Scalar>(constants: &Self::Constants<T>) -> [T; N] {
+        let _ = constants;
+        [T::splat(0.0); N]
+    }
+
+    /// Sets the second difference that ends with the middle node of the next step, which a step of third order has to know: it
+    /// stands behind the constants. Steps of second order know none.
+    fn remember<T: Scalar>(constants: &mut Self::Constants<T>, past: &[T; N]) {
+        let _ = (constants, past);
+    }
 
     /// Values known when the step begins.
     fn known<T: Scalar>(&self, constants: &Self::Constants<T>, leg: &Leg<T, N>) -> Self::Known<T>;
@@ -74,7 +89,7 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// unknown too. Missing ones are zero, and what is beyond the last is left out.
     fn unknown<T: Scalar>(&self, e: &[T; N], multipliers: &[T]) -> Self::Unknown<T>;
 
-    /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns.
+    /// The second difference `e = q2 - 2 q1 + q0` that belongs to the unknowns; of third order, by how much it differs from the last one.
     fn second_difference<T: Scalar>(
         &self,
         constants: &Self::Constants<T>,

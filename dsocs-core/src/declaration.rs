@@ -13,6 +13,8 @@ use crate::tape::{Leaf, Number, Part, Segment, Source};
 #[derive(Clone, Copy)]
 pub struct Declaration<'s, const N: usize> {
     source: &'s dyn Source,
+    /// The second difference that ends with a step's middle node, where constraints are of third order.
+    past: [f64; N],
 }
 
 /// Where expressions are evaluated; what is not given is empty, and read as NaN.
@@ -26,8 +28,11 @@ struct At<'a, T> {
     q: &'a [T],
     v: &'a [T],
     a: &'a [T],
+    j: &'a [T],
     node: &'a [T],
     increment: &'a [T],
+    /// The last second difference, where it is not that of the declaration.
+    past: &'a [T],
     e: &'a [T],
     z: &'a [T],
     multipliers: &'a [T],
@@ -42,8 +47,10 @@ impl<'a, T> At<'a, T> {
         q: &[],
         v: &[],
         a: &[],
+        j: &[],
         node: &[],
         increment: &[],
+        past: &[],
         e: &[],
         z: &[],
         multipliers: &[],
@@ -80,7 +87,7 @@ impl<'a, T> At<'a, T> {
 
 /// Evaluates a part of a segment.
 fn evaluate<T: Number>(
-    source: &dyn Source,
+    (source, past): (&dyn Source, &[f64]),
     segment: Segment,
     part: Part,
     at: &At<'_, T>,
@@ -97,6 +104,11 @@ fn evaluate<T: Number>(
             Leaf::A(i) => (at.a, i),
             Leaf::N(i) => (at.node, i),
             Leaf::D(i) => (at.increment, i),
+            Leaf::J(i) => (at.j, i),
+            Leaf::P(i) if at.past.is_empty() => {
+                return T::splat(past.get(i).copied().unwrap_or(f64::NAN));
+            }
+            Leaf::P(i) => (at.past, i),
             Leaf::E(i) => (at.e, i),
             Leaf::Z(i) => (at.z, i),
             // missing ones are zero
@@ -110,7 +122,20 @@ fn evaluate<T: Number>(
 impl<'s, const N: usize> Declaration<'s, N> {
     /// The declaration of a system.
     pub fn of<S: System<N>>(system: &'s S) -> Self {
-        Self { source: system }
+        Self {
+            source: system,
+            past: [0.0; N],
+        }
+    }
+
+    /// The same for a step of third order that goes on from a second difference, the one that ends with the step's middle node.
+    #[must_use]
+    pub(crate) fn after(self, past: [f64; N]) -> Self {
+        Self { past, ..self }
+    }
+
+    fn place(&self) -> (&'s dyn Source, &[f64]) {
+        (self.source, &self.past)
     }
 
     /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
@@ -133,14 +158,14 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
         let mut results = Vec::with_capacity(self.source.tape().count(segment, part));
-        evaluate(self.source, segment, part, at, &mut |_, value| {
+        evaluate(self.place(), segment, part, at, &mut |_, value| {
             results.push(value);
         });
         results
     }
 
     fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
-        evaluate(self.source, segment, part, at, &mut |place, value| {
+        evaluate(self.place(), segment, part, at, &mut |place, value| {
             if let Some(out) = out.get_mut(place) {
                 *out = value;
             }
@@ -161,7 +186,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<[T; N]> {
         let mut vectors = vec![[T::splat(f64::NAN); N]; self.forms_count()];
-        evaluate(self.source, segment, Part::All, at, &mut |place, value| {
+        evaluate(self.place(), segment, Part::All, at, &mut |place, value| {
             if let Some(vector) = vectors.get_mut(place / N) {
                 vector[place % N] = value;
             }
@@ -234,6 +259,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
                 Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
                 Leaf::N(i) => leg.q.get(i),
                 Leaf::D(i) => leg.d.get(i),
+                Leaf::P(i) => self.past.get(i),
                 Leaf::Z(i) => z.get(i),
                 _ => None,
             };
@@ -304,7 +330,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let at = At { e, ..At::leg(h, leg) };
         let (mut point, mut t) = ([[T::splat(f64::NAN); N]; 3], T::splat(f64::NAN));
         evaluate(
-            self.source,
+            self.place(),
             Segment::Node,
             Part::Head,
             &at,
@@ -339,6 +365,21 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.all(Segment::Continuous, Part::Head, &at)
     }
 
+    /// The same with the third derivative `j`, for constraints of third order, whose rows are the constraints themselves.
+    pub(crate) fn continuous_of_third<T: Number>(
+        &self,
+        point: &Point<T, N>,
+        j: &[T; N],
+        multipliers: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            j,
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::Head, &at)
+    }
+
     /// The rows of the continuous system, then their Jacobian by accelerations and multipliers, row by row.
     pub fn continuous_with_jacobian<T: Number>(&self, point: &Point<T, N>, multipliers: &[T]) -> Vec<T> {
         let at = At {
@@ -361,7 +402,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
         let count = rows.as_ref().len();
         evaluate(
-            self.source,
+            self.place(),
             Segment::Continuous,
             Part::All,
             &at,
@@ -439,6 +480,24 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// at the middle node is taken away little by little, since all of it at once would be seen in the second difference.
     pub fn declared<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N], multipliers: &[T]) -> Vec<T> {
         let at = At {
+            e,
+            multipliers,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// The same for a step of third order, where the last second difference is `past` and the third difference `e`.
+    pub(crate) fn declared_after<T: Number>(
+        &self,
+        h: T,
+        leg: &Leg<T, N>,
+        past: &[T; N],
+        e: &[T; N],
+        multipliers: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            past,
             e,
             multipliers,
             ..At::leg(h, leg)

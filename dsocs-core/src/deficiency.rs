@@ -194,11 +194,11 @@ impl fmt::Display for Deficiency {
 #[cold]
 pub(crate) fn of_step<const N: usize>(
     system: &dyn AnySystem<N>,
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> Option<Deficiency> {
-    let declaration = system.declaration();
     let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let legs = Leg {
         t: Tangent::new(leg.t, 0.0),
@@ -206,7 +206,7 @@ pub(crate) fn of_step<const N: usize>(
         d: fixed(&leg.d),
     };
     let columns = |e: &[f64; N]| -> Vec<Vec<Tangent>> {
-        let known = multipliers::of_step(&declaration, h, leg, e);
+        let known = multipliers::of_step(declaration, h, leg, e);
         let columns = (0..N + known.len()).map(|j| {
             let e = core::array::from_fn(|i| moved(e[i], i == j));
             let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], N + i == j)).collect();
@@ -276,6 +276,16 @@ pub(crate) fn of_start<const N: usize>(
 /// An unknown, which moves or not; one that is not known stands at 0.
 fn moved(x: f64, moves: bool) -> Tangent {
     Tangent::new(if x.is_finite() { x } else { 0.0 }, if moves { 1.0 } else { 0.0 })
+}
+
+/// What equations leave open that are given by the derivatives of all rows by each unknown: third derivatives, then rates of multipliers.
+#[cold]
+pub(crate) fn of_columns<const N: usize>(
+    system: &dyn AnySystem<N>,
+    columns: &[Vec<Tangent>],
+    point: &Point<f64, N>,
+) -> Option<Deficiency> {
+    examine(system, columns, point)
 }
 
 /// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.

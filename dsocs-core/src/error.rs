@@ -281,6 +281,45 @@ pub enum SetupError {
          (`Start::second_order`), or take the step of order 2 (Flow)"
     )]
     Velocity,
+    /// A constraint is of third order, and the start does not say with which acceleration the motion begins.
+    #[error(
+        "a constraint here is of third order, so that the acceleration at the start is free: give it (`Start::third_order(q0, v0, a0)`), or \
+         the constraint force there (`Start::third_order_by_force(q0, v0, force)`)"
+    )]
+    FreeAcceleration,
+    /// The start gives an acceleration, and the equations determine it.
+    #[error(
+        "the start gives an acceleration, and no constraint here is of third order: the equations determine it; take \
+         `Start::second_order(q0, v0)`, and `near_acceleration` where they have several solutions"
+    )]
+    DeterminedAcceleration,
+    /// The acceleration that belongs to the constraint force of a start cannot be solved for.
+    #[error(
+        "no acceleration belongs to the constraint force at the start (what is left is {left:.1e}), since the mass matrix is singular there: \
+         give the acceleration (`Start::third_order`)"
+    )]
+    StartForce {
+        /// How much of the force is left.
+        left: f64,
+    },
+    /// The third derivative at the start cannot be solved for.
+    #[error(
+        "the third derivative at the start cannot be solved for: {}; the constraint of third order has to see the constraint force, so that its \
+         derivative by the third derivatives, times the inverse of the mass matrix, times the form of the force is not singular",
+        .deficiency.as_ref().map_or_else(|| "its equations have no solution that is found".to_owned(), ToString::to_string)
+    )]
+    Jerk {
+        /// What the equations leave open there, if that is why.
+        deficiency: Option<Box<Deficiency>>,
+    },
+    /// The method knows constraints of up to second order.
+    #[error(
+        "{method} knows constraints of up to second order, and one here is of third: take the discrete flow (Flow), which has an error of h²"
+    )]
+    ThirdOrder {
+        /// The method.
+        method: &'static str,
+    },
     /// The tolerance cannot be used.
     #[error(
         "the tolerance is {relative} (relative) and {absolute} (absolute); the first must lie between 0 and 1 (1.1e-16, the unit round-off, is the least \

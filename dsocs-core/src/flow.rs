@@ -51,6 +51,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     q: Compensated<N>,
     /// The increment that led to it.
     d: Compensated<N>,
+    /// What a step of third order knows beside; nothing else looks at it.
+    third: Third<N>,
     /// The last step that was solved.
     solved: Option<Solved<N>>,
     /// The past solutions.
@@ -114,6 +116,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         Ok(Self {
             system: Held::new(system),
             constants: system.constants(&system.parameters(), h),
+            third: Third::new(beginning.e),
             h,
             clock: Clock::even(beginning.t0, h),
             q: beginning.q,
@@ -134,7 +137,8 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if !h.is_finite() || h == 0.0 {
             return Err(SetupError::Step { h });
         }
-        if !(h * h).is_normal() {
+        let smallest = if S::ORDER > 2 { h * h * h } else { h * h };
+        if !smallest.is_normal() {
             return Err(SetupError::StepRange { h });
         }
         start::check_parameters(system)
@@ -204,6 +208,9 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if let Some(before) = self.before.take() {
             return self.solve_changed(before);
         }
+        if S::ORDER > 2 {
+            return self.solve_third();
+        }
         let (past_is_short, begins) = self.near_the_start();
         let leg = self.next_leg();
         let step = Step {
@@ -234,12 +241,23 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
 
     /// The middle node of a step.
     fn node_of(&self, Solved { leg, e, report }: Solved<N>) -> Node<N> {
-        let known = self.system.known(&self.constants, &leg);
+        if S::ORDER > 2 {
+            let mut constants = self.constants;
+            S::remember(&mut constants, &self.third.before);
+            return self.node_with(&constants, Solved { leg, e, report });
+        }
+        self.node_with(&self.constants, Solved { leg, e, report })
+    }
+
+    /// The same with what is known of the run.
+    #[inline]
+    fn node_with(&self, constants: &S::Constants<f64>, Solved { leg, e, report }: Solved<N>) -> Node<N> {
+        let known = self.system.known(constants, &leg);
         let Report {
             point,
             mut force,
             energy,
-        } = self.system.report(&self.constants, &known, &leg, &e);
+        } = self.system.report(constants, &known, &leg, &e);
         if let Some(changed) = &self.changed
             && changed.index == self.clock.index()
         {
@@ -361,6 +379,9 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         turned.d = self.d.negated();
         turned.q = self.q.plus(&turned.d);
         turned.predictor.turn();
+        if S::ORDER > 2 {
+            turned.turn_third(self.solved.is_some());
+        }
         turned.clock.turn();
         turned.ahead = 0;
         turned.since = 0;
@@ -372,6 +393,9 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
 
     fn regularity(&self) -> Option<Regularity> {
         let solved = self.solved?;
+        if S::ORDER > 2 {
+            return self.regularity_of_third(&solved);
+        }
         Some(Regularity::of(&*self.system, self.h, &solved.leg, &solved.e))
     }
 }
@@ -390,9 +414,11 @@ mod choose;
 mod exchange;
 mod forces;
 mod inputs;
+mod third;
 pub use choose::Roots;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
 use inputs::Changed;
+use third::Third;
 #[cfg(test)]
 mod tests;

@@ -70,7 +70,7 @@ pub use pairs::{constraint_forms, pair_displacements, state_displacements};
 pub use solvable::{Declared, Solvable};
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
-pub use written::rows_of_written;
+pub use written::{rows_of_four_written, rows_of_written};
 
 use crate::system::Leg;
 

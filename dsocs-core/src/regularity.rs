@@ -80,6 +80,28 @@ impl Regularity {
         }
     }
 
+    /// The regularity of a step of third order, with the equations by the last of four nodes; and, for the inverse flow, the constraints of
+    /// third order (at the places `third`) by the first of them beside the other equations of the first three nodes. Each row of these is
+    /// measured by the largest of its entries.
+    pub(crate) fn of_third<const N: usize>(
+        declaration: &Declaration<'_, N>,
+        past: &[f64; N],
+        third: &[usize],
+        h: f64,
+        leg: &Leg<f64, N>,
+        e: &[f64; N],
+    ) -> Self {
+        let triple = Triple::new(declaration, h, leg, e);
+        let [forward, largest_forward] = triple.extremes([0.0, 1.0], false);
+        let [backward, largest_backward] = triple.extremes_of_four(past, third);
+        Self {
+            forward,
+            backward,
+            largest_forward,
+            largest_backward,
+        }
+    }
+
     /// Whether the equations determine the last node from the other two, here and nearby: the theorem's condition on `D₃`.
     #[must_use]
     pub fn grants_forward(&self) -> bool {
@@ -243,6 +265,86 @@ impl<'a, const N: usize> Triple<'a, N> {
         match self.matrix(&[[0.0, by_d, by_e]], first_pair) {
             Some(matrix) => matrix.decomposed().extremes(),
             None => [f64::NAN; 2],
+        }
+    }
+
+    /// The smallest and the largest singular value of the derivative by the first of four nodes.
+    fn extremes_of_four(&self, past: &[f64; N], third: &[usize]) -> [f64; 2] {
+        let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
+        let h = Tangent::new(self.h, 0.0);
+        // the triple before: its second difference is the one that the step went on from
+        let before = Leg {
+            t: self.leg.t - self.h,
+            q: core::array::from_fn(|i| self.leg.q[i] - self.leg.d[i]),
+            d: core::array::from_fn(|i| self.leg.d[i] - past[i]),
+        };
+        let known = of_step(&self.declaration.after([0.0; N]), self.h, &before, past);
+        let columns = (0..N + known.len()).map(|k| {
+            let by = |i: usize| {
+                if i == k {
+                    self.lengths[i].unwrap_or(1.0)
+                } else {
+                    0.0
+                }
+            };
+            let moved = |x: &[f64; N], sign: f64| -> [Tangent; N] {
+                core::array::from_fn(|i| Tangent::new(x[i], sign * by(i)))
+            };
+            let multipliers: Vec<_> = (0..known.len())
+                .map(|j| Tangent::new(known[j], if N + j == k { 1.0 } else { 0.0 }))
+                .collect();
+            let leg = Leg {
+                t: Tangent::new(self.leg.t, 0.0),
+                q: fixed(&self.leg.q),
+                d: fixed(&self.leg.d),
+            };
+            let own = self
+                .declaration
+                .declared_after(h, &leg, &moved(past, 1.0), &moved(self.e, -1.0), &[]);
+            let first = Leg {
+                t: Tangent::new(before.t, 0.0),
+                q: fixed(&before.q),
+                d: moved(&before.d, -1.0),
+            };
+            let zero = [Tangent::new(0.0, 0.0); N];
+            let second = moved(past, 1.0);
+            let others = self
+                .declaration
+                .declared_after(h, &first, &zero, &second, &multipliers);
+            let bound = of_first_pair(self.declaration, h, &first);
+            let rows = own.into_iter().zip(others).enumerate();
+            rows.map(|(place, (own, other))| {
+                let row = match bound.get(place) {
+                    Some(bound) => *bound,
+                    None if third.contains(&place) => own,
+                    None => other,
+                };
+                row.derivative()
+            })
+            .collect::<Vec<f64>>()
+        });
+        let columns: Vec<_> = columns.collect();
+        let size = columns.first().map_or(0, Vec::len);
+        let mut matrix = Matrix::from_fn(size, columns.len(), |i, j| columns[j][i]);
+        for i in 0..size {
+            let largest = matrix.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            if largest > 0.0 {
+                matrix.divide_row(i, largest);
+            }
+        }
+        if known.is_empty() {
+            return if matrix.is_finite() {
+                matrix.decomposed().extremes()
+            } else {
+                [f64::NAN; 2]
+            };
+        }
+        // a multiplier is measured by its force
+        matrix.normalize_columns();
+        if matrix.is_finite() {
+            matrix.decomposed().extremes()
+        } else {
+            [f64::NAN; 2]
         }
     }
 

@@ -12,7 +12,7 @@ use crate::multipliers::of_step;
 use crate::regularity::{of_first_pair, stacked};
 use crate::scalar::Scalar;
 use crate::step::unknown::Unknown;
-use crate::system::{Leg, System};
+use crate::system::Leg;
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -273,14 +273,14 @@ impl Scalar for Bounded {
 
 /// A bound, to first order in the unit round-off, of the rounding error in each row of
 /// [`Compiled::linearize`](crate::compiled::Compiled::linearize).
-pub(crate) fn bounds<S: System<N>, const N: usize>(
-    system: &S,
+pub(crate) fn bounds<U: Unknown<f64>, const N: usize>(
+    declaration: &Declaration<'_, N>,
     h: f64,
     leg: &Leg<f64, N>,
-    z: &S::Unknown<f64>,
-) -> S::Unknown<f64> {
-    let mut bounds = S::Unknown::<f64>::zero();
-    Declaration::<N>::of(system).bounds(h, leg, z.as_ref(), bounds.as_mut());
+    z: &U,
+) -> U {
+    let mut bounds = U::zero();
+    declaration.bounds(h, leg, z.as_ref(), bounds.as_mut());
     bounds
 }
 

@@ -1,6 +1,7 @@
 //! What a run begins with.
 
 mod consistency;
+pub(crate) mod third;
 
 use core::marker::PhantomData;
 
@@ -17,6 +18,7 @@ use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
 use crate::tangent::Tangent;
 use crate::taylor::{TaylorFlow, Tolerance};
+use third::Free;
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
@@ -55,6 +57,10 @@ enum Rule<const N: usize> {
     SecondOrder { v0: [f64; N] },
     /// The second node itself.
     Nodes { q1: [f64; N] },
+    /// The second and the third node themselves, where constraints are of third order.
+    ThreeNodes { q1: [f64; N], q2: [f64; N] },
+    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, where constraints of third order leave the acceleration free.
+    ThirdOrder { v0: [f64; N], free: Free<N> },
     /// The increment of the continuous motion over the step `h` from the time `t0`, and its first velocity and acceleration.
     Exact {
         v0: [f64; N],
@@ -129,11 +135,75 @@ impl<const N: usize> Start<N> {
         })
     }
 
+    /// The start of a system with constraints of third order: the acceleration is free there, and `a0` says with which the motion
+    /// begins. The first three nodes are of the order that keeps the scheme's second order.
+    ///
+    /// The acceleration has to obey the other equations: constraints of lower order, and what the virtual displacements ask of the
+    /// force. [`Start::projected`] takes the nearest that does.
+    ///
+    /// ```
+    /// # use dsocs_core::prelude::*;
+    /// /// A trolley that is moved with a constant jerk.
+    /// #[dsocs {
+    ///     coordinates(x);
+    ///     lagrangian = dot(x).powi(2) / 2;
+    ///     kinematic = dddot(x) - jerk;
+    ///     constraint_forces = [1];
+    /// }]
+    /// struct Trolley {
+    ///     jerk: f64,
+    /// }
+    /// let trolley = Trolley { jerk: 6.0 };
+    /// let start = Start::third_order([0.0], [1.0], [2.0]);
+    /// let end = Flow::new(&trolley, 0.125, start)?.until(1.0)?.nodes[8].q[0];
+    /// // t + t² + t³ at t = 1
+    /// assert!((end - 3.0).abs() < 1e-13);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub const fn third_order(q0: [f64; N], v0: [f64; N], a0: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::ThirdOrder {
+                v0,
+                free: Free::Acceleration(a0),
+            },
+            t0: 0.0,
+            projected: false,
+            near: None,
+        }
+    }
+
+    /// The same with the generalized constraint force at the start, in units of `L` per unit of the coordinate, in place of the
+    /// acceleration that it causes.
+    pub const fn third_order_by_force(q0: [f64; N], v0: [f64; N], force: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::ThirdOrder {
+                v0,
+                free: Free::Force(force),
+            },
+            t0: 0.0,
+            projected: false,
+            near: None,
+        }
+    }
+
     /// Both nodes as they are given.
     pub const fn nodes(q0: [f64; N], q1: [f64; N]) -> Self {
         Self {
             q0,
             rule: Rule::Nodes { q1 },
+            t0: 0.0,
+            projected: false,
+            near: None,
+        }
+    }
+
+    /// Three nodes as they are given, for constraints of third order: to go on from a motion that is known.
+    pub const fn three_nodes(q0: [f64; N], q1: [f64; N], q2: [f64; N]) -> Self {
+        Self {
+            q0,
+            rule: Rule::ThreeNodes { q1, q2 },
             t0: 0.0,
             projected: false,
             near: None,
@@ -176,7 +246,16 @@ impl<const N: usize> Start<N> {
             return Err(SetupError::StartTime { t0 });
         }
         check_vector(system, "q0", &q0)?;
+        self.check_order(system)?;
+        let mut e = None;
         let (q0, v0, a0, d) = match rule {
+            Rule::ThirdOrder { v0, free } => {
+                check_vector(system, "v0", &v0)?;
+                let (q0, v0) = self.consistent(system, q0, v0)?;
+                let began = third::begin(system, (t0, h), (&q0, &v0), free, self.projected)?;
+                e = Some(began.e);
+                (q0, v0, Some(began.a0), began.d)
+            }
             Rule::Paper { v0 } => {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
@@ -201,16 +280,17 @@ impl<const N: usize> Start<N> {
                     consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
                 )
             }
+            Rule::ThreeNodes { q1, q2 } => {
+                check_vector(system, "q1", &q1)?;
+                check_vector(system, "q2", &q2)?;
+                let d = self.first_leg(system, h, &q1)?;
+                let second = Compensated::difference(&q2, &q1).plus(&d.negated());
+                e = Some(second);
+                (q0, d.hi.map(|d| d / h), Some(second.hi.map(|e| e / (h * h))), d)
+            }
             Rule::Nodes { q1 } => {
                 check_vector(system, "q1", &q1)?;
-                let d = Compensated::difference(&q1, &q0);
-                let v0 = d.hi.map(|d| d / h);
-                let d = if self.projected {
-                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?
-                } else {
-                    consistency::check_pair(&system.declaration(), (t0, h), &q0, &d)?;
-                    d
-                };
+                let d = self.first_leg(system, h, &q1)?;
                 (q0, d.hi.map(|d| d / h), None, d)
             }
             Rule::Exact {
@@ -245,7 +325,35 @@ impl<const N: usize> Start<N> {
             t0,
             q,
             d,
+            e,
         })
+    }
+
+    /// Checks that the start says an acceleration where constraints of third order leave it free, and there alone.
+    fn check_order(&self, system: &dyn AnySystem<N>) -> Result<(), SetupError> {
+        let says = matches!(self.rule, Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. });
+        match (says, system.third_order().is_empty()) {
+            (true, true) => Err(SetupError::DeterminedAcceleration),
+            (false, false) => Err(SetupError::FreeAcceleration),
+            _ => Ok(()),
+        }
+    }
+
+    /// The increment to a second node that is given, which has to obey the constraints or is moved onto them.
+    fn first_leg(
+        &self,
+        system: &dyn AnySystem<N>,
+        h: f64,
+        q1: &[f64; N],
+    ) -> Result<Compensated<N>, SetupError> {
+        let (q0, declaration) = (&self.q0, system.declaration());
+        let d = Compensated::difference(q1, q0);
+        if self.projected {
+            let v0 = d.hi.map(|d| d / h);
+            return consistency::onto_pair(&declaration, (self.t0, h), q0, &v0, d);
+        }
+        consistency::check_pair(&declaration, (self.t0, h), q0, &d)?;
+        Ok(d)
     }
 
     /// What methods begin with that begin with a position and a velocity.
@@ -257,6 +365,9 @@ impl<const N: usize> Start<N> {
         check_vector(system, "q0", &q0)?;
         let v0 = match rule {
             Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
+            Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. } => {
+                return Err(SetupError::DeterminedAcceleration);
+            }
             Rule::Nodes { .. } => return Err(SetupError::Velocity),
         };
         check_vector(system, "v0", &v0)?;
@@ -318,6 +429,8 @@ pub(crate) struct Beginning<const N: usize> {
     pub q: Compensated<N>,
     /// The increment from the first to the second.
     pub d: Compensated<N>,
+    /// The second difference of the first three nodes, where a step of third order goes on from it.
+    pub e: Option<Compensated<N>>,
 }
 
 /// Checks that the parameters are finite.

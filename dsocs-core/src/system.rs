@@ -123,6 +123,9 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [Quantity];
 
+    /// The highest derivative that a constraint binds, at least 2: a step finds the last of `ORDER + 1` nodes.
+    const ORDER: usize = 2;
+
     /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
     /// given by fields.
     const FORMS: usize = 0;

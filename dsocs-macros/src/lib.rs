@@ -40,7 +40,7 @@ use proc_macro::TokenStream;
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
 /// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(t, q) = 0`, imposed at every node |
 /// | `nonholonomic = c;` or a list | constraints of velocities, `c(t, q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
-/// | `kinematic = c;` or a list | constraints of accelerations, `c(t, q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`; a row without one is refused |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(t, q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`, or of third derivatives (see below); a row without either is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `constraint_forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
@@ -94,8 +94,8 @@ use proc_macro::TokenStream;
 /// # Expressions
 ///
 /// - `t` is the time. Constraints, maps, fields and forces may depend on it; what does not costs nothing.
-/// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one. Nothing may be of a higher
-///   order than an acceleration.
+/// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one, `dddot(e)` the third. Nothing may be of a higher
+///   order than an acceleration, and kinematic constraints than a third derivative.
 /// - Numbers, also integers, are `f64`. Operators are `+`, `-`, `*`, `/`; blocks `{ let a = …; e }` and
 ///   `if a < b { e1 } else { e2 }` are expressions. Both branches of an `if` are computed and one is selected, so
 ///   neither may panic; the condition compares by `<`, `<=`, `>`, `>=`, joined by `&&`, `||`, `!`, or is a `bool` of
@@ -112,7 +112,7 @@ use proc_macro::TokenStream;
 /// - Any other function or method of coordinates is the user's own, called with dual numbers where a derivative is
 ///   needed, so it is generic over its number type: `curvature.at(x, y)`, `friction(dot(x))`. Its arguments are
 ///   numbers.
-/// - Coordinates, fields, `let`s, `t`, `h`, `dot`, `ddot`, `sum`, `product` and `each` share one namespace.
+/// - Coordinates, fields, `let`s, `t`, `h`, `dot`, `ddot`, `dddot`, `sum`, `product` and `each` share one namespace.
 ///
 /// # Arrays, sums and functions
 ///
@@ -201,11 +201,34 @@ use proc_macro::TokenStream;
 ///
 /// # Third order
 ///
-/// The paper remarks that constraints of order `k` are constraints on `k + 1` nodes. `dot(ddot(x))` is refused here: a step
-/// carries the last node and the increment to it, which determine three nodes with the one that is looked for. A fourth needs a second
-/// increment in `Leg` and the unknown to be the third difference; derivatives by a jerk in the expressions; a start with three
-/// nodes; and the rows of forces at `q2` instead of `q1`. Nothing of second order would change, but everything that takes a
-/// leg would need to know how long a past it has.
+/// The paper remarks that constraints of order `k` are constraints on `k + 1` nodes. A kinematic constraint may contain third derivatives,
+/// `dddot(x)`, also as `dot(ddot(x))` and in the derivative of any expression; it is then imposed on four nodes, at the middle of the
+/// leg from `q1` to `q2`, by the map
+/// `((q1 + q2)/2, (q2 - q1)/h, (q3 - q2 - q1 + q0)/2h², (q3 - 3q2 + 3q1 - q0)/h³)`, which is of second order and symmetric in time. A
+/// time in it is that of this point. Everything else stands beside it as ever, on the last three nodes: the works `⟨u, Q⟩` of the constraint force at `q2`,
+/// constraints of lower order, other kinematic ones.
+///
+/// ```ignore
+/// /// Enters a bend: the curvature of its path changes with the way.
+/// #[dsocs {
+///     coordinates(x, y);
+///     lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+///     let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+///     let curvature = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3);
+///     kinematic = dot(curvature) - rate * speed;
+///     constraint_forces = [(-dot(y), dot(x))];
+/// }]
+/// pub struct Clothoid {
+///     pub mass: f64,
+///     pub rate: f64,
+/// }
+/// // the acceleration at the start is free: Start::third_order(q0, v0, a0), or Start::third_order_by_force(q0, v0, force)
+/// ```
+///
+/// `variational = chetaev` takes `∂c/∂j` of such a constraint. `phi_kinematic` is the map of those of second order; `discrete_kinematic`
+/// and a factor to divide out are refused. The method is the discrete flow (`Flow`): compositions, Taylor series, ensembles, inputs that change at nodes, and the flow
+/// as a map of pairs of nodes know constraints of up to second order, and say so. A stiff constraint bounds the step, because it is
+/// explicit in lower derivatives: `T x''' + x'' + k x' = 0` needs `h` well below `2√(T/k)`.
 ///
 /// # Errors
 ///

@@ -81,6 +81,8 @@ pub struct Entry {
     source: Option<String>,
     /// The start unless the command line gives one: position and velocity.
     start: Option<[Vec<f64>; 2]>,
+    /// The acceleration that the run begins with, where a constraint is of third order.
+    acceleration: Option<Vec<f64>>,
     /// The step.
     step: f64,
     /// The end.
@@ -131,6 +133,7 @@ impl Entry {
             description,
             source: None,
             start: None,
+            acceleration: None,
             step: STEP,
             until: UNTIL,
             symmetries: Vec::new(),
@@ -167,6 +170,15 @@ impl Entry {
     pub fn start<const N: usize>(mut self, q0: [f64; N], v0: [f64; N]) -> Self {
         self.start = Some([q0.to_vec(), v0.to_vec()]);
         self
+    }
+
+    /// Gives also the acceleration `a0` that a run begins with, which constraints of third order leave free.
+    #[must_use]
+    pub fn start_with_acceleration<const N: usize>(self, q0: [f64; N], v0: [f64; N], a0: [f64; N]) -> Self {
+        Self {
+            acceleration: Some(a0.to_vec()),
+            ..self.start(q0, v0)
+        }
     }
 
     /// Gives the step that a run has unless it is told another, in s; negative to run back in time.
@@ -282,6 +294,12 @@ impl Entry {
         self.start.as_ref()
     }
 
+    /// The acceleration that a run begins with unless it is told another, if there is one.
+    #[must_use]
+    pub fn default_acceleration(&self) -> Option<&[f64]> {
+        self.acceleration.as_deref()
+    }
+
     /// The step that a run has unless it is told another, in s.
     #[must_use]
     pub fn default_step(&self) -> f64 {
@@ -373,7 +391,8 @@ impl Entry {
                 cause,
             })
         };
-        let vectors = self.start.iter().flatten().zip(["q0", "v0"]);
+        let vectors = self.start.iter().flatten().chain(&self.acceleration);
+        let vectors = vectors.zip(["q0", "v0", "a0"]);
         let vectors = vectors.map(|(vector, name)| (format!("{name} of its start"), vector.len()));
         let generators = self.symmetries.iter();
         let generators = generators.map(|symmetry| {

@@ -41,9 +41,9 @@ pub mod systems;
 #[cfg(feature = "cli")]
 pub use entry::Entry;
 pub use systems::{
-    Arm, CartPole, Constant, ContactOscillator, Curvature, CurvedParticle, ExactDecrease, FrictionPendulum,
-    GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle, NonholonomicParticle,
-    PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh, Snakeboard, Sphere,
-    SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
+    Arm, CartPole, Clothoid, Constant, ContactOscillator, Crane, Curvature, CurvedParticle, ExactDecrease,
+    FrictionPendulum, GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle,
+    NonholonomicParticle, PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh,
+    Snakeboard, Sphere, SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
 };
 pub use systems::{chain, particle, pendulum};

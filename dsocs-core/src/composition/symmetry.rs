@@ -17,6 +17,8 @@ pub enum Symmetry {
     Momenta,
     /// Not at all: a constraint is of order 0 or 1, one of positions or of velocities.
     LowerOrder,
+    /// Not at all: a constraint is of third order.
+    ThirdOrder,
     /// Not at all: `L_d` of a leg is another one when the leg is run back.
     LagrangianMap,
     /// Not at all: the map of the kinematic constraints leads to another point than value, slope and curvature.
@@ -35,6 +37,9 @@ impl fmt::Display for Symmetry {
             Self::LowerOrder => {
                 "compositions do not support constraints of positions or velocities: these bind nodes and legs, and so more than value, \
                  slope and curvature at a node"
+            }
+            Self::ThirdOrder => {
+                "a constraint is of third order, so that a step knows three nodes that lie one step apart"
             }
             Self::LagrangianMap => {
                 "with its `phi_lagrangian` or `discrete_lagrangian` the step is not symmetric in time: `midpoint` and `trapezoid` are"

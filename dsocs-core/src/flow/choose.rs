@@ -22,6 +22,10 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found.
     pub fn roots(&self) -> Result<Roots<N>, StepError> {
+        if let Some(e) = self.third.given {
+            let found = self.q.plus(&self.d.plus(&e)).hi;
+            return Ok(Roots { found, other: None });
+        }
         let step = self.next_step();
         let pair = step
             .pair(&self.predictor, self.max_iterations)
@@ -29,7 +33,11 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let node = |z| {
             let e = step.second_difference(&z);
             let mut d = self.d;
-            d.add(&e);
+            if S::ORDER > 2 {
+                d = self.arriving(&e).1;
+            } else {
+                d.add(&e);
+            }
             self.q.plus(&d).hi
         };
         Ok(Roots {
@@ -44,10 +52,17 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found from there. The flow stays where it was.
     pub fn advance_to(&mut self, q2: &[f64; N]) -> Result<StepReport, StepError> {
+        if S::ORDER > 2 && self.third.given.is_some() {
+            // the start has it
+            let report = self.solve_third()?;
+            self.clock.tick();
+            return Ok(report);
+        }
         let leg = self.leg();
         let step = self.next_step();
         let size = step.size(&self.predictor);
-        let e = core::array::from_fn(|i| (q2[i] - leg.q[i]) - leg.d[i]);
+        let before = S::past(&self.constants);
+        let e = core::array::from_fn(|i| ((q2[i] - leg.q[i]) - leg.d[i]) - before[i]);
         let (start, mut predictor) = (step.any().unknowns(&e), self.predictor);
         let (z, report) = step
             .any()
@@ -55,7 +70,12 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
         let mut d = self.d;
-        d.add(&e);
+        let mut second = self.third.e;
+        if S::ORDER > 2 {
+            (second, d) = self.arriving(&e);
+        } else {
+            d.add(&e);
+        }
         let q = self.q.plus(&d);
         if !q.hi.iter().all(|q| q.is_finite()) {
             return Err(self.failed(step.any().not_finite(&z)));
@@ -64,6 +84,9 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         self.predictor = predictor;
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
+        if S::ORDER > 2 {
+            self.go_on(second);
+        }
         self.clock.tick();
         Ok(report)
     }

@@ -6,7 +6,7 @@ use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
 use crate::held::Held;
 use crate::multipliers;
-use crate::run::{Inputs, RunError, inputs};
+use crate::run::{InputError, Inputs, RunError, inputs};
 use crate::scalar::Scalar as _;
 use crate::start;
 use crate::step::newton::Stop;
@@ -50,6 +50,11 @@ impl<S, const N: usize> Clone for Changed<'_, S, N> {
 impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         let place = inputs::place::<S, N>(parameter, value)?;
+        if S::ORDER > 2 {
+            return Err(RunError::Input(Box::new(InputError::ThirdOrder {
+                parameter: S::PARAMETERS[place].name,
+            })));
+        }
         if self.system.parameter(place) == Some(value) {
             return Ok(());
         }

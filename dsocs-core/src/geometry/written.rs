@@ -2,6 +2,7 @@
 
 use super::array::{along, moving, moving_leg, times};
 use super::solvable::Declared;
+use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::double::Double;
 use crate::multipliers::of_step;
@@ -13,8 +14,17 @@ use crate::tangent::Tangent;
 /// So often multipliers are improved: each time they gain as many digits as a double has.
 const IMPROVED: u32 = 3;
 
-/// Moving `q0`, `q1` and `q2` moves the node, the increment and the second difference by these parts.
-const NODES: [[f64; 3]; 3] = [[0.0, -1.0, 1.0], [1.0, 1.0, -2.0], [0.0, 0.0, 1.0]];
+/// Moving `q0`, `q1` and `q2` moves the node, the increment, and the second difference, as one after none, by these parts.
+const NODES: [[f64; 4]; 3] = [[0.0, -1.0, 0.0, 1.0], [1.0, 1.0, 0.0, -2.0], [0.0, 0.0, 0.0, 1.0]];
+
+/// Moving the four nodes of a step of third order moves the node, the increment, the last second difference and the third one by these
+/// parts.
+const FOUR_NODES: [[f64; 4]; 4] = [
+    [0.0, 0.0, 1.0, -1.0],
+    [0.0, -1.0, -2.0, 3.0],
+    [1.0, 1.0, 1.0, -3.0],
+    [0.0, 0.0, 0.0, 1.0],
+];
 
 /// What the declared rows of a step are at three nodes as they are written, the second at the time `t`, each with what may be expected of it.
 ///
@@ -33,7 +43,28 @@ pub fn rows_of_written<const N: usize>(
     h: f64,
     nodes: &[[f64; N]; 3],
 ) -> Vec<[f64; 2]> {
-    let declaration = system.declaration();
+    written(system.declaration(), t, h, None, nodes)
+}
+
+/// The same for a step of third order, which has four nodes, the third at the time `t`.
+#[must_use]
+pub fn rows_of_four_written<const N: usize>(
+    system: &dyn Declared<N>,
+    t: f64,
+    h: f64,
+    [first, nodes @ ..]: &[[f64; N]; 4],
+) -> Vec<[f64; 2]> {
+    written(system.declaration(), t, h, Some(first), nodes)
+}
+
+/// The rows at three nodes, and the node before them where a step knows it.
+fn written<const N: usize>(
+    declaration: Declaration<'_, N>,
+    t: f64,
+    h: f64,
+    before: Option<&[f64; N]>,
+    nodes: &[[f64; N]; 3],
+) -> Vec<[f64; 2]> {
     let [q0, q1, q2] = nodes;
     let exact = |x: &[f64; N]| x.map(Double::exact);
     let mut leg = Leg {
@@ -46,6 +77,15 @@ pub fn rows_of_written<const N: usize>(
         leg.d[i] = Double::difference(q1[i], q0[i]);
         e[i] = Double::difference(q2[i], q1[i]) - leg.d[i];
     }
+    let mut past = [Double::exact(0.0); N];
+    if let Some(before) = before {
+        for i in 0..N {
+            past[i] = leg.d[i] - Double::difference(q0[i], before[i]);
+            e[i] = e[i] - past[i];
+        }
+    }
+    let past_rounded = past.map(Double::rounded);
+    let declaration = declaration.after(past_rounded);
     let rounded = Leg {
         t,
         q: *q1,
@@ -56,25 +96,32 @@ pub fn rows_of_written<const N: usize>(
 
     let first = of_step(&declaration, h, &rounded, &e_rounded);
     let mut multipliers: Vec<Double> = first.iter().copied().map(Double::exact).collect();
-    let mut rows = declaration.declared(step, &leg, &e, &multipliers);
+    let mut rows = declaration.declared_after(step, &leg, &past, &e, &multipliers);
 
     let fixed: Vec<Tangent> = multipliers.iter().map(|x| Tangent::splat(x.rounded())).collect();
     let mut allowed = vec![0.0; rows.len()];
-    let mut add = |[by_q, by_d, by_e]: [f64; 3], j: usize, size: f64| {
+    let mut add = |[by_q, by_d, by_past, by_e]: [f64; 4], j: usize, size: f64| {
         let unit = along(j, 1.0);
         let leg = moving_leg(&rounded, &times(by_q, &unit), &times(by_d, &unit));
         let e = moving(&e_rounded, &times(by_e, &unit));
-        let rows = declaration.declared(Tangent::splat(h), &leg, &e, &fixed);
+        let past = moving(&past_rounded, &times(by_past, &unit));
+        let rows = declaration.declared_after(Tangent::splat(h), &leg, &past, &e, &fixed);
         for (allowed, row) in allowed.iter_mut().zip(rows) {
             *allowed += row.derivative().abs() * size;
         }
     };
     for j in 0..N {
-        for (node, by) in nodes.iter().zip(NODES) {
-            add(by, j, 0.5 * unit_in_the_last_place(node[j]));
+        if let Some(before) = before {
+            for (node, by) in [before].into_iter().chain(nodes).zip(FOUR_NODES) {
+                add(by, j, 0.5 * unit_in_the_last_place(node[j]));
+            }
+        } else {
+            for (node, by) in nodes.iter().zip(NODES) {
+                add(by, j, 0.5 * unit_in_the_last_place(node[j]));
+            }
         }
         add(
-            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 0.0, 1.0],
             j,
             f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()),
         );
@@ -86,7 +133,9 @@ pub fn rows_of_written<const N: usize>(
         d: bounded(&rounded.d),
     };
     let fixed: Vec<Bounded> = fixed.iter().map(|x| Bounded::splat(x.value())).collect();
-    let evaluated = declaration.declared(Bounded::splat(h), &bounded_leg, &bounded(&e_rounded), &fixed);
+    let [bounded_past, bounded_e] = [bounded(&past_rounded), bounded(&e_rounded)];
+    let evaluated =
+        declaration.declared_after(Bounded::splat(h), &bounded_leg, &bounded_past, &bounded_e, &fixed);
     for (allowed, row) in allowed.iter_mut().zip(evaluated) {
         *allowed += row.error();
     }
@@ -98,7 +147,7 @@ pub fn rows_of_written<const N: usize>(
             for (multiplier, change) in multipliers.iter_mut().zip(changes) {
                 *multiplier = *multiplier + Double::exact(change);
             }
-            rows = declaration.declared(step, &leg, &e, &multipliers);
+            rows = declaration.declared_after(step, &leg, &past, &e, &multipliers);
         }
     }
     rows.iter()

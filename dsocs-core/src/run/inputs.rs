@@ -102,6 +102,14 @@ pub enum InputError {
         /// The value.
         value: f64,
     },
+    /// A constraint is of third order, and its step between two values of a parameter is not known here.
+    #[error(
+        "`{parameter}` cannot change at a node: a constraint here is of third order; write the input as a function of `t`"
+    )]
+    ThirdOrder {
+        /// The name.
+        parameter: &'static str,
+    },
     /// A holonomic constraint depends on the parameter.
     #[error(
         "`{parameter}` cannot change at a node: a holonomic constraint depends on it, and the position would have to jump; write the \

@@ -11,7 +11,7 @@ use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
-const OBEYED: f64 = 1e-12;
+pub(super) const OBEYED: f64 = 1e-12;
 
 /// How often a projection is repeated.
 const MAX_ITERATIONS: usize = 50;

@@ -6,10 +6,12 @@ use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
 use crate::any::AnySystem;
+use crate::declaration::Declaration;
 use crate::deficiency::{self, DependentRow};
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
+use crate::start::third;
 use crate::system::{Leg, System};
 
 /// The equations of one step of a system of any type with `N` coordinates.
@@ -18,6 +20,12 @@ use crate::system::{Leg, System};
 pub(crate) trait AnyStep<const N: usize>: Equations {
     /// The system.
     fn system(&self) -> &dyn AnySystem<N>;
+
+    /// The declaration, after the second difference that a step of third order goes on from.
+    fn declaration(&self) -> Declaration<'_, N>;
+
+    /// That second difference, and zero of second order.
+    fn before(&self) -> [f64; N];
 
     /// The step.
     fn h(&self) -> f64;
@@ -60,6 +68,9 @@ impl<S: System<N>, const N: usize> Steps<S::Unknown<f64>, N> for S {
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
 
+/// How often the continuous system's third derivative is improved by the acceleration that belongs to it.
+const THIRD_DERIVATIVE: usize = 4;
+
 /// A row that is left by less than this part of what is left of another one is met.
 const UNMET: f64 = 1e-3;
 
@@ -89,9 +100,14 @@ pub(super) fn vector<Z: Unknown<f64>>(values: &[f64]) -> Z {
 }
 
 impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
+    /// Whether the unknowns are third differences.
+    pub(super) fn is_of_third_order(&self) -> bool {
+        !self.system().third_order().is_empty()
+    }
+
     /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
     pub fn unknowns(&self, e: &[f64; N]) -> Z {
-        let multipliers = multipliers::of_step(&self.system().declaration(), self.h(), self.leg(), e);
+        let multipliers = multipliers::of_step(&self.declaration(), self.h(), self.leg(), e);
         self.unknown(e, &multipliers)
     }
 
@@ -193,7 +209,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// The rows, as they were declared, that are not met at the second difference `e`, and what is left of each.
     fn unmet(&self, e: &[f64; N]) -> Vec<(DependentRow, f64)> {
         let (h, leg) = (self.h(), self.leg());
-        let declaration = self.system().declaration();
+        let declaration = self.declaration();
         let multipliers = multipliers::of_step(&declaration, h, leg, e);
         let rows = declaration.declared(h, leg, e, &multipliers);
         // each against what it changes by on the way from a straight line
@@ -233,7 +249,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     pub fn error(&self, at: &Failing<N>, cause: NewtonFailure) -> StepError {
         let leg = self.leg();
         let e = self.second_difference(&vector(&cause.unknowns));
-        let open = |e| deficiency::of_step(self.system(), self.h(), leg, e);
+        let open = |e| deficiency::of_step(self.system(), &self.declaration(), self.h(), leg, e);
         let deficiency = match cause.reason {
             StepFailure::Singular => open(&e),
             // rows that are singular but for rounding send the iteration anywhere: these are so on a straight line, too
@@ -250,7 +266,12 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         } else {
             Vec::new()
         };
-        let next = |e: [f64; N]| (0..N).map(|i| leg.q[i] + (leg.d[i] + e[i])).collect();
+        let before = self.before();
+        let next = |e: [f64; N]| {
+            (0..N)
+                .map(|i| leg.q[i] + (leg.d[i] + (before[i] + e[i])))
+                .collect()
+        };
         StepError::new(FailedStep {
             index: at.index,
             time: at.time,
@@ -263,7 +284,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             } else {
                 next(self.second_difference(&vector(&cause.other)))
             },
-            regularity: Regularity::of_declaration(&self.system().declaration(), self.h(), leg, &e),
+            regularity: Regularity::of_declaration(&self.declaration(), self.h(), leg, &e),
             coordinates: self
                 .system()
                 .coordinates()
@@ -280,6 +301,9 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
     /// in the last. No polynomial through the past foresees a path that goes to and fro.
     fn turned(&self, last: &Z) -> Option<Z> {
+        if self.is_of_third_order() {
+            return None;
+        }
         let d = self.leg().d;
         let e = self.second_difference(last);
         let product = |x: &[f64; N], y: &[f64; N]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
@@ -314,10 +338,33 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         [1.0, -1.0, 6.0, -6.0].map(by)
     }
 
+    /// The unknowns of the continuous system's third derivative in the middle of the leg, looked for near a third difference.
+    pub(super) fn continuous_of_third(&self, near: &[f64; N]) -> Option<Z> {
+        let (leg, h, before) = (self.leg(), self.h(), self.before());
+        let q = core::array::from_fn(|i| leg.q[i] - 0.5 * leg.d[i]);
+        let v = leg.d.map(|d| d / h);
+        let cube = h * h * h;
+        let improved = |third: &[f64; N], near: &[f64; N]| -> Option<[f64; N]> {
+            let a = core::array::from_fn(|i| (before[i] + 0.5 * third[i]) / (h * h));
+            let near = near.map(|near| near / cube);
+            let j = third::jerk(self.system(), leg.t - 0.5 * h, [&q, &v, &a], &near)?;
+            Some(j.map(|j| j * cube))
+        };
+        // with the acceleration of one of them, whatever is near
+        let mut third = [0.0; N];
+        for _ in 1..THIRD_DERIVATIVE {
+            third = improved(&third, &third)?;
+        }
+        Some(self.unknowns(&improved(&third, near)?))
+    }
+
     /// The unknowns of the acceleration with which the motion begins or, where that is not known, of the continuous system's at
     /// `(q1, d/h)`.
     pub(super) fn continuous(&self) -> Option<Z> {
         let (leg, h) = (self.leg(), self.h());
+        if self.is_of_third_order() {
+            return self.continuous_of_third(&[0.0; N]);
+        }
         if let Some(a) = self.begins() {
             return Some(self.unknowns(&a.map(|a| a * h * h)));
         }

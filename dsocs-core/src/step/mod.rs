@@ -12,6 +12,7 @@ pub(crate) mod predictor;
 pub(crate) mod unknown;
 
 use crate::any::AnySystem;
+use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::rounding;
 use crate::system::{Leg, System};
@@ -118,7 +119,7 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     }
 
     fn rounding(&self, z: &Self::Z) -> Self::Z {
-        rounding::bounds(self.system, self.h, &self.leg, z)
+        rounding::bounds(&AnyStep::declaration(self), self.h, &self.leg, z)
     }
 }
 
@@ -213,6 +214,14 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
 impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
     fn system(&self) -> &dyn AnySystem<N> {
         self.system
+    }
+
+    fn declaration(&self) -> Declaration<'_, N> {
+        Declaration::of(self.system).after(self.before())
+    }
+
+    fn before(&self) -> [f64; N] {
+        S::past(self.constants)
     }
 
     fn h(&self) -> f64 {

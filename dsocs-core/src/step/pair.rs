@@ -265,6 +265,10 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
 
     /// The same by determinants, along the line through both roots.
     fn continued_determinants(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+        if self.is_of_third_order() {
+            // former steps went on from other second differences
+            return None;
+        }
         let mut leg = *self.leg();
         let mut former = Vec::with_capacity(past.len());
         for (place, z) in past.iter().enumerate() {
@@ -313,7 +317,11 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let (leg, square) = (self.leg(), self.h() * self.h());
         let v = leg.d.map(|d| d / self.h());
         let near = |root: &Z| {
-            let a = self.second_difference(root).map(|e| e / square);
+            let e = self.second_difference(root);
+            if self.is_of_third_order() {
+                return self.continuous_of_third(&e);
+            }
+            let a = e.map(|e| e / square);
             let (a, _) = self.system().acceleration((leg.t, &leg.q, &v), Some(&a)).ok()?;
             Some(self.unknown(&a.map(|a| a * square), &[]))
         };

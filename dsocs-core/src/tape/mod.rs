@@ -59,7 +59,7 @@ pub enum Leaf {
     N(usize),
     /// A component of the increment that led to it (4).
     D(usize),
-    /// A component of the second difference (5).
+    /// A component of the second difference, or of the third where constraints are of third order (5).
     E(usize),
     /// An unknown of the step (6).
     Z(usize),
@@ -73,6 +73,10 @@ pub enum Leaf {
     T,
     /// The time of a step's middle node (11).
     Clock,
+    /// A component of the second difference before, where constraints are of third order (12).
+    P(usize),
+    /// A third derivative (13).
+    J(usize),
 }
 
 /// What a tape computes, in the order in which it stands there.

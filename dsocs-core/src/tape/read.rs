@@ -91,7 +91,7 @@ const FUNCTIONS: [Function; 20] = [
 ];
 
 /// The kinds of leaves, by their bytes.
-const LEAVES: [fn(usize) -> Leaf; 12] = [
+const LEAVES: [fn(usize) -> Leaf; 14] = [
     Leaf::Q,
     Leaf::V,
     Leaf::A,
@@ -104,6 +104,8 @@ const LEAVES: [fn(usize) -> Leaf; 12] = [
     Leaf::Parameter,
     |_| Leaf::T,
     |_| Leaf::Clock,
+    Leaf::P,
+    Leaf::J,
 ];
 
 impl Op {

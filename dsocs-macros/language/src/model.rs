@@ -139,6 +139,18 @@ impl Model {
             .any(|value| self.graph.depends_on(value, leaf))
     }
 
+    /// The highest derivative that a step finds: 3 where a constraint binds one, else 2.
+    pub(crate) fn order(&self) -> usize {
+        let rows = self.constraints.iter().map(|row| row.order);
+        rows.fold(2, usize::max)
+    }
+
+    /// The places of the constraints of third order among all.
+    pub(crate) fn third_order(&self) -> impl Iterator<Item = usize> {
+        let rows = self.constraints.iter().enumerate();
+        rows.filter(|(_, row)| row.order == 3).map(|(place, _)| place)
+    }
+
     /// How many constraints there are of a kind.
     pub(crate) fn count(&self, kind: Kind) -> usize {
         self.constraints.iter().filter(|row| row.kind == kind).count()
@@ -254,7 +266,7 @@ pub(crate) enum Kind {
     Holonomic,
     /// `c(q, v) = 0`, on every pair of nodes.
     Nonholonomic,
-    /// `c(q, v, a) = 0`, on every triple.
+    /// `c(q, v, a) = 0`, on every triple, or `c(q, v, a, j) = 0`, on every four nodes.
     Kinematic,
 }
 
@@ -265,7 +277,7 @@ pub(crate) struct Row {
     pub(crate) tokens: TokenStream,
     /// Its kind.
     pub(crate) kind: Kind,
-    /// `c`, in `Q`, `V`, `A` and `T`.
+    /// `c`, in `Q`, `V`, `A`, `J` and `T`.
     pub(crate) value: NodeId,
     /// The highest derivative of a coordinate in `c`.
     pub(crate) order: usize,

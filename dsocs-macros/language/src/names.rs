@@ -13,11 +13,12 @@ use crate::graph::NodeId;
 use crate::input::Fields;
 
 /// Names with a meaning of their own.
-pub(crate) const RESERVED: [(&str, &str); 7] = [
+pub(crate) const RESERVED: [(&str, &str); 8] = [
     ("h", "the step"),
     ("t", "time"),
     ("dot", "the time derivative"),
     ("ddot", "the second time derivative"),
+    ("dddot", "the third time derivative"),
     ("sum", "a sum over a range"),
     ("product", "a product over a range"),
     ("each", "an entry of a list for every index"),

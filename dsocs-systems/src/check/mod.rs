@@ -14,6 +14,7 @@ mod power;
 mod probe;
 mod roots;
 mod symplectic;
+pub(crate) mod third;
 
 use std::error::Error;
 
@@ -67,6 +68,8 @@ pub struct Settings<'a> {
     pub q0: &'a [f64],
     /// The initial velocity.
     pub v0: &'a [f64],
+    /// The initial acceleration, where a constraint is of third order.
+    pub a0: Option<&'a [f64]>,
 }
 
 /// One figure.

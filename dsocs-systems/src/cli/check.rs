@@ -53,12 +53,14 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     let mut text = String::new();
     for entry in entries {
         arguments.from.set(entry)?;
+        let a0 = arguments.from.a0(entry);
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
             t0: arguments.from.t0(),
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
+            a0: a0.as_deref(),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();

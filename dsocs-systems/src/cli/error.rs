@@ -10,7 +10,7 @@ use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
 #[cfg(feature = "dsocs")]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use dsocs_core::{RunError, SetupError};
+use dsocs_core::{RunError, SetupError, Symmetry};
 
 /// The options that do what an error advises.
 fn options(failure: &RunFailure) -> &'static str {
@@ -25,9 +25,22 @@ fn options(failure: &RunFailure) -> &'static str {
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
         }
-        RunFailure::Setup(SetupError::Composition { .. }) => {
+        RunFailure::Setup(SetupError::Composition { reason, .. }) if *reason != Symmetry::ThirdOrder => {
             "\n(on the command line: `--order 2`, which is the default, or `--tolerance`)"
         }
+        RunFailure::Setup(SetupError::FreeAcceleration) => {
+            "\n(on the command line: `--a0`, or for a run `--f0`)"
+        }
+        RunFailure::Setup(SetupError::DeterminedAcceleration) => {
+            "\n(on the command line: leave out `--a0` and `--f0`)"
+        }
+        RunFailure::Setup(
+            SetupError::ThirdOrder { .. }
+            | SetupError::Composition {
+                reason: Symmetry::ThirdOrder,
+                ..
+            },
+        ) => "\n(on the command line: leave out `--tolerance`, `--order` and `--estimate-error`)",
         RunFailure::Run(RunError::Stage(_)) => {
             "\n(on the command line: a smaller `--step`, `--order 2`, or `--tolerance`)"
         }

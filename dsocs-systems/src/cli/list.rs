@@ -84,6 +84,9 @@ struct Defaults<'a> {
     q0: Option<&'a [f64]>,
     /// The initial velocity, if there is one.
     v0: Option<&'a [f64]>,
+    /// The initial acceleration, where a constraint is of third order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    a0: Option<&'a [f64]>,
 }
 
 /// The names of quantities.
@@ -131,6 +134,7 @@ impl<'a> Listed<'a> {
                 until: entry.default_until(),
                 q0: start.map(|[q0, _]| q0.as_slice()),
                 v0: start.map(|[_, v0]| v0.as_slice()),
+                a0: entry.default_acceleration(),
             },
         }
     }
@@ -214,9 +218,12 @@ fn text(entry: &mut Entry) -> String {
         || " (and a start, `--q0` and `--v0`)".to_owned(),
         |[q0, v0]| format!(" --q0 {} --v0 {}", joined(q0), joined(v0)),
     );
+    let acceleration = entry
+        .default_acceleration()
+        .map_or_else(String::new, |a0| format!(" --a0 {}", joined(a0)));
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     format!(
-        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}\n{}\n",
+        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}\n{}\n",
         entry.name(),
         entry.kind(),
         entry.summary(),

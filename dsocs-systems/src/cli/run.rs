@@ -334,6 +334,7 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
     let v0 = || arguments.from.v0(entry);
     let given = match (&arguments.q1, arguments.start) {
         (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
+        (None, None) if let Some(third) = arguments.from.third_order(entry, &q0)? => third,
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
         (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0: v0()? },
     };
@@ -380,7 +381,16 @@ fn start(beginning: &Beginning) -> Value {
     match beginning {
         Beginning::Paper { q0, v0 } => json!({"rule": "paper", "q0": q0, "v0": v0}),
         Beginning::SecondOrder { q0, v0 } => json!({"rule": "second_order", "q0": q0, "v0": v0}),
+        Beginning::ThirdOrder { q0, v0, a0 } => {
+            json!({"rule": "third_order", "q0": q0, "v0": v0, "a0": a0})
+        }
+        Beginning::ThirdOrderByForce { q0, v0, force } => {
+            json!({"rule": "third_order_by_force", "q0": q0, "v0": v0, "f0": force})
+        }
         Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
+        Beginning::ThreeNodes { q0, q1, q2 } => {
+            json!({"rule": "three_nodes", "q0": q0, "q1": q1, "q2": q2})
+        }
         Beginning::At(t0, beginning) => {
             let mut start = start(beginning);
             start["t0"] = (*t0).into();

@@ -64,12 +64,14 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     let (mut text, mut systems, mut all) = (String::new(), Vec::new(), Vec::new());
     for entry in entries {
         arguments.from.set(entry)?;
+        let a0 = arguments.from.a0(entry);
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,
             t0: arguments.from.t0(),
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
+            a0: a0.as_deref(),
         };
         let mut rows = Vec::new();
         for case in &chosen {

@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::CliError;
 use super::expression;
-use crate::entry::Entry;
+use crate::entry::{Beginning, Entry};
 
 /// Where a motion begins, and the parameters.
 #[derive(Args, Debug)]
@@ -15,6 +15,19 @@ pub struct StartArguments {
     /// The initial velocity, a number for each coordinate
     #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     v0: Option<Vec<f64>>,
+    /// The initial acceleration, a number for each coordinate, where a constraint is of third order
+    #[arg(long, value_name = "E,F", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
+    a0: Option<Vec<f64>>,
+    /// In its place the initial constraint force, a number for each coordinate
+    #[arg(
+        long,
+        value_name = "G,H",
+        allow_hyphen_values = true,
+        value_delimiter = ',',
+        value_parser = expression::number,
+        conflicts_with = "a0"
+    )]
+    f0: Option<Vec<f64>>,
     /// The time at which the motion begins, in s
     #[arg(long, value_name = "T", allow_hyphen_values = true, default_value = "0", value_parser = expression::number)]
     t0: f64,
@@ -68,6 +81,30 @@ impl StartArguments {
         given.cloned().ok_or_else(|| self.missing(entry))
     }
 
+    /// The initial acceleration, if the options or the entry have one.
+    pub fn a0(&self, entry: &Entry) -> Option<Vec<f64>> {
+        let given = self.a0.as_deref().or(entry.default_acceleration());
+        given.map(<[f64]>::to_vec)
+    }
+
+    /// The beginning at `q0` with an acceleration or a force, if the options or the entry have one.
+    ///
+    /// # Errors
+    ///
+    /// [`CliError::NoStart`] if there is no velocity.
+    pub fn third_order(&self, entry: &Entry, q0: &[f64]) -> Result<Option<Beginning>, CliError> {
+        let q0 = q0.to_vec();
+        if let Some(force) = self.f0.clone() {
+            let v0 = self.v0(entry)?;
+            return Ok(Some(Beginning::ThirdOrderByForce { q0, v0, force }));
+        }
+        let Some(a0) = self.a0(entry) else {
+            return Ok(None);
+        };
+        let v0 = self.v0(entry)?;
+        Ok(Some(Beginning::ThirdOrder { q0, v0, a0 }))
+    }
+
     /// The time at which the motion begins.
     pub fn t0(&self) -> f64 {
         self.t0
@@ -82,6 +119,8 @@ impl StartArguments {
         let given = [
             ("--q0", self.q0.is_some()),
             ("--v0", self.v0.is_some()),
+            ("--a0", self.a0.is_some()),
+            ("--f0", self.f0.is_some()),
             ("--set", !self.set.is_empty()),
         ];
         match given.into_iter().find(|&(_, given)| given) {

@@ -20,6 +20,8 @@ pub struct Description {
     pub forms: usize,
     /// How many holonomic, nonholonomic and kinematic constraints there are.
     pub constraints: [usize; 3],
+    /// The highest derivative that a constraint binds, at least 2.
+    pub order: usize,
 }
 
 impl Description {
@@ -35,6 +37,7 @@ impl Description {
             [0, 0, 0] => Kind::Unconstrained,
             [_, 0, 0] => Kind::Holonomic,
             [0, _, 0] => Kind::Nonholonomic,
+            [0, 0, _] if self.order > 2 => Kind::ThirdOrder,
             [0, 0, _] => Kind::SecondOrder,
             _ => Kind::Mixed,
         }
@@ -53,17 +56,20 @@ pub enum Kind {
     Nonholonomic,
     /// On accelerations.
     SecondOrder,
+    /// On third derivatives, and perhaps on accelerations.
+    ThirdOrder,
     /// Of several orders.
     Mixed,
 }
 
 impl Kind {
     /// Every kind, in the order of lists.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Unconstrained,
         Self::Holonomic,
         Self::Nonholonomic,
         Self::SecondOrder,
+        Self::ThirdOrder,
         Self::Mixed,
     ];
 }
@@ -75,6 +81,7 @@ impl fmt::Display for Kind {
             Self::Holonomic => "holonomic",
             Self::Nonholonomic => "nonholonomic",
             Self::SecondOrder => "second-order",
+            Self::ThirdOrder => "third-order",
             Self::Mixed => "mixed",
         })
     }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::{Quantity, Start, System};
+use dsocs_core::{Quantity, SetupError, Start, System};
 
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
 use crate::check::{self, Expected, Finding, Settings};
@@ -86,7 +86,16 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
     Ok(match beginning {
         Beginning::Paper { q0, v0 } => Start::paper(array("q0", q0)?, array("v0", v0)?),
         Beginning::SecondOrder { q0, v0 } => Start::second_order(array("q0", q0)?, array("v0", v0)?),
+        Beginning::ThirdOrder { q0, v0, a0 } => {
+            Start::third_order(array("q0", q0)?, array("v0", v0)?, array("a0", a0)?)
+        }
+        Beginning::ThirdOrderByForce { q0, v0, force } => {
+            Start::third_order_by_force(array("q0", q0)?, array("v0", v0)?, array("f0", force)?)
+        }
         Beginning::Nodes { q0, q1 } => Start::nodes(array("q0", q0)?, array("q1", q1)?),
+        Beginning::ThreeNodes { q0, q1, q2 } => {
+            Start::three_nodes(array("q0", q0)?, array("q1", q1)?, array("q2", q2)?)
+        }
         Beginning::Projected(beginning) => start(beginning, names)?.projected(),
         Beginning::At(t0, beginning) => start(beginning, names)?.at(*t0),
     })
@@ -108,6 +117,7 @@ impl<S: System<N> + Clone + Send, const N: usize> AnySystem for Erased<S, N> {
             observables: S::OBSERVABLES.to_vec(),
             forms: S::FORMS,
             constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
+            order: S::ORDER,
         }
     }
 
@@ -139,6 +149,11 @@ impl<S: System<N> + Clone + Send, const N: usize> AnySystem for Erased<S, N> {
             array("q0", settings.q0, &S::COORDINATES)?,
             array("v0", settings.v0, &S::COORDINATES)?,
         );
+        if S::ORDER > 2 {
+            let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
+            let start = (start.0, start.1, array("a0", a0, &S::COORDINATES)?);
+            return check::third::check_to(&self.system, expected, settings, start, own);
+        }
         check::check_to(&self.system, symmetries, expected, settings, start, own)
     }
 }

@@ -29,12 +29,39 @@ pub enum Beginning {
         /// The initial velocity.
         v0: Vec<f64>,
     },
+    /// From position, velocity and acceleration, where a constraint is of third order.
+    ThirdOrder {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+        /// The initial acceleration.
+        a0: Vec<f64>,
+    },
+    /// The same with the constraint force in place of the acceleration.
+    ThirdOrderByForce {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+        /// The initial constraint force.
+        force: Vec<f64>,
+    },
     /// Both nodes.
     Nodes {
         /// The first node.
         q0: Vec<f64>,
         /// The second node.
         q1: Vec<f64>,
+    },
+    /// Three nodes, where a constraint is of third order.
+    ThreeNodes {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+        /// The third node.
+        q2: Vec<f64>,
     },
     /// Another beginning, moved onto the constraints of positions and velocities.
     Projected(Box<Self>),

@@ -105,11 +105,27 @@ struct Subject<'a> {
 impl Subject<'_> {
     /// The start.
     fn start(&self) -> Beginning {
-        let start = Beginning::SecondOrder {
-            q0: self.settings.q0.to_vec(),
-            v0: self.settings.v0.to_vec(),
+        let Settings { q0, v0, a0, .. } = *self.settings;
+        self.begun([q0, v0].map(<[f64]>::to_vec), a0.map(<[f64]>::to_vec))
+    }
+
+    /// A start with another position, velocity and acceleration.
+    fn begun(&self, [q0, v0]: [Vec<f64>; 2], a0: Option<Vec<f64>>) -> Beginning {
+        let start = match a0 {
+            Some(a0) => Beginning::ThirdOrder { q0, v0, a0 },
+            None => Beginning::SecondOrder { q0, v0 },
         };
         Beginning::At(self.settings.t0, Box::new(start))
+    }
+
+    /// A start at as many nodes as a step begins with.
+    fn anew(&self, nodes: [&Vec<f64>; 3]) -> Beginning {
+        let [q0, q1, q2] = nodes.map(Clone::clone);
+        if self.settings.a0.is_some() {
+            Beginning::ThreeNodes { q0, q1, q2 }
+        } else {
+            Beginning::Nodes { q0, q1 }
+        }
     }
 
     /// Makes steps and hands each node to `node`.
@@ -145,6 +161,9 @@ impl Subject<'_> {
 
     /// The largest error against the continuous motion over the window, with a part of the step.
     fn error(&self, part: u32) -> Measured {
+        if self.settings.a0.is_some() {
+            return self.change(part);
+        }
         let h = self.settings.h / f64::from(part);
         let plan = Plan {
             h,
@@ -160,6 +179,20 @@ impl Subject<'_> {
             ControlFlow::Continue(())
         })?;
         Ok(largest)
+    }
+}
+
+impl Subject<'_> {
+    /// Where there is no continuous motion to compare with: the largest change to half of the step, which is three quarters of the error.
+    fn change(&self, part: u32) -> Measured {
+        let of = |part: u32| {
+            let h = self.settings.h / f64::from(part);
+            self.positions(h, WINDOW * part, &self.start())
+        };
+        let (whole, half) = (of(part)?, of(2 * part)?);
+        let pairs = whole.iter().zip(half.iter().step_by(2));
+        let largest = pairs.map(|(x, y)| distance(x, y)).fold(0.0, larger);
+        Ok(largest / 0.75)
     }
 }
 
@@ -292,15 +325,14 @@ fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
         || {
             let motion = subject.positions(subject.settings.h, COMPARED + 2, &subject.start())?;
             let mut apart = 0.0;
-            for (place, nodes) in motion.windows(3).enumerate() {
+            // a step is from three nodes to the fourth where a constraint is of third order
+            let known = if subject.settings.a0.is_some() { 3 } else { 2 };
+            for (place, nodes) in motion.windows(known + 1).enumerate() {
                 let t = subject.settings.t0 + place as f64 * subject.settings.h;
-                let beginning = Beginning::Nodes {
-                    q0: nodes[0].clone(),
-                    q1: nodes[1].clone(),
-                };
-                let next = subject.positions(subject.settings.h, 2, &at(t, beginning))?;
+                let beginning = subject.anew([&nodes[0], &nodes[1], &nodes[2]]);
+                let next = subject.positions(subject.settings.h, known as u32, &at(t, beginning))?;
                 let next = next.last().ok_or("no nodes")?;
-                apart = larger(apart, distance(next, &nodes[2]));
+                apart = larger(apart, distance(next, &nodes[known]));
             }
             Ok(apart / extent(&motion))
         },
@@ -312,13 +344,10 @@ fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
     let h = subject.settings.h;
     let back = |steps: u32| {
         let motion = subject.positions(h, steps + 1, &subject.start())?;
-        let [.., before, last] = motion.as_slice() else {
+        let [.., first, before, last] = motion.as_slice() else {
             return Err("no nodes".into());
         };
-        let nodes = Beginning::Nodes {
-            q0: last.clone(),
-            q1: before.clone(),
-        };
+        let nodes = subject.anew([last, before, first]);
         let beginning = at(subject.settings.t0 + f64::from(steps + 1) * h, nodes);
         let returned = subject.positions(-h, steps + 1, &beginning)?;
         let (first, end) = (
@@ -384,24 +413,29 @@ fn garbage(subject: &Subject<'_>, report: &mut Report<'_>) {
         silent
     };
     let count = subject.settings.q0.len();
+    let vectors = if subject.settings.a0.is_some() { 3 } else { 2 };
     report.measure(
         "each component of the start, and the step, set to NaN, ±∞, 1e±300, …: nodes that are not numbers, without an error",
         Bar::AtMost(0.0),
         || {
             let mut sum = 0.0;
             for value in VALUES {
-                for place in 0..2 * count {
-                    let (mut q0, mut v0) = (subject.settings.q0.to_vec(), subject.settings.v0.to_vec());
-                    let vector = if place < count { &mut q0 } else { &mut v0 };
-                    vector[place % count] = value;
-                    sum += silent(h, &Beginning::SecondOrder { q0, v0 });
+                for place in 0..vectors * count {
+                    let Settings { q0, v0, a0, .. } = *subject.settings;
+                    let mut start = [q0, v0].map(<[f64]>::to_vec);
+                    let mut a0 = a0.map(<[f64]>::to_vec);
+                    match (start.get_mut(place / count), &mut a0) {
+                        (Some(vector), _) | (None, Some(vector)) => vector[place % count] = value,
+                        (None, None) => {}
+                    }
+                    sum += silent(h, &subject.begun(start, a0));
                 }
                 sum += silent(value, &subject.start());
             }
             Ok(sum)
         },
     );
-    let tries = VALUES.len() * (2 * count + 1);
+    let tries = VALUES.len() * (vectors * count + 1);
     report.measure(format!("refused, of these {tries}"), Bar::Reported, || {
         Ok(refused)
     });

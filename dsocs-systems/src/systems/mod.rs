@@ -3,7 +3,9 @@
 pub mod arm;
 pub mod cart_pole;
 pub mod chain;
+pub mod clothoid;
 pub mod contact_oscillator;
+pub mod crane;
 pub mod double_pendulum;
 pub mod exact_decrease;
 pub mod friction;
@@ -28,7 +30,9 @@ pub mod vehicle;
 pub use arm::Arm;
 pub use cart_pole::CartPole;
 pub use chain::{PlanarChain2, PlanarChain8};
+pub use clothoid::Clothoid;
 pub use contact_oscillator::ContactOscillator;
+pub use crane::Crane;
 pub use exact_decrease::ExactDecrease;
 pub use friction::{FrictionPendulum, StalledPendulum};
 pub use gravity_turn::GravityTurn;
@@ -79,6 +83,8 @@ pub fn all() -> Vec<crate::Entry> {
         rod_and_wheel::entry(),
         friction::motor_entry(),
         friction::pivot_entry(),
+        clothoid::entry(),
+        crane::entry(),
         friction::stalled_entry(),
     ]
 }

@@ -39,6 +39,7 @@ mod systems;
 mod taylor_events;
 mod taylor_flow;
 mod taylor_recurrences;
+mod third_order;
 mod time;
 mod units;
 mod words;

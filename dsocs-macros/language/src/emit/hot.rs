@@ -20,14 +20,17 @@ fn argument(leaf: Leaf) -> Place {
         Leaf::Clock => Place::value(quote!(leg.t)),
         Leaf::N(i) => Place::own(quote!(leg.q), i),
         Leaf::D(i) => Place::own(quote!(leg.d), i),
+        Leaf::P(i) => Place::own(quote!(past), i),
         Leaf::E(i) => Place::element("e", i),
         Leaf::Z(j) => Place::element("z", j),
         Leaf::Q(i) => Place::own(quote!(q), i),
         Leaf::V(i) => Place::own(quote!(v), i),
         Leaf::A(i) => Place::own(quote!(a), i),
         Leaf::Lambda(j) => Place::element("multipliers", j),
-        // the nodes of a map are replaced before code is written
-        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) | Leaf::T0 | Leaf::T1 | Leaf::T2 => Place::nowhere(),
+        // the nodes of a map are replaced before code is written, and no step has a jerk
+        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) | Leaf::T0 | Leaf::T1 | Leaf::T2 | Leaf::J(_) => {
+            Place::nowhere()
+        }
     }
 }
 
@@ -44,7 +47,8 @@ pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: 
     let types = types(model, graph, stages, unknowns);
     let early = early_methods(model, stages);
     let iteration = iteration_methods(stages, n);
-    let report = report_method(stages, n);
+    let report = report_method(model, stages);
+    let third_order = third_order(model, stages);
     let n = Literal::usize_unsuffixed(n);
     quote! {
         // straight-line code: the lints for people do not apply to it
@@ -52,6 +56,7 @@ pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: 
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Compiled<#n> for #name #type_generics #where_clause {
             #types
+            #third_order
             #early
             #iteration
             #report
@@ -72,7 +77,7 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
     let [parameters, m, constants, known, motion] = [
         model.parameters.len(),
         unknowns.kept.len(),
-        stages.constants_count(),
+        stages.constants_count() + past_count(model),
         stages.known.len(),
         n + model.multipliers(),
     ]
@@ -93,6 +98,47 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
     }
 }
 
+/// How many components the last second difference has that a step needs to know.
+fn past_count(model: &Model) -> usize {
+    if model.order() > 2 {
+        model.coordinates.len()
+    } else {
+        0
+    }
+}
+
+/// What a step of third order knows of the past, beside the leg: it stands behind the constants.
+fn third_order(model: &Model, stages: &Stages) -> Option<TokenStream> {
+    let rows: Vec<_> = model.third_order().map(Literal::usize_unsuffixed).collect();
+    if rows.is_empty() {
+        return None;
+    }
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    let first = stages.constants_count();
+    let places: Vec<_> = (first..first + past_count(model))
+        .map(Literal::usize_unsuffixed)
+        .collect();
+    let components = (0..places.len()).map(Literal::usize_unsuffixed);
+    Some(quote! {
+        const THIRD_ORDER: &'static [usize] = &[#(#rows),*];
+
+        #[inline]
+        fn past<__T: ::dsocs_core::__private::Scalar>(constants: &Self::Constants<__T>) -> [__T; #n] {
+            [#(constants[#places]),*]
+        }
+
+        #[inline]
+        fn remember<__T: ::dsocs_core::__private::Scalar>(constants: &mut Self::Constants<__T>, past: &[__T; #n]) {
+            #(constants[#places] = past[#components];)*
+        }
+    })
+}
+
+/// The statement that reads it.
+fn past(model: &Model) -> Option<TokenStream> {
+    (model.order() > 2).then(|| quote!(let past = Self::past(constants);))
+}
+
 /// `parameters`, `constants` and `known`: what comes before the iteration.
 fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     let read = model.parameters.iter().map(crate::model::ParameterField::read);
@@ -104,6 +150,8 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
         .program
         .code(&stages.known, &stages.in_run(), "n", &argument);
     let n = Literal::usize_unsuffixed(model.coordinates.len());
+    let past = past(model);
+    let none = (0..past_count(model)).map(|_| quote!(__T::splat(0.0)));
     quote! {
         #[inline]
         fn parameters<__T: ::dsocs_core::__private::Scalar>(&self) -> Self::Parameters<__T> {
@@ -118,7 +166,7 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
         ) -> Self::Constants<__T> {
             #constants_code
             #energy_code
-            [#(#constants,)* #(#of_energy),*]
+            [#(#constants,)* #(#of_energy,)* #(#none),*]
         }
 
         #[inline]
@@ -127,6 +175,7 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
             constants: &Self::Constants<__T>,
             leg: &::dsocs_core::Leg<__T, #n>,
         ) -> Self::Known<__T> {
+            #past
             #known_code
             [#(#known),*]
         }
@@ -205,7 +254,8 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
 }
 
 /// `report`: what is computed at a node once its step is solved.
-fn report_method(stages: &Stages, n: usize) -> TokenStream {
+fn report_method(model: &Model, stages: &Stages) -> TokenStream {
+    let (n, past) = (model.coordinates.len(), past(model));
     let (code, results) = later(stages, &stages.node());
     let (point, force) = results.split_at(3 * n + 1);
     let (q, rest) = point.split_at(n);
@@ -226,6 +276,7 @@ fn report_method(stages: &Stages, n: usize) -> TokenStream {
             leg: &::dsocs_core::Leg<__T, #n>,
             e: &[__T; #n],
         ) -> ::dsocs_core::__private::Report<__T, #n> {
+            #past
             #code
             let q: [__T; #n] = [#(#q),*];
             let v: [__T; #n] = [#(#v),*];

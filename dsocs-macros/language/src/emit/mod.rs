@@ -26,7 +26,11 @@ use crate::passes;
 pub(crate) fn expand(model: &Model) -> TokenStream {
     let item = &model.item;
     let system = system(model);
-    let jets = jets::jets(model);
+    let jets = if model.order() > 2 {
+        jets::none(model)
+    } else {
+        jets::jets(model)
+    };
     let warnings = model.warnings.iter().map(warning);
     quote! {
         #item
@@ -86,6 +90,10 @@ fn metadata(model: &Model) -> TokenStream {
     let (own_name, doc) = (plain(name), &model.docs.system);
     let symmetry = symmetry(model);
     let depends_on_time = model.depends_on_time();
+    let order = (model.order() > 2).then(|| {
+        let order = Literal::usize_unsuffixed(model.order());
+        quote!(const ORDER: usize = #order;)
+    });
     let forced = !model.external_forces.is_empty();
     let [forms, holonomic, nonholonomic, kinematic] = [
         model.forms.len(),
@@ -107,6 +115,7 @@ fn metadata(model: &Model) -> TokenStream {
             const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
             const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
             const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[#(#observables),*];
+            #order
             const FORMS: usize = #forms;
             const HOLONOMIC: usize = #holonomic;
             const NONHOLONOMIC: usize = #nonholonomic;
@@ -138,6 +147,7 @@ fn symmetry(model: &Model) -> TokenStream {
         Symmetry::AnyLegs => quote!(AnyLegs),
         Symmetry::Momenta => quote!(Momenta),
         Symmetry::LowerOrder => quote!(LowerOrder),
+        Symmetry::ThirdOrder => quote!(ThirdOrder),
         Symmetry::LagrangianMap => quote!(LagrangianMap),
         Symmetry::KinematicMap => quote!(KinematicMap),
         Symmetry::VariationalMap => quote!(VariationalMap),

@@ -17,7 +17,7 @@ const ITERATION: usize = 2;
 fn stage_of(leaf: Leaf) -> usize {
     match leaf {
         Leaf::H => RUN,
-        Leaf::N(_) | Leaf::D(_) | Leaf::Clock => STEP,
+        Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Clock => STEP,
         _ => ITERATION,
     }
 }

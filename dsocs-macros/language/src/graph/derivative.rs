@@ -7,7 +7,7 @@ use super::{Graph, Leaf, Node, NodeId, Unary};
 pub(super) enum Direction {
     /// Of one leaf.
     Of(Leaf),
-    /// Of the motion: `q` moves with `v`, `v` with `a`, and time with itself.
+    /// Of the motion: `q` moves with `v`, `v` with `a`, `a` with `j`, and time with itself.
     Time,
 }
 
@@ -17,7 +17,7 @@ impl Graph {
         self.tangent(id, Direction::Of(leaf))
     }
 
-    /// `d/dt` along the motion. The node must be of order 1 at most.
+    /// `d/dt` along the motion. The node must be of order 2 at most.
     ///
     /// The tangent is carried through each expression, not summed up from partial derivatives: `d/dt (p²/2)` is `p ṗ`,
     /// where `ṗ` may be small although its terms are not.
@@ -30,7 +30,7 @@ impl Graph {
             Direction::Of(leaf) => self.depends_on(id, leaf),
             Direction::Time => self
                 .leaves(id)
-                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::T)),
+                .any(|leaf| matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::T)),
         }
     }
 
@@ -46,6 +46,7 @@ impl Graph {
             Node::Leaf(leaf) => match (direction, leaf) {
                 (Direction::Time, Leaf::Q(i)) => self.leaf(Leaf::V(i)),
                 (Direction::Time, Leaf::V(i)) => self.leaf(Leaf::A(i)),
+                (Direction::Time, Leaf::A(i)) => self.leaf(Leaf::J(i)),
                 _ => self.constant(1.0),
             },
             Node::Sum(_, terms) => {

@@ -61,6 +61,8 @@ pub(crate) enum Leaf {
     V(usize),
     /// An acceleration.
     A(usize),
+    /// A third derivative, a jerk.
+    J(usize),
     /// Time, continuous.
     T,
     /// A coordinate of a map's first node.
@@ -83,7 +85,9 @@ pub(crate) enum Leaf {
     Clock,
     /// A component of the increment `q1 - q0`.
     D(usize),
-    /// A component of the second difference `q2 - 2 q1 + q0`.
+    /// A component of the second difference before, which ends with `q1`: where constraints are of third order, and nowhere else.
+    P(usize),
+    /// A component of the highest difference that is unknown: the second, `q2 - 2 q1 + q0`, or the third, by which it differs from `P`.
     E(usize),
     /// A multiplier.
     Lambda(usize),
@@ -98,6 +102,7 @@ impl Leaf {
             Self::Q(_) => Some(0),
             Self::V(_) => Some(1),
             Self::A(_) => Some(2),
+            Self::J(_) => Some(3),
             _ => None,
         }
     }

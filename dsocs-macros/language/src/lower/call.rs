@@ -6,6 +6,7 @@ use syn::{Expr, ExprCall, ExprMethodCall};
 
 use super::builtin::{Builtin, is_not_supported};
 use super::{Lowered, Lowering, Origin};
+use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
 use crate::input::{Kind, place};
 use crate::names::{Binding, did_you_mean};
@@ -19,7 +20,7 @@ impl Lowering<'_> {
             let text = name.to_string();
             match self.scope.get(name) {
                 // also where a name has been given this one, which is reported
-                _ if text == "dot" || text == "ddot" => return self.dot(name, call),
+                _ if matches!(text.as_str(), "dot" | "ddot" | "dddot") => return self.dot(name, call),
                 _ if text == "sum" || text == "product" => return self.fold(name, call),
                 _ if text == "each" => {
                     return Err(self.errors.at(
@@ -70,6 +71,7 @@ impl Lowering<'_> {
                         format!("functions of numbers are methods in Rust: expected `(…).{text}()` or `f64::{text}(…)`"),
                     ));
                 }
+                None if is_higher_derivative(&text) => return Err(self.too_high(name)),
                 None if self.functions.contains(&text) => {
                     return Err(self.errors.at(
                         name,
@@ -109,6 +111,12 @@ impl Lowering<'_> {
         self.opaque(Callee::Function(callee), None, &arguments)
     }
 
+    /// What to say about a derivative beyond the third.
+    fn too_high(&self, name: &Ident) -> Reported {
+        let message = "expected at most a third derivative, `dddot(…)`: constraints bind up to four nodes";
+        self.errors.at(name, message)
+    }
+
     /// `receiver.method(…)`
     pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Lowered {
         let name = call.method.to_string();
@@ -133,7 +141,7 @@ impl Lowering<'_> {
                 "expected no type arguments: the type of the number varies",
             ));
         }
-        if matches!(name.as_str(), "dot" | "ddot") && arguments.is_empty() {
+        if matches!(name.as_str(), "dot" | "ddot" | "dddot") && arguments.is_empty() {
             let receiver = call.receiver.to_token_stream().to_string().replace(' ', "");
             return Err(self
                 .errors
@@ -183,7 +191,7 @@ impl Lowering<'_> {
         field.is_some_and(|field| !matches!(field.kind, Kind::Number | Kind::Exact))
     }
 
-    /// `dot(e)` or `ddot(e)`.
+    /// `dot(e)`, `ddot(e)` or `dddot(e)`.
     fn dot(&mut self, name: &Ident, call: &ExprCall) -> Lowered {
         let Some(argument) = call.args.first().filter(|_| call.args.len() == 1) else {
             return Err(self.errors.at(
@@ -207,12 +215,19 @@ impl Lowering<'_> {
             ));
         }
         let mut value = self.expr(argument)?;
-        let times = if name == "ddot" { 2 } else { 1 };
+        let times = match name.to_string().as_str() {
+            "dddot" => 3,
+            "ddot" => 2,
+            _ => 1,
+        };
         let order = self.graph.order(value).map_or(0, |order| order + times);
-        if order > 2 {
+        if order > 3 {
             return Err(self.errors.at(
                 call,
-                format!("this derivative is of order {order}; expected at most order 2, an acceleration"),
+                format!(
+                    "this derivative is of order {order}; expected at most order 3, a jerk, in a kinematic constraint, and order 2, an \
+                     acceleration, elsewhere"
+                ),
             ));
         }
         for _ in 0..times {
@@ -231,4 +246,10 @@ impl Lowering<'_> {
             });
         }
     }
+}
+
+/// Whether a name is that of a derivative beyond the third.
+fn is_higher_derivative(text: &str) -> bool {
+    let rest = text.strip_suffix("ddddot");
+    rest.is_some_and(|rest| rest.chars().all(|c| c == 'd'))
 }

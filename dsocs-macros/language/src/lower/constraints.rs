@@ -26,9 +26,9 @@ impl Lowering<'_> {
     fn constraint(&mut self, row: &Expr, kind: Kind) -> Result<Row, Reported> {
         let written = self.of_order(row, kind)?;
         let (value, order) = self.settled(written);
-        let dropped_out = self.graph.order(written) == Some(2) && order < Some(2);
+        let dropped_out = self.graph.order(written) >= Some(2) && order < Some(2);
         let message = match (kind, order) {
-            (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(2)) => {
+            (Kind::Holonomic, Some(0)) | (Kind::Nonholonomic, Some(1)) | (Kind::Kinematic, Some(2 | 3)) => {
                 return Ok(Row {
                     tokens: row.to_token_stream(),
                     kind,
@@ -81,7 +81,7 @@ impl Lowering<'_> {
         }
         // on the side: a question leaves no trace in the code
         let mut graph = self.graph.clone();
-        let order = (0..=2).rev().find(|&order| {
+        let order = (0..=3).rev().find(|&order| {
             let mut leaves = leaves.iter().filter(|leaf| leaf.order() == Some(order));
             leaves.any(|&leaf| {
                 let slope = graph.derivative(value, leaf);
@@ -126,7 +126,14 @@ impl Lowering<'_> {
 
     /// The fields or forces of a statement.
     pub(super) fn fields(&mut self, directions: &Directions) -> Result<Vectors, Reported> {
-        self.each(&directions.fields, Self::entries)
+        self.each(&directions.fields, |lowering, field| {
+            lowering.origins.clear();
+            let components = lowering.entries(field)?;
+            let expected = "directions of time, positions, velocities and accelerations, u(t, q, v, a)";
+            let checked = components.iter();
+            let checked = checked.map(|&component| lowering.without_jerk(component, field, expected));
+            checked.collect()
+        })
     }
 
     /// The forms that span `F_V`, as far as they are told, and the fields that span `C_V`, as far as they are found.
@@ -190,7 +197,8 @@ impl Lowering<'_> {
                 let leaf = match row.order {
                     0 => Leaf::Q(i),
                     1 => Leaf::V(i),
-                    _ => Leaf::A(i),
+                    2 => Leaf::A(i),
+                    _ => Leaf::J(i),
                 };
                 self.graph.derivative(row.value, leaf)
             })

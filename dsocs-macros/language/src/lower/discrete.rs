@@ -172,7 +172,11 @@ impl Lowering<'_> {
                  which a leg gives; `node(e)` knows accelerations",
             )
         } else {
+            let written = &value;
+            let expected =
+                "what a triple of nodes knows, an expression of positions, velocities and accelerations";
             self.expr(value)
+                .and_then(|value| self.without_jerk(value, written, expected))
         };
         self.discrete = Some(nodes.clone());
         let value = value?;

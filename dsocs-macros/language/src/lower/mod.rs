@@ -24,7 +24,7 @@ use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
 use crate::input::{Fields, first_paragraph};
 use crate::mechanics;
-use crate::model::{Docs, Kind, Model, ParameterField};
+use crate::model::{Docs, Kind, Model, ParameterField, Row};
 use crate::names::{Binding, Scope, did_you_mean};
 use crate::parse::{bare, plain_name};
 
@@ -138,6 +138,7 @@ pub(crate) fn model(
     for (row, discrete) in kinematic.iter_mut().zip(discrete_kinematic?.unwrap_or_default()) {
         row.discrete = Some(discrete);
     }
+    third_order(declaration, &kinematic, errors)?;
     let constraints = [holonomic, nonholonomic, kinematic].concat();
     let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
     // the paper sets φ_{D_V} := φ_{D_K}
@@ -173,6 +174,46 @@ pub(crate) fn model(
     check_factors(declaration, &model, errors)?;
     model.warnings = unused::warnings(declaration, &model);
     Ok(model)
+}
+
+/// Refuses beside constraints of third order what is for those of second order.
+fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
+    if kinematic.iter().all(|row| row.order < 3) {
+        return Ok(());
+    }
+    if let Some(discrete) = declaration.discrete_kinematic.given() {
+        return Err(errors.at(
+            &discrete.keyword,
+            "a constraint here is of third order, and is imposed on four nodes by the map of `dddot`; expected no \
+             `discrete_kinematic`, which knows three",
+        ));
+    }
+    if let Some(map) = declaration.phi_kinematic.given()
+        && kinematic.iter().all(|row| row.order == 3)
+    {
+        return Err(errors.at(
+            &map.keyword,
+            "all constraints here are of third order, which a map of four nodes discretizes; expected no `phi_kinematic`, which is for \
+             those of second order (`phi_variational` is where fields and forms are taken)",
+        ));
+    }
+    let mut factors = declaration
+        .branch
+        .given()
+        .into_iter()
+        .flat_map(|branch| &branch.factors);
+    let mut wrong = Ok(());
+    for row in kinematic {
+        if let Some(Ok(Some(factor))) = factors.next()
+            && row.order == 3
+        {
+            wrong = Err(errors.at(
+                &factor.value,
+                "expected `_`: the constraint is of third order, and factors are divided out of those of second order",
+            ));
+        }
+    }
+    wrong
 }
 
 /// Refuses factors that do not divide their constraints.
@@ -369,11 +410,15 @@ impl Lowering<'_> {
         for &component in &components {
             if self.graph.order(component).is_some_and(|order| order > 1) {
                 let origin = self.origins.iter().find(|origin| origin.order > 1);
+                let order = origin.map_or(2, |origin| origin.order);
                 let tokens =
                     origin.map_or_else(|| forces.value.to_token_stream(), |origin| origin.tokens.clone());
                 return Err(self.errors.at(
                     tokens,
-                    "an acceleration comes in here; expected forces of time, positions and velocities, f(t, q, v)",
+                    of_jerk(
+                        "an acceleration comes in here; expected forces of time, positions and velocities, f(t, q, v)",
+                        order,
+                    ),
                 ));
             }
         }
@@ -391,15 +436,23 @@ impl Lowering<'_> {
         if self.graph.order(value).is_none_or(|order| order < limit) {
             return Ok(value);
         }
-        let origin = self
-            .origins
-            .iter()
-            .find(|origin| origin.order >= limit)
-            .map(|origin| origin.tokens.clone());
-        Err(match origin {
-            Some(origin) => self.errors.at(origin, message),
-            None => self.errors.at(expr, message),
-        })
+        let origin = self.origins.iter().find(|origin| origin.order >= limit);
+        let order = origin.map_or(limit, |origin| origin.order);
+        let tokens = origin.map_or_else(|| expr.to_token_stream(), |origin| origin.tokens.clone());
+        Err(self.errors.at(tokens, of_jerk(message, order)))
+    }
+
+    /// Refuses a jerk, which only kinematic constraints may have.
+    fn without_jerk(&self, value: NodeId, tokens: impl ToTokens, expected: &str) -> Lowered {
+        if self.graph.order(value) != Some(3) {
+            return Ok(value);
+        }
+        let origin = self.origins.iter().find(|origin| origin.order > 2);
+        let tokens = origin.map_or_else(|| tokens.into_token_stream(), |origin| origin.tokens.clone());
+        Err(self.errors.at(
+            tokens,
+            format!("a jerk, a third derivative, comes in here; expected {expected}: jerks stand in `kinematic = …;` alone"),
+        ))
     }
 
     fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
@@ -446,7 +499,12 @@ impl Lowering<'_> {
                 _ if seen.contains(&name) => {
                     Err(self.errors.at(name, format!("`{name}` is observed already")))
                 }
-                Some(Binding::Let(value)) => *value,
+                Some(Binding::Let(value)) => (*value).and_then(|value| {
+                    self.origins.clear();
+                    let expected =
+                        "what a node knows, an expression of time, positions, velocities and accelerations";
+                    self.without_jerk(value, name, expected)
+                }),
                 Some(other) => {
                     let message = format!("expected the name of a `let`, but `{name}` is {}", other.kind());
                     Err(self.errors.at(name, message))
@@ -467,4 +525,14 @@ impl Lowering<'_> {
         }
         observed.into_iter().collect()
     }
+}
+
+/// What is said about an acceleration, said about a jerk where it is one.
+fn of_jerk(message: &str, order: usize) -> String {
+    if order < 3 {
+        return message.to_owned();
+    }
+    message
+        .replacen("an acceleration comes", "a jerk, a third derivative, comes", 1)
+        .replacen("with accelerations it", "with jerks it", 1)
 }

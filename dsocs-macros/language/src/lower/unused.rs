@@ -31,10 +31,11 @@ pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning>
 /// Whether no equation has the acceleration of a coordinate, so that none can be solved for it.
 fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
     let bound = model.constraints.iter().any(|row| {
-        let highest = match row.kind {
-            Kind::Holonomic => Leaf::Q(i),
-            Kind::Nonholonomic => Leaf::V(i),
-            Kind::Kinematic => Leaf::A(i),
+        let highest = match (row.kind, row.order) {
+            (Kind::Holonomic, _) => Leaf::Q(i),
+            (Kind::Nonholonomic, _) => Leaf::V(i),
+            (Kind::Kinematic, 3) => Leaf::J(i),
+            (Kind::Kinematic, _) => Leaf::A(i),
         };
         graph.depends_on(row.value, highest)
     });

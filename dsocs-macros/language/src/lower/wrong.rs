@@ -11,7 +11,9 @@ use crate::names::{Binding, nearest};
 use crate::parse::{bare, plain_name};
 
 /// How names of derivatives end elsewhere, and what they mean; the longer ones first, since `x_ddot` also ends in `dot`.
-const SUFFIXES: [(&str, &str); 6] = [
+const SUFFIXES: [(&str, &str); 8] = [
+    ("_dddot", "dddot"),
+    ("dddot", "dddot"),
     ("_ddot", "ddot"),
     ("ddot", "ddot"),
     ("_dot", "dot"),
@@ -21,7 +23,9 @@ const SUFFIXES: [(&str, &str); 6] = [
 ];
 
 /// How they begin.
-const PREFIXES: [(&str, &str); 7] = [
+const PREFIXES: [(&str, &str); 9] = [
+    ("dddot_", "dddot"),
+    ("dddot", "dddot"),
     ("ddot_", "ddot"),
     ("ddot", "ddot"),
     ("dd", "ddot"),
@@ -73,7 +77,7 @@ impl Lowering<'_> {
         let message = match text.as_str() {
             "h" => "the step `h` is known in the maps and in discrete expressions only: a system is continuous until they discretize it"
                 .to_owned(),
-            "dot" | "ddot" => format!("expected an argument, `{text}(…)`"),
+            "dot" | "ddot" | "dddot" => format!("expected an argument, `{text}(…)`"),
             "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
             "time" if self.component.is_none() => "no name `time` is known here; time is called `t`".to_owned(),
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),

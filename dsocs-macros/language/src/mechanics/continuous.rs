@@ -5,9 +5,9 @@ use super::works::{Force, works};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
-/// The continuous system in terms of `Q`, `V`, `A` and `T`.
+/// The continuous system in terms of `Q`, `V`, `A`, `T` and, of third order, `J`.
 pub(crate) struct ContinuousEquations {
-    /// The constraints, differentiated until accelerations come in, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
+    /// The constraints, differentiated until accelerations come in (those of third order as they are), then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
     /// The constraint force `Q = -D_{EL}L - f = d/dt ∂L/∂v - ∂L/∂q - f`, with the external forces `f`.
     pub(crate) force: Vec<NodeId>,

@@ -40,7 +40,8 @@ pub(super) fn places<const K: usize>(vectors: [(LeafOf, &[NodeId]); K]) -> HashM
     vectors.into_iter().flat_map(components).collect()
 }
 
-/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + E`, at the times `Clock - H`, `Clock` and `Clock + H`.
+/// The nodes of a step: `q0 = N - D`, `q1 = N`, `q2 = N + D + e`, at the times `Clock - H`, `Clock` and `Clock + H`. The second
+/// difference `e` is `E`; in a step of third order it is `P + E`, with the one before, which ends with `q1`.
 pub(super) struct Nodes {
     pub(super) q0: Vec<NodeId>,
     pub(super) q1: Vec<NodeId>,
@@ -54,7 +55,24 @@ pub(super) struct Nodes {
 }
 
 impl Nodes {
+    /// Those of a step of second order, or of a leg.
     pub(super) fn new(graph: &mut Graph, n: usize) -> Self {
+        Self::with(graph, n, |graph, i| graph.leaf(Leaf::E(i)))
+    }
+
+    /// Those of the step of a declaration.
+    pub(super) fn of_step(graph: &mut Graph, model: &Model) -> Self {
+        let n = model.coordinates.len();
+        if model.order() < 3 {
+            return Self::new(graph, n);
+        }
+        Self::with(graph, n, |graph, i| {
+            let (before, change) = (graph.leaf(Leaf::P(i)), graph.leaf(Leaf::E(i)));
+            graph.add(before, change)
+        })
+    }
+
+    fn with(graph: &mut Graph, n: usize, second_difference: impl Fn(&mut Graph, usize) -> NodeId) -> Self {
         let (t1, h) = (graph.leaf(Leaf::Clock), graph.leaf(Leaf::H));
         let mut nodes = Self {
             t0: graph.sub(t1, h),
@@ -68,11 +86,8 @@ impl Nodes {
             e: Vec::new(),
         };
         for i in 0..n {
-            let (node, d, e) = (
-                graph.leaf(Leaf::N(i)),
-                graph.leaf(Leaf::D(i)),
-                graph.leaf(Leaf::E(i)),
-            );
+            let (node, d) = (graph.leaf(Leaf::N(i)), graph.leaf(Leaf::D(i)));
+            let e = second_difference(graph, i);
             nodes.q0.push(graph.sub(node, d));
             nodes.q1.push(node);
             nodes.q2.push(graph.sum(&[node, d, e]));
@@ -108,6 +123,27 @@ impl Nodes {
     pub(super) fn middle(&self) -> HashMap<Leaf, NodeId> {
         let mut places = places([(Leaf::Q as LeafOf, &self.q1)]);
         places.insert(Leaf::T, self.t1);
+        places
+    }
+
+    /// The map of four nodes `(p, q0, q1, q2)`, of second order and symmetric in time, at the middle of the leg from `q0` to `q1`:
+    /// `((q0+q1)/2, (q1-q0)/h, (q2-q1-q0+p)/2h², (q2-3q1+3q0-p)/h³)`.
+    pub(super) fn middle_of_four(&self, graph: &mut Graph) -> HashMap<Leaf, NodeId> {
+        let h = graph.leaf(Leaf::H);
+        let mut places = HashMap::from([(Leaf::T, graph.linear(0.0, &[(self.t1, 1.0), (h, -0.5)]))]);
+        for i in 0..self.q1.len() {
+            let (before, change) = (graph.leaf(Leaf::P(i)), graph.leaf(Leaf::E(i)));
+            let a = graph.linear(0.0, &[(before, 1.0), (change, 0.5)]);
+            places.extend([
+                (
+                    Leaf::Q(i),
+                    graph.linear(0.0, &[(self.q1[i], 1.0), (self.d0[i], -0.5)]),
+                ),
+                (Leaf::V(i), graph.div(self.d0[i], h)),
+                (Leaf::A(i), graph.product(&[(a, 1), (h, -2)])),
+                (Leaf::J(i), graph.product(&[(change, 1), (h, -3)])),
+            ]);
+        }
         places
     }
 

@@ -9,7 +9,10 @@ use super::works::works;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Displacements, Kind, Model};
 
-/// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`.
+/// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`; where a constraint is of third
+/// order, of the last second difference `P` and of the third difference `E`.
+///
+/// There the force is that at the last inner node of four: at the one before, its rows would not contain the node that is sought.
 pub(crate) struct StepEquations {
     /// The constraints, then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
@@ -27,8 +30,7 @@ pub(crate) struct StepEquations {
 
 /// The discrete step that the declaration asks for.
 pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
-    let n = model.coordinates.len();
-    let nodes = Nodes::new(graph, n);
+    let nodes = Nodes::of_step(graph, model);
     let point = map_point(graph, &nodes, model.phi_kinematic.as_ref());
     let displacements = map_point(graph, &nodes, model.phi_variational.as_ref()).substitution();
     let force = discrete_force(model, graph, &nodes);
@@ -45,6 +47,10 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
             (None, Kind::Nonholonomic) => {
                 let value = on_pair(model, graph, row.value);
                 graph.substitute(value, &nodes.second_leg())
+            }
+            (None, Kind::Kinematic) if row.order > 2 => {
+                let four = nodes.middle_of_four(graph);
+                graph.substitute(row.value, &four)
             }
             (None, Kind::Kinematic) => graph.substitute(row.value, &kinematic),
         };

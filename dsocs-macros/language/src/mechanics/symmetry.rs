@@ -23,6 +23,7 @@ pub(crate) enum Symmetry {
     AnyLegs,
     Momenta,
     LowerOrder,
+    ThirdOrder,
     LagrangianMap,
     KinematicMap,
     VariationalMap,
@@ -32,6 +33,9 @@ impl Symmetry {
     /// Whether the step is symmetric with any legs, or the first reason why not.
     pub(crate) fn decide(model: &Model) -> Self {
         let mut graph = model.graph.clone();
+        if model.order() > 2 {
+            return Self::ThirdOrder;
+        }
         if model.constraints.iter().any(|row| row.order < 2) {
             return Self::LowerOrder;
         }

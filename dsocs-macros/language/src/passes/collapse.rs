@@ -70,7 +70,7 @@ impl Collapse {
     fn varies(&self, graph: &Graph, id: NodeId) -> bool {
         graph.leaves(id).any(|leaf| match self.variables {
             Variables::Unknowns => matches!(leaf, Leaf::Z(_)),
-            Variables::Leg => matches!(leaf, Leaf::N(_) | Leaf::D(_)),
+            Variables::Leg => matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_)),
             Variables::Motion => matches!(leaf, Leaf::Q(_) | Leaf::V(_) | Leaf::A(_) | Leaf::Lambda(_)),
         })
     }

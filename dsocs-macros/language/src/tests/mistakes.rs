@@ -270,12 +270,12 @@ fn calls() {
 
 #[test]
 fn orders() {
-    statement("let a = dot(ddot(x));", "dot(ddot(x))", "of order 3");
-    statement("let a = ddot(dot(x));", "ddot(dot(x))", "of order 3");
+    statement("let a = ddot(ddot(x));", "ddot(ddot(x))", "of order 4");
+    statement("let a = dddot(dot(x));", "dddot(dot(x))", "of order 4");
     statement(
-        "let a = ddot(x); let b = x + dot(y + a);",
+        "let a = dddot(x); let b = x + dot(y + a);",
         "dot(y + a)",
-        "of order 3",
+        "of order 4",
     );
     one(
         "coordinates(x); lagrangian = x * ddot(x);",

@@ -9,6 +9,7 @@ mod meaning;
 mod mistakes;
 mod random;
 mod text;
+mod third_order;
 mod time_mistakes;
 mod together;
 

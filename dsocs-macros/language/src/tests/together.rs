@@ -18,7 +18,7 @@ fn the_second_of_two_names_is_shown() {
 #[test]
 fn every_mistake_is_reported_in_the_order_of_the_source() {
     let declaration = "coordinates(x, y);\n\
-         let a = xx + dot(ddot(y));\n\
+         let a = xx + dot(dddot(y));\n\
          lagrangian = a + ddot(x) + \"s\";\n\
          kinematic = [a, x, thta];\n\
          constraint_forces = [(zz, 1)];\n\
@@ -32,7 +32,7 @@ fn every_mistake_is_reported_in_the_order_of_the_source() {
         places,
         [
             "xx",
-            "dot(ddot(y))",
+            "dot(dddot(y))",
             "\"s\"",
             "x",
             "thta",

@@ -194,6 +194,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             t0: 0.0,
             q0,
             v0,
+            a0: entry.default_acceleration(),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();

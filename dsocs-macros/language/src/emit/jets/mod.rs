@@ -75,6 +75,36 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     }
 }
 
+/// The `impl Jets` of a declaration of third order, which has no Taylor series: nothing calls it.
+pub(super) fn none(model: &Model) -> TokenStream {
+    let name = &model.item.ident;
+    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let n = Literal::usize_unsuffixed(model.coordinates.len());
+    quote! {
+        #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
+            type Fixed = [f64; 0];
+            type Table = ::dsocs_core::__private::Table<0, 0, 0>;
+
+            fn fixed(
+                &self,
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
+            ) -> Self::Fixed {
+                []
+            }
+
+            fn expand<const __FUSED: bool>(
+                &self,
+                fixed: &Self::Fixed,
+                series: &mut ::dsocs_core::taylor::Series<#n>,
+                table: &mut Self::Table,
+            ) {
+            }
+        }
+    }
+}
+
 /// The motion of a declaration, in the form with the fewest products of sequences.
 fn motion(model: &Model, graph: &mut Graph) -> Motion {
     let rows = mechanics::continuous(model, graph).rows;

@@ -1,0 +1,315 @@
+//! The checks of a system with constraints of third order: what needs no flow as a map of pairs of nodes, and no Taylor series.
+
+use dsocs_core::geometry::{Declared, Triple, discrete_power, rows_of_four_written, rows_of_written};
+use dsocs_core::{Flow, Leg, Node, Point, Regularity, Start, Stepper, System};
+
+use super::order::fitted;
+use super::{Expected, Finding, Measured, Report, Settings, larger};
+use crate::entry::CheckFailure;
+use crate::stability::Bar;
+
+/// A row at the written nodes may be so many times what their rounding makes of it.
+const WRITTEN: f64 = 2.0;
+
+/// On the way back nodes may be missed by this part of a leg.
+const REVERSED: f64 = 1e-9;
+
+/// Each of so many steps is half of the one before.
+const HALVINGS: usize = 6;
+
+/// The order is fitted to so many of the smallest changes that are above rounding.
+const FITTED: usize = 4;
+
+/// A change below this part of the motion's extent may be rounding.
+const PLATEAU: f64 = 1e-10;
+
+/// How far the fitted order may be from the declared one.
+const APART: f64 = 0.1;
+
+/// A motion of third order, with what is expected of it.
+struct Subject<'a, S, const N: usize> {
+    system: &'a S,
+    h: f64,
+    t0: f64,
+    until: f64,
+    start: Start<N>,
+    expected: Expected,
+}
+
+/// Checks a system on the motion from a position, a velocity and an acceleration, to the end `own` unless the settings say another.
+///
+/// # Errors
+///
+/// [`CheckFailure`] if the motion cannot be computed.
+pub fn check_to<S: System<N>, const N: usize>(
+    system: &S,
+    expected: Expected,
+    settings: &Settings<'_>,
+    (q0, v0, a0): ([f64; N], [f64; N], [f64; N]),
+    own: f64,
+) -> Result<Vec<Finding>, CheckFailure> {
+    let Settings { h, t0, .. } = *settings;
+    let subject = Subject {
+        system,
+        h,
+        t0,
+        until: settings.until.unwrap_or(t0 + own),
+        start: Start::third_order(q0, v0, a0).at(t0),
+        expected,
+    };
+    let mut regularity = Vec::new();
+    let mut nodes: Vec<Node<N>> = Vec::new();
+    let mut flow = Flow::new(system, h, subject.start)?;
+    flow.certify(subject.until, &mut |node, found| {
+        nodes.push(*node);
+        regularity.extend(found);
+        core::ops::ControlFlow::Continue(())
+    })?;
+    let mut findings = Vec::new();
+    let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
+        let mut report = Report {
+            check,
+            findings: Vec::new(),
+        };
+        measure(&mut report);
+        findings.extend(report.findings);
+    };
+    of("window", &|report| window(&subject, &nodes, report));
+    of("regularity", &|report| certificates(&regularity, report));
+    of("equations", &|report| equations(&subject, &nodes, report));
+    of("power balance", &|report| balance(&subject, report));
+    of("reversibility", &|report| reversibility(&subject, &nodes, report));
+    of("order", &|report| order(&subject, report));
+    Ok(findings)
+}
+
+/// How far the motion goes.
+fn window<S, const N: usize>(subject: &Subject<'_, S, N>, nodes: &[Node<N>], report: &mut Report) {
+    let asked = (subject.until - subject.t0).abs();
+    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.t0).abs());
+    report.push(
+        format!("time that the motion reaches, of {asked} s"),
+        Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
+        Ok(reached),
+    );
+    report.note(
+        "with a constraint of third order the flow is one of triples of nodes: what needs a map of pairs (the symplectic and the momentum law) \
+         or a Taylor series (contact) is not looked at, and the order is fitted to the changes from one step to the half",
+    );
+}
+
+/// The conditions of the flow along the motion.
+fn certificates(regularity: &[Regularity], report: &mut Report) {
+    let count = |lost: fn(&Regularity) -> bool| Ok(regularity.iter().filter(|at| lost(at)).count() as f64);
+    let smallest = |value: fn(&Regularity) -> f64| {
+        let values = regularity.iter().map(value);
+        Ok(values.fold(
+            f64::INFINITY,
+            |least, value| if value < least { value } else { least },
+        ))
+    };
+    report.push(
+        format!("of {} steps, those where D₄ is not injective", regularity.len()),
+        Bar::AtMost(0.0),
+        count(|at| !at.grants_forward()),
+    );
+    report.push(
+        "steps where D₁ is not injective",
+        Bar::AtMost(0.0),
+        count(|at| !at.grants_backward()),
+    );
+    report.push(
+        "smallest singular value of D₄",
+        Bar::Reported,
+        smallest(|at| at.forward),
+    );
+    report.push(
+        "smallest singular value of D₁",
+        Bar::Reported,
+        smallest(|at| at.backward),
+    );
+}
+
+/// The equations at the nodes as they are written: all of them from the fourth on, and those of lower order at the first three.
+fn equations<S: System<N>, const N: usize>(
+    subject: &Subject<'_, S, N>,
+    nodes: &[Node<N>],
+    report: &mut Report,
+) {
+    let most = |rows: Vec<[f64; 2]>| {
+        rows.iter().fold(0.0, |most, &[row, explained]| {
+            larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
+        })
+    };
+    let worst = nodes.windows(4).fold(0.0, |worst, nodes| {
+        let four = core::array::from_fn(|k| nodes[k].q);
+        larger(
+            worst,
+            most(rows_of_four_written(subject.system, nodes[2].t, subject.h, &four)),
+        )
+    });
+    report.push(
+        "rows at four nodes as written, in 32 digits, over what their rounding explains",
+        Bar::AtMost(WRITTEN),
+        Ok(worst),
+    );
+    if let [first, second, third, ..] = nodes {
+        let rows = rows_of_written(subject.system, second.t, subject.h, &[first.q, second.q, third.q]);
+        let rows = rows.into_iter().enumerate();
+        let below = rows.filter(|(place, _)| !S::THIRD_ORDER.contains(place));
+        report.push(
+            "the same of the rows without jerks at the first three",
+            Bar::AtMost(WRITTEN),
+            Ok(most(below.map(|(_, row)| row).collect())),
+        );
+    }
+}
+
+/// The energy at nodes against the sum of the power of the constraint force: the order of what is missed.
+fn balance<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+    let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
+        .map(|halving| {
+            let h = subject.h / f64::from(1_u32 << halving);
+            Ok([h.abs(), missed_power(subject, h)?])
+        })
+        .collect();
+    push_slope(
+        "slope of E − Σh(⟨Q + f, v⟩ − ∂L/∂t) between nodes",
+        measured,
+        Bar::AtLeast(subject.expected.order - APART),
+        report,
+    );
+}
+
+/// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
+fn missed_power<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f64) -> Measured {
+    let declaration = subject.system.declaration();
+    let nodes = walked(subject, h)?;
+    let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
+    let mut last: Option<(f64, f64)> = None;
+    for three in nodes.windows(3) {
+        let leg = Leg {
+            t: three[1].t,
+            q: three[1].q,
+            d: core::array::from_fn(|i| three[1].q[i] - three[0].q[i]),
+        };
+        let e = core::array::from_fn(|i| (three[2].q[i] - three[1].q[i]) - leg.d[i]);
+        let Point { t, q, v, .. } = declaration.point(h, &leg, &e);
+        let energy = declaration.energy(t, &q, &v);
+        let power = discrete_power(subject.system, h, &Triple { leg, e });
+        match last {
+            Some((first, before)) => {
+                change += h * (before + power) / 2.0;
+                missed = larger(missed, (energy - first - change).abs());
+                last = Some((first, power));
+            }
+            None => last = Some((energy, power)),
+        }
+        terms = larger(
+            terms,
+            energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
+        );
+    }
+    Ok(if missed == 0.0 { 0.0 } else { missed / terms })
+}
+
+/// The way back from the last node.
+fn reversibility<S: System<N>, const N: usize>(
+    subject: &Subject<'_, S, N>,
+    nodes: &[Node<N>],
+    report: &mut Report,
+) {
+    let measured = || -> Measured {
+        let mut flow = Flow::new(subject.system, subject.h, subject.start)?;
+        flow.until(subject.until)?;
+        flow.reverse()?;
+        let back = flow.until(subject.t0)?.nodes;
+        let mut worst = 0.0;
+        for (found, known) in back.iter().zip(nodes.iter().rev().skip(1)) {
+            let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * subject.h));
+            let apart = (0..N).fold(0.0_f64, |sum, i| sum.hypot(found.q[i] - known.q[i]));
+            let extent = nodes
+                .iter()
+                .fold(leg, |most, node| most.max((node.v[0] * subject.h).abs()));
+            worst = larger(worst, apart / extent.max(f64::MIN_POSITIVE));
+        }
+        Ok(worst)
+    };
+    let bar = if subject.expected.reversible {
+        Bar::AtMost(REVERSED)
+    } else {
+        Bar::Reported
+    };
+    report.push("distance of the nodes on the way back, in legs", bar, measured());
+}
+
+/// The order, by the changes of the nodes from one step to the half of it.
+fn order<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+    let declared = subject.expected.order;
+    let measured = || -> Measured<Vec<[f64; 2]>> {
+        let runs: Vec<Vec<Node<N>>> = (0..=HALVINGS)
+            .map(|halving| walked(subject, subject.h / f64::from(1_u32 << halving)))
+            .collect::<Measured<_>>()?;
+        let extents: [f64; N] = core::array::from_fn(|i| {
+            let first = runs[0].first().map_or(0.0, |node| node.q[i]);
+            runs[0]
+                .iter()
+                .fold(0.0, |most, node| larger(most, (node.q[i] - first).abs()))
+        });
+        let pairs = runs.windows(2).enumerate().map(|(halving, pair)| {
+            let parts = 1_usize << halving;
+            let mut change = 0.0;
+            for (k, coarse) in runs[0].iter().enumerate() {
+                let (Some(one), Some(half)) = (pair[0].get(k * parts), pair[1].get(2 * k * parts)) else {
+                    continue;
+                };
+                let apart = (0..N).filter(|&i| extents[i] > 0.0);
+                let apart = apart.map(|i| (one.q[i] - half.q[i]).abs() / extents[i]);
+                change = apart.fold(change, larger);
+                debug_assert!((one.t - coarse.t).abs() <= subject.h.abs());
+            }
+            [(subject.h / parts as f64).abs(), change]
+        });
+        Ok(pairs.collect())
+    };
+    let bar = Bar::AtLeast(declared - APART);
+    push_slope(
+        "slope of the changes of position from step to step",
+        measured(),
+        bar,
+        report,
+    );
+}
+
+/// The nodes of the motion with a step.
+fn walked<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f64) -> Measured<Vec<Node<N>>> {
+    Ok(Flow::new(subject.system, h, subject.start)?
+        .until(subject.until)?
+        .nodes)
+}
+
+/// Fits a slope to what is above rounding.
+fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &mut Report) {
+    let points = match measured {
+        Ok(points) => points,
+        Err(error) => {
+            report.push(what, Bar::Reported, Err(error));
+            return;
+        }
+    };
+    let told: Vec<[f64; 2]> = points
+        .into_iter()
+        .filter(|[_, value]| *value > PLATEAU || value.is_nan())
+        .collect();
+    let points = &told[told.len().saturating_sub(FITTED)..];
+    let ([[first, _], .., [least, _]], true) = (points, points.len() > 2) else {
+        report.push(what, Bar::Reported, Ok(0.0));
+        report.note("what is measured is rounding: no order is fitted");
+        return;
+    };
+    report.push(
+        format!("{what}, h = {first:.1e} to {least:.1e}"),
+        bar,
+        Ok(fitted(points)),
+    );
+}
