@@ -126,15 +126,15 @@ mod step_outside_of_maps {
     }
 }
 
-/// Derivatives beyond the second.
-mod third_order {
+/// Derivatives beyond the third.
+mod fourth_order {
     use dsocs_core::dsocs;
 
     #[dsocs {
         coordinates(x, y);
         lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
         let acceleration = ddot(x);
-        kinematic = dot(ddot(x)) + dot(acceleration * y);
+        kinematic = dot(dddot(x)) + ddot(acceleration * y);
         variational = [(1, 0)];
     }]
     pub struct Particle {
