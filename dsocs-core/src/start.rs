@@ -12,6 +12,7 @@ use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
 use crate::scalar::Scalar as _;
+use crate::step::Begins;
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
@@ -318,6 +319,14 @@ pub(crate) struct Beginning<const N: usize> {
     pub q: Compensated<N>,
     /// The increment from the first to the second.
     pub d: Compensated<N>,
+}
+
+impl<const N: usize> Beginning<N> {
+    /// The acceleration for the first step.
+    pub fn begins(&self) -> Option<Begins<N>> {
+        let said = self.near.map(Begins::Said);
+        said.or(self.a0.map(Begins::Found))
+    }
 }
 
 /// Checks that the parameters are finite.

@@ -41,5 +41,6 @@ mod taylor_flow;
 mod taylor_recurrences;
 mod time;
 mod units;
+mod unresolved;
 mod words;
 mod wrong_input;
