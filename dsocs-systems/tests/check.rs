@@ -4,7 +4,7 @@ use dsocs_core::geometry::{
     DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written,
 };
 use dsocs_core::{Leg, dsocs};
-use dsocs_systems::check::{Expected, Finding, Settings, check};
+use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
 use dsocs_systems::entry::{Kind, Symmetry};
 use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
 
@@ -17,6 +17,7 @@ fn settings(entry: &Entry) -> Settings<'_> {
         t0: 0.0,
         q0,
         v0,
+        begin: Begin::default(),
     }
 }
 
@@ -141,6 +142,7 @@ fn what_is_not_symmetric_in_time_is_told() {
         t0: 0.0,
         q0: &[1.0],
         v0: &[0.5],
+        begin: Begin::default(),
     };
     let find = |expected| check(&Uneven, &[], expected, &settings, ([1.0], [0.5])).unwrap();
     assert_eq!(missed(&find(expected(1.0, false))), []);
@@ -190,6 +192,7 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
         t0: 0.0,
         q0: &[],
         v0: &[],
+        begin: Begin::default(),
     };
     let rod = check(&Rod, &[], expected(Kind::Holonomic), &settings(0.02), (q0, v0)).unwrap();
     assert_eq!(missed(&rod), [], "{rod:?}");
@@ -358,6 +361,7 @@ fn a_parasitic_mode_is_found() {
         t0: 0.0,
         q0: &[],
         v0: &[],
+        begin: Begin::default(),
     };
     let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
     let findings = check(&Leapfrog, &[], expected, &settings, start).unwrap();
