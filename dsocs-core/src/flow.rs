@@ -64,7 +64,7 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The last node where they did.
     changed: Option<Box<Changed<'s, S, N>>>,
     /// The steps that were too long for the external forces.
-    unresolved: Option<Unresolved>,
+    unresolved: Option<Box<Unresolved>>,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -85,6 +85,7 @@ impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
             system: self.system.clone(),
             before: self.before.clone(),
             changed: self.changed.clone(),
+            unresolved: self.unresolved.clone(),
             ..*self
         }
     }
@@ -373,7 +374,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
     }
 
     fn unresolved(&self) -> Option<Unresolved> {
-        self.unresolved
+        self.unresolved.as_deref().copied()
     }
 
     fn regularity(&self) -> Option<Regularity> {

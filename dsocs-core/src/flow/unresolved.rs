@@ -43,16 +43,15 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let part = departure(&Declaration::of(&*self.system), self.h, &leg, e);
         // false also where the force has no value there
         if part > UNRESOLVED {
-            let before = self.unresolved.unwrap_or(Unresolved {
-                steps: 0,
-                first: time,
-                largest: 0.0,
+            let unresolved = self.unresolved.get_or_insert_with(|| {
+                Box::new(Unresolved {
+                    steps: 0,
+                    first: time,
+                    largest: 0.0,
+                })
             });
-            self.unresolved = Some(Unresolved {
-                steps: before.steps + 1,
-                largest: before.largest.max(part),
-                ..before
-            });
+            unresolved.steps += 1;
+            unresolved.largest = unresolved.largest.max(part);
         }
     }
 }

@@ -454,11 +454,15 @@ fn symmetry_in_time() {
         (format!("{free} - x * y;"), Symmetry::AnyLegs),
         (format!("{free} - x * y; {servo}"), Symmetry::AnyLegs),
         (format!("{free}; holonomic = x - y.sin();"), Symmetry::LowerOrder),
-        (format!("{curved}; phi_lagrangian = paper;"), Symmetry::Momentum),
-        (format!("{curved};"), Symmetry::LagrangianMap),
+        (format!("{curved}; phi_lagrangian = paper;"), Symmetry::Momenta),
+        (format!("{curved};"), Symmetry::Momenta),
+        (
+            format!("{curved}; phi_lagrangian = |q0, q1| ((3 * q0 + q1) / 4, (q1 - q0) / h);"),
+            Symmetry::LagrangianMap,
+        ),
         (
             format!("{free}; external_forces = (-dot(x).powi(3), 0);"),
-            Symmetry::ExternalForces,
+            Symmetry::Momenta,
         ),
         (
             format!(
