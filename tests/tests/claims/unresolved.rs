@@ -52,7 +52,7 @@ fn a_switch_between_two_nodes_is_told() {
             run(&Joint { k: 500.0, mu: 0.2 }, h),
             [5.0, 2.0].map(|k| run(&Joint { k, mu: 0.2 }, h)),
         );
-        println!("h = {h}: k = 500 {steep:.1e?}, k = 5 {resolved:.1e?}, k = 2 {soft:.1e?}");
+        println!("h = {h}: k = 500 {steep:?}, k = 5 {resolved:?}, k = 2 {soft:?}");
         assert!((1..=8).contains(&steep.0), "{steep:?}");
         assert_eq!([resolved.0, soft.0], [0, 0]);
     }
