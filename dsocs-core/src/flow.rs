@@ -227,7 +227,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             return Err(self.failed(step.any().not_finite(&z)));
         }
         let leg = step.leg;
-        let foreseen = !S::EXTERNAL_FORCES || self.predictor.foresees(&z, FORESEEN);
+        let foreseen = !S::EXTERNAL_FORCES || self.foresees(&z, &e);
         self.predictor.push(&z);
         if !foreseen {
             self.look_between(&leg, &e);
@@ -402,7 +402,6 @@ pub use choose::Roots;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
 use inputs::Changed;
-use unresolved::FORESEEN;
 pub use unresolved::Unresolved;
 #[cfg(test)]
 mod tests;

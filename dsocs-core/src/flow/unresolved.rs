@@ -13,7 +13,7 @@ const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// A step is looked at where its second difference is farther than this from what the past foresaw, relative to itself: a force that has
 /// changed as the past knew it has not been switched.
-pub(super) const FORESEEN: f64 = 0.1;
+const FORESEEN: f64 = 0.1;
 
 /// A force is unresolved if what it does between the legs, over a step, is this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;
@@ -35,6 +35,21 @@ pub struct Unresolved {
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+    /// Whether the past foresaw a solution, with which the second difference is `e`.
+    #[inline]
+    pub(super) fn foresees(&self, z: &S::Unknown<f64>, e: &[f64; N]) -> bool {
+        if !z.as_ref().is_empty() {
+            return self.predictor.foresees(z, FORESEEN);
+        }
+        // steps without unknowns have none that are predicted
+        self.solved.is_some_and(|last| {
+            let pairs = e.iter().zip(&last.e);
+            pairs
+                .into_iter()
+                .all(|(e, last)| (e - last).abs() <= FORESEEN * e.abs())
+        })
+    }
+
     /// Looks at the forces between the legs of the step that begins with `leg` and has the second difference `e`.
     #[cold]
     pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N]) {
@@ -89,7 +104,8 @@ fn departure<const N: usize>(
         },
     );
     let parts = aside.iter().enumerate().map(|(i, aside)| {
-        let change = (leaves[i] - arrives[i]).abs() / h.abs();
+        // L_d is no action but a Lagrangian: its derivatives are momenta over the step
+        let change = (leaves[i] - arrives[i]).abs();
         aside / change.max(first[i].abs()).max(last[i].abs())
     });
     parts.fold(0.0, f64::max)

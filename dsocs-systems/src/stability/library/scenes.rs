@@ -98,8 +98,8 @@ impl<const N: usize> Twin<N> {
     }
 }
 
-/// How far the last node of a scene is from the exact one: in units of what rounding does to it in the second formulation; and what
-/// rounding may do to it here, by the bounds of the rows as they are written and by what becomes of their errors along the motion.
+/// How far the last node of a scene is from the exact one: in units of what rounding does to it in the second formulation; and in
+/// units of what it may do to it here, if that is more: by the bounds of the rows as they are written, and what becomes of such errors along the motion.
 fn distance<S: System<N>, const N: usize>(system: &S, run: &Run<N>) -> Result<[f64; 2], Box<dyn Error>> {
     let mut flow = Flow::new(system, run.h, Start::nodes(run.q0, run.q1))?;
     let mut twins: Vec<Twin<N>> = (1..=TWINS)
@@ -124,7 +124,7 @@ fn distance<S: System<N>, const N: usize>(system: &S, run: &Run<N>) -> Result<[f
     for (i, (q, last)) in flow.position().iter().zip(&run.last).enumerate() {
         let apart = (q - last).abs();
         let moved = twins.iter().map(|twin| (twin.leg.q[i] - q).abs() / MAGNIFIED);
-        let condition = moved.fold(UNIT * q.abs(), larger);
+        let condition = moved.fold(run.units[i], larger);
         figures[0] = larger(figures[0], apart / run.units[i]);
         figures[1] = larger(figures[1], apart / condition);
     }
@@ -163,7 +163,7 @@ pub fn run(report: &mut Report<'_>) {
                     Bar::Reported,
                 ),
                 (
-                    "the same over what the rows' rounding bounds come to along the motion".to_owned(),
+                    "the same, or what the rows' own rounding bounds come to along the motion if that is more".to_owned(),
                     Bar::AtMost(EXPLAINED),
                 ),
             ],
