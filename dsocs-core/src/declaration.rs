@@ -154,6 +154,11 @@ impl<'s, const N: usize> Declaration<'s, N> {
         for part in [Part::Head, Part::Tail] {
             f64::prepare(tape.program(Segment::PhaseSlopes, part));
         }
+        if self.has_external_forces() {
+            for segment in [Segment::ExternalForces, Segment::Arriving] {
+                f64::prepare(tape.program(segment, Part::All));
+            }
+        }
     }
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
@@ -251,7 +256,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
-    pub(crate) fn bounds(&self, h: f64, leg: &Leg<f64, N>, z: &[f64], out: &mut [f64]) {
+    pub fn bounds(&self, h: f64, leg: &Leg<f64, N>, z: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
                 Leaf::H => Some(&h),

@@ -13,7 +13,7 @@ use crate::run::{Clock, Node, RunError, Stepper, View};
 use crate::start::{self, Beginning, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
-use crate::step::{Failing, Step, StepReport};
+use crate::step::{Begins, Failing, Step, StepReport};
 use crate::system::{Leg, Point, System};
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`] says otherwise,
@@ -65,6 +65,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     before: Option<Held<'s, S>>,
     /// The last node where they did.
     changed: Option<Box<Changed<'s, S, N>>>,
+    /// The steps that were too long for the external forces.
+    unresolved: Option<Box<Unresolved>>,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -85,6 +87,7 @@ impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
             system: self.system.clone(),
             before: self.before.clone(),
             changed: self.changed.clone(),
+            unresolved: self.unresolved.clone(),
             ..*self
         }
     }
@@ -129,6 +132,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             since: 0,
             before: None,
             changed: None,
+            unresolved: None,
         })
     }
 
@@ -229,12 +233,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if !q.hi.iter().all(|q| q.is_finite()) {
             return Err(self.failed(step.any().not_finite(&z)));
         }
+        let leg = step.leg;
+        let foreseen = !S::EXTERNAL_FORCES || self.foresees(&z, &e);
         self.predictor.push(&z);
-        self.solved = Some(Solved {
-            leg: step.leg,
-            e,
-            report,
-        });
+        if !foreseen {
+            self.look_between(&leg, &e);
+        }
+        self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
         Ok(report)
     }
@@ -312,14 +317,12 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     }
 
     /// Whether the past is too short to tell two roots apart by it, and the acceleration of the start where the next step is the
-    /// first and it was said.
+    /// first.
     #[inline]
-    fn near_the_start(&self) -> (bool, Option<[f64; N]>) {
+    fn near_the_start(&self) -> (bool, Option<Begins<N>>) {
         let index = self.index();
-        (
-            index - self.since <= SHORT_PAST,
-            self.beginning.near.filter(|_| index == 1),
-        )
+        let begins = if index == 1 { self.beginning.begins() } else { None };
+        (index - self.since <= SHORT_PAST, begins)
     }
 
     /// The error of the next step.
@@ -391,6 +394,10 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         Ok(())
     }
 
+    fn unresolved(&self) -> Option<Unresolved> {
+        self.unresolved.as_deref().copied()
+    }
+
     fn regularity(&self) -> Option<Regularity> {
         let solved = self.solved?;
         if S::ORDER > 2 {
@@ -415,10 +422,12 @@ mod exchange;
 mod forces;
 mod inputs;
 mod third;
+mod unresolved;
 pub use choose::Roots;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
 use inputs::Changed;
 use third::Third;
+pub use unresolved::Unresolved;
 #[cfg(test)]
 mod tests;

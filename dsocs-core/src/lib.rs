@@ -112,7 +112,7 @@ pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageF
 pub use deficiency::{Deficiency, DependentRow};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
-pub use flow::{Flow, Roots, multipliers};
+pub use flow::{Flow, Roots, Unresolved, multipliers};
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{

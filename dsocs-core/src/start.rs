@@ -13,6 +13,7 @@ use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
 use crate::scalar::Scalar as _;
+use crate::step::Begins;
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
@@ -431,6 +432,14 @@ pub(crate) struct Beginning<const N: usize> {
     pub d: Compensated<N>,
     /// The second difference of the first three nodes, where a step of third order goes on from it.
     pub e: Option<Compensated<N>>,
+}
+
+impl<const N: usize> Beginning<N> {
+    /// The acceleration for the first step.
+    pub fn begins(&self) -> Option<Begins<N>> {
+        let said = self.near.map(Begins::Said);
+        said.or(self.a0.map(Begins::Found))
+    }
 }
 
 /// Checks that the parameters are finite.

@@ -4,7 +4,7 @@ use dsocs_core::geometry::{
     DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written,
 };
 use dsocs_core::{Leg, dsocs};
-use dsocs_systems::check::{Expected, Finding, Settings, check};
+use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
 use dsocs_systems::entry::{Kind, Symmetry};
 use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
 
@@ -18,6 +18,7 @@ fn settings(entry: &Entry) -> Settings<'_> {
         q0,
         v0,
         a0: entry.default_acceleration(),
+        begin: Begin::default(),
     }
 }
 
@@ -148,6 +149,7 @@ fn what_is_not_symmetric_in_time_is_told() {
         q0: &[1.0],
         v0: &[0.5],
         a0: None,
+        begin: Begin::default(),
     };
     let find = |expected| check(&Uneven, &[], expected, &settings, ([1.0], [0.5])).unwrap();
     assert_eq!(missed(&find(expected(1.0, false))), []);
@@ -198,6 +200,7 @@ fn constraints_of_lower_order_are_checked_on_what_they_allow() {
         q0: &[],
         v0: &[],
         a0: None,
+        begin: Begin::default(),
     };
     let rod = check(&Rod, &[], expected(Kind::Holonomic), &settings(0.02), (q0, v0)).unwrap();
     assert_eq!(missed(&rod), [], "{rod:?}");
@@ -367,6 +370,7 @@ fn a_parasitic_mode_is_found() {
         q0: &[],
         v0: &[],
         a0: None,
+        begin: Begin::default(),
     };
     let start = ([0.0, 1.0, 0.0], [1.0, 0.5, 1.0]);
     let findings = check(&Leapfrog, &[], expected, &settings, start).unwrap();

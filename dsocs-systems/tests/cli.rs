@@ -758,6 +758,35 @@ fn an_inconsistent_start_is_refused_or_projected() {
 }
 
 #[test]
+fn a_check_begins_as_a_run_does() {
+    let off = [
+        "check",
+        "sphere",
+        "--until",
+        "1",
+        "--q0",
+        "0.6,0,-0.7",
+        "--v0",
+        "2,2.5,1.5",
+    ];
+    let (code, message) = refused(&off);
+    assert_eq!(code, 2);
+    assert!(
+        message.contains("violates holonomic constraint 1") && message.contains("--project"),
+        "{message}"
+    );
+    let projected = stdout(&[&off[..], &["--project"]].concat());
+    assert!(
+        projected.contains("slope of the errors of position"),
+        "{projected}"
+    );
+    // the paper's second node is of first order, and so is what follows: no order is asked for
+    let paper = stdout(&["check", "particle", "--until", "2", "--start", "paper"]);
+    assert!(paper.contains("the paper's start is of order 1"), "{paper}");
+    assert!(!paper.contains("distance of that from 2"), "{paper}");
+}
+
+#[test]
 fn the_papers_figures_and_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let output = dsocs(folder.path(), &[]).output().unwrap();

@@ -21,7 +21,7 @@ use crate::start::{self, Phase, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown;
-use crate::step::{Failing, Guess, PAST, Step, StepReport};
+use crate::step::{Begins, Failing, Guess, PAST, Step, StepReport};
 use crate::system::{Leg, Point, System};
 
 /// A discrete motion in progress, of order 4, 6 or 8 (or 2).
@@ -338,7 +338,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             let mut step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
             step.past_is_short = past_is_short;
             if self.clock.index() == self.since {
-                step.begins = Some(state.a);
+                step.begins = Some(Begins::Said(state.a));
             }
             step.past = Some(&stage.past);
             let (z, report) = match step.solve(&mut stage.predictor, self.max_iterations) {

@@ -35,6 +35,7 @@ pub use view::View;
 
 use core::ops::ControlFlow;
 
+use crate::flow::Unresolved;
 use crate::regularity::Regularity;
 use crate::step::StepReport;
 use crate::system::Point;
@@ -141,6 +142,12 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// How regular the equations of the last step are, where the method has such: of a [`crate::Flow`], those of the triple
     /// about the current node. `None` before the first step.
     fn regularity(&self) -> Option<Regularity> {
+        None
+    }
+
+    /// The steps so far that were too long for the external forces, of a [`crate::Flow`]; `None` where there were none. Methods that find
+    /// the place where a force is switched have none.
+    fn unresolved(&self) -> Option<Unresolved> {
         None
     }
 

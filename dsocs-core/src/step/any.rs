@@ -4,7 +4,7 @@ use super::newton::{self, Equations, Fold, Root};
 use super::pair::Found;
 use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
-use super::{Guess, SECOND_DIFFERENCE, Step, StepReport, report};
+use super::{Begins, Guess, SECOND_DIFFERENCE, Step, StepReport, report};
 use crate::any::AnySystem;
 use crate::declaration::Declaration;
 use crate::deficiency::{self, DependentRow};
@@ -33,8 +33,8 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
     /// The step's first two nodes.
     fn leg(&self) -> &Leg<f64, N>;
 
-    /// The acceleration with which the motion begins, where the step is the first and it is known.
-    fn begins(&self) -> Option<&[f64; N]>;
+    /// The acceleration with which the motion begins, where the step is the first.
+    fn begins(&self) -> Option<&Begins<N>>;
 
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     fn past(&self) -> Option<&[Leg<f64, N>; PAST]>;
@@ -358,18 +358,25 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         Some(self.unknowns(&improved(&third, near)?))
     }
 
-    /// The unknowns of the acceleration with which the motion begins or, where that is not known, of the continuous system's at
-    /// `(q1, d/h)`.
+    /// The unknowns of the acceleration with which the motion is said to begin or, where nothing was said, of the continuous
+    /// system's at `(q1, d/h)`; where that has none, of the acceleration at the start.
     pub(super) fn continuous(&self) -> Option<Z> {
         let (leg, h) = (self.leg(), self.h());
         if self.is_of_third_order() {
             return self.continuous_of_third(&[0.0; N]);
         }
-        if let Some(a) = self.begins() {
-            return Some(self.unknowns(&a.map(|a| a * h * h)));
+        let begins = |a: &[f64; N]| Some(self.unknowns(&a.map(|a| a * h * h)));
+        if let Some(Begins::Said(a)) = self.begins() {
+            return begins(a);
         }
         let v = leg.d.map(|d| d / h);
-        let (a, multipliers) = self.system().acceleration((leg.t, &leg.q, &v), None).ok()?;
-        Some(self.unknown(&a.map(|a| a * h * h), &multipliers))
+        match (
+            self.system().acceleration((leg.t, &leg.q, &v), None),
+            self.begins(),
+        ) {
+            (Ok((a, multipliers)), _) => Some(self.unknown(&a.map(|a| a * h * h), &multipliers)),
+            (Err(_), Some(Begins::Said(a) | Begins::Found(a))) => begins(a),
+            (Err(_), None) => None,
+        }
     }
 }

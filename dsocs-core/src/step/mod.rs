@@ -60,6 +60,15 @@ pub enum Guess {
     Followed,
 }
 
+/// The acceleration with which a motion begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Begins<const N: usize> {
+    /// It was said.
+    Said([f64; N]),
+    /// It was worked out at the start: less than what the second node says, where that says anything.
+    Found([f64; N]),
+}
+
 /// The equations of one step.
 pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     /// The system.
@@ -75,8 +84,8 @@ pub(crate) struct Step<'a, S: System<N>, const N: usize> {
     /// Whether the past is too short to tell by it which of two roots continues the motion: other roots are then looked for
     /// wherever the rows bend.
     pub past_is_short: bool,
-    /// The acceleration with which the motion begins, where the step is the first and it is known.
-    pub begins: Option<[f64; N]>,
+    /// The acceleration with which the motion begins, where the step is the first.
+    pub begins: Option<Begins<N>>,
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
     pub past: Option<&'a [Leg<f64, N>; PAST]>,
 }
@@ -232,7 +241,7 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
         &self.leg
     }
 
-    fn begins(&self) -> Option<&[f64; N]> {
+    fn begins(&self) -> Option<&Begins<N>> {
         self.begins.as_ref()
     }
 

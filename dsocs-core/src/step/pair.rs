@@ -166,7 +166,13 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         if continuation != Continuation::Fits && relative(&root.z, &Z::zero(), &legs) > FAR {
             return self.nearer(root, predictor, [size, &legs]);
         }
+        // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
+        let unforeseen = self.are_watched()
+            && !self.are_linear()
+            && predictor.last().is_none()
+            && guess != Guess::Continuous;
         let other = match continuation {
+            Continuation::Fits if unforeseen => self.other(start, &root.z, predictor, size),
             Continuation::Fits if !self.is_in_question(&root) => None,
             Continuation::Fits => newton::nearby(self, start, &root.z, size),
             Continuation::Departs | Continuation::Turned => self.other(start, &root.z, predictor, size),
@@ -192,7 +198,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 Ok(report(Root { z: other, ..root }, Guess::Other))
             }
             // the determinant alone is no reason to refuse a root to which all updates have led straight, and the other is not near
-            None if distance > NEAR && !self.is_in_question(&root) => Ok(report(root, guess)),
+            None if distance > NEAR && !unforeseen && !self.is_in_question(&root) => Ok(report(root, guess)),
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(self.ambiguous(&root.z, &other)),
         }

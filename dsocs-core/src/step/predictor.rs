@@ -277,6 +277,19 @@ impl<U: Unknown<f64>> Predictor<U> {
     }
 }
 
+impl<U: Unknown<f64>> Predictor<U> {
+    /// Whether the prediction of a solution is off by no more than a part of it, unknown by unknown; not where there is no past.
+    #[inline]
+    pub fn foresees(&self, z: &U, part: f64) -> bool {
+        let guess = self.extrapolate();
+        let unknowns = z.as_ref().iter().zip(guess.as_ref());
+        // false for a NaN
+        unknowns
+            .into_iter()
+            .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
+    }
+}
+
 impl<U: Unknown<f64>> Notes<U> for Predictor<U> {
     fn natural_sizes(&mut self, sizes: &NaturalSizes<U>) {
         self.natural = Some(Remembered::new(sizes));

@@ -47,7 +47,7 @@ pub struct Model {
     pub(crate) phi_variational: Option<TriplePoint>,
     /// The observed expressions and their names, in `Q`, `V`, `A` and `T`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
-    /// What has no effect.
+    /// What has no effect, or hardly the one that is meant.
     pub(crate) warnings: Vec<Warning>,
     /// What is said of all this for people; the parameters carry theirs themselves.
     pub(crate) docs: Docs,
@@ -190,7 +190,7 @@ pub(crate) struct TriplePoint {
     pub(crate) a: Vec<NodeId>,
 }
 
-/// Something that is declared and has no effect.
+/// Something that is declared and has no effect, or hardly the one that is meant.
 #[derive(Clone, Debug)]
 pub(crate) struct Warning {
     /// The name, where it was declared.

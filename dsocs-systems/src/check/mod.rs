@@ -19,12 +19,12 @@ pub(crate) mod third;
 use std::error::Error;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple};
-use dsocs_core::{Leg, Point, System};
+use dsocs_core::{Leg, Point, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::Bar;
 
-use probe::{Probe, State};
+use probe::{First, Probe, State};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -55,6 +55,15 @@ pub struct Expected {
     pub reversible: bool,
 }
 
+/// How the motion begins with its position and velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Begin {
+    /// Whether the second node is the paper's, `q1 = q0 + h v0`, by which a motion is of order 1; else it is of second order.
+    pub paper: bool,
+    /// Whether the start is moved onto the constraints of positions and velocities first.
+    pub projected: bool,
+}
+
 /// The motion to look at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings<'a> {
@@ -70,6 +79,8 @@ pub struct Settings<'a> {
     pub v0: &'a [f64],
     /// The initial acceleration, where a constraint is of third order.
     pub a0: Option<&'a [f64]>,
+    /// How it begins with these.
+    pub begin: Begin,
 }
 
 /// One figure.
@@ -165,8 +176,12 @@ struct Subject<'a, const N: usize> {
     ended: Option<String>,
     /// Whether the end was the system's own.
     own_end: bool,
+    /// The steps that were too long for the external forces.
+    unresolved: Option<Unresolved>,
     /// The start.
     start: State<N>,
+    /// How the second node follows from it.
+    first: First,
     /// The legs of the motion.
     legs: Vec<Leg<f64, N>>,
     /// Where in the motion the triples are, by the number of their first leg.
@@ -242,7 +257,17 @@ fn findings<const N: usize>(
 ) -> Result<Vec<Finding>, CheckFailure> {
     let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
     let flow = DiscreteFlow::new(system, h)?;
-    let walked = probe::legs(system, h, &start, asked)?;
+    let start = if settings.begin.projected {
+        system.projected(h, &start)?
+    } else {
+        start
+    };
+    let first = if settings.begin.paper {
+        First::Paper
+    } else {
+        First::SecondOrder
+    };
+    let walked = probe::legs(system, h, (&start, first), asked)?;
     let (places, spread) = places(&walked.legs);
     let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
     let subject = Subject {
@@ -255,7 +280,9 @@ fn findings<const N: usize>(
         until: walked.until,
         ended: walked.ended,
         own_end: settings.until.is_none(),
+        unresolved: walked.unresolved,
         start,
+        first,
         triples: triples(&flow, &walked.legs, &places)?,
         spread: triples(&flow, &walked.legs, &spread)?,
         early: triples(&flow, &walked.legs, &early)?,
@@ -305,6 +332,19 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     );
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
+    }
+    if subject.system.is_forced() {
+        let steps = subject.unresolved.map_or(0, |unresolved| unresolved.steps);
+        report.push(
+            "steps within which an external force is switched",
+            Bar::Reported,
+            Ok(steps as f64),
+        );
+        if let Some(Unresolved { first, .. }) = subject.unresolved {
+            report.note(&format!(
+                "the first at t = {first:.3}; they lower the order to 1: a smaller step, or a softer switch"
+            ));
+        }
     }
 }
 

@@ -144,7 +144,7 @@ fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured
     let (mut before, mut last): (Option<Leg<f64, N>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut first = 0.0;
-    system.walk(h, &subject.start, &mut |_, time, leg| {
+    let (_, walked) = system.walk(h, (&subject.start, subject.first), &mut |_, time, leg| {
         if let Some(middle) = before {
             let e = core::array::from_fn(|i| leg.d[i] - middle.d[i]);
             let triple = Triple { leg: middle, e };
@@ -165,7 +165,8 @@ fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured
         }
         before = Some(leg);
         (time - subject.start.t).abs() < span
-    })?;
+    });
+    walked?;
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 

@@ -1,7 +1,7 @@
 //! What the checks ask of a system beside its geometry: this is made anew for every system, and the checks are not.
 
 use dsocs_core::geometry::{Solvable, Triple};
-use dsocs_core::{Flow, Leg, Point, Start, Stepper, System, TaylorFlow, Tolerance};
+use dsocs_core::{Flow, Leg, Point, Start, Stepper, System, TaylorFlow, Tolerance, Unresolved};
 
 use super::Measured;
 use crate::entry::CheckFailure;
@@ -24,13 +24,30 @@ impl<const N: usize> State<N> {
     }
 }
 
+/// How the second node follows from a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum First {
+    /// `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder,
+    /// `q1 = q0 + h v0`.
+    Paper,
+}
+
 /// Is shown the number, the time and the leg of a position, and says whether the motion goes on.
 type Walker<'w, const N: usize> = &'w mut dyn FnMut(u64, f64, Leg<f64, N>) -> bool;
 
 /// A system whose motions can be computed.
 pub trait Probe<const N: usize>: Solvable<N> {
-    /// Walks along the discrete motion from a state, from the second node on.
-    fn walk(&self, h: f64, start: &State<N>, walker: Walker<'_, N>) -> Result<(), CheckFailure>;
+    /// Walks along the discrete motion from a state, from the second node on. Gives the steps that were too long for the external forces.
+    fn walk(
+        &self,
+        h: f64,
+        start: (&State<N>, First),
+        walker: Walker<'_, N>,
+    ) -> (Option<Unresolved>, Result<(), CheckFailure>);
+
+    /// A state on the constraints of positions and velocities, near to one that may violate them.
+    fn projected(&self, h: f64, state: &State<N>) -> Result<State<N>, CheckFailure>;
 
     /// Shows the continuous motion from a state at some times, to a tolerance, back in time if asked for.
     fn sample(
@@ -52,12 +69,35 @@ pub trait Probe<const N: usize>: Solvable<N> {
 }
 
 impl<S: System<N>, const N: usize> Probe<N> for S {
-    fn walk(&self, h: f64, start: &State<N>, walker: Walker<'_, N>) -> Result<(), CheckFailure> {
-        let mut flow = Flow::new(self, h, start.start())?;
+    fn walk(
+        &self,
+        h: f64,
+        (state, first): (&State<N>, First),
+        walker: Walker<'_, N>,
+    ) -> (Option<Unresolved>, Result<(), CheckFailure>) {
+        let start = match first {
+            First::SecondOrder => state.start(),
+            First::Paper => Start::paper(state.q, state.v).at(state.t),
+        };
+        let mut flow = match Flow::new(self, h, start) {
+            Ok(flow) => flow,
+            Err(error) => return (None, Err(error.into())),
+        };
         while walker(flow.index(), flow.time(), flow.leg()) {
-            flow.advance()?;
+            if let Err(error) = flow.advance() {
+                return (flow.unresolved(), Err(error.into()));
+            }
         }
-        Ok(())
+        (flow.unresolved(), Ok(()))
+    }
+
+    fn projected(&self, h: f64, state: &State<N>) -> Result<State<N>, CheckFailure> {
+        let node = Flow::new(self, h, state.start().projected())?.node();
+        Ok(State {
+            t: state.t,
+            q: node.q,
+            v: node.v,
+        })
     }
 
     fn sample(
@@ -99,19 +139,21 @@ pub struct Walked<const N: usize> {
     pub until: f64,
     /// Why the end is not.
     pub ended: Option<String>,
+    /// The steps that were too long for the external forces.
+    pub unresolved: Option<Unresolved>,
 }
 
 /// The legs of the motion from a state up to the time `until`, or as far as it goes.
 pub fn legs<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
-    start: &State<N>,
+    start: (&State<N>, First),
     until: f64,
 ) -> Result<Walked<N>, CheckFailure> {
-    let (mut legs, mut reached) = (Vec::new(), start.t);
+    let (mut legs, mut reached) = (Vec::new(), start.0.t);
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
-    let walked = probe.walk(h, start, &mut |_, time, leg| {
+    let (unresolved, walked) = probe.walk(h, start, &mut |_, time, leg| {
         legs.push(leg);
         reached = time;
         (time - last) * h.signum() < 0.0 || legs.len() < 3
@@ -125,6 +167,7 @@ pub fn legs<const N: usize>(
         legs,
         until: reached,
         ended,
+        unresolved,
     })
 }
 
@@ -132,12 +175,12 @@ pub fn legs<const N: usize>(
 pub fn nodes<const N: usize>(
     probe: &dyn Probe<N>,
     h: f64,
-    start: &State<N>,
+    start: (&State<N>, First),
     (part, count): (u32, usize),
 ) -> Measured<Vec<Triple<N>>> {
     let mut nodes: Vec<Triple<N>> = Vec::with_capacity(count);
     let mut before: Option<Leg<f64, N>> = None;
-    let walked = probe.walk(h, start, &mut |index, _, leg| {
+    let (_, walked) = probe.walk(h, start, &mut |index, _, leg| {
         if let Some(first) = before.take() {
             let e = core::array::from_fn(|i| leg.d[i] - first.d[i]);
             nodes.push(Triple { leg: first, e });

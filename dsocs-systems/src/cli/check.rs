@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::output::OutputFile;
 use super::stability::number;
-use super::start::StartArguments;
+use super::start::{BeginArguments, StartArguments};
 use super::{CliError, Program, expression, output, terminal};
 use crate::check::{Finding, Settings};
 use crate::stability::Bar;
@@ -29,6 +29,9 @@ pub struct CheckArguments {
     /// Where the motion begins, and the parameters
     #[command(flatten)]
     from: StartArguments,
+    /// How it begins with position and velocity
+    #[command(flatten)]
+    begin: BeginArguments,
     /// A .json file for the figures
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -61,6 +64,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
             a0: a0.as_deref(),
+            begin: arguments.begin.begin(),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();

@@ -52,6 +52,20 @@ fn options(failure: &RunFailure) -> &'static str {
     }
 }
 
+/// The same of a check, which begins with position and velocity.
+fn options_of_check(failure: &CheckFailure) -> &'static str {
+    match failure {
+        CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
+            match options(&RunFailure::Setup(error.clone())) {
+                set if set.contains("--set") => set,
+                _ => "\n(on the command line: `--v0`, `--start paper`)",
+            }
+        }
+        CheckFailure::Setup(error) => options(&RunFailure::Setup(error.clone())),
+        _ => "",
+    }
+}
+
 /// Options with a place for each number, `--q0 …,… --v0 …,…`.
 fn numbered(options: &[&str], count: usize) -> String {
     let numbers = vec!["…"; count].join(",");
@@ -208,7 +222,7 @@ pub enum CliError {
         place: String,
     },
     /// A system could not be checked.
-    #[error(transparent)]
+    #[error("{0}{options}", options = options_of_check(.0))]
     Check(#[from] CheckFailure),
     /// Figures of `stability` or `check` miss their bars.
     #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]

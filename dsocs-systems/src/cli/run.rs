@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use clap::{Args, ValueEnum};
-use dsocs_core::RunError;
+use clap::Args;
+use dsocs_core::{RunError, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
@@ -15,7 +15,7 @@ use super::expression;
 use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
 use super::plot::Plot;
-use super::start::StartArguments;
+use super::start::{BeginArguments, StartArguments, StartOption};
 use super::table::{TableFormat, TableWriter};
 use super::{CliError, Program, interrupt, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
@@ -47,13 +47,9 @@ pub struct RunArguments {
         conflicts_with_all = ["v0", "start"]
     )]
     q1: Option<Vec<f64>>,
-    /// How the second node follows from position and velocity [default: second-order]
-    #[arg(long, value_enum)]
-    start: Option<StartOption>,
-    /// Move the start onto the constraints of positions and velocities, by as little as possible, instead of refusing one that
-    /// violates them
-    #[arg(long)]
-    project: bool,
+    /// How it begins with position and velocity
+    #[command(flatten)]
+    begin: BeginArguments,
     /// Write every N-th node
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
@@ -82,15 +78,6 @@ pub struct RunArguments {
     /// A page with the mechanism moving, and the plots of all columns under one slider: an .html file that needs no other
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-}
-
-/// How the second node follows from position and velocity.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum StartOption {
-    /// q1 = q0 + h v0
-    Paper,
-    /// q1 = q0 + h v0 + h²/2 a0
-    SecondOrder,
 }
 
 /// Runs one system and writes its trajectory.
@@ -126,11 +113,13 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
+    let mut unresolved = None;
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
+        unresolved = row.unresolved;
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -159,6 +148,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         lost.note(),
         errors.note(entry.description().names()),
         energy.note(plan.method, plan.h),
+        unresolved.map(switched),
         arguments.accuracy.note(),
     ];
     let notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -249,7 +239,7 @@ impl Pictures {
 /// The run that is asked for.
 fn plan(arguments: &RunArguments, entry: &Entry) -> Result<Plan, CliError> {
     let accuracy = &arguments.accuracy;
-    let (nodes, start) = (arguments.q1.is_some(), arguments.start.is_some());
+    let (nodes, start) = (arguments.q1.is_some(), arguments.begin.start.is_some());
     accuracy.check(nodes, start, arguments.certify)?;
     let h = arguments.step.unwrap_or(entry.default_step());
     let until = arguments
@@ -304,6 +294,15 @@ impl Lost {
     }
 }
 
+/// What is to be said of steps that were too long for the external forces.
+fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
+    format!(
+        "warning: an external force is switched within {steps} step{}, first about t = {first:.3}: there the motion is off by the first \
+         order in the step (a smaller `--step`, or `--tolerance`, which finds the place; `--estimate-error` measures what it costs)",
+        if steps == 1 { "" } else { "s" }
+    )
+}
+
 /// Where the rows of a run go, for people.
 fn place(arguments: &RunArguments) -> String {
     let files = [&arguments.out, &arguments.plot, &arguments.report]
@@ -332,7 +331,7 @@ fn finish(table: TableWriter<Destination>) -> Result<(), CliError> {
 fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliError> {
     let q0 = arguments.from.q0(entry)?;
     let v0 = || arguments.from.v0(entry);
-    let given = match (&arguments.q1, arguments.start) {
+    let given = match (&arguments.q1, arguments.begin.start) {
         (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
         (None, None) if let Some(third) = arguments.from.third_order(entry, &q0)? => third,
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
@@ -344,7 +343,7 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
     } else {
         Beginning::At(t0, Box::new(given))
     };
-    Ok(if arguments.project {
+    Ok(if arguments.begin.project {
         Beginning::Projected(Box::new(given))
     } else {
         given

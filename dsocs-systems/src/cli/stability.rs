@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::start::StartArguments;
 use super::{CliError, Program, expression, output, progress, terminal};
-use crate::check::Settings;
+use crate::check::{Begin, Settings};
 #[cfg(feature = "dsocs")]
 use crate::stability::CASES;
 use crate::stability::{Bar, Row, any};
@@ -72,6 +72,7 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
             q0: &arguments.from.q0(entry)?,
             v0: &arguments.from.v0(entry)?,
             a0: a0.as_deref(),
+            begin: Begin::default(),
         };
         let mut rows = Vec::new();
         for case in &chosen {

@@ -1,9 +1,10 @@
 //! The options that say where a motion begins and what the parameters are.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::CliError;
 use super::expression;
+use crate::check::Begin;
 use crate::entry::{Beginning, Entry};
 
 /// Where a motion begins, and the parameters.
@@ -34,6 +35,37 @@ pub struct StartArguments {
     /// A parameter's value; may be given several times
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
     set: Vec<(String, f64)>,
+}
+
+/// How a motion begins with its position and velocity.
+#[derive(Args, Debug)]
+pub struct BeginArguments {
+    /// How the second node follows from position and velocity [default: second-order]
+    #[arg(long, value_enum)]
+    pub start: Option<StartOption>,
+    /// Move the start onto the constraints of positions and velocities, by as little as possible, instead of refusing one that
+    /// violates them
+    #[arg(long)]
+    pub project: bool,
+}
+
+/// How the second node follows from position and velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StartOption {
+    /// q1 = q0 + h v0
+    Paper,
+    /// q1 = q0 + h v0 + h²/2 a0
+    SecondOrder,
+}
+
+impl BeginArguments {
+    /// As a check takes it.
+    pub fn begin(&self) -> Begin {
+        Begin {
+            paper: self.start == Some(StartOption::Paper),
+            projected: self.project,
+        }
+    }
 }
 
 /// Reads `name=value`.

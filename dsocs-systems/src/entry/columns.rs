@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::Regularity;
+use dsocs_core::{Regularity, Unresolved};
 
 use super::{Description, Plan};
 
@@ -25,6 +25,8 @@ pub struct Row<'a> {
     pub multipliers: &'a [f64],
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
+    /// The steps so far that were too long for the external forces.
+    pub unresolved: Option<Unresolved>,
     /// The estimated error of each coordinate, if it is asked for.
     pub errors: &'a [f64],
     /// How well the motion is known that errors are measured against.

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
     ComposedFlow, Composition, Flow, Inputs, Node, Regularity, RunError, SetupError, Start, System,
-    TaylorFlow, Tolerance, View,
+    TaylorFlow, Tolerance, Unresolved, View,
 };
 use thiserror::Error;
 
@@ -201,14 +201,16 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
         held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
         Some(&mut held)
     };
-    hand_on(run, system, error, plan, sink)
+    // what the step says of forces is asked for at every node
+    let forced = S::EXTERNAL_FORCES && method == Method::Step && !plan.certify;
+    hand_on(run, (system, forced), error, plan, sink)
 }
 
-/// Runs with inputs that change, and hands the nodes on.
+/// Runs with inputs that change, and hands the nodes on, with the steps so far that were too long for the external forces.
 fn driven<const N: usize>(
     run: &mut dyn Inputs<N>,
     plan: &Plan,
-    take: &mut dyn FnMut(&Node<N>) -> ControlFlow<()>,
+    take: &mut dyn FnMut(&Node<N>, Option<Unresolved>) -> ControlFlow<()>,
 ) -> Result<(), RunError> {
     // the step knows one position more than its node
     let ahead = u64::from(plan.method == Method::Step);
@@ -218,7 +220,7 @@ fn driven<const N: usize>(
         held::set(run, &plan.inputs, (now, plan.h))?;
         let Some(node) = run.next_node() else { break };
         let node = node?;
-        if take(&node).is_break() || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
+        if take(&node, run.unresolved()).is_break() || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
             break;
         }
     }
@@ -228,14 +230,14 @@ fn driven<const N: usize>(
 /// Hands the nodes of a run on, whatever the system's type.
 fn hand_on<const N: usize>(
     run: &mut dyn Inputs<N>,
-    system: &dyn View<N>,
+    (system, forced): (&dyn View<N>, bool),
     mut error: Option<&mut dyn Errors<N>>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
     let mut observed = vec![0.0; system.observables().len()];
     let mut failed = None;
-    let mut take = |node: &Node<N>, regularity: Option<Regularity>| {
+    let mut take = |node: &Node<N>, regularity: Option<Regularity>, unresolved: Option<Unresolved>| {
         system.observed(&node.point(), &mut observed);
         let mut row = Row {
             index: node.index,
@@ -247,6 +249,7 @@ fn hand_on<const N: usize>(
             observed: &observed,
             multipliers: &system.multipliers_of(node),
             regularity,
+            unresolved,
             errors: &[],
             uncertainty: 0.0,
         };
@@ -264,14 +267,14 @@ fn hand_on<const N: usize>(
             }
         }
     };
-    if !plan.inputs.is_empty() {
-        driven(run, plan, &mut |node| take(node, None))?;
+    if forced || !plan.inputs.is_empty() {
+        driven(run, plan, &mut |node, unresolved| take(node, None, unresolved))?;
     } else if plan.certify {
         run.certify(plan.until, &mut |node, regularity| {
-            take(node, regularity.or(Some(Regularity::UNKNOWN)))
+            take(node, regularity.or(Some(Regularity::UNKNOWN)), None)
         })?;
     } else {
-        run.stream(plan.until, &mut |node: &Node<N>| take(node, None))?;
+        run.stream(plan.until, &mut |node: &Node<N>| take(node, None, None))?;
     }
     match failed {
         Some(error) => Err(RunFailure::Estimate(error)),

@@ -26,6 +26,9 @@ const HALF_PI: [f64; 3] = [
     -1.497_384_904_859_169_8e-33,
 ];
 
+/// What operations leave of a number, relative to it: some units in the place after the last, `2⁻¹⁰⁴`.
+pub const PRECISION: f64 = 1.0 / (1_u128 << 102) as f64;
+
 /// Terms of the series of sine and cosine, for arguments of at most `π/4`.
 const TERMS: u32 = 30;
 

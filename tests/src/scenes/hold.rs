@@ -4,7 +4,7 @@ use dsocs_core::__private::Declaration;
 use dsocs_core::{Flow, Leg as DeclaredLeg, Start, Stepper as _, System};
 
 use super::discrete::{Decomposed, Leg, Step};
-use super::double::Double;
+use super::double::{Double, PRECISION};
 use super::exact::{Exact, PERTURBATION, TWINS, UNIT, take};
 use super::random::{Case, Random};
 use crate::tape;
@@ -183,6 +183,12 @@ fn triple<S: System<N>, const N: usize>(
     z.resize(step.unknowns(), Double::ZERO);
     let rows = step.rows(&z);
     let mut terms = step.terms(&z, &step.jacobian(&z, &rows));
+    // what this formulation knows of the third node, which it makes the difference of
+    let reached = step.jacobian(&z, &rows);
+    for (term, row) in terms.iter_mut().zip(&reached) {
+        let nodes = row.iter().zip(&step.leg.q);
+        *term += nodes.map(|(x, q)| (x.high * q.high).abs()).sum::<f64>() * (PRECISION / UNIT);
+    }
     // and what rounding does to numbers made of the parameters
     for _ in 0..TWINS {
         let scene = step.scene.perturbed(PERTURBATION, random);
@@ -203,16 +209,21 @@ fn triple<S: System<N>, const N: usize>(
         .into_iter()
         .map(|x| -x)
         .chain(step.constraints(&exact));
-    for ((value, expected), term) in force.iter().chain(&constraints).zip(expected).zip(&terms) {
+    let rows = force.iter().chain(&constraints).zip(expected).zip(&terms);
+    for (place, ((value, expected), term)) in rows.enumerate() {
         let distance = (Double::exact(*value) - expected).high.abs();
-        take(
-            &mut found.rows,
-            if distance == 0.0 {
-                0.0
-            } else {
-                distance / (UNIT * term)
-            },
-        );
+        let roundings = if distance == 0.0 {
+            0.0
+        } else {
+            distance / (UNIT * term)
+        };
+        if roundings > ROUNDINGS {
+            println!(
+                "row {place}: {value:e} instead of {:e}, terms {term:e}",
+                expected.high
+            );
+        }
+        take(&mut found.rows, roundings);
     }
 }
 

@@ -42,5 +42,6 @@ mod taylor_recurrences;
 mod third_order;
 mod time;
 mod units;
+mod unresolved;
 mod words;
 mod wrong_input;

@@ -120,3 +120,57 @@ fn without_a_past_the_continuous_acceleration_tells() {
     assert!((oscillator - uniform).abs() > 1e-3);
     assert!((flow.position()[0] - oscillator).abs() < 1e-12);
 }
+
+/// Starts at which the oscillator's velocity at the second node is the drift, to the last bit: the row says nothing of the
+/// acceleration there, and a straight line is a root to which no update has to lead.
+#[test]
+fn a_start_whose_second_node_is_on_the_other_motion() {
+    let (mut runs, mut on_it) = (0, 0);
+    for place in -20..=20 {
+        for speed in -20..=20 {
+            for drift in [0.3, -0.3, 0.5, 0.8, -0.1, 0.0] {
+                for h in [0.2, H, 0.05] {
+                    let (x, v) = (f64::from(place) * 0.1, f64::from(speed) * 0.05);
+                    runs += 1;
+                    on_it += u32::from(follows(&Either { drift }, h, Start::second_order([x], [v])));
+                }
+            }
+        }
+    }
+    println!("{runs} runs, {on_it} of which begin on the other motion");
+    assert!(on_it > 30);
+    // given by nodes alone such a start has no acceleration that could tell
+    let mut flow = Flow::new(&Either { drift: 0.25 }, 0.125, Start::nodes([-1.03125], [-1.0])).unwrap();
+    let error = flow.advance().unwrap_err();
+    assert_eq!(
+        error.failed_step().unwrap().cause.reason,
+        StepFailure::AmbiguousRoot
+    );
+}
+
+/// Holds a run against the oscillator's solutions, and tells whether it begins where the row vanishes for every acceleration.
+fn follows(system: &Either, h: f64, start: Start<1>) -> bool {
+    // a start on the drift has no acceleration
+    let Ok(mut flow) = Flow::new(system, h, start) else {
+        return false;
+    };
+    let on_it = (flow.leg().d[0] / h).to_bits() == system.drift.to_bits();
+    for _ in 0..40 {
+        let leg = flow.leg();
+        let (q, d) = (leg.q[0], leg.d[0]);
+        let [oscillator, uniform] = [-h * h * q, 2.0 * (h * system.drift - d)];
+        if flow.advance().is_err() {
+            flow.advance_to(&[q + (d + oscillator)]).unwrap();
+            continue;
+        }
+        let found = flow.position()[0] - q - d;
+        let apart = (oscillator - uniform).abs();
+        assert!(
+            (found - oscillator).abs() <= 0.5 * apart || apart < 1e-6 * (d.abs() + oscillator.abs()),
+            "{start:?}, drift {}, h = {h}, step {}: {found}, not {oscillator}; the other is {uniform}",
+            system.drift,
+            flow.index() - 1
+        );
+    }
+    on_it
+}

@@ -4,6 +4,7 @@ mod builtin;
 mod call;
 mod closed;
 mod constraints;
+mod differentiated;
 mod discrete;
 mod expr;
 mod function;
@@ -173,6 +174,7 @@ pub(crate) fn model(
     };
     check_factors(declaration, &model, errors)?;
     model.warnings = unused::warnings(declaration, &model);
+    model.warnings.extend(differentiated::warnings(&model));
     Ok(model)
 }
 

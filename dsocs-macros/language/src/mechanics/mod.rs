@@ -48,3 +48,6 @@ impl Equation {
             .chain(&mut self.divide)
     }
 }
+
+#[cfg(test)]
+mod tests;

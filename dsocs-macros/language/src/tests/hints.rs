@@ -99,6 +99,39 @@ fn warnings() {
     }
 }
 
+/// A holonomic constraint that was differentiated twice drifts; one of second order does not.
+#[test]
+fn differentiated_constraints() {
+    let told = |declaration: &str| -> Vec<(usize, String)> {
+        let model = model(declaration).warnings().into_iter();
+        model.map(|warning| (warning.column, warning.message)).collect()
+    };
+    let free = "coordinates(x, y); lagrangian = dot(x).powi(2) + dot(y).powi(2) - y; let _g = x.powi(2) + y.powi(2);";
+    for row in [
+        "kinematic = ddot(_g); variational = chetaev;",
+        "kinematic = x * ddot(x) + y * ddot(y) + dot(x).powi(2) + dot(y).powi(2); variational = chetaev;",
+        "kinematic = ddot(x * y.sin()); constraint_forces = [(3 * y.sin(), 3 * x * y.cos())];",
+    ] {
+        let found = told(&format!("{free} {row}"));
+        assert_eq!(found.len(), 1, "{row}: {found:?}");
+        assert!(found[0].1.contains("under `holonomic`"), "{found:?}");
+        assert_eq!(found[0].0, free.len() + " kinematic = ".len() + 1, "{row}");
+    }
+    for row in [
+        // led back to where it belongs, or damped, or not a second derivative of positions alone
+        "kinematic = ddot(_g) + 2 * dot(_g) + _g - 1; variational = chetaev;",
+        "kinematic = ddot(_g) + dot(x); variational = chetaev;",
+        "kinematic = dot(x * dot(y) - y * dot(x)); variational = chetaev;",
+        "kinematic = dot(dot(x).powi(2) + dot(y).powi(2)); variational = chetaev;",
+        // a motor that is free to act elsewhere, a joint that goes on turning
+        "kinematic = ddot(_g); constraint_forces = [(1, 0)];",
+        "kinematic = ddot(x - y); variational = chetaev;",
+    ] {
+        let unused = told(&format!("{free} {row}"));
+        assert!(unused.is_empty(), "{row}: {unused:?}");
+    }
+}
+
 /// The nearest name is suggested, and none where none is near.
 #[test]
 fn nearest_names() {

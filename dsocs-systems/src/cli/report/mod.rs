@@ -12,7 +12,7 @@ use super::output::OutputFile;
 use super::page::{self, Cell, Page};
 use super::stability::number;
 use super::{CliError, Program, paper, progress};
-use crate::check::Settings;
+use crate::check::{Begin, Settings};
 use crate::experiment::{ErrorRow, StartRule, slope};
 use crate::stability::{Bar, CASES};
 
@@ -195,6 +195,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             q0,
             v0,
             a0: entry.default_acceleration(),
+            begin: Begin::default(),
         };
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();

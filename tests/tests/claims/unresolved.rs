@@ -1,0 +1,106 @@
+//! A force that is switched between two nodes leaves no trace in the rows: the step says so, and only then.
+
+use dsocs_core::{Flow, Real, Start, Stepper, TaylorFlow, Tolerance, dsocs};
+
+/// A pendulum with dry friction in its joint, a switch of the width `1/k` in the velocity.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+    external_forces = (-mu * switch(k * dot(theta)),);
+}]
+struct Joint {
+    k: f64,
+    mu: f64,
+}
+
+/// A switch from −1 to 1.
+fn switch<R: Real>(x: R) -> R {
+    x.tanh()
+}
+
+/// A ball that is pushed back by a stiff wall.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = (-push * (1 + switch(k * (x - 1))),);
+}]
+struct Wall {
+    k: f64,
+    push: f64,
+}
+
+const UNTIL: f64 = 8.0;
+
+/// How many steps are said to be too long, and the error at the end.
+fn run(joint: &Joint, h: f64) -> (u64, f64) {
+    let start = Start::second_order([1.5], [0.0]);
+    let exact = TaylorFlow::new(joint, start, Tolerance::relative(1e-10)).unwrap();
+    let exact = { exact }.to(UNTIL).unwrap().q[0];
+    let mut flow = Flow::new(joint, h, start).unwrap();
+    while flow.time() < UNTIL - h / 2.0 {
+        flow.advance().unwrap();
+    }
+    let steps = flow.unresolved().map_or(0, |unresolved| unresolved.steps);
+    (steps, (flow.position()[0] - exact).abs())
+}
+
+#[test]
+fn a_switch_between_two_nodes_is_told() {
+    // four times the velocity changes its sign, and friction with it
+    for h in [0.1, 0.05, 0.025] {
+        let (steep, [resolved, soft]) = (
+            run(&Joint { k: 500.0, mu: 0.2 }, h),
+            [5.0, 2.0].map(|k| run(&Joint { k, mu: 0.2 }, h)),
+        );
+        println!("h = {h}: k = 500 {steep:?}, k = 5 {resolved:?}, k = 2 {soft:?}");
+        assert!((1..=8).contains(&steep.0), "{steep:?}");
+        assert_eq!([resolved.0, soft.0], [0, 0]);
+    }
+    // it is what costs the order, and steps that fall into the switch do not
+    let (coarse, fine) = (
+        run(&Joint { k: 50.0, mu: 0.2 }, 0.1),
+        run(&Joint { k: 50.0, mu: 0.2 }, 0.0125),
+    );
+    assert!(coarse.0 > 0 && fine.0 == 0, "{coarse:?} {fine:?}");
+    // a friction that hardly matters is no reason
+    assert_eq!(run(&Joint { k: 500.0, mu: 1e-3 }, 0.1).0, 0);
+}
+
+#[test]
+fn the_first_step_of_a_switch_is_named() {
+    let joint = Joint { k: 500.0, mu: 0.2 };
+    let mut flow = Flow::new(&joint, 0.1, Start::second_order([1.5], [0.0])).unwrap();
+    let mut turned = None;
+    while flow.time() < UNTIL {
+        let before = flow.leg().d[0];
+        flow.advance().unwrap();
+        let after = flow.leg().d[0];
+        if before * after < 0.0 && flow.index() > 3 {
+            turned.get_or_insert((flow.index() - 1) as f64 * 0.1);
+        }
+    }
+    let unresolved = flow.unresolved().unwrap();
+    assert!(
+        (unresolved.first - turned.unwrap()).abs() < 1e-12,
+        "{unresolved:?} {turned:?}"
+    );
+    assert!(
+        unresolved.largest > 0.1 && unresolved.largest <= 1.0,
+        "{unresolved:?}"
+    );
+}
+
+/// A switch in the position, which the motion passes within a step; and one that is as long as several.
+#[test]
+fn a_wall_is_a_switch_too() {
+    let run = |k: f64| {
+        let wall = Wall { k, push: 0.5 };
+        let mut flow = Flow::new(&wall, 0.1, Start::second_order([0.0], [1.0])).unwrap();
+        while flow.time() < 3.0 {
+            flow.advance().unwrap();
+        }
+        flow.unresolved().map(|unresolved| unresolved.steps)
+    };
+    assert!(run(1000.0).is_some_and(|steps| steps >= 1));
+    assert_eq!(run(2.0), None);
+}
