@@ -39,7 +39,7 @@ mod destination;
 pub mod dsocs;
 mod energy;
 mod error;
-mod expression;
+pub(crate) mod expression;
 mod input;
 mod interrupt;
 mod label;
@@ -61,6 +61,8 @@ mod report;
 mod run;
 mod stability;
 mod start;
+#[cfg(feature = "sweep")]
+mod sweep;
 mod table;
 mod terminal;
 
@@ -91,6 +93,9 @@ enum Command {
     Stability(stability::StabilityArguments),
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
     Check(check::CheckArguments),
+    /// Run a plan of many runs, here or as a task of a scheduler
+    #[cfg(feature = "sweep")]
+    Sweep(sweep::SweepArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
     /// Write completions for a shell to standard output
@@ -106,6 +111,8 @@ impl Command {
             Self::Run(arguments) => run::run(arguments, program),
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
+            #[cfg(feature = "sweep")]
+            Self::Sweep(arguments) => sweep::sweep(arguments, program),
             Self::List(arguments) => list::list(arguments, program),
             Self::Completions(arguments) => manual::completions(arguments, program),
             Self::Man(arguments) => manual::man(arguments, program),
