@@ -45,6 +45,8 @@ mod interrupt;
 mod label;
 mod list;
 mod manual;
+#[cfg(feature = "sweep")]
+mod map;
 mod moments;
 mod motion;
 #[cfg(feature = "dsocs")]
@@ -78,11 +80,17 @@ pub use error::CliError;
 /// Discrete second order constrained Lagrangian systems: single runs, checks, the list of systems.
 #[derive(Debug, Parser)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
+#[cfg_attr(not(feature = "sweep"), command(after_help = NO_SWEEP))]
 struct Arguments {
     /// What to do.
     #[command(subcommand)]
     command: Command,
 }
+
+/// What is said of commands that are not there.
+#[cfg(not(feature = "sweep"))]
+const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plot`): build with the feature `sweep` of dsocs-systems, \
+    `cargo run --release --features sweep -- sweep --help`";
 
 /// What every program does.
 #[derive(Debug, Subcommand)]
@@ -96,6 +104,9 @@ enum Command {
     /// Run a plan of many runs, here or as a task of a scheduler
     #[cfg(feature = "sweep")]
     Sweep(sweep::SweepArguments),
+    /// Draw a sweep: a map over two quantities that vary, curves over one
+    #[cfg(feature = "sweep")]
+    Plot(map::MapArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
     /// Write completions for a shell to standard output
@@ -113,6 +124,8 @@ impl Command {
             Self::Check(arguments) => check::check(arguments, program),
             #[cfg(feature = "sweep")]
             Self::Sweep(arguments) => sweep::sweep(arguments, program),
+            #[cfg(feature = "sweep")]
+            Self::Plot(arguments) => map::plot(arguments),
             Self::List(arguments) => list::list(arguments, program),
             Self::Completions(arguments) => manual::completions(arguments, program),
             Self::Man(arguments) => manual::man(arguments, program),

@@ -65,7 +65,7 @@ impl Points {
         for (dimension, axis) in (0_u64..).zip(&self.axes) {
             out.push(match self.sample {
                 None => axis.values.nth(point / axis.stride % axis.values.count().unwrap_or(1)),
-                Some(sample) => axis.values.at(sample.place(point, dimension)),
+                Some(sample) => axis.values.at(sample.place(point, dimension), 1.0),
             });
         }
     }
@@ -109,25 +109,25 @@ impl Values {
             Self::List(list) => list.get(place as usize).copied().unwrap_or(f64::NAN),
             Self::Range { from, count, .. } => match count.unwrap_or(1) {
                 1 => *from,
-                count => self.at(place as f64 / (count - 1) as f64),
+                count => self.at(place as f64, (count - 1) as f64),
             },
         }
     }
 
-    /// The value at a part of the range, or the item of the list that stands there.
+    /// The value at `place` of `last`, or the item of the list that stands there.
     #[allow(clippy::float_cmp)] // the ends are met exactly
-    fn at(&self, part: f64) -> f64 {
+    fn at(&self, place: f64, last: f64) -> f64 {
         match *self {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a place in the list
-            Self::List(ref list) => list[((part * list.len() as f64) as usize).min(list.len() - 1)],
-            Self::Range { to, .. } if part == 1.0 => to,
+            Self::List(ref list) => list[((place / last * list.len() as f64) as usize).min(list.len() - 1)],
+            Self::Range { to, .. } if place == last => to,
             Self::Range {
                 from,
                 to,
                 logarithmic: true,
                 ..
-            } => from * (to / from).powf(part),
-            Self::Range { from, to, .. } => from * (1.0 - part) + to * part,
+            } => from * (to / from).powf(place / last),
+            Self::Range { from, to, .. } => from + (to - from) * place / last,
         }
     }
 }
