@@ -7,14 +7,19 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use dsocs_systems::systems;
 use dsocs_systems::sweep::{Content, Options, Plan, Sweep, status};
+use dsocs_systems::systems;
 
 /// The command with these arguments, without what a scheduler may have set.
 fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dsocs"));
     command.args(arguments).current_dir(folder);
-    for name in ["SLURM_ARRAY_TASK_ID", "SLURM_PROCID", "JOB_COMPLETION_INDEX", "PMI_RANK"] {
+    for name in [
+        "SLURM_ARRAY_TASK_ID",
+        "SLURM_PROCID",
+        "JOB_COMPLETION_INDEX",
+        "PMI_RANK",
+    ] {
         command.env_remove(name);
     }
     command
@@ -22,7 +27,11 @@ fn dsocs(folder: &Path, arguments: &[&str]) -> Command {
 
 /// Standard output and standard error of a command that succeeds.
 fn succeeds(command: &mut Command) -> [String; 2] {
-    let Output { status, stdout, stderr } = command.output().unwrap();
+    let Output {
+        status,
+        stdout,
+        stderr,
+    } = command.output().unwrap();
     let [stdout, stderr] = [stdout, stderr].map(|text| String::from_utf8(text).unwrap());
     assert!(status.success(), "{stderr}");
     [stdout, stderr]
@@ -106,7 +115,16 @@ fn shards_and_threads_do_not_change_a_byte() {
             let (folder, out) = with(RICH);
             for shard in 1..=shards {
                 let share = format!("{shard}/{shards}");
-                let arguments = ["sweep", "plan.toml", "--out", "sweep", "--threads", threads, "--shard", &share];
+                let arguments = [
+                    "sweep",
+                    "plan.toml",
+                    "--out",
+                    "sweep",
+                    "--threads",
+                    threads,
+                    "--shard",
+                    &share,
+                ];
                 succeeds(&mut dsocs(folder.path(), &arguments));
                 assert_eq!(status(&out).unwrap().missing.is_empty(), shard == shards);
             }
@@ -133,7 +151,12 @@ fn a_point_is_the_run_that_the_command_line_makes() {
     // the last rows of `dsocs run`, whose numbers read back the same
     let last = |arguments: &[&str]| -> Vec<f64> {
         let [csv, _] = succeeds(&mut dsocs(folder.path(), arguments));
-        csv.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect()
+        csv.lines()
+            .last()
+            .unwrap()
+            .split(',')
+            .map(|field| field.parse().unwrap())
+            .collect()
     };
     let numbers = |plan: &str, names: &[&str]| {
         let out = tempfile::tempdir().unwrap();
@@ -141,12 +164,21 @@ fn a_point_is_the_run_that_the_command_line_makes() {
         sweep.run(out.path(), &Options::default()).unwrap();
         Content::open(out.path()).unwrap().numbers(names).unwrap()
     };
-    for (method, option) in [("", &[][..]), ("order = 4", &["--order", "4"]), ("tolerance = 1e-9", &["--tolerance", "1e-9"])] {
+    for (method, option) in [
+        ("", &[][..]),
+        ("order = 4", &["--order", "4"]),
+        ("tolerance = 1e-9", &["--tolerance", "1e-9"]),
+    ] {
         let plan = format!(
             "system = \"pendulum\"\nuntil = 5\n{method}\n[set]\nrho = 3\n[vary]\ntheta = [0.25, 0.5]\nchi = [100, 50]\n[keep]\nend = [\"t\", \"theta\", \"v_psi\", \"energy\", \"lyapunov\"]"
         );
-        let found = numbers(&plan, &["end_t", "end_theta", "end_v_psi", "end_energy", "end_lyapunov"]);
-        let run = ["run", "pendulum", "--until", "5", "--set", "rho=3", "--set", "chi=50", "--q0", "0.25,0"];
+        let found = numbers(
+            &plan,
+            &["end_t", "end_theta", "end_v_psi", "end_energy", "end_lyapunov"],
+        );
+        let run = [
+            "run", "pendulum", "--until", "5", "--set", "rho=3", "--set", "chi=50", "--q0", "0.25,0",
+        ];
         let columns = ["--columns", "t,theta,v_psi,energy,lyapunov"];
         let expected = last(&[&run[..], &columns, option].concat());
         let found: Vec<f64> = found.iter().map(|column| column[1]).collect();
@@ -156,7 +188,16 @@ fn a_point_is_the_run_that_the_command_line_makes() {
     fs::write(folder.path().join("held.csv"), "0,2\n1,5\n").unwrap();
     let plan = "system = \"pendulum\"\nuntil = 3\n[input]\nrho = [[0, 2]]\n[vary]\n\"rho@1\" = [3, 5]\n[keep]\nend = [\"theta\", \"dissipation\"]";
     let found = numbers(plan, &["end_theta", "end_dissipation"]);
-    let run = ["run", "pendulum", "--until", "3", "--input", "rho=held.csv", "--columns", "theta"];
+    let run = [
+        "run",
+        "pendulum",
+        "--until",
+        "3",
+        "--input",
+        "rho=held.csv",
+        "--columns",
+        "theta",
+    ];
     assert_eq!(found[0][1], last(&run)[0]);
     assert!(found[0][0] != found[0][1]);
 }
@@ -167,16 +208,32 @@ fn events_extremes_and_nodes_are_kept() {
         "system = \"planar-pendulum\"\nuntil = 10\n[start]\nq0 = [0.6, -0.8]\nv0 = [0, 0]\n[vary]\ngravity = [9.81, 1]\n[keep]\nend = [\"t\", \"x\"]\nextremes = [\"x\"]\nnodes = { every = 100 }\n\
          [[event]]\nname = \"down\"\nquantity = \"x\"\n[[event]]\nname = \"third\"\nquantity = \"t\"\nvalue = 3.005\nends = true",
     );
-    succeeds(&mut dsocs(folder.path(), &["sweep", "plan.toml", "--out", "sweep"]));
-    let names = ["count_down", "first_down", "end_t", "least_x", "greatest_x", "end_x"];
+    succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "sweep"],
+    ));
+    let names = [
+        "count_down",
+        "first_down",
+        "end_t",
+        "least_x",
+        "greatest_x",
+        "end_x",
+    ];
     let found = Content::open(&out).unwrap().numbers(&names).unwrap();
     // a quarter of the period of a swing of 0.6435 rad
     assert!((found[1][0] - 0.5149).abs() < 1e-3, "{found:?}");
     assert_eq!(found[0][0], 3.0);
     assert!((found[2][0] - 3.005).abs() < 1e-12);
-    assert!(found[3][0] < -0.59 && found[4][0] <= 0.6 + 1e-12 && found[4][0] > 0.599, "{found:?}");
+    assert!(
+        found[3][0] < -0.59 && found[4][0] <= 0.6 + 1e-12 && found[4][0] > 0.599,
+        "{found:?}"
+    );
     assert!(found[5][0].abs() < 0.6);
-    let nodes = tables(&out).into_keys().filter(|name| name.starts_with("nodes/")).count();
+    let nodes = tables(&out)
+        .into_keys()
+        .filter(|name| name.starts_with("nodes/"))
+        .count();
     assert_eq!(nodes, 2);
 }
 
@@ -185,32 +242,74 @@ fn a_run_that_fails_is_a_row() {
     let (folder, out) = with(
         "system = \"pendulum\"\nuntil = 1\n[start]\nq0 = [0.5, 0]\n[vary]\nv_psi = [0, 0.5]\n[keep]\nend = [\"theta\"]",
     );
-    let [_, told] = succeeds(&mut dsocs(folder.path(), &["sweep", "plan.toml", "--out", "sweep"]));
+    let [_, told] = succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "sweep"],
+    ));
     assert!(told.contains("2 points of 2, 1 failed"), "{told}");
     let status = status(&out).unwrap();
-    assert_eq!(status.failed.into_iter().collect::<Vec<_>>(), [("no-acceleration".to_owned(), 1)]);
+    assert_eq!(
+        status.failed.into_iter().collect::<Vec<_>>(),
+        [("no-acceleration".to_owned(), 1)]
+    );
     let theta = Content::open(&out).unwrap().numbers(&["end_theta"]).unwrap();
     assert!(theta[0][0].is_nan() && theta[0][1].is_finite());
-    let [told, _] = succeeds(&mut dsocs(folder.path(), &["sweep", "--status", "--out", "sweep"]));
-    assert_eq!(told, "2 points in 2 parts\nmissing: 0\nfailed: 1 point (no-acceleration)\n");
+    let [told, _] = succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "--status", "--out", "sweep"],
+    ));
+    assert_eq!(
+        told,
+        "2 points in 2 parts\nmissing: 0\nfailed: 1 point (no-acceleration)\n"
+    );
 }
 
 #[test]
 fn names_that_there_are_not_are_refused_before_anything_begins() {
     for (plan, expected) in [
-        ("system = \"pendulun\"\n[vary]\ntheta = [1]", "did you mean `pendulum`?"),
+        (
+            "system = \"pendulun\"\n[vary]\ntheta = [1]",
+            "did you mean `pendulum`?",
+        ),
         ("[vary]\ntheta = [1]", "system: which one?"),
-        ("system = \"pendulum\"\n[vary]\ntheto = [1]", "vary: there is no start or parameter `theto` (did you mean `theta`?)"),
-        ("system = \"pendulum\"\n[vary]\nv_ps = [1]", "did you mean `v_psi`?"),
-        ("system = \"pendulum\"\n[set]\nrhoo = 1\n[vary]\ntheta = [1]", "set.rhoo: there is no parameter `rhoo` (did you mean `rho`?)"),
-        ("system = \"pendulum\"\n[vary]\n\"rhoo@1\" = [1]", "did you mean `rho`?"),
-        ("system = \"pendulum\"\n[vary]\ntheta = [1]\n[keep]\nend = [\"lyapunow\"]", "keep.end: there is no column `lyapunow` (did you mean `lyapunov`?)"),
-        ("system = \"pendulum\"\n[vary]\ntheta = [1]\n[[event]]\nquantity = \"lyapunow\"", "did you mean `lyapunov`?"),
-        ("system = \"pendulum\"\n[start]\nq0 = [1]\n[vary]\ntheta = [1]", "start.q0: 1 numbers, but there are 2 coordinates: theta, psi"),
-        ("system = \"pendulum\"\nuntil = -1\n[vary]\ntheta = [1]", "until: the end lies behind the start"),
+        (
+            "system = \"pendulum\"\n[vary]\ntheto = [1]",
+            "vary: there is no start or parameter `theto` (did you mean `theta`?)",
+        ),
+        (
+            "system = \"pendulum\"\n[vary]\nv_ps = [1]",
+            "did you mean `v_psi`?",
+        ),
+        (
+            "system = \"pendulum\"\n[set]\nrhoo = 1\n[vary]\ntheta = [1]",
+            "set.rhoo: there is no parameter `rhoo` (did you mean `rho`?)",
+        ),
+        (
+            "system = \"pendulum\"\n[vary]\n\"rhoo@1\" = [1]",
+            "did you mean `rho`?",
+        ),
+        (
+            "system = \"pendulum\"\n[vary]\ntheta = [1]\n[keep]\nend = [\"lyapunow\"]",
+            "keep.end: there is no column `lyapunow` (did you mean `lyapunov`?)",
+        ),
+        (
+            "system = \"pendulum\"\n[vary]\ntheta = [1]\n[[event]]\nquantity = \"lyapunow\"",
+            "did you mean `lyapunov`?",
+        ),
+        (
+            "system = \"pendulum\"\n[start]\nq0 = [1]\n[vary]\ntheta = [1]",
+            "start.q0: 1 numbers, but there are 2 coordinates: theta, psi",
+        ),
+        (
+            "system = \"pendulum\"\nuntil = -1\n[vary]\ntheta = [1]",
+            "until: the end lies behind the start",
+        ),
     ] {
         let (folder, out) = with(plan);
-        let (status, message) = fails(&mut dsocs(folder.path(), &["sweep", "plan.toml", "--out", "sweep"]));
+        let (status, message) = fails(&mut dsocs(
+            folder.path(),
+            &["sweep", "plan.toml", "--out", "sweep"],
+        ));
         assert!(status == 2 && message.contains(expected), "{plan}: {message}");
         assert!(!out.exists());
     }
@@ -220,15 +319,29 @@ fn names_that_there_are_not_are_refused_before_anything_begins() {
 fn another_plan_is_refused_in_the_same_folder() {
     let (folder, out) = with("system = \"particle\"\nuntil = 1\n[vary]\nx = [1, 2]");
     let sweep = ["sweep", "plan.toml", "--out", "sweep"];
-    let (status, message) = fails(&mut dsocs(folder.path(), &["sweep", "--status", "--out", "sweep"]));
+    let (status, message) = fails(&mut dsocs(
+        folder.path(),
+        &["sweep", "--status", "--out", "sweep"],
+    ));
     assert!(status == 2 && message.contains("holds no sweep"), "{message}");
     succeeds(&mut dsocs(folder.path(), &sweep));
     let before = tables(&out);
-    fs::write(folder.path().join("plan.toml"), "system = \"particle\"\nuntil = 2\n[vary]\nx = [1, 2]").unwrap();
+    fs::write(
+        folder.path().join("plan.toml"),
+        "system = \"particle\"\nuntil = 2\n[vary]\nx = [1, 2]",
+    )
+    .unwrap();
     let (status, message) = fails(&mut dsocs(folder.path(), &sweep));
-    assert!(status == 2 && message.contains("plan.until is 1.0 there and 2.0 here"), "{message}");
+    assert!(
+        status == 2 && message.contains("plan.until is 1.0 there and 2.0 here"),
+        "{message}"
+    );
     // the same plan, written otherwise
-    fs::write(folder.path().join("plan.toml"), "until = \"2/2\" # s\nsystem = \"particle\"\n[vary]\nx = [1.0, 2]").unwrap();
+    fs::write(
+        folder.path().join("plan.toml"),
+        "until = \"2/2\" # s\nsystem = \"particle\"\n[vary]\nx = [1.0, 2]",
+    )
+    .unwrap();
     let [_, told] = succeeds(&mut dsocs(folder.path(), &sweep));
     assert!(told.contains("0 points of 2"), "{told}");
     assert!(before == tables(&out));
@@ -241,7 +354,9 @@ fn a_scheduler_tells_its_tasks() {
     for (task, last) in [("4", false), ("7", false), ("5", false), ("6", true)] {
         let mut command = dsocs(folder.path(), &sweep);
         command.env("SLURM_ARRAY_TASK_ID", task);
-        command.env("SLURM_ARRAY_TASK_MIN", "4").env("SLURM_ARRAY_TASK_MAX", "7");
+        command
+            .env("SLURM_ARRAY_TASK_MIN", "4")
+            .env("SLURM_ARRAY_TASK_MAX", "7");
         let [_, told] = succeeds(&mut command);
         assert!(told.contains("/4, by SLURM_ARRAY_TASK_ID"), "{told}");
         assert_eq!(status(&out).unwrap().missing.is_empty(), last);
@@ -275,7 +390,10 @@ fn twenty_kills_change_nothing() {
     let (mut kills, mut chance) = (0, 0x2545_F491_4F6C_DD1D_u64);
     while kills < 20 {
         let before = written(&out);
-        let mut child = dsocs(folder.path(), &sweep).stderr(Stdio::null()).spawn().unwrap();
+        let mut child = dsocs(folder.path(), &sweep)
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         chance ^= chance << 13;
         chance ^= chance >> 7;
         chance ^= chance << 17;
@@ -285,7 +403,12 @@ fn twenty_kills_change_nothing() {
         child.wait().unwrap();
         kills += 1;
         for (path, time) in before {
-            assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), time, "{} is written twice", path.display());
+            assert_eq!(
+                fs::metadata(&path).unwrap().modified().unwrap(),
+                time,
+                "{} is written twice",
+                path.display()
+            );
         }
     }
     let before = written(&out);
@@ -294,7 +417,10 @@ fn twenty_kills_change_nothing() {
     let after = written(&out);
     assert!(before.iter().all(|(path, time)| after[path] == *time));
     assert!(tables(&reference) == tables(&out));
-    let left: Vec<_> = fs::read_dir(out.join("points")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> = fs::read_dir(out.join("points"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert_eq!(left.len(), 40, "temporary files are gone: {left:?}");
 }
 
@@ -302,7 +428,12 @@ fn twenty_kills_change_nothing() {
 fn two_processes_on_one_shard_write_the_same() {
     let (folder, out) = with(LONG);
     let sweep = ["sweep", "plan.toml", "--out", "sweep", "--threads", "1"];
-    let start = || dsocs(folder.path(), &sweep).stderr(Stdio::null()).spawn().unwrap();
+    let start = || {
+        dsocs(folder.path(), &sweep)
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
     for mut child in [start(), start()] {
         assert!(child.wait().unwrap().success());
     }
@@ -323,13 +454,23 @@ fn an_interrupt_keeps_what_is_finished() {
         thread::sleep(Duration::from_millis(10));
     }
     thread::sleep(Duration::from_millis(200));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
     let output = child.wait_with_output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(130), "{told}");
     assert!(told.contains("the same command goes on from there"), "{told}");
     assert!(tables(&out).len() % 2 == 0, "a part is there in both tables");
-    child = dsocs(folder.path(), &["sweep", "--status", "--out", "sweep"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    child = dsocs(folder.path(), &["sweep", "--status", "--out", "sweep"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(1));
 }
 
@@ -344,7 +485,9 @@ impl Disk {
             .arg(place)
             .stderr(Stdio::null())
             .status();
-        mounted.is_ok_and(|status| status.success()).then(|| Self(place.to_owned()))
+        mounted
+            .is_ok_and(|status| status.success())
+            .then(|| Self(place.to_owned()))
     }
 }
 
@@ -364,13 +507,22 @@ fn a_full_disk_is_told_and_leaves_no_half_part() {
     let sweep = ["sweep", "plan.toml", "--out", "sweep", "--threads", "2"];
     let (status_of, told) = fails(&mut dsocs(folder.path(), &sweep));
     assert_eq!(status_of, 1);
-    assert!(told.contains("No space left on device") && told.contains("the same command goes on"), "{told}");
+    assert!(
+        told.contains("No space left on device") && told.contains("the same command goes on"),
+        "{told}"
+    );
     let (alone, reference) = with(LONG);
     succeeds(&mut dsocs(alone.path(), &sweep));
     let (all, some) = (tables(&reference), tables(&out));
     assert!(!some.is_empty() && some.len() < all.len());
-    assert!(some.iter().all(|(name, bytes)| all[name] == *bytes), "what is there is whole");
-    let larger = Command::new("mount").args(["-o", "remount,size=16m"]).arg(&disk.0).status();
+    assert!(
+        some.iter().all(|(name, bytes)| all[name] == *bytes),
+        "what is there is whole"
+    );
+    let larger = Command::new("mount")
+        .args(["-o", "remount,size=16m"])
+        .arg(&disk.0)
+        .status();
     assert!(larger.unwrap().success());
     succeeds(&mut dsocs(folder.path(), &sweep));
     assert!(all == tables(&out));
@@ -379,24 +531,52 @@ fn a_full_disk_is_told_and_leaves_no_half_part() {
 #[test]
 fn python_reads_the_folder_in_one_line() {
     let (folder, _) = with(RICH);
-    succeeds(&mut dsocs(folder.path(), &["sweep", "plan.toml", "--out", "sweep"]));
+    succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "sweep"],
+    ));
     for (module, line) in [
-        ("pyarrow", "import pyarrow.parquet as pq; t = pq.read_table('sweep/points'); print(t.num_rows, t['ended_by'].null_count, round(sum(t['theta'].to_pylist()), 9))"),
-        ("polars", "import polars as pl; t = pl.read_parquet('sweep/points/*.parquet'); print(t.height, t['ended_by'].null_count(), round(t['theta'].sum(), 9))"),
-        ("duckdb", "import duckdb; print(*duckdb.sql(\"select count(*), sum(cast(ended_by is null as int)), round(sum(theta), 9) from 'sweep/points/*.parquet'\").fetchone())"),
+        (
+            "pyarrow",
+            "import pyarrow.parquet as pq; t = pq.read_table('sweep/points'); print(t.num_rows, t['ended_by'].null_count, round(sum(t['theta'].to_pylist()), 9))",
+        ),
+        (
+            "polars",
+            "import polars as pl; t = pl.read_parquet('sweep/points/*.parquet'); print(t.height, t['ended_by'].null_count(), round(t['theta'].sum(), 9))",
+        ),
+        (
+            "duckdb",
+            "import duckdb; print(*duckdb.sql(\"select count(*), sum(cast(ended_by is null as int)), round(sum(theta), 9) from 'sweep/points/*.parquet'\").fetchall()[0])",
+        ),
     ] {
-        let python = |text: &str| Command::new("python3").args(["-c", text]).current_dir(folder.path()).output();
+        let python = |text: &str| {
+            Command::new("python3")
+                .args(["-c", text])
+                .current_dir(folder.path())
+                .output()
+        };
         if !python(&format!("import {module}")).is_ok_and(|output| output.status.success()) {
             eprintln!("skipped: Python has no {module}");
             continue;
         }
         let output = python(line).unwrap();
         let told = String::from_utf8(output.stdout).unwrap();
-        let theta = Content::open(&folder.path().join("sweep")).unwrap().numbers(&["theta"]).unwrap();
+        let theta = Content::open(&folder.path().join("sweep"))
+            .unwrap()
+            .numbers(&["theta"])
+            .unwrap();
         let sum: f64 = theta[0].iter().sum();
         let fields: Vec<&str> = told.split_whitespace().collect();
-        assert_eq!(fields[..2], ["64", "0"], "{module}: {told}{}", String::from_utf8_lossy(&output.stderr));
-        assert!((fields[2].parse::<f64>().unwrap() - sum).abs() < 1e-8, "{module}: {told}, {sum}");
+        assert_eq!(
+            fields[..2],
+            ["64", "0"],
+            "{module}: {told}{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        assert!(
+            (fields[2].parse::<f64>().unwrap() - sum).abs() < 1e-8,
+            "{module}: {told}, {sum}"
+        );
     }
 }
 
@@ -405,19 +585,37 @@ fn a_sweep_is_drawn() {
     let (folder, _) = with(
         "system = \"pendulum\"\nuntil = 5\n[vary]\ntheta = { from = -1, to = 1, count = 5 }\nv_psi = [0.1, 0.2, 0.5]\nrho = { from = 1, to = 100, count = 3, scale = \"logarithmic\" }\n[keep]\nend = [\"lyapunov\"]",
     );
-    succeeds(&mut dsocs(folder.path(), &["sweep", "plan.toml", "--out", "sweep"]));
+    succeeds(&mut dsocs(
+        folder.path(),
+        &["sweep", "plan.toml", "--out", "sweep"],
+    ));
     let drawn = |arguments: &[&str]| {
-        let [_, told] = succeeds(&mut dsocs(folder.path(), &[&["plot", "sweep", "--out", "x.svg"], arguments].concat()));
+        let [_, told] = succeeds(&mut dsocs(
+            folder.path(),
+            &[&["plot", "sweep", "--out", "x.svg"], arguments].concat(),
+        ));
         (fs::read_to_string(folder.path().join("x.svg")).unwrap(), told)
     };
     let (map, told) = drawn(&["--log"]);
     assert!(told.contains("rho = 10"), "{told}");
-    assert!(map.contains("data:image/png;base64,") && map.contains("lyapunov at the end [J]"), "{map}");
+    assert!(
+        map.contains("data:image/png;base64,") && map.contains("lyapunov at the end [J]"),
+        "{map}"
+    );
     assert!(map.contains(">θ [rad]<"), "{map}");
     let (curves, _) = drawn(&["--x", "rho", "--y", "none", "--at", "v_psi=0.19"]);
-    assert!(!curves.contains("<image") && curves.matches("<circle").count() == 3, "{curves}");
-    let (status, told) = fails(&mut dsocs(folder.path(), &["plot", "sweep", "--of", "end_lyapunow"]));
-    assert!(status == 2 && told.contains("did you mean `end_lyapunov`?"), "{told}");
+    assert!(
+        !curves.contains("<image") && curves.matches("<circle").count() == 3,
+        "{curves}"
+    );
+    let (status, told) = fails(&mut dsocs(
+        folder.path(),
+        &["plot", "sweep", "--of", "end_lyapunow"],
+    ));
+    assert!(
+        status == 2 && told.contains("did you mean `end_lyapunov`?"),
+        "{told}"
+    );
     let (status, told) = fails(&mut dsocs(folder.path(), &["plot", "sweep", "--x", "thet"]));
     assert!(status == 2 && told.contains("did you mean `theta`?"), "{told}");
 }
@@ -427,7 +625,9 @@ fn a_sweep_is_drawn() {
 fn the_recipe_for_slurm_runs() {
     let recipes = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");
     let has = |module: &str| {
-        let python = Command::new("python3").args(["-c", &format!("import {module}")]).output();
+        let python = Command::new("python3")
+            .args(["-c", &format!("import {module}")])
+            .output();
         python.is_ok_and(|output| output.status.success())
     };
     let mut command = Command::new(recipes.join("try-slurm.sh"));

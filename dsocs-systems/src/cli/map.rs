@@ -66,14 +66,21 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
     let mut file = OutputFile::create(&arguments.out)?;
     let (parts, there) = content.parts();
     if there < parts {
-        eprintln!("note: {} of {parts} parts are missing, and so are their points", parts - there);
+        eprintln!(
+            "note: {} of {parts} parts are missing, and so are their points",
+            parts - there
+        );
     }
     let (across, up) = axes(arguments, &content)?;
     let of = shown(arguments, &content);
     let data = Data::read(arguments, &content, &of, (across, up))?;
     let panels: Vec<Panel> = (0..of.len())
         .map(|place| match up {
-            Some(up) => data.map(place, [&content.axes()[across], &content.axes()[up]], arguments.log),
+            Some(up) => data.map(
+                place,
+                [&content.axes()[across], &content.axes()[up]],
+                arguments.log,
+            ),
             None => data.curve(place, &content.axes()[across], arguments.log),
         })
         .collect();
@@ -81,7 +88,10 @@ pub fn plot(arguments: &MapArguments) -> Result<(), CliError> {
     let [width, height] = if up.is_some() { MAP } else { CURVES };
     let rows = panels.len().div_ceil(columns);
     let picture = Figure {
-        size: [width * columns as f64, (height * rows as f64).max(MAP[1] - CURVES[1])],
+        size: [
+            width * columns as f64,
+            (height * rows as f64).max(MAP[1] - CURVES[1]),
+        ],
         columns,
         panels,
     }
@@ -130,7 +140,11 @@ fn shown(arguments: &MapArguments, content: &Content) -> Vec<String> {
     if !ends.is_empty() {
         return ends;
     }
-    let begins = |name: &&String| ["end_", "least_", "count_"].iter().any(|begin| name.starts_with(begin));
+    let begins = |name: &&String| {
+        ["end_", "least_", "count_"]
+            .iter()
+            .any(|begin| name.starts_with(begin))
+    };
     columns().filter(begins).take(PANELS).cloned().collect()
 }
 
@@ -178,7 +192,10 @@ impl Data {
             let given = arguments.at.iter().find(|(name, _)| *name == axis.name);
             let middle = there.get(there.len() / 2).copied().unwrap_or(f64::NAN);
             let wanted = given.map_or(middle, |&(_, value)| value);
-            let nearest = there.iter().copied().min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
+            let nearest = there
+                .iter()
+                .copied()
+                .min_by(|a, b| (a - wanted).abs().total_cmp(&(b - wanted).abs()));
             let Some(nearest) = nearest else { continue };
             if there.len() > 1 {
                 eprintln!("note: {} = {nearest}", axis.name);
@@ -189,7 +206,10 @@ impl Data {
         }
         let chosen = |column: &Vec<f64>| -> Vec<f64> {
             let values = column.iter().zip(&kept);
-            values.filter(|(_, kept)| **kept).map(|(value, _)| *value).collect()
+            values
+                .filter(|(_, kept)| **kept)
+                .map(|(value, _)| *value)
+                .collect()
         };
         let labels = of.iter().map(|name| named(name, content.unit(name)));
         Ok(Self {
@@ -244,8 +264,18 @@ impl Data {
         // the sum and the number of values, by the distinct places
         let size = [cuts[0].count, cuts[1].count];
         let mut sums = vec![(0.0, 0_u32); size[0] * size[1]];
-        for ((&x, &y), &value) in self.places[0].iter().zip(&self.places[1]).zip(&self.values[column]) {
-            let value = if log && value > 0.0 { value.ln() } else if log { f64::NAN } else { value };
+        for ((&x, &y), &value) in self.places[0]
+            .iter()
+            .zip(&self.places[1])
+            .zip(&self.values[column])
+        {
+            let value = if log && value > 0.0 {
+                value.ln()
+            } else if log {
+                f64::NAN
+            } else {
+                value
+            };
             if let (Some(i), Some(j), true) = (cuts[0].place(x), cuts[1].place(y), value.is_finite()) {
                 let (sum, count) = &mut sums[j * size[0] + i];
                 (*sum, *count) = (*sum + value, *count + 1);
@@ -254,7 +284,9 @@ impl Data {
         let mut values = Vec::with_capacity(cells[0] * cells[1]);
         for rows in &cuts[1].cells {
             for columns in &cuts[0].cells {
-                let places = rows.clone().flat_map(|j| columns.clone().map(move |i| j * size[0] + i));
+                let places = rows
+                    .clone()
+                    .flat_map(|j| columns.clone().map(move |i| j * size[0] + i));
                 let (sum, count) = places.fold((0.0, 0), |(sum, count), place| {
                     (sum + sums[place].0, count + sums[place].1)
                 });
@@ -301,14 +333,23 @@ impl Cut {
         let back = |x: f64| if logarithmic { x.exp() } else { x };
         let places: Vec<f64> = distinct.iter().map(|&x| scale(x)).collect();
         let gaps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let (first, last) = (places.first().copied().unwrap_or(0.0), places.last().copied().unwrap_or(1.0));
-        let mean = if count > 1 { (last - first) / (count - 1) as f64 } else { 1.0 };
+        let (first, last) = (
+            places.first().copied().unwrap_or(0.0),
+            places.last().copied().unwrap_or(1.0),
+        );
+        let mean = if count > 1 {
+            (last - first) / (count - 1) as f64
+        } else {
+            1.0
+        };
         let even = gaps.iter().all(|gap| (gap - mean).abs() < 1e-6 * mean.abs());
         let outer = |gap: Option<&f64>| gap.copied().unwrap_or(mean) / 2.0;
         let (from, to) = (first - outer(gaps.first()), last + outer(gaps.last()));
         let (cells, to): (Vec<Range<usize>>, f64) = if even {
             let each = count.div_ceil(CELLS).max(1);
-            let cells: Vec<_> = (0..count.div_ceil(each)).map(|cell| cell * each..((cell + 1) * each).min(count)).collect();
+            let cells: Vec<_> = (0..count.div_ceil(each))
+                .map(|cell| cell * each..((cell + 1) * each).min(count))
+                .collect();
             // the last cell is as wide as the others
             let to = from + (cells.len() * each) as f64 * mean;
             (cells, to)
@@ -317,9 +358,16 @@ impl Cut {
                 let x = from + (to - from) * (cell as f64 + 0.5) / UNEVEN as f64;
                 let after = places.partition_point(|&place| place < x).min(count - 1);
                 let before = after.saturating_sub(1);
-                if x - places[before] < places[after] - x { before } else { after }
+                if x - places[before] < places[after] - x {
+                    before
+                } else {
+                    after
+                }
             };
-            ((0..UNEVEN).map(nearest).map(|place| place..place + 1).collect(), to)
+            (
+                (0..UNEVEN).map(nearest).map(|place| place..place + 1).collect(),
+                to,
+            )
         };
         Self {
             distinct,
@@ -334,9 +382,11 @@ impl Cut {
     fn of_chance(values: &[f64], logarithmic: bool) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most a thousand
         let count = ((values.len() as f64 / 4.0).sqrt() as usize).clamp(4, 200);
-        let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[least, greatest], &x| {
-            [least.min(x), greatest.max(x)]
-        });
+        let ends = values
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, greatest], &x| {
+                [least.min(x), greatest.max(x)]
+            });
         let edges = if ends[0] < ends[1] { ends } else { [0.0, 1.0] };
         Self {
             distinct: Vec::new(),
@@ -379,7 +429,11 @@ fn axis(varied: &Varied) -> Axis {
 fn scaled(label: String, logarithmic: bool) -> Axis {
     Axis {
         label,
-        scale: if logarithmic { Scale::Logarithmic } else { Scale::Linear },
+        scale: if logarithmic {
+            Scale::Logarithmic
+        } else {
+            Scale::Linear
+        },
         ..Axis::default()
     }
 }

@@ -12,7 +12,11 @@ pub fn bar(length: u64, message: &str) -> ProgressBar {
 /// A bar for `length` units of work that says how many there are in a second.
 #[cfg(feature = "sweep")]
 pub fn counted(length: u64, message: &str) -> ProgressBar {
-    with("{msg:24} {wide_bar} {pos}/{len} {per_sec} {eta:>4}", length, message)
+    with(
+        "{msg:24} {wide_bar} {pos}/{len} {per_sec} {eta:>4}",
+        length,
+        message,
+    )
 }
 
 /// A bar that looks as the template says.

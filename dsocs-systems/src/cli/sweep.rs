@@ -1,6 +1,7 @@
 //! `sweep`: many runs by a plan, here or as a task of a scheduler.
 
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
@@ -30,7 +31,7 @@ pub struct SweepArguments {
     /// How many tasks there are, where the scheduler does not tell its tasks (PBS, Kubernetes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     shards: Option<u64>,
-    /// On how many threads [default: all that there are; in a shard SLURM_CPUS_PER_TASK, or 1]
+    /// On how many threads [default: all that there are; in a shard `SLURM_CPUS_PER_TASK`, or 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
@@ -90,7 +91,11 @@ pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliErr
         plural(threads as u64),
         report.missing,
         report.parts,
-        if shard.count() > 1 { format!(" (this was shard {shard})") } else { String::new() },
+        if shard.count() > 1 {
+            format!(" (this was shard {shard})")
+        } else {
+            String::new()
+        },
     );
     if report.stopped && report.missing > 0 {
         return Err(CliError::Stopped {
@@ -131,20 +136,21 @@ fn threads(shard: &Shard) -> usize {
 
 /// Says what is missing.
 fn tell(status: &Status) -> Result<(), CliError> {
-    use std::io::Write;
-    let mut text = format!("{} points in {} parts\n", status.points, status.parts);
     let missing = &status.missing;
-    text += &format!("missing: {}", missing.len());
-    if !missing.is_empty() {
-        let shown: Vec<String> = missing.iter().take(SHOWN).map(u64::to_string).collect();
-        let more = if missing.len() > SHOWN { ", …" } else { "" };
-        text += &format!(" (part{} {}{more})", plural(missing.len() as u64), shown.join(", "));
-    }
-    text += "\n";
-    for (error, count) in &status.failed {
-        text += &format!("failed: {count} point{} ({error})\n", plural(*count));
-    }
-    std::io::stdout().write_all(text.as_bytes()).map_err(CliError::stdout)?;
+    let shown: Vec<String> = missing.iter().take(SHOWN).map(u64::to_string).collect();
+    let which = match (missing.len(), shown.join(", ")) {
+        (0, _) => String::new(),
+        (1, one) => format!(" (part {one})"),
+        (2..=SHOWN, all) => format!(" (parts {all})"),
+        (_, first) => format!(" (parts {first}, …)"),
+    };
+    let mut lines = vec![
+        format!("{} points in {} parts", status.points, status.parts),
+        format!("missing: {}{which}", missing.len()),
+    ];
+    let failed = status.failed.iter();
+    lines.extend(failed.map(|(error, count)| format!("failed: {count} point{} ({error})", plural(*count))));
+    writeln!(std::io::stdout(), "{}", lines.join("\n")).map_err(CliError::stdout)?;
     if missing.is_empty() {
         Ok(())
     } else {

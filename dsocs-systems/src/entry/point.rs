@@ -179,7 +179,9 @@ fn pass<const N: usize>(
         let node = run.node();
         if nodes {
             // parameters have the values of now
-            show(run.view(), &node, &mut observed, &mut |row| sink(Shown::Node(row)));
+            show(run.view(), &node, &mut observed, &mut |row| {
+                sink(Shown::Node(row));
+            });
         }
         if (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
             return Ok(None);
@@ -202,7 +204,9 @@ struct Looker<'l, const N: usize> {
 impl<const N: usize> Observer<N> for Looker<'_, N> {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
         if self.nodes {
-            show(self.view, node, self.observed, &mut |row| (self.sink)(Shown::Node(row)));
+            show(self.view, node, self.observed, &mut |row| {
+                (self.sink)(Shown::Node(row));
+            });
         }
         ControlFlow::Continue(())
     }
@@ -241,6 +245,7 @@ fn events<'e, const N: usize>(watched: &[Watched], system: &'e dyn View<N>) -> E
 }
 
 /// A stable word for why a run ended early, for tables.
+#[must_use]
 pub fn code(failure: &RunFailure) -> &'static str {
     use dsocs_core::{SetupError, StepFailure};
     let step = |failure: Option<StepFailure>, other| match failure {

@@ -40,7 +40,7 @@ const CORNER: f64 = 14.0;
 
 /// Width of the space between a map and its bar of colours, of the bar, and of its ticks' labels with its own, in pixels.
 #[cfg(feature = "sweep")]
-const BAR: [f64; 3] = [14.0, 16.0, 84.0];
+const BAR: [f64; 3] = [14.0, 16.0, 72.0];
 
 /// The colour of axes and their ticks.
 const AXES: &str = "#000000";
@@ -236,7 +236,11 @@ impl<'p> Axes<'p> {
         };
         let [across, up] = shown.cells.map(|count| count as f64);
         svg.clipped(&self.area, |svg| {
-            svg.picture(&place, &shown.picture(), across < place.width && up < place.height);
+            svg.picture(
+                &place,
+                &shown.picture(),
+                across < place.width && up < place.height,
+            );
         });
         let [space, width, beside] = BAR;
         let bar = Area {

@@ -51,7 +51,11 @@ impl HeatMap {
         if let Some([from, to]) = self.colours.range {
             return (from, to);
         }
-        let shown = self.values.iter().copied().filter(|&value| self.colours.shows(value));
+        let shown = self
+            .values
+            .iter()
+            .copied()
+            .filter(|&value| self.colours.shows(value));
         let (least, greatest) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
             (least.min(value), greatest.max(value))
         });
@@ -76,7 +80,8 @@ impl HeatMap {
         };
         // a picture begins at the top
         let rows = self.values.chunks(across.max(1)).rev();
-        picture([across, up], rows.flatten().map(colour).collect())
+        let pixels: Vec<u8> = rows.flatten().map(colour).collect();
+        picture([across, up], &pixels)
     }
 }
 
@@ -88,7 +93,8 @@ fn number(part: f64) -> u8 {
 
 /// The picture of all colours, the last one at the top.
 pub(super) fn bar() -> String {
-    picture([1, usize::from(COLOURS)], (0..COLOURS).rev().collect())
+    let pixels: Vec<u8> = (0..COLOURS).rev().collect();
+    picture([1, usize::from(COLOURS)], &pixels)
 }
 
 /// The range, and its scale, of a bar of colours.
@@ -97,9 +103,9 @@ pub(super) fn scale(map: &HeatMap) -> (Scale, (f64, f64)) {
 }
 
 /// A picture of colours as an address that holds it whole. Empty if it cannot be made, as of no cells.
-fn picture([width, height]: [usize; 2], pixels: Vec<u8>) -> String {
+fn picture([width, height]: [usize; 2], pixels: &[u8]) -> String {
     let mut address = String::new();
-    if let Some(png) = encoded([width, height], &pixels) {
+    if let Some(png) = encoded([width, height], pixels) {
         // writing to a string does not fail
         let _ = write!(address, "data:image/png;base64,{}", BASE64_STANDARD.encode(png));
     }
@@ -154,8 +160,12 @@ mod tests {
         };
         assert_eq!(map.range(), (1.0, 1000.0));
         let png = map.picture();
-        let bytes = BASE64_STANDARD.decode(png.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let bytes = BASE64_STANDARD
+            .decode(png.strip_prefix("data:image/png;base64,").unwrap())
+            .unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
         let mut pixels = vec![0; 4 * 3];
         reader.next_frame(&mut pixels).unwrap();
         // the upper row first: nothing, the last colour; then the first one and that of a third

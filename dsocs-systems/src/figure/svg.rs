@@ -196,7 +196,9 @@ impl Svg {
     /// A picture that fills an area; its pixels have sharp edges if they are larger than those of the screen.
     #[cfg(feature = "sweep")]
     pub(super) fn picture(&mut self, area: &Area, address: &str, sharp: bool) {
-        let rendering = if sharp { " image-rendering=\"pixelated\"" } else { "" };
+        // the older word for those that do not know the newer one
+        let rendering = " style=\"image-rendering:optimizeSpeed;image-rendering:pixelated\"";
+        let rendering = if sharp { rendering } else { "" };
         self.add(format_args!(
             "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\"{rendering} href=\"{address}\"/>",
             number(area.left),

@@ -41,7 +41,9 @@ impl Which {
 impl Folder {
     /// A folder, which need not be there yet.
     pub fn new(path: &Path) -> Self {
-        Self { path: path.to_owned() }
+        Self {
+            path: path.to_owned(),
+        }
     }
 
     /// Where it is.
@@ -99,7 +101,9 @@ impl Folder {
 
     /// The file of a part.
     pub fn part(&self, which: Which, part: u64) -> PathBuf {
-        self.path.join(which.name()).join(format!("part-{part:06}.parquet"))
+        self.path
+            .join(which.name())
+            .join(format!("part-{part:06}.parquet"))
     }
 
     /// Whether a part is there, in all tables.
@@ -124,7 +128,11 @@ impl Folder {
     /// Takes temporary files away that processes left which were killed. A process that is still writing one has a part in the making
     /// that is there already.
     pub fn tidy(&self, tables: &[Which]) {
-        for folder in tables.iter().map(|which| self.path.join(which.name())).chain([self.path.clone()]) {
+        for folder in tables
+            .iter()
+            .map(|which| self.path.join(which.name()))
+            .chain([self.path.clone()])
+        {
             for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
                 let name = entry.file_name();
                 let name = name.to_string_lossy();

@@ -186,10 +186,19 @@ impl Sweep {
         let mut entry = match (&plan.system, &entries[..]) {
             (Some(name), _) => match entries.iter().find(|entry| entry.name() == name) {
                 Some(entry) => entry.copy(),
-                None => return Err(SweepError::unknown("system", UnknownName::new("system", name, known()))),
+                None => {
+                    return Err(SweepError::unknown(
+                        "system",
+                        UnknownName::new("system", name, known()),
+                    ));
+                }
             },
             (None, [entry]) => entry.copy(),
-            (None, _) => return Err(SweepError::Which { known: known().collect() }),
+            (None, _) => {
+                return Err(SweepError::Which {
+                    known: known().collect(),
+                });
+            }
         };
         let (setting, told) = Setting::new(plan, &mut entry)?;
         let columns = |place: usize| -> Vec<&str> {
@@ -239,7 +248,9 @@ impl Sweep {
     pub fn open_points(&self, folder: &Path, shard: &Shard) -> u64 {
         let open = self.open(&Folder::new(folder), shard);
         let setting = &self.setting;
-        open.iter().map(|&part| setting.points_of(part).count() as u64).sum()
+        open.iter()
+            .map(|&part| setting.points_of(part).count() as u64)
+            .sum()
     }
 
     /// Computes the parts of a shard that are not in the folder yet, which is made if there is none.
@@ -321,7 +332,9 @@ impl Sweep {
             return Err(error);
         }
         report.parts = self.parts();
-        report.missing = (0..self.parts()).filter(|&part| !folder.has(tables, part)).count() as u64;
+        report.missing = (0..self.parts())
+            .filter(|&part| !folder.has(tables, part))
+            .count() as u64;
         report.stopped = stopped();
         if report.missing == 0 {
             folder.tidy(tables);
@@ -386,16 +399,26 @@ fn numeric_mode() -> String {
 fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
     match (there, here) {
         (Value::Object(there), Value::Object(here)) => {
-            let keys = there.keys().chain(here.keys().filter(|key| !there.contains_key(*key)));
+            let keys = there
+                .keys()
+                .chain(here.keys().filter(|key| !there.contains_key(*key)));
             // what the plan says comes before what follows from it
             let last = |key: &&String| !["plan", "version", "numeric_mode"].contains(&key.as_str());
             let (first, rest): (Vec<_>, Vec<_>) = keys
                 .filter(|key| *key != "hash")
                 .partition(|key| !at.is_empty() || !last(key));
             first.into_iter().chain(rest).find_map(|key| {
-                let at = if at.is_empty() { key.clone() } else { format!("{at}.{key}") };
+                let at = if at.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{at}.{key}")
+                };
                 let none = Value::Null;
-                difference(&at, there.get(key).unwrap_or(&none), here.get(key).unwrap_or(&none))
+                difference(
+                    &at,
+                    there.get(key).unwrap_or(&none),
+                    here.get(key).unwrap_or(&none),
+                )
             })
         }
         (there, here) if there == here => None,

@@ -86,7 +86,7 @@ pub struct Sample {
 /// Rules for points by chance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
-    /// Each quantity has one value in each of `count` equal parts of its range, in an order of its own (McKay, Beckman and
+    /// Each quantity has one value in each of `count` equal parts of its range, in an order of its own (`McKay`, Beckman and
     /// Conover 1979).
     LatinHypercube,
     /// Sobol's sequence, scrambled as Owen does it; of at most [`SOBOL`] points.
@@ -173,7 +173,7 @@ impl Plan {
             vary: plan
                 .section("vary")?
                 .entries()
-                .map(|(at, name, value)| Ok((name, values(at, value)?)))
+                .map(|(at, name, value)| Ok((name, values(&at, value)?)))
                 .collect::<Result<_, SweepError>>()?,
             keep: Keep {
                 end: keep.texts("end")?,
@@ -209,7 +209,6 @@ impl Plan {
             let at = &format!("vary.{name}");
             match values {
                 Values::List(values) if values.is_empty() => return fail(at, "the list is empty"),
-                Values::List(_) => {}
                 Values::Range { count: None, .. } if self.sample.is_none() => {
                     return fail(at, "a grid needs a `count`; points by chance a table [sample]");
                 }
@@ -221,10 +220,13 @@ impl Plan {
                     to,
                     logarithmic: true,
                     ..
-                } if !(from * to > 0.0) => {
-                    return fail(at, "on a logarithmic scale both ends have one sign and none is zero");
+                } if *from == 0.0 || *to == 0.0 || (*from < 0.0) != (*to < 0.0) => {
+                    return fail(
+                        at,
+                        "on a logarithmic scale both ends have one sign and none is zero",
+                    );
                 }
-                Values::Range { .. } => {}
+                Values::List(_) | Values::Range { .. } => {}
             }
         }
         for (place, event) in self.events.iter().enumerate() {
@@ -238,7 +240,9 @@ impl Plan {
         {
             return fail(
                 "sample",
-                &format!("Sobol's sequence has at most {SOBOL} points of 256 quantities here; a latin-hypercube may have more"),
+                &format!(
+                    "Sobol's sequence has at most {SOBOL} points of 256 quantities here; a latin-hypercube may have more"
+                ),
             );
         }
         Ok(())
@@ -261,18 +265,18 @@ fn method(plan: &mut Section) -> Result<Method, SweepError> {
 }
 
 /// The values of what varies.
-fn values(at: String, value: Value) -> Result<Values, SweepError> {
+fn values(at: &str, value: Value) -> Result<Values, SweepError> {
     match value {
         Value::Array(list) => Ok(Values::List(
             list.iter()
-                .map(|value| number(&at, value))
+                .map(|value| number(at, value))
                 .collect::<Result<_, _>>()?,
         )),
         Value::Table(table) => {
-            let mut range = Section::new(&at, table);
+            let mut range = Section::new(at, table);
             let end = |value: Option<f64>, name: &str| match value {
                 Some(value) => Ok(value),
-                None => fail(&at, &format!("`{name}` is missing")),
+                None => fail(at, &format!("`{name}` is missing")),
             };
             let values = Values::Range {
                 from: end(range.number("from")?, "from")?,
@@ -285,7 +289,7 @@ fn values(at: String, value: Value) -> Result<Values, SweepError> {
             Ok(values)
         }
         other => wrong(
-            &at,
+            at,
             "a list, or a table as in { from = 0, to = 1, count = 11 }",
             &other,
         ),
@@ -316,7 +320,11 @@ fn sample(plan: &mut Section) -> Result<Option<Sample>, SweepError> {
 /// The times and values of an input.
 fn held(at: &str, value: Value) -> Result<Vec<[f64; 2]>, SweepError> {
     let Value::Array(rows) = value else {
-        return wrong(at, "pairs of a time and a value, as in [[0, 1.0], [2, -1.0]]", &value);
+        return wrong(
+            at,
+            "pairs of a time and a value, as in [[0, 1.0], [2, -1.0]]",
+            &value,
+        );
     };
     let mut held: Vec<[f64; 2]> = Vec::new();
     for row in &rows {
@@ -356,7 +364,10 @@ fn events(plan: &mut Section) -> Result<Vec<PlannedEvent>, SweepError> {
             quantity,
             value: section.number("value")?.unwrap_or(0.0),
             rising: section
-                .choice("direction", &[("rising", Some(true)), ("falling", Some(false)), ("both", None)])?
+                .choice(
+                    "direction",
+                    &[("rising", Some(true)), ("falling", Some(false)), ("both", None)],
+                )?
                 .flatten(),
             ends: section.flag("ends")?,
         });
@@ -411,7 +422,11 @@ impl Section {
         let at = self.place(key);
         match self.take(key) {
             None => Ok(None),
-            Some(Value::Array(list)) => list.iter().map(|value| number(&at, value)).collect::<Result<_, _>>().map(Some),
+            Some(Value::Array(list)) => list
+                .iter()
+                .map(|value| number(&at, value))
+                .collect::<Result<_, _>>()
+                .map(Some),
             Some(other) => wrong(&at, "a list of numbers", &other),
         }
     }
@@ -447,7 +462,9 @@ impl Section {
     fn texts(&mut self, key: &'static str) -> Result<Option<Vec<String>>, SweepError> {
         let at = self.place(key);
         let texts = |list: &[Value]| -> Option<Vec<String>> {
-            list.iter().map(|value| value.as_str().map(str::to_owned)).collect()
+            list.iter()
+                .map(|value| value.as_str().map(str::to_owned))
+                .collect()
         };
         match self.take(key) {
             None => Ok(None),
@@ -483,7 +500,9 @@ impl Section {
 
     /// A table, empty if there is none.
     fn section(&mut self, key: &'static str) -> Result<Self, SweepError> {
-        Ok(self.optional_section(key)?.unwrap_or_else(|| Self::new(key, Table::new())))
+        Ok(self
+            .optional_section(key)?
+            .unwrap_or_else(|| Self::new(key, Table::new())))
     }
 
     /// A table.
@@ -599,8 +618,14 @@ mod tests {
         let vary = "[vary]\nx = [1]\n";
         for (text, expected) in [
             ("until = 1", "vary: nothing varies"),
-            ("untill = 1\n[vary]\nx = [1]", "no key `untill` (did you mean `until`?)"),
-            ("[vary]\nx = { from = 0, to = 1 }", "vary.x: a grid needs a `count`"),
+            (
+                "untill = 1\n[vary]\nx = [1]",
+                "no key `untill` (did you mean `until`?)",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1 }",
+                "vary.x: a grid needs a `count`",
+            ),
             (
                 "[vary]\nx = { from = 0, too = 1, count = 2 }",
                 "vary.x: `to` is missing",
@@ -613,13 +638,28 @@ mod tests {
                 "[vary]\nx = { from = 0, to = 1, count = 2, scale = \"logarithmic\" }",
                 "none is zero",
             ),
-            ("[vary]\nx = { from = \"1/0\", to = 1, count = 2 }", "inf is not finite"),
-            ("[vary]\nx = { from = 0, to = 1, count = 0 }", "vary.x.count: expected a whole number, at least 1, found 0"),
+            (
+                "[vary]\nx = { from = \"1/0\", to = 1, count = 2 }",
+                "inf is not finite",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1, count = 0 }",
+                "vary.x.count: expected a whole number, at least 1, found 0",
+            ),
             ("order = 3\n[vary]\nx = [1]", "order: the step has order 2"),
             ("order = 4\ntolerance = 1e-9\n[vary]\nx = [1]", "are two methods"),
-            ("[input]\nx = [[1, 0], [1, 2]]\n[vary]\nx = [1]", "input.x: times ascend"),
-            ("[sample]\nkind = \"sobel\"\ncount = 3\n[vary]\nx = [1]", "did you mean `sobol`?"),
-            ("[sample]\nkind = \"sobol\"\ncount = 70000\n[vary]\nx = [1]", "at most 65536 points"),
+            (
+                "[input]\nx = [[1, 0], [1, 2]]\n[vary]\nx = [1]",
+                "input.x: times ascend",
+            ),
+            (
+                "[sample]\nkind = \"sobel\"\ncount = 3\n[vary]\nx = [1]",
+                "did you mean `sobol`?",
+            ),
+            (
+                "[sample]\nkind = \"sobol\"\ncount = 70000\n[vary]\nx = [1]",
+                "at most 65536 points",
+            ),
             ("[vary\nx = [1]", "TOML parse error at line 1"),
         ] {
             let error = Plan::read(text).unwrap_err().to_string();

@@ -40,7 +40,12 @@ impl Points {
             let own = values.count().unwrap_or(1);
             count = match count.checked_mul(own).filter(|&count| count <= 1 << 53) {
                 Some(count) => count,
-                None => return Err(SweepError::plan(&format!("vary.{name}"), "the grid has more than 2⁵³ points")),
+                None => {
+                    return Err(SweepError::plan(
+                        &format!("vary.{name}"),
+                        "the grid has more than 2⁵³ points",
+                    ));
+                }
             };
         }
         axes.reverse();
@@ -64,7 +69,9 @@ impl Points {
         out.clear();
         for (dimension, axis) in (0_u64..).zip(&self.axes) {
             out.push(match self.sample {
-                None => axis.values.nth(point / axis.stride % axis.values.count().unwrap_or(1)),
+                None => axis
+                    .values
+                    .nth(point / axis.stride % axis.values.count().unwrap_or(1)),
                 Some(sample) => axis.values.at(sample.place(point, dimension), 1.0),
             });
         }
@@ -83,7 +90,8 @@ impl Sample {
                 // rounding may reach the end of the last cell
                 place.min(1.0 - f64::EPSILON / 2.0)
             }
-            #[allow(clippy::cast_possible_truncation)] // the plan has been checked; of the seed both halves count
+            #[allow(clippy::cast_possible_truncation)]
+            // the plan has been checked; of the seed both halves count
             SampleKind::Sobol => f64::from(sobol_burley::sample(
                 point as u32,
                 dimension as u32,
@@ -95,6 +103,7 @@ impl Sample {
 
 impl Values {
     /// How many values a grid has; `None` of a range without a count.
+    #[must_use]
     pub fn count(&self) -> Option<u64> {
         match self {
             Self::List(list) => Some(list.len() as u64),
@@ -103,6 +112,7 @@ impl Values {
     }
 
     /// A value of a grid.
+    #[must_use]
     pub fn nth(&self, place: u64) -> f64 {
         match self {
             #[allow(clippy::cast_possible_truncation)] // it is a place in the list
@@ -169,7 +179,10 @@ mod tests {
         );
         for dimension in 0..2 {
             #[allow(clippy::cast_possible_truncation)]
-            let mut cells: Vec<i64> = points.iter().map(|point| point[dimension].floor() as i64).collect();
+            let mut cells: Vec<i64> = points
+                .iter()
+                .map(|point| point[dimension].floor() as i64)
+                .collect();
             cells.sort_unstable();
             assert_eq!(cells, (0..50).collect::<Vec<_>>());
         }
@@ -186,7 +199,11 @@ mod tests {
             .collect();
         cells.sort_unstable();
         cells.dedup();
-        assert_eq!(cells.len(), 64, "a (0, 2) sequence has a point in each elementary interval");
+        assert_eq!(
+            cells.len(),
+            64,
+            "a (0, 2) sequence has a point in each elementary interval"
+        );
         assert_eq!(points.iter().filter(|point| point[2] == 1.0).count(), 32);
     }
 }

@@ -60,8 +60,18 @@ mod tests {
         for count in [1, 2, 3, 7, 64, 1000] {
             let mut images: Vec<u64> = (0..count).map(|place| permuted(5, 1, place, count)).collect();
             if count == 1000 {
-                assert_ne!(images, (0..count).map(|place| permuted(5, 2, place, count)).collect::<Vec<_>>());
-                assert_ne!(images, (0..count).map(|place| permuted(6, 1, place, count)).collect::<Vec<_>>());
+                assert_ne!(
+                    images,
+                    (0..count)
+                        .map(|place| permuted(5, 2, place, count))
+                        .collect::<Vec<_>>()
+                );
+                assert_ne!(
+                    images,
+                    (0..count)
+                        .map(|place| permuted(6, 1, place, count))
+                        .collect::<Vec<_>>()
+                );
                 // no drift: the mean of the first half is that of all
                 let mean = images[..500].iter().sum::<u64>() as f64 / 500.0;
                 assert!((mean - 499.5).abs() < 50.0, "{mean}");
@@ -78,6 +88,14 @@ mod tests {
         assert!((mean - 0.5).abs() < 0.01, "{mean}");
         assert!(numbers.iter().all(|number| (0.0..1.0).contains(number)));
         // they are part of what a sweep's content depends on
-        assert_eq!(bits(1, [1, 2, 3]), XxHash3_64::oneshot_with_seed(1, &[1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(
+            bits(1, [1, 2, 3]),
+            XxHash3_64::oneshot_with_seed(
+                1,
+                &[
+                    1, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0
+                ]
+            )
+        );
     }
 }

@@ -208,7 +208,11 @@ impl Content {
             for ((all, cells), name) in all.iter_mut().zip(cells).zip(names) {
                 let varies = self.axes.iter().any(|axis| axis.name == **name);
                 let value = |(place, value): (usize, f64)| {
-                    if !varies && failed.get(place) == Some(&true) { f64::NAN } else { value }
+                    if !varies && failed.get(place) == Some(&true) {
+                        f64::NAN
+                    } else {
+                        value
+                    }
                 };
                 match cells {
                     Cells::Number(cells) => all.extend(cells.into_iter().enumerate().map(value)),
@@ -217,7 +221,10 @@ impl Content {
                         all.extend(cells.into_iter().map(|cell| cell as f64).enumerate().map(value));
                     }
                     Cells::Text(_) => {
-                        return Err(SweepError::plan(name, "it is a column of texts; expected one of numbers"));
+                        return Err(SweepError::plan(
+                            name,
+                            "it is a column of texts; expected one of numbers",
+                        ));
                     }
                 }
             }

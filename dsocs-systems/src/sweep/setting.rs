@@ -77,7 +77,10 @@ impl Setting {
             .until
             .unwrap_or(plan.start.t0 + entry.default_until().copysign(h));
         if (until - plan.start.t0) * h < 0.0 {
-            return Err(SweepError::plan("until", "the end lies behind the start; a negative step runs back in time"));
+            return Err(SweepError::plan(
+                "until",
+                "the end lies behind the start; a negative step runs back in time",
+            ));
         }
         let mut targets = Vec::new();
         let mut inputs = inputs(plan, entry)?;
@@ -112,7 +115,9 @@ impl Setting {
         };
         let watched = watched(plan, entry)?;
         let points = Points::new(plan)?;
-        let part = plan.part.unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST));
+        let part = plan
+            .part
+            .unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST));
         let mut setting = Self {
             points,
             targets,
@@ -194,12 +199,22 @@ impl Setting {
         points.push(("message".to_owned(), Kind::Text));
         for (place, (name, _)) in points.iter().enumerate() {
             if points[..place].iter().any(|(other, _)| other == name) {
-                return Err(SweepError::plan("keep", &format!("two columns would be called `{name}`")));
+                return Err(SweepError::plan(
+                    "keep",
+                    &format!("two columns would be called `{name}`"),
+                ));
             }
         }
-        let mut nodes = vec![("point".to_owned(), Kind::Whole), ("node".to_owned(), Kind::Whole)];
+        let mut nodes = vec![
+            ("point".to_owned(), Kind::Whole),
+            ("node".to_owned(), Kind::Whole),
+        ];
         if let Some((_, places)) = &self.nodes {
-            nodes.extend(places.iter().map(|&place| (all[place].name.clone(), Kind::Number)));
+            nodes.extend(
+                places
+                    .iter()
+                    .map(|&place| (all[place].name.clone(), Kind::Number)),
+            );
         }
         Ok([points, nodes])
     }
@@ -219,7 +234,9 @@ impl Setting {
                     to,
                     count,
                     logarithmic,
-                } => json!({"from": from, "to": to, "count": count, "scale": if *logarithmic { "logarithmic" } else { "linear" }}),
+                } => {
+                    json!({"from": from, "to": to, "count": count, "scale": if *logarithmic { "logarithmic" } else { "linear" }})
+                }
             };
             json!({"name": name, "unit": unit(name, entry, all), "values": values})
         };
@@ -233,7 +250,11 @@ impl Setting {
         let varies = |of: fn(usize) -> Target, place: usize| self.targets.contains(&of(place));
         let shown = |of: fn(usize) -> Target, numbers: &[f64]| -> Vec<Value> {
             let number = |(place, &number): (usize, &f64)| {
-                if varies(of, place) { json!("varies") } else { json!(number) }
+                if varies(of, place) {
+                    json!("varies")
+                } else {
+                    json!(number)
+                }
             };
             numbers.iter().enumerate().map(number).collect()
         };
@@ -319,7 +340,10 @@ fn inputs(plan: &Plan, entry: &Entry) -> Result<Vec<HeldInput>, SweepError> {
         let at = format!("vary.{name}");
         let of = parameter(of, entry, &at)?;
         let Ok(time) = time.parse::<f64>() else {
-            return Err(SweepError::plan(&at, "after `@` stands the time from which the value holds, as in \"push@2.5\""));
+            return Err(SweepError::plan(
+                &at,
+                "after `@` stands the time from which the value holds, as in \"push@2.5\"",
+            ));
         };
         if !inputs.iter().any(|input| input.parameter == of) {
             inputs.push(HeldInput {
@@ -357,20 +381,30 @@ fn target(name: &str, entry: &Entry, inputs: &mut [HeldInput]) -> Result<Target,
         });
         return place.ok_or_else(|| SweepError::plan(&format!("vary.{name}"), "there is no such time"));
     }
-    let position = description.names().position(|known| known == name).map(Target::Position);
+    let position = description
+        .names()
+        .position(|known| known == name)
+        .map(Target::Position);
     let velocity = description
         .names()
         .position(|known| name.strip_prefix("v_") == Some(known))
         .map(Target::Velocity);
     let parameters = || description.parameters.iter().map(|known| known.name);
     let parameter = parameters().find(|known| *known == name).map(Target::Parameter);
-    match [position, velocity, parameter].into_iter().flatten().collect::<Vec<_>>()[..] {
+    match [position, velocity, parameter]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()[..]
+    {
         [target] => Ok(target),
         [] => {
             let starts = description.names().map(str::to_owned);
             let rates = description.names().map(|name| format!("v_{name}"));
             let known = starts.chain(rates).chain(parameters().map(str::to_owned));
-            Err(SweepError::unknown("vary", UnknownName::new("start or parameter", name, known)))
+            Err(SweepError::unknown(
+                "vary",
+                UnknownName::new("start or parameter", name, known),
+            ))
         }
         _ => Err(SweepError::plan(
             &format!("vary.{name}"),
@@ -398,14 +432,24 @@ fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2],
         if numbers.len() != names.len() {
             return Err(SweepError::plan(
                 &at,
-                &format!("{} numbers, but there are {} coordinates: {}", numbers.len(), names.len(), names.join(", ")),
+                &format!(
+                    "{} numbers, but there are {} coordinates: {}",
+                    numbers.len(),
+                    names.len(),
+                    names.join(", ")
+                ),
             ));
         }
-        let missing = (0..names.len()).find(|&of_name| numbers[of_name].is_nan() && !targets.contains(&of(of_name)));
+        let missing =
+            (0..names.len()).find(|&of_name| numbers[of_name].is_nan() && !targets.contains(&of(of_name)));
         if let Some(missing) = missing {
             return Err(SweepError::plan(
                 &at,
-                &format!("`{}` has no start of its own: give `{key}`, or let `{}` vary", entry.name(), names[missing]),
+                &format!(
+                    "`{}` has no start of its own: give `{key}`, or let `{}` vary",
+                    entry.name(),
+                    names[missing]
+                ),
             ));
         }
         base[place] = numbers;
@@ -421,8 +465,17 @@ fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
             return Some(Watchable::Time);
         }
         let position = |name: &str| description.names().position(|known| known == name);
-        let rate = || name.strip_prefix("v_").and_then(position).map(Watchable::Velocity);
-        let observed = || description.observables.iter().position(|known| known.name == name);
+        let rate = || {
+            name.strip_prefix("v_")
+                .and_then(position)
+                .map(Watchable::Velocity)
+        };
+        let observed = || {
+            description
+                .observables
+                .iter()
+                .position(|known| known.name == name)
+        };
         position(name)
             .map(Watchable::Position)
             .or_else(rate)
@@ -434,8 +487,15 @@ fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
             let starts = description.names().map(str::to_owned);
             let rates = description.names().map(|name| format!("v_{name}"));
             let observed = description.observables.iter().map(|known| known.name.to_owned());
-            let known = ["t".to_owned()].into_iter().chain(starts).chain(rates).chain(observed);
-            return Err(SweepError::unknown("event.quantity", UnknownName::new("quantity", &event.quantity, known)));
+            let known = ["t".to_owned()]
+                .into_iter()
+                .chain(starts)
+                .chain(rates)
+                .chain(observed);
+            return Err(SweepError::unknown(
+                "event.quantity",
+                UnknownName::new("quantity", &event.quantity, known),
+            ));
         };
         watched.push(Watched {
             of,

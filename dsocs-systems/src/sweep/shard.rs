@@ -100,7 +100,9 @@ impl FromStr for Shard {
     type Err = SweepError;
 
     fn from_str(text: &str) -> Result<Self, SweepError> {
-        let numbers = text.split_once('/').map(|(number, count)| (number.parse(), count.parse()));
+        let numbers = text
+            .split_once('/')
+            .map(|(number, count)| (number.parse(), count.parse()));
         match numbers {
             Some((Ok(number), Ok(count))) => Self::new(number, count),
             _ => Err(SweepError::Shard(format!(
@@ -132,7 +134,11 @@ enum Size {
 const ARRAYS: &[Scheduler] = &[
     Scheduler {
         index: "SLURM_ARRAY_TASK_ID",
-        size: Size::Range(["SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_MAX", "SLURM_ARRAY_TASK_STEP"]),
+        size: Size::Range([
+            "SLURM_ARRAY_TASK_MIN",
+            "SLURM_ARRAY_TASK_MAX",
+            "SLURM_ARRAY_TASK_STEP",
+        ]),
     },
     // PBS Pro and OpenPBS, then Torque
     Scheduler {
@@ -214,7 +220,11 @@ impl Scheduler {
                 if self.index == "LSB_JOBINDEX" && index == 0 {
                     return Ok(None);
                 }
-                let first = if first.is_empty() { 1 } else { number(first)?.unwrap_or(1) };
+                let first = if first.is_empty() {
+                    1
+                } else {
+                    number(first)?.unwrap_or(1)
+                };
                 let step = number(step)?.unwrap_or(1).max(1);
                 match number(last)? {
                     Some(last) if first <= index && index <= last => {
@@ -283,7 +293,11 @@ mod tests {
             ),
             (&[("PBS_ARRAY_INDEX", "4")], Some(4), Some("1/4")),
             (&[("PBS_ARRAYID", "3")], Some(4), Some("4/4")),
-            (&[("LSB_JOBINDEX", "3"), ("LSB_JOBINDEX_END", "8")], None, Some("3/8")),
+            (
+                &[("LSB_JOBINDEX", "3"), ("LSB_JOBINDEX_END", "8")],
+                None,
+                Some("3/8"),
+            ),
             (&[("LSB_JOBINDEX", "0")], None, None),
             (
                 &[
@@ -297,24 +311,38 @@ mod tests {
             ),
             (&[("SGE_TASK_ID", "undefined")], None, None),
             (
-                &[("AWS_BATCH_JOB_ARRAY_INDEX", "0"), ("AWS_BATCH_JOB_ARRAY_SIZE", "100")],
+                &[
+                    ("AWS_BATCH_JOB_ARRAY_INDEX", "0"),
+                    ("AWS_BATCH_JOB_ARRAY_SIZE", "100"),
+                ],
                 None,
                 Some("1/100"),
             ),
             (
-                &[("AWS_BATCH_JOB_NODE_INDEX", "1"), ("AWS_BATCH_JOB_NUM_NODES", "2")],
+                &[
+                    ("AWS_BATCH_JOB_NODE_INDEX", "1"),
+                    ("AWS_BATCH_JOB_NUM_NODES", "2"),
+                ],
                 None,
                 Some("2/2"),
             ),
             (&[("JOB_COMPLETION_INDEX", "7")], Some(8), Some("8/8")),
             (
-                &[("OMPI_COMM_WORLD_RANK", "2"), ("OMPI_COMM_WORLD_SIZE", "4"), ("PMI_RANK", "9")],
+                &[
+                    ("OMPI_COMM_WORLD_RANK", "2"),
+                    ("OMPI_COMM_WORLD_SIZE", "4"),
+                    ("PMI_RANK", "9"),
+                ],
                 None,
                 Some("3/4"),
             ),
             (&[("PMI_RANK", "0"), ("PMI_SIZE", "2")], None, Some("1/2")),
         ] {
-            assert_eq!(read(variables, count).unwrap().as_deref(), expected, "{variables:?}");
+            assert_eq!(
+                read(variables, count).unwrap().as_deref(),
+                expected,
+                "{variables:?}"
+            );
         }
     }
 
@@ -335,7 +363,9 @@ mod tests {
     #[test]
     fn shards_share_out_all_parts() {
         for count in 1..8 {
-            let shards: Vec<Shard> = (1..=count).map(|number| Shard::new(number, count).unwrap()).collect();
+            let shards: Vec<Shard> = (1..=count)
+                .map(|number| Shard::new(number, count).unwrap())
+                .collect();
             for part in 0..50 {
                 assert_eq!(shards.iter().filter(|shard| shard.has(part)).count(), 1);
             }

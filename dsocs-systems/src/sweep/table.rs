@@ -75,8 +75,14 @@ impl<W: Write + Send> Writer<W> {
             .collect::<Result<_, _>>()?;
         let schema = Type::group_type_builder("sweep").with_fields(fields).build()?;
         // what is written depends on the numbers alone, not on the version of the crate that writes them
-        let properties = WriterProperties::builder().set_created_by(CREATED_BY.to_owned()).build();
-        Ok(Self(SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties))?))
+        let properties = WriterProperties::builder()
+            .set_created_by(CREATED_BY.to_owned())
+            .build();
+        Ok(Self(SerializedFileWriter::new(
+            to,
+            Arc::new(schema),
+            Arc::new(properties),
+        )?))
     }
 
     /// Writes rows, the cells of each column in the order of the columns.
@@ -95,12 +101,17 @@ impl<W: Write + Send> Writer<W> {
                 Some(Cells::Number(values)) => {
                     let levels: Vec<i16> = values.iter().map(|value| i16::from(!value.is_nan())).collect();
                     let values: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
-                    column.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+                    column
+                        .typed::<DoubleType>()
+                        .write_batch(&values, Some(&levels), None)?;
                 }
                 Some(Cells::Text(values)) => {
                     let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
-                    let values: Vec<ByteArray> = values.iter().flatten().map(|text| text.as_str().into()).collect();
-                    column.typed::<ByteArrayType>().write_batch(&values, Some(&levels), None)?;
+                    let values: Vec<ByteArray> =
+                        values.iter().flatten().map(|text| text.as_str().into()).collect();
+                    column
+                        .typed::<ByteArrayType>()
+                        .write_batch(&values, Some(&levels), None)?;
                 }
                 None => return Err(ParquetError::General("a column has no cells".to_owned())),
             }
@@ -157,7 +168,13 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Vec<Cells>, ParquetError> {
                     let mut values = Vec::new();
                     column.read_records(rows, Some(&mut levels), None, &mut values)?;
                     let mut values = values.into_iter();
-                    let next = |&level: &i16| if level > 0 { values.next().unwrap_or(f64::NAN) } else { f64::NAN };
+                    let next = |&level: &i16| {
+                        if level > 0 {
+                            values.next().unwrap_or(f64::NAN)
+                        } else {
+                            f64::NAN
+                        }
+                    };
                     match cells.get_or_insert(Cells::Number(Vec::new())) {
                         Cells::Number(all) => all.extend(levels.iter().map(next)),
                         _ => return Err(mixed(name)),
@@ -222,6 +239,11 @@ mod tests {
         assert_eq!(found[1], Cells::Whole(vec![0, 1, 2, 0, 1, 2]));
         let Cells::Text(error) = &found[2] else { panic!() };
         assert_eq!(error[4].as_deref(), Some("singular"));
-        assert!(read(&path, &["y"]).unwrap_err().to_string().contains("no column `y`"));
+        assert!(
+            read(&path, &["y"])
+                .unwrap_err()
+                .to_string()
+                .contains("no column `y`")
+        );
     }
 }

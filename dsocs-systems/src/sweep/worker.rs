@@ -61,7 +61,8 @@ impl<'s> Worker<'s> {
         let place = folder.part(Which::Nodes, part);
         let mut writer = match &mut file {
             Some(file) => Some(
-                Writer::new(file.file(), &setting.columns[1]).map_err(|cause| SweepError::table(&place, cause))?,
+                Writer::new(file.file(), &setting.columns[1])
+                    .map_err(|cause| SweepError::table(&place, cause))?,
             ),
             None => None,
         };
@@ -86,14 +87,16 @@ impl<'s> Worker<'s> {
                     .write(&mut writer)
                     .map_err(|cause| SweepError::table(&place, cause))?;
             }
-            writer.finish().map_err(|cause| SweepError::table(&place, cause))?;
+            writer
+                .finish()
+                .map_err(|cause| SweepError::table(&place, cause))?;
         }
         drop(writer);
         file.map_or(Ok(()), PartFile::finish)?;
         let mut file = folder.begin(Which::Points, part)?;
         let place = file.path().to_owned();
-        let mut writer =
-            Writer::new(file.file(), &setting.columns[0]).map_err(|cause| SweepError::table(&place, cause))?;
+        let mut writer = Writer::new(file.file(), &setting.columns[0])
+            .map_err(|cause| SweepError::table(&place, cause))?;
         table
             .write(&mut writer)
             .and_then(|()| writer.finish())
