@@ -6,7 +6,7 @@ use dsocs_core::taylor::Jet;
 use dsocs_core::{Event, Events, Node, Observer, Occurrence, RunError, System, View};
 
 use super::run::Run;
-use super::{Plan, Row, RunFailure};
+use super::{Plan, Row, RunFailure, held};
 
 /// A change of sign that is watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -152,11 +152,7 @@ fn pass<const N: usize>(
     let ahead = u64::from(plan.method == super::Method::Step);
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
-        for input in &plan.inputs {
-            if let Some(value) = input.at(now, plan.h) {
-                run.set_input(input.parameter, value)?;
-            }
-        }
+        held::set(run, &plan.inputs, (now, plan.h))?;
         let mut ended = None;
         if watched.is_empty() || !run.clock().is_handed_out() {
             match run.next_node() {
