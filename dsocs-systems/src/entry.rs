@@ -38,6 +38,8 @@ mod erased;
 mod error;
 mod held;
 mod name;
+#[cfg(feature = "sweep")]
+mod point;
 mod run;
 mod symmetry;
 
@@ -55,6 +57,8 @@ pub use erased::Extra;
 pub use error::{CheckFailure, EntryError, Mistake};
 pub use held::HeldInput;
 pub use name::UnknownName;
+#[cfg(feature = "sweep")]
+pub use point::{Shown, Watchable, Watched, code};
 pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
@@ -365,6 +369,39 @@ impl Entry {
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
         self.system.run(plan, beginning, sink)
+    }
+
+    /// Runs as planned, to the end or to the first event that ends the run, whose place among those `watched` is given back. `sink` is shown
+    /// the events, each node if `nodes` asks for it, and where the run ended: of a run that fails, its last node.
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
+    #[cfg(feature = "sweep")]
+    pub fn point(
+        &self,
+        plan: &Plan,
+        beginning: &Beginning,
+        watched: &[Watched],
+        nodes: bool,
+        sink: &mut dyn FnMut(Shown<'_>),
+    ) -> Result<Option<usize>, RunFailure> {
+        let request = point::Request { plan, watched, nodes };
+        self.system.point(&request, beginning, sink)
+    }
+
+    /// The same system with the same start, step and end once more, for another thread: what is drawn or checked it does not know.
+    #[cfg(feature = "sweep")]
+    #[must_use]
+    pub fn copy(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            summary: self.summary.clone(),
+            start: self.start.clone(),
+            step: self.step,
+            until: self.until,
+            ..Self::of(self.system.copy())
+        }
     }
 
     /// Checks the paper's theorems on a motion of the system, to the entry's end unless the settings say another.

@@ -16,6 +16,7 @@
 //! | `check` | `cli` | the paper's theorems, held against a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
 //! | `figure` | `cli` | draws, and knows nothing of mechanics |
+//! | `sweep` | `sweep` | many runs by a plan, on one machine or on a cluster |
 //! | `guide` | `cli` | the book |
 //! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
 #![forbid(unsafe_code)]
@@ -36,6 +37,8 @@ pub mod guide;
 pub mod reference;
 #[cfg(feature = "cli")]
 pub mod stability;
+#[cfg(feature = "sweep")]
+pub mod sweep;
 pub mod systems;
 
 #[cfg(feature = "cli")]

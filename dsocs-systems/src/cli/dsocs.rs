@@ -12,6 +12,7 @@ use crate::entry::Entry;
 /// Without a command, `dsocs` reproduces the paper's figures (`dsocs paper`).
 #[derive(Debug, Parser)]
 #[command(name = "dsocs", version, args_conflicts_with_subcommands = true)]
+#[cfg_attr(not(feature = "sweep"), command(after_help = super::NO_SWEEP))]
 struct Arguments {
     /// What to do.
     #[command(subcommand)]

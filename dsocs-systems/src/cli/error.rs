@@ -221,6 +221,28 @@ pub enum CliError {
         /// Where.
         place: String,
     },
+    /// A sweep does not begin or go on.
+    #[cfg(feature = "sweep")]
+    #[error(transparent)]
+    Sweep(#[from] crate::sweep::SweepError),
+    /// A sweep was interrupted.
+    #[cfg(feature = "sweep")]
+    #[error("interrupted; {missing} of {parts} parts are missing, and the same command goes on from there")]
+    Stopped {
+        /// The parts that are not there.
+        missing: u64,
+        /// All parts.
+        parts: u64,
+    },
+    /// Parts of a sweep are missing.
+    #[cfg(feature = "sweep")]
+    #[error("{missing} of {parts} parts are missing; `sweep` with the plan computes them")]
+    Missing {
+        /// The parts that are not there.
+        missing: u64,
+        /// All parts.
+        parts: u64,
+    },
     /// A system could not be checked.
     #[error("{0}{options}", options = options_of_check(.0))]
     Check(#[from] CheckFailure),
@@ -277,6 +299,10 @@ impl CliError {
                     | RunFailure::Length { .. }
                     | RunFailure::Run(RunError::Behind { .. } | RunError::Until { .. }),
             } => ExitCode::from(2),
+            #[cfg(feature = "sweep")]
+            Self::Sweep(error) if error.is_a_question() => ExitCode::from(2),
+            #[cfg(feature = "sweep")]
+            Self::Stopped { .. } => ExitCode::from(130),
             Self::Interrupted { .. } => ExitCode::from(130), // as shells say it of SIGINT
             _ => ExitCode::FAILURE,
         }

@@ -39,12 +39,14 @@ mod destination;
 pub mod dsocs;
 mod energy;
 mod error;
-mod expression;
+pub(crate) mod expression;
 mod input;
 mod interrupt;
 mod label;
 mod list;
 mod manual;
+#[cfg(feature = "sweep")]
+mod map;
 mod moments;
 mod motion;
 #[cfg(feature = "dsocs")]
@@ -61,6 +63,8 @@ mod report;
 mod run;
 mod stability;
 mod start;
+#[cfg(feature = "sweep")]
+mod sweep;
 mod table;
 mod terminal;
 
@@ -76,11 +80,17 @@ pub use error::CliError;
 /// Discrete second order constrained Lagrangian systems: single runs, checks, the list of systems.
 #[derive(Debug, Parser)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
+#[cfg_attr(not(feature = "sweep"), command(after_help = NO_SWEEP))]
 struct Arguments {
     /// What to do.
     #[command(subcommand)]
     command: Command,
 }
+
+/// What is said of commands that are not there.
+#[cfg(not(feature = "sweep"))]
+const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plot`): build with the feature `sweep` of dsocs-systems, \
+    `cargo run --release --features sweep -- sweep --help`";
 
 /// What every program does.
 #[derive(Debug, Subcommand)]
@@ -91,6 +101,12 @@ enum Command {
     Stability(stability::StabilityArguments),
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
     Check(check::CheckArguments),
+    /// Run a plan of many runs, here or as a task of a scheduler
+    #[cfg(feature = "sweep")]
+    Sweep(sweep::SweepArguments),
+    /// Draw a sweep: a map over two quantities that vary, curves over one
+    #[cfg(feature = "sweep")]
+    Plot(map::MapArguments),
     /// List the systems with their parameters
     List(list::ListArguments),
     /// Write completions for a shell to standard output
@@ -106,6 +122,10 @@ impl Command {
             Self::Run(arguments) => run::run(arguments, program),
             Self::Stability(arguments) => stability::stability(arguments, program),
             Self::Check(arguments) => check::check(arguments, program),
+            #[cfg(feature = "sweep")]
+            Self::Sweep(arguments) => sweep::sweep(arguments, program),
+            #[cfg(feature = "sweep")]
+            Self::Plot(arguments) => map::plot(arguments),
             Self::List(arguments) => list::list(arguments, program),
             Self::Completions(arguments) => manual::completions(arguments, program),
             Self::Man(arguments) => manual::man(arguments, program),

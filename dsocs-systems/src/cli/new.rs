@@ -114,7 +114,8 @@ fn manifest(name: &str, checkout: Option<&Path>) -> String {
          edition = \"2024\"\n\n\
          [dependencies]\n\
          dsocs-core = {{ {} }}\n\
-         dsocs-systems = {{ {}, default-features = false, features = [\"cli\"] }}\n\n\
+         dsocs-systems = {{ {}, default-features = false, features = [\"cli\"] }}\n\
+         # the features \"sweep\" and \"png\" add many runs by a plan, and figures as PNG\n\n\
          # a workspace of its own, also inside of another one's folder\n\
          [workspace]\n",
         from("dsocs-core"),

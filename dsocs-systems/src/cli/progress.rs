@@ -6,6 +6,21 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// A bar for `length` units of work.
 pub fn bar(length: u64, message: &str) -> ProgressBar {
+    with("{msg:24} {wide_bar} {percent:>3} % {eta:>4}", length, message)
+}
+
+/// A bar for `length` units of work that says how many there are in a second.
+#[cfg(feature = "sweep")]
+pub fn counted(length: u64, message: &str) -> ProgressBar {
+    with(
+        "{msg:24} {wide_bar} {pos}/{len} {per_sec} {eta:>4}",
+        length,
+        message,
+    )
+}
+
+/// A bar that looks as the template says.
+fn with(template: &str, length: u64, message: &str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
@@ -13,7 +28,7 @@ pub fn bar(length: u64, message: &str) -> ProgressBar {
     };
     let bar = ProgressBar::with_draw_target(Some(length), target).with_message(message.to_owned());
     // the template is fixed; if a later version of the crate does not take it, its own will do
-    match ProgressStyle::with_template("{msg:24} {wide_bar} {percent:>3} % {eta:>4}") {
+    match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
     }

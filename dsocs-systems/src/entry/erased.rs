@@ -4,6 +4,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::{Quantity, SetupError, Start, System};
 
+#[cfg(feature = "sweep")]
+use super::point;
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
 use crate::check::{self, Expected, Finding, Settings};
 
@@ -26,6 +28,23 @@ pub(super) trait AnySystem: Send {
         beginning: &Beginning,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure>;
+
+    /// Runs as planned, to the end or to the first event that ends the run, whose place is given back; see [`point::go`].
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
+    #[cfg(feature = "sweep")]
+    fn point(
+        &self,
+        request: &point::Request<'_>,
+        beginning: &Beginning,
+        sink: &mut dyn FnMut(point::Shown<'_>),
+    ) -> Result<Option<usize>, RunFailure>;
+
+    /// The same system once more, for another thread.
+    #[cfg(feature = "sweep")]
+    fn copy(&self) -> Box<dyn AnySystem>;
 
     /// Checks the paper's theorems on a motion of the system, whose end is `own` unless the settings say another.
     ///
@@ -101,7 +120,7 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
     })
 }
 
-impl<S: System<N> + Clone + Send, const N: usize> AnySystem for Erased<S, N> {
+impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
     fn description(&self) -> Description {
         let extra = self
             .extra
@@ -136,6 +155,30 @@ impl<S: System<N> + Clone + Send, const N: usize> AnySystem for Erased<S, N> {
     ) -> Result<(), RunFailure> {
         let start = start(beginning, &S::COORDINATES)?;
         run::run(&self.system, plan, start, sink)
+    }
+
+    #[cfg(feature = "sweep")]
+    fn point(
+        &self,
+        request: &point::Request<'_>,
+        beginning: &Beginning,
+        sink: &mut dyn FnMut(point::Shown<'_>),
+    ) -> Result<Option<usize>, RunFailure> {
+        let start = start(beginning, &S::COORDINATES)?;
+        let mut ended = None;
+        run::begin(&self.system, request.plan, start, &mut |run, system| {
+            ended = point::go(run, system, request, sink)?;
+            Ok(())
+        })?;
+        Ok(ended)
+    }
+
+    #[cfg(feature = "sweep")]
+    fn copy(&self) -> Box<dyn AnySystem> {
+        Box::new(Self {
+            system: self.system.clone(),
+            extra: self.extra.clone(),
+        })
     }
 
     fn check(

@@ -156,6 +156,42 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
     start: Start<N>,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
+    begin(system, plan, start, &mut |run, system| {
+        let (mut free, mut held);
+        let error: Option<&mut dyn Errors<N>> = if !plan.estimate {
+            None
+        } else if plan.inputs.is_empty() {
+            let last = run.clock().until(plan.until)?.time();
+            free = GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?;
+            Some(&mut free)
+        } else {
+            let errors = HeldErrors::new(system, plan.h, start, &plan.inputs);
+            held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
+            Some(&mut held)
+        };
+        // what the step says of forces is asked for at every node
+        let forced = S::EXTERNAL_FORCES && plan.method == Method::Step && !plan.certify;
+        hand_on(run, (system, forced), error, plan, sink)
+    })
+}
+
+/// A motion in progress, by any method.
+pub(super) type Run<'r, const N: usize> = dyn Inputs<N> + 'r;
+
+/// What is done with a run that stands at its start, and the system with the values that inputs begin with.
+type Use<'u, S, const N: usize> = dyn FnMut(&mut Run<'_, N>, &S) -> Result<(), RunFailure> + 'u;
+
+/// Sets up a run, and does with it what is to be done.
+///
+/// # Errors
+///
+/// [`RunFailure`] if the run cannot be set up, and that of what is done.
+pub(super) fn begin<S: System<N> + Clone, const N: usize>(
+    system: &S,
+    plan: &Plan,
+    start: Start<N>,
+    then: &mut Use<'_, S, N>,
+) -> Result<(), RunFailure> {
     let Plan { h, until, method, .. } = *plan;
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
@@ -175,7 +211,7 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
     // whatever the method: step, parameters and start are to be usable
     let flow = Flow::new(system, h, start)?;
     let (mut step, mut composed, mut series);
-    let run: &mut dyn Inputs<N> = match method {
+    let run: &mut Run<'_, N> = match method {
         Method::Step => {
             step = flow;
             &mut step
@@ -189,21 +225,7 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
             &mut series
         }
     };
-    let (mut free, mut held);
-    let error: Option<&mut dyn Errors<N>> = if !plan.estimate {
-        None
-    } else if plan.inputs.is_empty() {
-        let last = run.clock().until(until)?.time();
-        free = GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?;
-        Some(&mut free)
-    } else {
-        let errors = HeldErrors::new(system, h, start, &plan.inputs);
-        held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
-        Some(&mut held)
-    };
-    // what the step says of forces is asked for at every node
-    let forced = S::EXTERNAL_FORCES && method == Method::Step && !plan.certify;
-    hand_on(run, (system, forced), error, plan, sink)
+    then(run, system)
 }
 
 /// Runs with inputs that change, and hands the nodes on, with the steps so far that were too long for the external forces.

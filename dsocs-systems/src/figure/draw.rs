@@ -38,6 +38,10 @@ const ENTRY: [f64; 3] = [19.0, 22.0, 10.0];
 /// Space from the axes to a legend in the corner, in pixels.
 const CORNER: f64 = 14.0;
 
+/// Width of the space between a map and its bar of colours, of the bar, and of its ticks' labels with its own, in pixels.
+#[cfg(feature = "sweep")]
+const BAR: [f64; 3] = [14.0, 16.0, 72.0];
+
 /// The colour of axes and their ticks.
 const AXES: &str = "#000000";
 /// The colour of the grid.
@@ -102,6 +106,11 @@ fn left_margin(panel: &Panel) -> f64 {
 /// The ranges of both axes.
 fn ranges(panel: &Panel) -> [(f64, f64); 2] {
     [(&panel.x, 0), (&panel.y, 1)].map(|(axis, component)| {
+        #[cfg(feature = "sweep")]
+        if let (Some(map), None) = (&panel.map, axis.range) {
+            let [from, to] = map.edges[component];
+            return (from, to);
+        }
         let points = panel.curves.iter().flat_map(|curve| &curve.points);
         axis.range_of(points.map(|point| point[component]))
     })
@@ -126,6 +135,8 @@ impl<'p> Axes<'p> {
             Legend::Right => RIGHT + LEGEND,
             Legend::TopLeft | Legend::At(_) | Legend::Ends => RIGHT,
         };
+        #[cfg(feature = "sweep")]
+        let right = right + panel.map.as_ref().map_or(0.0, |_| BAR.iter().sum());
         let bottom = bottom_margin(panel);
         let area = Area {
             left: cell.left + left,
@@ -168,6 +179,8 @@ impl<'p> Axes<'p> {
         for &(y, _) in down.iter().filter(|(y, _)| inside(*y, area.top, area.bottom())) {
             svg.polyline([[area.left, y], [area.right(), y]], GRID, 0.6, None);
         }
+        #[cfg(feature = "sweep")]
+        self.map(svg);
         svg.clipped(area, |svg| {
             for curve in &self.panel.curves {
                 self.curve(svg, curve);
@@ -205,6 +218,52 @@ impl<'p> Axes<'p> {
         }
         self.labels(svg);
         self.legend(svg);
+    }
+
+    /// The map behind the curves, and what its colours mean.
+    #[cfg(feature = "sweep")]
+    fn map(&self, svg: &mut Svg) {
+        use super::map;
+        let Some(shown) = &self.panel.map else { return };
+        let [[left, right], [below, above]] = shown.edges;
+        let (left, right) = (self.across(left), self.across(right));
+        let (top, bottom) = (self.down(above), self.down(below));
+        let place = Area {
+            left,
+            top,
+            width: right - left,
+            height: bottom - top,
+        };
+        let [across, up] = shown.cells.map(|count| count as f64);
+        svg.clipped(&self.area, |svg| {
+            svg.picture(
+                &place,
+                &shown.picture(),
+                across < place.width && up < place.height,
+            );
+        });
+        let [space, width, beside] = BAR;
+        let bar = Area {
+            left: self.area.right() + space,
+            width,
+            ..self.area
+        };
+        svg.picture(&bar, &map::bar(), true);
+        svg.rectangle(&bar, "none", AXES);
+        let (scale, range) = map::scale(shown);
+        for (tick, label) in scale.ticks(range) {
+            let y = bar.bottom() - bar.height * scale.place(tick, range);
+            svg.polyline([[bar.right(), y], [bar.right() + TICK[0], y]], AXES, 1.0, None);
+            svg.text(&label, &plain([bar.right() + TICK[1], y], Anchor::Start));
+        }
+        let lettering = Lettering {
+            at: [bar.right() + beside, bar.top + bar.height / 2.0],
+            anchor: Anchor::Middle,
+            size: SIZES[0],
+            upright: true,
+            colour: AXES,
+        };
+        svg.text(&shown.colours.label, &lettering);
     }
 
     /// The places of an axis's ticks, with their labels.

@@ -8,6 +8,8 @@ mod axis;
 mod band;
 mod draw;
 mod envelope;
+#[cfg(feature = "sweep")]
+mod map;
 #[cfg(feature = "png")]
 mod png;
 mod render;
@@ -15,6 +17,8 @@ mod svg;
 
 pub use axis::{Axis, Scale};
 pub use envelope::Envelope;
+#[cfg(feature = "sweep")]
+pub use map::HeatMap;
 pub use render::{FigureError, Format};
 
 /// A colour-blind-safe blue (Okabe and Ito).
@@ -44,6 +48,9 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
+    /// Colours behind the curves.
+    #[cfg(feature = "sweep")]
+    pub map: Option<HeatMap>,
     /// The curves, the first at the back. Points that are not finite are left out.
     pub curves: Vec<Curve>,
     /// Where the labels of the curves stand.

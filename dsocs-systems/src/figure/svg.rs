@@ -193,6 +193,21 @@ impl Svg {
         ));
     }
 
+    /// A picture that fills an area; its pixels have sharp edges if they are larger than those of the screen.
+    #[cfg(feature = "sweep")]
+    pub(super) fn picture(&mut self, area: &Area, address: &str, sharp: bool) {
+        // the older word for those that do not know the newer one
+        let rendering = " style=\"image-rendering:optimizeSpeed;image-rendering:pixelated\"";
+        let rendering = if sharp { rendering } else { "" };
+        self.add(format_args!(
+            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\"{rendering} href=\"{address}\"/>",
+            number(area.left),
+            number(area.top),
+            number(area.width),
+            number(area.height),
+        ));
+    }
+
     /// Text.
     pub(super) fn text(&mut self, text: &str, lettering: &Lettering) {
         let anchor = match lettering.anchor {

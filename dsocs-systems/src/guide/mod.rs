@@ -10,6 +10,7 @@
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a controller that ticks? |
 //! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
+//! | [Many runs and clusters](many_runs) | How do I run a plan of ten thousand, here or on a cluster? |
 //! | [Two roots](two_roots) | What if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
 //! | [Checks and hard cases](checks) | How do I know that it is right? |
@@ -33,6 +34,8 @@ pub mod declaration {}
 pub mod errors {}
 #[doc = include_str!("how_it_works.md")]
 pub mod how_it_works {}
+#[doc = include_str!("many_runs.md")]
+pub mod many_runs {}
 #[doc = include_str!("maps.md")]
 pub mod maps {}
 #[doc = include_str!("methods.md")]

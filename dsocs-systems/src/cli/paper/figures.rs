@@ -67,6 +67,8 @@ fn particle_path(results: &Results) -> Figure {
         curves,
         legend: Legend::At([-1.28, 0.92]),
         equal_aspect: true,
+        #[cfg(feature = "sweep")]
+        map: None,
     };
     Figure {
         size: [760.0, 722.0],

@@ -1,0 +1,170 @@
+//! `sweep`: many runs by a plan, here or as a task of a scheduler.
+
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+
+use super::{CliError, Program, interrupt, progress};
+use crate::sweep::{Options, Plan, Shard, Status, Sweep, SweepError, status};
+
+/// What `sweep` takes.
+#[derive(Args, Debug)]
+pub struct SweepArguments {
+    /// The plan, a .toml file; `--status` does without
+    #[arg(required_unless_present = "status")]
+    plan: Option<PathBuf>,
+    /// The folder of the sweep; parts that are there are not computed again
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Say what is missing, and compute nothing; the exit status is 1 if something is
+    #[arg(long)]
+    status: bool,
+    /// Compute the I-th of N shares of the parts, 1/N to N/N [default: what the scheduler's environment says, or all: SLURM, PBS, LSF, Grid
+    /// Engine, AWS Batch, Kubernetes, Open MPI, PMI]
+    #[arg(long, value_name = "I/N", conflicts_with = "shards")]
+    shard: Option<String>,
+    /// How many tasks there are, where the scheduler does not tell its tasks (PBS, Kubernetes)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    shards: Option<u64>,
+    /// On how many threads [default: all that there are; in a shard `SLURM_CPUS_PER_TASK`, or 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+/// Computes a sweep, or says what is missing.
+///
+/// # Errors
+///
+/// [`CliError`] if the plan is none, the folder holds another sweep, or a part cannot be written.
+pub fn sweep(arguments: &SweepArguments, program: &Program) -> Result<(), CliError> {
+    let out = &arguments.out;
+    if arguments.status {
+        return tell(&status(out)?);
+    }
+    let path = arguments.plan.clone().unwrap_or_default();
+    let text = fs::read_to_string(&path).map_err(|cause| CliError::Read {
+        path: path.clone(),
+        cause: cause.to_string(),
+    })?;
+    let sweep = Sweep::new(&Plan::read(&text)?, &program.entries)?;
+    let shard = shard(arguments)?;
+    let threads = arguments.threads.map_or_else(|| threads(&shard), usize::from);
+
+    let done = AtomicU64::new(0);
+    let bar = progress::counted(sweep.open_points(out, &shard), sweep.system());
+    let begun = Instant::now();
+    let over = AtomicBool::new(false);
+    let stop = interrupt::watch();
+    let report = thread::scope(|scope| {
+        if !bar.is_hidden() {
+            scope.spawn(|| {
+                while !over.load(Ordering::Relaxed) {
+                    bar.set_position(done.load(Ordering::Relaxed));
+                    thread::sleep(Duration::from_millis(100));
+                }
+            });
+        }
+        let options = Options {
+            shard: shard.clone(),
+            threads,
+            done: Some(&done),
+            stop: Some(stop),
+        };
+        let report = sweep.run(out, &options);
+        over.store(true, Ordering::Relaxed);
+        report
+    });
+    bar.finish_and_clear();
+    let report = report?;
+    eprintln!(
+        "{} point{} of {}, {} failed, in {:.1} s on {threads} thread{}; {} of {} parts missing{}",
+        report.points,
+        plural(report.points),
+        sweep.points(),
+        report.failed,
+        begun.elapsed().as_secs_f64(),
+        plural(threads as u64),
+        report.missing,
+        report.parts,
+        if shard.count() > 1 {
+            format!(" (this was shard {shard})")
+        } else {
+            String::new()
+        },
+    );
+    if report.stopped && report.missing > 0 {
+        return Err(CliError::Stopped {
+            missing: report.missing,
+            parts: report.parts,
+        });
+    }
+    Ok(())
+}
+
+/// The share of this process.
+fn shard(arguments: &SweepArguments) -> Result<Shard, CliError> {
+    if let Some(given) = &arguments.shard {
+        return Ok(given.parse::<Shard>()?);
+    }
+    let found = Shard::of_environment(&|name| std::env::var(name).ok(), arguments.shards)?;
+    match found {
+        Some(shard) => {
+            eprintln!("note: shard {shard}, by {}", shard.origin().join(" and "));
+            Ok(shard)
+        }
+        None if arguments.shards.is_some_and(|count| count > 1) => Err(SweepError::Shard(
+            "`--shards` says how many tasks a scheduler's array has, and no scheduler says which one this is: give `--shard i/n`".to_owned(),
+        )
+        .into()),
+        None => Ok(Shard::WHOLE),
+    }
+}
+
+/// How many threads there are for a share.
+fn threads(shard: &Shard) -> usize {
+    if shard.count() == 1 && shard.origin().is_empty() {
+        return thread::available_parallelism().map_or(1, usize::from);
+    }
+    let own = std::env::var("SLURM_CPUS_PER_TASK");
+    own.ok().and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+/// Says what is missing.
+fn tell(status: &Status) -> Result<(), CliError> {
+    let missing = &status.missing;
+    let shown: Vec<String> = missing.iter().take(SHOWN).map(u64::to_string).collect();
+    let which = match (missing.len(), shown.join(", ")) {
+        (0, _) => String::new(),
+        (1, one) => format!(" (part {one})"),
+        (2..=SHOWN, all) => format!(" (parts {all})"),
+        (_, first) => format!(" (parts {first}, …)"),
+    };
+    let mut lines = vec![
+        format!("{} points in {} parts", status.points, status.parts),
+        format!("missing: {}{which}", missing.len()),
+    ];
+    let failed = status.failed.iter();
+    lines.extend(failed.map(|(error, count)| format!("failed: {count} point{} ({error})", plural(*count))));
+    writeln!(std::io::stdout(), "{}", lines.join("\n")).map_err(CliError::stdout)?;
+    if missing.is_empty() {
+        Ok(())
+    } else {
+        Err(CliError::Missing {
+            missing: missing.len() as u64,
+            parts: status.parts,
+        })
+    }
+}
+
+/// So many missing parts are named.
+const SHOWN: usize = 20;
+
+/// The ending of a plural.
+fn plural(count: u64) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}

@@ -1,0 +1,275 @@
+//! A run of which little is kept: one point of a sweep.
+
+use std::ops::ControlFlow;
+
+use dsocs_core::taylor::Jet;
+use dsocs_core::{Event, Events, Node, Observer, Occurrence, RunError, System, View};
+
+use super::run::Run;
+use super::{Plan, Row, RunFailure, held};
+
+/// A change of sign that is watched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Watched {
+    /// What changes.
+    pub of: Watchable,
+    /// The value that it passes.
+    pub value: f64,
+    /// `Some(true)` if only upwards, `Some(false)` if only downwards.
+    pub rising: Option<bool>,
+    /// Whether the run ends there.
+    pub ends: bool,
+}
+
+/// What can be watched, by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watchable {
+    /// Time.
+    Time,
+    /// A coordinate.
+    Position(usize),
+    /// The rate of a coordinate.
+    Velocity(usize),
+    /// An observed expression.
+    Observed(usize),
+}
+
+/// What a run shows.
+#[derive(Clone, Copy, Debug)]
+pub enum Shown<'a> {
+    /// A node.
+    Node(&'a Row<'a>),
+    /// An event that happened: its place among those watched, and the time.
+    Event(usize, f64),
+    /// Where the run ended: the last node, or the event that ended it. Of an event between nodes there is no force, and no multiplier.
+    End(&'a Row<'a>),
+}
+
+/// Where a run goes, and what of it is looked at.
+pub(super) struct Request<'a> {
+    /// The run.
+    pub plan: &'a Plan,
+    /// What is watched.
+    pub watched: &'a [Watched],
+    /// Whether each node is shown.
+    pub nodes: bool,
+}
+
+/// Runs to the end, or to the first event that ends it, whose place is given back. Where the run fails, its last node is shown as the end.
+///
+/// # Errors
+///
+/// [`RunFailure`] if a step has no solution.
+pub(super) fn go<S: System<N>, const N: usize>(
+    run: &mut Run<'_, N>,
+    system: &S,
+    request: &Request<'_>,
+    sink: &mut dyn FnMut(Shown<'_>),
+) -> Result<Option<usize>, RunFailure> {
+    let energy = |point: &Occurrence<N>| system.energy(point.t, &point.q, &point.v);
+    let (ended, result) = match pass(run, system, request, sink) {
+        Ok(ended) => (ended, Ok(())),
+        Err(error) => (None, Err(error)),
+    };
+    let mut observed = vec![0.0; S::OBSERVABLES.len()];
+    if let Some(event) = ended {
+        run.view().observed(&event.point(), &mut observed);
+        let none = [f64::NAN; N];
+        sink(Shown::End(&Row {
+            index: run.clock().index(),
+            t: event.t,
+            q: &event.q,
+            v: &event.v,
+            force: &none,
+            energy: energy(&event),
+            observed: &observed,
+            multipliers: &vec![f64::NAN; S::FORMS],
+            regularity: None,
+            errors: &[],
+            uncertainty: 0.0,
+        }));
+    } else {
+        let node = run.node();
+        show(run.view(), &node, &mut observed, &mut |row| sink(Shown::End(row)));
+    }
+    result.map(|()| ended.map(|event| event.event))
+}
+
+/// Shows a node as a row.
+fn show<const N: usize>(
+    view: &dyn View<N>,
+    node: &Node<N>,
+    observed: &mut [f64],
+    sink: &mut dyn FnMut(&Row<'_>),
+) {
+    view.observed(&node.point(), observed);
+    sink(&Row {
+        index: node.index,
+        t: node.t,
+        q: &node.q,
+        v: &node.v,
+        force: &node.force,
+        energy: node.energy,
+        observed,
+        multipliers: &view.multipliers_of(node),
+        regularity: None,
+        errors: &[],
+        uncertainty: 0.0,
+    });
+}
+
+/// Makes the steps.
+fn pass<const N: usize>(
+    run: &mut Run<'_, N>,
+    system: &dyn View<N>,
+    request: &Request<'_>,
+    sink: &mut dyn FnMut(Shown<'_>),
+) -> Result<Option<Occurrence<N>>, RunFailure> {
+    let Request { plan, watched, nodes } = *request;
+    let driven = !plan.inputs.is_empty();
+    if watched.is_empty() && !nodes && !driven {
+        // nothing but the end: nodes on the way are not computed
+        run.to(plan.until)?;
+        return Ok(None);
+    }
+    let mut observed = vec![0.0; system.observables().len()];
+    if !driven {
+        let mut looker = Looker {
+            view: system,
+            nodes,
+            observed: &mut observed,
+            sink,
+        };
+        if watched.is_empty() {
+            run.stream(plan.until, &mut looker)?;
+            return Ok(None);
+        }
+        return Ok(run.watch(plan.until, &mut events(watched, system), &mut looker)?);
+    }
+    // inputs change at nodes: a leg at a time
+    let end = run.clock().until(plan.until)?.time();
+    let mut events = events(watched, system);
+    let ahead = u64::from(plan.method == super::Method::Step);
+    loop {
+        let now = run.clock().time_of(run.clock().index() + ahead);
+        held::set(run, &plan.inputs, (now, plan.h))?;
+        let mut ended = None;
+        if watched.is_empty() || !run.clock().is_handed_out() {
+            match run.next_node() {
+                Some(node) => drop(node?),
+                None => return Ok(None),
+            }
+        } else {
+            let next = run.clock().time_of(run.clock().index() + 1);
+            let mut looker = Looker {
+                view: system,
+                nodes: false,
+                observed: &mut observed,
+                sink,
+            };
+            ended = run.watch(next, &mut events, &mut looker)?;
+        }
+        if ended.is_some() {
+            return Ok(ended);
+        }
+        let node = run.node();
+        if nodes {
+            // parameters have the values of now
+            show(run.view(), &node, &mut observed, &mut |row| {
+                sink(Shown::Node(row));
+            });
+        }
+        if (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
+            return Ok(None);
+        }
+    }
+}
+
+/// Hands on what a run shows.
+struct Looker<'l, const N: usize> {
+    /// The system.
+    view: &'l dyn View<N>,
+    /// Whether nodes are shown.
+    nodes: bool,
+    /// Room for the observed expressions.
+    observed: &'l mut [f64],
+    /// Takes it.
+    sink: &'l mut dyn FnMut(Shown<'_>),
+}
+
+impl<const N: usize> Observer<N> for Looker<'_, N> {
+    fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
+        if self.nodes {
+            show(self.view, node, self.observed, &mut |row| {
+                (self.sink)(Shown::Node(row));
+            });
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
+        (self.sink)(Shown::Event(occurrence.event, occurrence.t));
+        ControlFlow::Continue(())
+    }
+}
+
+/// The events, of a system.
+fn events<'e, const N: usize>(watched: &[Watched], system: &'e dyn View<N>) -> Events<'e, N> {
+    let event = |watched: &Watched| {
+        let Watched { of, value, .. } = *watched;
+        let event = Event::function(move |point| {
+            let quantity = match of {
+                Watchable::Time => point.t,
+                Watchable::Position(place) => point.q[place],
+                Watchable::Velocity(place) => point.v[place],
+                Watchable::Observed(place) => {
+                    let mut observed = vec![Jet::from(f64::NAN); system.observables().len()];
+                    system.observed_series(point, &mut observed);
+                    observed[place]
+                }
+            };
+            quantity - Jet::from(value)
+        });
+        let event = match watched.rising {
+            Some(true) => event.rising(),
+            Some(false) => event.falling(),
+            None => event,
+        };
+        if watched.ends { event.terminal() } else { event }
+    };
+    Events::new(watched.iter().map(event).collect())
+}
+
+/// A stable word for why a run ended early, for tables.
+#[must_use]
+pub fn code(failure: &RunFailure) -> &'static str {
+    use dsocs_core::{SetupError, StepFailure};
+    let step = |failure: Option<StepFailure>, other| match failure {
+        Some(StepFailure::NotFinite) => "not-finite",
+        Some(StepFailure::Singular) => "singular",
+        Some(StepFailure::NotConverged) => "not-converged",
+        Some(StepFailure::NoSolution) => "no-solution",
+        Some(StepFailure::Degenerate) => "degenerate",
+        Some(StepFailure::AmbiguousRoot) => "ambiguous-root",
+        _ => other,
+    };
+    let setup = |error: &SetupError| match error {
+        SetupError::Inconsistent { .. } | SetupError::Projection { .. } => "inconsistent-start",
+        SetupError::Acceleration { .. } => "no-acceleration",
+        SetupError::Parameter { .. } => "parameter",
+        _ => "setup",
+    };
+    match failure {
+        RunFailure::Setup(error) => setup(error),
+        RunFailure::Run(error) => match error {
+            RunError::Setup(error) => setup(error),
+            RunError::Step(_) => step(error.step_failure(), "step"),
+            RunError::Stage(_) => step(error.step_failure(), "stage"),
+            RunError::Series(_) => "series",
+            RunError::Event(_) => "event",
+            RunError::Input(_) => "input",
+            _ => "run",
+        },
+        _ => "run",
+    }
+}

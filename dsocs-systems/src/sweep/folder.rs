@@ -1,0 +1,208 @@
+//! The folder of a sweep: a manifest and parts, of which each is whole or not there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::NamedTempFile;
+
+use super::SweepError;
+
+/// What temporary files begin and end with: readers of Parquet leave out names with a dot in front.
+const TEMPORARY: [&str; 2] = [".dsocs-", ".part"];
+
+/// The folder of a sweep.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    /// Where it is.
+    path: PathBuf,
+}
+
+/// The tables of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// A row for each point.
+    Points,
+    /// A row for each node that is kept.
+    Nodes,
+}
+
+impl Which {
+    /// The name of its folder.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Points => "points",
+            Self::Nodes => "nodes",
+        }
+    }
+}
+
+impl Folder {
+    /// A folder, which need not be there yet.
+    pub fn new(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The manifest's file.
+    pub fn manifest_path(&self) -> PathBuf {
+        self.path.join("manifest.json")
+    }
+
+    /// The manifest, if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Read`] if it cannot be read or is none.
+    pub fn manifest(&self) -> Result<Option<Value>, SweepError> {
+        let path = self.manifest_path();
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(SweepError::read(&path, error)),
+        };
+        match serde_json::from_str(&text) {
+            Ok(manifest) => Ok(Some(manifest)),
+            Err(error) => Err(SweepError::read(&path, error)),
+        }
+    }
+
+    /// Makes the folder with its manifest, unless another process is faster.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Write`] if it cannot be written.
+    pub fn create(&self, manifest: &Value, tables: &[Which]) -> Result<(), SweepError> {
+        for which in tables {
+            let folder = self.path.join(which.name());
+            fs::create_dir_all(&folder).map_err(|cause| SweepError::write(&folder, cause))?;
+        }
+        let path = self.manifest_path();
+        let write = || -> io::Result<()> {
+            let mut file = temporary(&self.path)?;
+            file.write_all(format!("{manifest:#}\n").as_bytes())?;
+            file.as_file().sync_all()?;
+            match file.persist_noclobber(&path) {
+                Ok(_) => {}
+                Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error.error),
+            }
+            sync(&self.path)
+        };
+        write().map_err(|cause| SweepError::write(&path, cause))
+    }
+
+    /// The file of a part.
+    pub fn part(&self, which: Which, part: u64) -> PathBuf {
+        self.path
+            .join(which.name())
+            .join(format!("part-{part:06}.parquet"))
+    }
+
+    /// Whether a part is there, in all tables.
+    pub fn has(&self, tables: &[Which], part: u64) -> bool {
+        tables.iter().all(|&which| self.part(which, part).is_file())
+    }
+
+    /// A file for a part in the making.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Write`] if there can be none.
+    pub fn begin(&self, which: Which, part: u64) -> Result<PartFile, SweepError> {
+        let path = self.part(which, part);
+        let folder = self.path.join(which.name());
+        match temporary(&folder) {
+            Ok(file) => Ok(PartFile { file, path, folder }),
+            Err(cause) => Err(SweepError::write(&path, cause)),
+        }
+    }
+
+    /// Takes temporary files away that processes left which were killed. A process that is still writing one has a part in the making
+    /// that is there already.
+    pub fn tidy(&self, tables: &[Which]) {
+        for folder in tables
+            .iter()
+            .map(|which| self.path.join(which.name()))
+            .chain([self.path.clone()])
+        {
+            for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+                let name = entry.file_name();
+                let name = name.to_string_lossy();
+                if name.starts_with(TEMPORARY[0]) && name.ends_with(TEMPORARY[1]) {
+                    // where it cannot be taken away it does no harm
+                    let _ = fs::remove_file(entry.path());
+                }
+            }
+        }
+    }
+}
+
+/// A part in the making: what is written has another name until all of it is on the disk.
+pub struct PartFile {
+    /// What is written.
+    file: NamedTempFile,
+    /// The part.
+    path: PathBuf,
+    /// Its folder.
+    folder: PathBuf,
+}
+
+impl PartFile {
+    /// The part's own name.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What is written to.
+    pub fn file(&mut self) -> &mut File {
+        self.file.as_file_mut()
+    }
+
+    /// Gives the file its name, when all of it is on the disk.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Write`] if not all of it can be.
+    pub fn finish(self) -> Result<(), SweepError> {
+        let Self { file, path, folder } = self;
+        let write = || -> io::Result<()> {
+            file.as_file().sync_all()?;
+            match file.persist(&path) {
+                Ok(_) => {}
+                // another process has finished the part, the last one of the sweep, and tidied up
+                Err(error) if error.error.kind() == io::ErrorKind::NotFound && path.is_file() => {}
+                Err(error) => return Err(error.error),
+            }
+            sync(&folder)
+        };
+        write().map_err(|cause| SweepError::write(&path, cause))
+    }
+}
+
+/// A temporary file with the permissions that a new file has.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(TEMPORARY[0]).suffix(TEMPORARY[1]);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666)); // the umask takes its part off
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Brings a folder's names to the disk, where that can be asked for.
+fn sync(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) {
+        File::open(folder)?.sync_all()?;
+    }
+    Ok(())
+}

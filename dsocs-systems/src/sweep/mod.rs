@@ -1,0 +1,427 @@
+//! Sweeps: many runs of one system, on one machine or on a cluster.
+//!
+//! A *plan* says what varies, what is kept and when a run ends. Its *points* are computed in *parts*, each of which becomes a file of a
+//! folder. What stands in the folder depends on the plan alone: not on how many threads, processes or machines have computed it, nor on
+//! how often they were stopped. So nothing has to be coordinated: every process that is given the plan and the folder computes
+//! parts that are not there. The book's chapter *Many runs and clusters* ([`crate::guide::many_runs`]) begins with examples.
+//!
+//! # The plan
+//!
+//! ```toml
+//! system = "pendulum"          # may be left out where there is one
+//! step = 0.1                   # the entry's own, unless given; so are `until`, the start and the parameters
+//! until = 100
+//! order = 4                    # 2 (unless given), 4, 6 or 8; or `tolerance = 1e-9`: the continuous motion
+//! part = 1000                  # points in a part; the 256th of all unless given
+//!
+//! [start]                      # as far as it does not vary
+//! q0 = [0.5, 0]
+//! v0 = [0, "pi/2"]             # wherever a number is asked for, an expression in quotes is one, too
+//! t0 = 0
+//! rule = "second-order"        # or "paper"
+//! project = true               # move starts onto the constraints
+//!
+//! [set]                        # parameters
+//! rho = 3
+//!
+//! [input]                      # parameters that are held from some times on
+//! m = [[0, 38], [50, 40]]
+//!
+//! [vary]                       # the first varies slowest
+//! theta = { from = "-pi", to = "pi", count = 101 }                          # a coordinate at the start
+//! v_psi = { from = 0.01, to = 100, count = 5, scale = "logarithmic" }       # a velocity at the start
+//! chi = [50, 100]                                                           # a parameter
+//! "m@50" = [40, 45]                                                         # what a parameter is from a time on
+//!
+//! [keep]
+//! end = ["t", "theta", "lyapunov"]       # columns of `dsocs run`, at the end; time, coordinates and velocities unless given
+//! extremes = ["theta"]                   # the least and the greatest over all nodes
+//! nodes = { every = 100, columns = ["t", "theta"] }      # nodes on the way, in a table of their own
+//!
+//! [[event]]                    # a change of sign that is counted: first and last time are kept
+//! name = "upright"
+//! quantity = "theta"           # `t`, a coordinate, a velocity, an observed expression
+//! value = 0                    # what it passes
+//! direction = "rising"         # or "falling", or "both"
+//! ends = true                  # the run ends there
+//! ```
+//!
+//! Points by chance instead of a grid: ranges have no `count` then.
+//!
+//! ```toml
+//! [sample]
+//! kind = "latin-hypercube"     # or "sobol" (at most 65536 points), or "random"
+//! count = 10000
+//! seed = 1
+//! ```
+//!
+//! # The folder
+//!
+//! | file | what |
+//! |---|---|
+//! | `manifest.json` | the plan with all that it leaves to the system, a hash of it, the version of this crate, the numeric mode, the columns |
+//! | `points/part-000000.parquet` | a row for each point: `point`, what varies by its name, `end_…`, `least_…`, `greatest_…`, `count_…`, `first_…`, `last_…` of events, `ended_by`, `error`, `message` |
+//! | `nodes/part-000000.parquet` | a row for each node that is kept: `point`, `node`, columns |
+//!
+//! A run that fails is a row like others: `error` is a word that says why, `message` a sentence, and its end is the last node it had.
+//!
+//! A part is written under a temporary name, brought to the disk, and then given its name. What is there is whole, and is not computed
+//! again; what was being computed when a process was killed is computed by the next one. A folder that holds another plan's sweep is refused,
+//! and so is one that was begun by another version or in another *numeric mode*: the C library's `sin`, `cos` and `exp` give other last
+//! digits on processors with other instructions. A program that is linked statically with musl has one mode everywhere.
+//! A system that was changed under the same version is not noticed: take a new folder.
+//!
+//! # From a program
+//!
+//! ```
+//! use dsocs_systems::sweep::{Options, Plan, Sweep};
+//! use dsocs_systems::{Entry, PlanarPendulum};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let plan = Plan::read("until = 1\n[start]\nproject = true\n[vary]\nlength = { from = 0.5, to = 2, count = 4 }")?;
+//! let entries = [Entry::new(PlanarPendulum::default()).start([0.6, -0.8], [0.0, 0.0])];
+//! let sweep = Sweep::new(&plan, &entries)?;
+//! let folder = tempfile::tempdir()?;
+//! let report = sweep.run(folder.path(), &Options::default())?;
+//! assert_eq!((report.points, report.missing, report.failed), (4, 0, 0));
+//! # Ok(())
+//! # }
+//! ```
+
+mod error;
+mod folder;
+mod plan;
+mod points;
+mod random;
+mod read;
+mod setting;
+mod shard;
+mod table;
+mod worker;
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::thread;
+
+use serde_json::{Value, json};
+use twox_hash::XxHash3_128;
+
+use crate::entry::{Entry, UnknownName};
+
+pub use error::SweepError;
+pub use plan::{Keep, KeptNodes, Plan, PlannedEvent, PlannedStart, SOBOL, Sample, SampleKind, Values};
+pub use read::{Axis, Content, Status, status};
+pub use shard::Shard;
+
+use folder::Folder;
+use setting::Setting;
+use worker::Worker;
+
+/// The form of folder and manifest.
+const FORMAT: u64 = 1;
+
+/// A plan and the system that it is for.
+#[derive(Debug)]
+pub struct Sweep {
+    /// The system.
+    entry: Entry,
+    /// What every point needs.
+    setting: Setting,
+    /// All that the content depends on.
+    manifest: Value,
+}
+
+/// How a sweep is computed. Nothing of this changes what comes out.
+#[derive(Debug)]
+pub struct Options<'o> {
+    /// Which parts.
+    pub shard: Shard,
+    /// On how many threads, at least one.
+    pub threads: usize,
+    /// Where to tell how many points are done.
+    pub done: Option<&'o AtomicU64>,
+    /// Whether to stop: parts that are not finished are given up.
+    pub stop: Option<&'o AtomicBool>,
+}
+
+impl Default for Options<'_> {
+    /// All parts, on one thread.
+    fn default() -> Self {
+        Self {
+            shard: Shard::WHOLE,
+            threads: 1,
+            done: None,
+            stop: None,
+        }
+    }
+}
+
+/// What a sweep has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    /// The parts of the sweep.
+    pub parts: u64,
+    /// Parts that were computed.
+    pub computed: u64,
+    /// Parts of the sweep that are not there yet, be it that others compute them.
+    pub missing: u64,
+    /// Points that were computed.
+    pub points: u64,
+    /// Points among these whose run failed.
+    pub failed: u64,
+    /// Whether it was stopped before its end.
+    pub stopped: bool,
+}
+
+impl Sweep {
+    /// Looks the names of a plan up among some systems.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError`] that says what in the plan there is not, with the nearest name.
+    pub fn new<'e>(plan: &Plan, entries: impl IntoIterator<Item = &'e Entry>) -> Result<Self, SweepError> {
+        let entries: Vec<&Entry> = entries.into_iter().collect();
+        let known = || entries.iter().map(|entry| entry.name().to_owned());
+        let mut entry = match (&plan.system, &entries[..]) {
+            (Some(name), _) => match entries.iter().find(|entry| entry.name() == name) {
+                Some(entry) => entry.copy(),
+                None => {
+                    return Err(SweepError::unknown(
+                        "system",
+                        UnknownName::new("system", name, known()),
+                    ));
+                }
+            },
+            (None, [entry]) => entry.copy(),
+            (None, _) => {
+                return Err(SweepError::Which {
+                    known: known().collect(),
+                });
+            }
+        };
+        let (setting, told) = Setting::new(plan, &mut entry)?;
+        let columns = |place: usize| -> Vec<&str> {
+            let columns = setting.columns[place].iter();
+            columns.map(|(name, _)| name.as_str()).collect()
+        };
+        let mut manifest = json!({
+            "format": FORMAT,
+            "version": env!("CARGO_PKG_VERSION"),
+            "numeric_mode": numeric_mode(),
+            "points": setting.points.count(),
+            "parts": setting.parts(),
+            "tables": setting.tables().iter().map(|which| which.name()).collect::<Vec<_>>(),
+            "columns": columns(0),
+            "node_columns": if setting.nodes.is_some() { columns(1) } else { Vec::new() },
+            "plan": told,
+        });
+        let hash = XxHash3_128::oneshot(manifest.to_string().as_bytes());
+        manifest["hash"] = format!("{hash:032x}").into();
+        Ok(Self {
+            entry,
+            setting,
+            manifest,
+        })
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn points(&self) -> u64 {
+        self.setting.points.count()
+    }
+
+    /// How many parts there are.
+    #[must_use]
+    pub fn parts(&self) -> u64 {
+        self.setting.parts()
+    }
+
+    /// The system's name.
+    #[must_use]
+    pub fn system(&self) -> &str {
+        self.entry.name()
+    }
+
+    /// How many points of a shard are not there yet.
+    #[must_use]
+    pub fn open_points(&self, folder: &Path, shard: &Shard) -> u64 {
+        let open = self.open(&Folder::new(folder), shard);
+        let setting = &self.setting;
+        open.iter()
+            .map(|&part| setting.points_of(part).count() as u64)
+            .sum()
+    }
+
+    /// Computes the parts of a shard that are not in the folder yet, which is made if there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Another`] if the folder holds another sweep, [`SweepError::Write`] if a part cannot be written. What was finished
+    /// before is whole.
+    pub fn run(&self, folder: &Path, options: &Options<'_>) -> Result<Report, SweepError> {
+        let folder = Folder::new(folder);
+        self.claim(&folder)?;
+        let setting = &self.setting;
+        let tables = setting.tables();
+        let open = self.open(&folder, &options.shard);
+        let (next, failed) = (AtomicUsize::new(0), Mutex::new(None));
+        let stopped = || options.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        let broken = AtomicBool::new(false);
+        let end = || stopped() || broken.load(Ordering::Relaxed);
+        let work = |mut worker: Worker<'_>| {
+            let mut report = Report::default();
+            while let Some(&part) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if end() {
+                    break;
+                }
+                // another process may have been faster
+                if folder.has(tables, part) {
+                    add(options.done, setting.points_of(part).count() as u64);
+                    continue;
+                }
+                match worker.part(&folder, part, setting.points_of(part), &end, options.done) {
+                    Ok(Some(count)) => {
+                        report.computed += 1;
+                        report.points += setting.points_of(part).count() as u64;
+                        report.failed += count;
+                    }
+                    Ok(None) => break,
+                    Err(error) => {
+                        broken.store(true, Ordering::Relaxed);
+                        // the first one says what is wrong
+                        if let Ok(mut failed) = failed.lock() {
+                            failed.get_or_insert(error);
+                        }
+                        break;
+                    }
+                }
+            }
+            report
+        };
+        let threads = options.threads.clamp(1, open.len().max(1));
+        let workers: Vec<_> = (0..threads)
+            .map(|_| Worker::new(self.entry.copy(), setting))
+            .collect();
+        let mut report = Report::default();
+        thread::scope(|scope| {
+            let work = &work;
+            let handles: Vec<_> = workers
+                .into_iter()
+                .map(|worker| scope.spawn(move || work(worker)))
+                .collect();
+            for handle in handles {
+                match handle.join() {
+                    Ok(own) => {
+                        report.computed += own.computed;
+                        report.points += own.points;
+                        report.failed += own.failed;
+                    }
+                    Err(panic) => {
+                        let told = panic.downcast_ref::<&str>().map(ToString::to_string);
+                        let told = told.or_else(|| panic.downcast_ref::<String>().cloned());
+                        let error = SweepError::Panicked(told.unwrap_or_default());
+                        if let Ok(mut failed) = failed.lock() {
+                            failed.get_or_insert(error);
+                        }
+                    }
+                }
+            }
+        });
+        if let Ok(Some(error)) = failed.into_inner() {
+            return Err(error);
+        }
+        report.parts = self.parts();
+        report.missing = (0..self.parts())
+            .filter(|&part| !folder.has(tables, part))
+            .count() as u64;
+        report.stopped = stopped();
+        if report.missing == 0 {
+            folder.tidy(tables);
+        }
+        Ok(report)
+    }
+
+    /// Makes the folder this sweep's, unless it is another's.
+    fn claim(&self, folder: &Folder) -> Result<(), SweepError> {
+        if folder.manifest()?.is_none() {
+            folder.create(&self.manifest, self.setting.tables())?;
+        }
+        match folder.manifest()? {
+            Some(there) if there == self.manifest => Ok(()),
+            Some(there) => Err(SweepError::Another {
+                folder: folder.path().to_owned(),
+                difference: difference("", &there, &self.manifest)
+                    .unwrap_or_else(|| "its manifest is written otherwise".to_owned()),
+            }),
+            None => Err(SweepError::NoSweep(folder.path().to_owned())),
+        }
+    }
+
+    /// The parts of a shard that are not there.
+    fn open(&self, folder: &Folder, shard: &Shard) -> Vec<u64> {
+        (0..self.parts())
+            .filter(|&part| shard.has(part) && !folder.has(self.setting.tables(), part))
+            .collect()
+    }
+}
+
+/// Tells that points are done.
+fn add(done: Option<&AtomicU64>, count: u64) {
+    if let Some(done) = done {
+        done.fetch_add(count, Ordering::Relaxed);
+    }
+}
+
+/// What the last digits of results depend on beside the plan: the processor's kind, and the C library's functions, which glibc chooses by
+/// the instructions that the processor has.
+fn numeric_mode() -> String {
+    let library = if cfg!(target_env = "musl") {
+        "musl"
+    } else if cfg!(target_env = "gnu") {
+        "gnu"
+    } else if cfg!(target_env = "msvc") {
+        "msvc"
+    } else {
+        "system"
+    };
+    let mode = format!("{}-{}-{library}", std::env::consts::ARCH, std::env::consts::OS);
+    #[cfg(all(target_arch = "x86_64", target_env = "gnu"))]
+    let mode = {
+        let has = |has: bool, name: &'static str| if has { name } else { "" };
+        mode + has(std::arch::is_x86_feature_detected!("avx2"), "+avx2")
+            + has(std::arch::is_x86_feature_detected!("fma"), "+fma")
+    };
+    mode
+}
+
+/// The first place where two manifests differ, but for their hashes, which always do.
+fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
+    match (there, here) {
+        (Value::Object(there), Value::Object(here)) => {
+            let keys = there
+                .keys()
+                .chain(here.keys().filter(|key| !there.contains_key(*key)));
+            // what the plan says comes before what follows from it
+            let last = |key: &&String| !["plan", "version", "numeric_mode"].contains(&key.as_str());
+            let (first, rest): (Vec<_>, Vec<_>) = keys
+                .filter(|key| *key != "hash")
+                .partition(|key| !at.is_empty() || !last(key));
+            first.into_iter().chain(rest).find_map(|key| {
+                let at = if at.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{at}.{key}")
+                };
+                let none = Value::Null;
+                difference(
+                    &at,
+                    there.get(key).unwrap_or(&none),
+                    here.get(key).unwrap_or(&none),
+                )
+            })
+        }
+        (there, here) if there == here => None,
+        (there, here) => Some(format!("{at} is {there} there and {here} here")),
+    }
+}

@@ -1,0 +1,670 @@
+//! A plan: what a sweep runs, as it is written down, before its names are looked up.
+
+use std::fmt;
+
+use dsocs_core::Composition;
+use toml::{Table, Value};
+
+use super::SweepError;
+use crate::cli::expression;
+use crate::entry::{Method, UnknownName};
+
+/// What a sweep runs. It is read from TOML ([`Plan::read`]); the module's page has the whole of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The system's name; may be left out where there is one.
+    pub system: Option<String>,
+    /// The step `h`, in s, unless the entry's own.
+    pub step: Option<f64>,
+    /// The end, in s, unless the entry's own.
+    pub until: Option<f64>,
+    /// How a run is computed.
+    pub method: Method,
+    /// Where runs begin.
+    pub start: PlannedStart,
+    /// Parameters with values other than the entry's.
+    pub set: Vec<(String, f64)>,
+    /// Parameters that are held from time to time: times, which ascend, each with the value from then on.
+    pub inputs: Vec<(String, Vec<[f64; 2]>)>,
+    /// What varies: `x` is the start of a coordinate, `v_x` that of its velocity, `mass` a parameter, `push@2` the value that the
+    /// parameter `push` has from the time 2 on.
+    pub vary: Vec<(String, Values)>,
+    /// Points by chance instead of a grid.
+    pub sample: Option<Sample>,
+    /// What is kept of a run.
+    pub keep: Keep,
+    /// What is watched.
+    pub events: Vec<PlannedEvent>,
+    /// How many points a part has, unless the 256th of all of them.
+    pub part: Option<u64>,
+}
+
+/// Where runs begin, as far as it does not vary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlannedStart {
+    /// The position, unless the entry's own.
+    pub q0: Option<Vec<f64>>,
+    /// The velocity, unless the entry's own.
+    pub v0: Option<Vec<f64>>,
+    /// The time, in s.
+    pub t0: f64,
+    /// Whether the second node is the paper's, `q0 + h v0`, of first order.
+    pub paper: bool,
+    /// Whether starts are moved onto the constraints.
+    pub project: bool,
+}
+
+/// The values of what varies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// These.
+    List(Vec<f64>),
+    /// From one to another, ends included: `count` of them on a grid, anywhere between where points are by chance.
+    Range {
+        /// The first.
+        from: f64,
+        /// The last.
+        to: f64,
+        /// How many; `None` where points are by chance.
+        count: Option<u64>,
+        /// Whether they lie in a geometric progression instead of an arithmetic one.
+        logarithmic: bool,
+    },
+}
+
+/// Points by chance. Each is computed from the seed and its number alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// By which rule.
+    pub kind: SampleKind,
+    /// How many points.
+    pub count: u64,
+    /// Another seed gives other points.
+    pub seed: u64,
+}
+
+/// Rules for points by chance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// Each quantity has one value in each of `count` equal parts of its range, in an order of its own (`McKay`, Beckman and
+    /// Conover 1979).
+    LatinHypercube,
+    /// Sobol's sequence, scrambled as Owen does it; of at most [`SOBOL`] points.
+    Sobol,
+    /// Independent of one another.
+    Random,
+}
+
+/// The most points of [`SampleKind::Sobol`].
+pub const SOBOL: u64 = 1 << 16;
+
+/// What is kept of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Keep {
+    /// Columns at the end; all coordinates and velocities with the time unless given.
+    pub end: Option<Vec<String>>,
+    /// Columns of which the least and the greatest value over the nodes are kept.
+    pub extremes: Vec<String>,
+    /// Nodes, in a table of their own.
+    pub nodes: Option<KeptNodes>,
+}
+
+/// Nodes that are kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptNodes {
+    /// Every so many.
+    pub every: u64,
+    /// The columns; all coordinates with the time unless given.
+    pub columns: Option<Vec<String>>,
+}
+
+/// A change of sign that is watched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedEvent {
+    /// Its name.
+    pub name: String,
+    /// What changes: `t`, a coordinate, a velocity, an observed expression.
+    pub quantity: String,
+    /// The value that it passes.
+    pub value: f64,
+    /// `Some(true)` if only upwards, `Some(false)` if only downwards.
+    pub rising: Option<bool>,
+    /// Whether a run ends there.
+    pub ends: bool,
+}
+
+impl Plan {
+    /// Reads a plan.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Syntax`] if it is not TOML, [`SweepError::Plan`] with the place of what is wrong, and the nearest word that there
+    /// is for one that there is not.
+    pub fn read(text: &str) -> Result<Self, SweepError> {
+        let table: Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| SweepError::Syntax(error.to_string()))?;
+        let mut plan = Section::new("", table);
+        let mut start = plan.section("start")?;
+        let mut keep = plan.section("keep")?;
+        let read = Self {
+            system: plan.text("system")?,
+            step: plan.number("step")?,
+            until: plan.number("until")?,
+            method: method(&mut plan)?,
+            start: PlannedStart {
+                q0: start.numbers("q0")?,
+                v0: start.numbers("v0")?,
+                t0: start.number("t0")?.unwrap_or(0.0),
+                paper: start.choice("rule", &[("second-order", false), ("paper", true)])? == Some(true),
+                project: start.flag("project")?,
+            },
+            set: plan
+                .section("set")?
+                .entries()
+                .map(|(at, name, value)| Ok((name, number(&at, &value)?)))
+                .collect::<Result<_, SweepError>>()?,
+            inputs: plan
+                .section("input")?
+                .entries()
+                .map(|(at, name, value)| Ok((name, held(&at, value)?)))
+                .collect::<Result<_, SweepError>>()?,
+            sample: sample(&mut plan)?,
+            vary: plan
+                .section("vary")?
+                .entries()
+                .map(|(at, name, value)| Ok((name, values(&at, value)?)))
+                .collect::<Result<_, SweepError>>()?,
+            keep: Keep {
+                end: keep.texts("end")?,
+                extremes: keep.texts("extremes")?.unwrap_or_default(),
+                nodes: match keep.optional_section("nodes")? {
+                    Some(mut nodes) => {
+                        let kept = KeptNodes {
+                            every: nodes.count("every")?.unwrap_or(1),
+                            columns: nodes.texts("columns")?,
+                        };
+                        nodes.finish()?;
+                        Some(kept)
+                    }
+                    None => None,
+                },
+            },
+            events: events(&mut plan)?,
+            part: plan.count("part")?,
+        };
+        start.finish()?;
+        keep.finish()?;
+        plan.finish()?;
+        read.check()?;
+        Ok(read)
+    }
+
+    /// Looks for what no system could make good.
+    fn check(&self) -> Result<(), SweepError> {
+        if self.vary.is_empty() {
+            return fail("vary", "nothing varies; one run is `dsocs run`");
+        }
+        for (name, values) in &self.vary {
+            let at = &format!("vary.{name}");
+            match values {
+                Values::List(values) if values.is_empty() => return fail(at, "the list is empty"),
+                Values::Range { count: None, .. } if self.sample.is_none() => {
+                    return fail(at, "a grid needs a `count`; points by chance a table [sample]");
+                }
+                Values::Range { count: Some(_), .. } if self.sample.is_some() => {
+                    return fail(at, "`count` is of a grid; with [sample] the count stands there");
+                }
+                Values::Range {
+                    from,
+                    to,
+                    logarithmic: true,
+                    ..
+                } if *from == 0.0 || *to == 0.0 || (*from < 0.0) != (*to < 0.0) => {
+                    return fail(
+                        at,
+                        "on a logarithmic scale both ends have one sign and none is zero",
+                    );
+                }
+                Values::List(_) | Values::Range { .. } => {}
+            }
+        }
+        for (place, event) in self.events.iter().enumerate() {
+            if self.events[..place].iter().any(|other| other.name == event.name) {
+                return fail("event", &format!("two events are called `{}`", event.name));
+            }
+        }
+        if let Some(Sample { kind, count, .. }) = self.sample
+            && kind == SampleKind::Sobol
+            && (count > SOBOL || self.vary.len() > 256)
+        {
+            return fail(
+                "sample",
+                &format!(
+                    "Sobol's sequence has at most {SOBOL} points of 256 quantities here; a latin-hypercube may have more"
+                ),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The method.
+fn method(plan: &mut Section) -> Result<Method, SweepError> {
+    let (order, tolerance) = (plan.count("order")?, plan.number("tolerance")?);
+    match (order, tolerance) {
+        (Some(_), Some(_)) => fail("order", "`order` and `tolerance` are two methods: give one"),
+        (None, Some(tolerance)) if tolerance > 0.0 => Ok(Method::Tolerance(tolerance)),
+        (None, Some(_)) => fail("tolerance", "a tolerance is positive"),
+        (None | Some(2), None) => Ok(Method::Step),
+        (Some(order), None) => match u32::try_from(order).ok().and_then(Composition::of_order) {
+            Some(composition) => Ok(Method::Composed(composition)),
+            None => fail("order", "the step has order 2, its compositions 4, 6 and 8"),
+        },
+    }
+}
+
+/// The values of what varies.
+fn values(at: &str, value: Value) -> Result<Values, SweepError> {
+    match value {
+        Value::Array(list) => Ok(Values::List(
+            list.iter()
+                .map(|value| number(at, value))
+                .collect::<Result<_, _>>()?,
+        )),
+        Value::Table(table) => {
+            let mut range = Section::new(at, table);
+            let end = |value: Option<f64>, name: &str| match value {
+                Some(value) => Ok(value),
+                None => fail(at, &format!("`{name}` is missing")),
+            };
+            let values = Values::Range {
+                from: end(range.number("from")?, "from")?,
+                to: end(range.number("to")?, "to")?,
+                count: range.count("count")?,
+                logarithmic: range.choice("scale", &[("linear", false), ("logarithmic", true)])?
+                    == Some(true),
+            };
+            range.finish()?;
+            Ok(values)
+        }
+        other => wrong(
+            at,
+            "a list, or a table as in { from = 0, to = 1, count = 11 }",
+            &other,
+        ),
+    }
+}
+
+/// The points by chance.
+fn sample(plan: &mut Section) -> Result<Option<Sample>, SweepError> {
+    let Some(mut section) = plan.optional_section("sample")? else {
+        return Ok(None);
+    };
+    let kinds = [
+        ("latin-hypercube", SampleKind::LatinHypercube),
+        ("sobol", SampleKind::Sobol),
+        ("random", SampleKind::Random),
+    ];
+    let Some(kind) = section.choice("kind", &kinds)? else {
+        return fail("sample", "`kind` is missing: latin-hypercube, sobol or random");
+    };
+    let Some(count) = section.count("count")? else {
+        return fail("sample", "`count` is missing");
+    };
+    let seed = section.whole("seed", 0)?.unwrap_or(0);
+    section.finish()?;
+    Ok(Some(Sample { kind, count, seed }))
+}
+
+/// The times and values of an input.
+fn held(at: &str, value: Value) -> Result<Vec<[f64; 2]>, SweepError> {
+    let Value::Array(rows) = value else {
+        return wrong(
+            at,
+            "pairs of a time and a value, as in [[0, 1.0], [2, -1.0]]",
+            &value,
+        );
+    };
+    let mut held: Vec<[f64; 2]> = Vec::new();
+    for row in &rows {
+        let pair = match row {
+            Value::Array(pair) => match &pair[..] {
+                [time, value] => [number(at, time)?, number(at, value)?],
+                _ => return wrong(at, "a time and a value", row),
+            },
+            _ => return wrong(at, "a time and a value", row),
+        };
+        if held.last().is_some_and(|before| before[0] >= pair[0]) {
+            return fail(at, "times ascend");
+        }
+        held.push(pair);
+    }
+    Ok(held)
+}
+
+/// The events.
+fn events(plan: &mut Section) -> Result<Vec<PlannedEvent>, SweepError> {
+    let list = match plan.take("event") {
+        None => return Ok(Vec::new()),
+        Some(Value::Array(list)) => list,
+        Some(other) => return wrong("event", "tables [[event]]", &other),
+    };
+    let mut events = Vec::new();
+    for value in list {
+        let Value::Table(table) = value else {
+            return wrong("event", "a table [[event]]", &value);
+        };
+        let mut section = Section::new("event", table);
+        let Some(quantity) = section.text("quantity")? else {
+            return fail("event", "`quantity` is missing");
+        };
+        events.push(PlannedEvent {
+            name: section.text("name")?.unwrap_or_else(|| quantity.clone()),
+            quantity,
+            value: section.number("value")?.unwrap_or(0.0),
+            rising: section
+                .choice(
+                    "direction",
+                    &[("rising", Some(true)), ("falling", Some(false)), ("both", None)],
+                )?
+                .flatten(),
+            ends: section.flag("ends")?,
+        });
+        section.finish()?;
+    }
+    Ok(events)
+}
+
+/// A table of a plan, of which what is read is taken; what is left at the end is unknown.
+struct Section {
+    /// Where it stands.
+    at: String,
+    /// What is left.
+    table: Table,
+    /// What was asked for.
+    known: Vec<&'static str>,
+}
+
+impl Section {
+    /// A table at a place.
+    fn new(at: &str, table: Table) -> Self {
+        Self {
+            at: at.to_owned(),
+            table,
+            known: Vec::new(),
+        }
+    }
+
+    /// The place of a key.
+    fn place(&self, key: &str) -> String {
+        if self.at.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", self.at)
+        }
+    }
+
+    /// Takes a value.
+    fn take(&mut self, key: &'static str) -> Option<Value> {
+        self.known.push(key);
+        self.table.remove(key)
+    }
+
+    /// A number, or an expression as the command line takes it.
+    fn number(&mut self, key: &'static str) -> Result<Option<f64>, SweepError> {
+        let at = self.place(key);
+        self.take(key).map(|value| number(&at, &value)).transpose()
+    }
+
+    /// Numbers.
+    fn numbers(&mut self, key: &'static str) -> Result<Option<Vec<f64>>, SweepError> {
+        let at = self.place(key);
+        match self.take(key) {
+            None => Ok(None),
+            Some(Value::Array(list)) => list
+                .iter()
+                .map(|value| number(&at, value))
+                .collect::<Result<_, _>>()
+                .map(Some),
+            Some(other) => wrong(&at, "a list of numbers", &other),
+        }
+    }
+
+    /// A whole number, not less than `least`.
+    fn whole(&mut self, key: &'static str, least: u64) -> Result<Option<u64>, SweepError> {
+        let at = self.place(key);
+        match self.take(key) {
+            None => Ok(None),
+            Some(Value::Integer(count)) if u64::try_from(count).is_ok_and(|count| count >= least) => {
+                Ok(u64::try_from(count).ok())
+            }
+            Some(other) => wrong(&at, &format!("a whole number, at least {least}"), &other),
+        }
+    }
+
+    /// A whole number, at least 1.
+    fn count(&mut self, key: &'static str) -> Result<Option<u64>, SweepError> {
+        self.whole(key, 1)
+    }
+
+    /// A text.
+    fn text(&mut self, key: &'static str) -> Result<Option<String>, SweepError> {
+        let at = self.place(key);
+        match self.take(key) {
+            None => Ok(None),
+            Some(Value::String(text)) => Ok(Some(text)),
+            Some(other) => wrong(&at, "a text", &other),
+        }
+    }
+
+    /// Texts.
+    fn texts(&mut self, key: &'static str) -> Result<Option<Vec<String>>, SweepError> {
+        let at = self.place(key);
+        let texts = |list: &[Value]| -> Option<Vec<String>> {
+            list.iter()
+                .map(|value| value.as_str().map(str::to_owned))
+                .collect()
+        };
+        match self.take(key) {
+            None => Ok(None),
+            Some(Value::Array(list)) if texts(&list).is_some() => Ok(texts(&list)),
+            Some(other) => wrong(&at, "a list of names", &other),
+        }
+    }
+
+    /// Whether something is so; it is not unless it is said.
+    fn flag(&mut self, key: &'static str) -> Result<bool, SweepError> {
+        let at = self.place(key);
+        match self.take(key) {
+            None => Ok(false),
+            Some(Value::Boolean(flag)) => Ok(flag),
+            Some(other) => wrong(&at, "true or false", &other),
+        }
+    }
+
+    /// One of some words.
+    fn choice<T: Copy>(&mut self, key: &'static str, words: &[(&str, T)]) -> Result<Option<T>, SweepError> {
+        let at = self.place(key);
+        let Some(text) = self.text(key)? else {
+            return Ok(None);
+        };
+        match words.iter().find(|(word, _)| *word == text) {
+            Some((_, meaning)) => Ok(Some(*meaning)),
+            None => Err(SweepError::unknown(
+                &at,
+                UnknownName::new("word", &text, words.iter().map(|(word, _)| *word)),
+            )),
+        }
+    }
+
+    /// A table, empty if there is none.
+    fn section(&mut self, key: &'static str) -> Result<Self, SweepError> {
+        Ok(self
+            .optional_section(key)?
+            .unwrap_or_else(|| Self::new(key, Table::new())))
+    }
+
+    /// A table.
+    fn optional_section(&mut self, key: &'static str) -> Result<Option<Self>, SweepError> {
+        let at = self.place(key);
+        match self.take(key) {
+            None => Ok(None),
+            Some(Value::Table(table)) => Ok(Some(Self::new(&at, table))),
+            Some(other) => wrong(&at, "a table", &other),
+        }
+    }
+
+    /// All values, with their places and names, in their order.
+    fn entries(self) -> impl Iterator<Item = (String, String, Value)> {
+        let at = self.at;
+        self.table
+            .into_iter()
+            .map(move |(name, value)| (format!("{at}.{name}"), name, value))
+    }
+
+    /// Refuses what is left.
+    fn finish(self) -> Result<(), SweepError> {
+        match self.table.keys().next() {
+            None => Ok(()),
+            Some(key) => {
+                let at = if self.at.is_empty() { "the plan" } else { &self.at };
+                Err(SweepError::unknown(at, UnknownName::new("key", key, self.known)))
+            }
+        }
+    }
+}
+
+/// A number, or an expression as the command line takes it.
+fn number(at: &str, value: &Value) -> Result<f64, SweepError> {
+    let number = match value {
+        Value::Float(number) => *number,
+        #[allow(clippy::cast_precision_loss)] // as every literal
+        Value::Integer(number) => *number as f64,
+        Value::String(text) => match expression::number(text) {
+            Ok(number) => number,
+            Err(reason) => return fail(at, &reason),
+        },
+        other => return wrong(at, "a number, or an expression such as \"pi/2\"", other),
+    };
+    if number.is_finite() {
+        Ok(number)
+    } else {
+        fail(at, &format!("{number} is not finite"))
+    }
+}
+
+/// Something is wrong at a place.
+fn fail<T>(at: &str, reason: &str) -> Result<T, SweepError> {
+    Err(SweepError::plan(at, reason))
+}
+
+/// Something else was expected.
+fn wrong<T>(at: &str, expected: &str, found: &Value) -> Result<T, SweepError> {
+    fail(at, &format!("expected {expected}, found {}", Found(found)))
+}
+
+/// A value as a message tells it.
+struct Found<'v>(&'v Value);
+
+impl fmt::Display for Found<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Value::String(text) => write!(f, "{text:?}"),
+            Value::Integer(number) => write!(f, "{number}"),
+            Value::Float(number) => write!(f, "{number}"),
+            Value::Boolean(flag) => write!(f, "{flag}"),
+            other => write!(f, "a value of the kind {}", other.type_str()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plan_says_what_it_says() {
+        let plan = Plan::read(
+            r#"
+            system = "pendulum"
+            until = 50
+            order = 4
+            [start]
+            v0 = [0, "pi/2"]
+            [vary]
+            theta = { from = "-pi", to = "pi", count = 5 }
+            rho = [1, 2.5]
+            [keep]
+            end = ["theta"]
+            nodes = { every = 10 }
+            [[event]]
+            quantity = "theta"
+            direction = "falling"
+            "#,
+        )
+        .unwrap();
+        assert_eq!(plan.method, Method::Composed(Composition::of_order(4).unwrap()));
+        assert_eq!(plan.start.v0, Some(vec![0.0, std::f64::consts::FRAC_PI_2]));
+        // in the order of the plan: the first varies slowest
+        assert_eq!(plan.vary[0].0, "theta");
+        assert_eq!(plan.vary[1], ("rho".to_owned(), Values::List(vec![1.0, 2.5])));
+        assert_eq!(plan.events[0].rising, Some(false));
+        assert_eq!(plan.events[0].name, "theta");
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_place() {
+        let vary = "[vary]\nx = [1]\n";
+        for (text, expected) in [
+            ("until = 1", "vary: nothing varies"),
+            (
+                "untill = 1\n[vary]\nx = [1]",
+                "no key `untill` (did you mean `until`?)",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1 }",
+                "vary.x: a grid needs a `count`",
+            ),
+            (
+                "[vary]\nx = { from = 0, too = 1, count = 2 }",
+                "vary.x: `to` is missing",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1, count = 2, scale = \"log\" }",
+                "did you mean `logarithmic`?",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1, count = 2, scale = \"logarithmic\" }",
+                "none is zero",
+            ),
+            (
+                "[vary]\nx = { from = \"1/0\", to = 1, count = 2 }",
+                "inf is not finite",
+            ),
+            (
+                "[vary]\nx = { from = 0, to = 1, count = 0 }",
+                "vary.x.count: expected a whole number, at least 1, found 0",
+            ),
+            ("order = 3\n[vary]\nx = [1]", "order: the step has order 2"),
+            ("order = 4\ntolerance = 1e-9\n[vary]\nx = [1]", "are two methods"),
+            (
+                "[input]\nx = [[1, 0], [1, 2]]\n[vary]\nx = [1]",
+                "input.x: times ascend",
+            ),
+            (
+                "[sample]\nkind = \"sobel\"\ncount = 3\n[vary]\nx = [1]",
+                "did you mean `sobol`?",
+            ),
+            (
+                "[sample]\nkind = \"sobol\"\ncount = 70000\n[vary]\nx = [1]",
+                "at most 65536 points",
+            ),
+            ("[vary\nx = [1]", "TOML parse error at line 1"),
+        ] {
+            let error = Plan::read(text).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+        assert!(Plan::read(vary).is_ok());
+    }
+}

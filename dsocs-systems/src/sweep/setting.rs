@@ -1,0 +1,508 @@
+//! A plan whose names have been looked up: what every point of a sweep needs.
+
+use std::ops::Range;
+
+use serde_json::{Value, json};
+
+use super::SweepError;
+use super::folder::Which;
+use super::plan::{Plan, PlannedStart, Values};
+use super::points::Points;
+use super::table::Kind;
+use crate::entry::{self, Beginning, Column, Entry, HeldInput, Method, UnknownName, Watchable, Watched};
+
+/// No part has more points than this, unless the plan says so.
+const LARGEST: u64 = 1 << 16;
+/// So many parts there are, unless the plan says others.
+const PARTS: u64 = 256;
+
+/// What every point of a sweep needs, but the system.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// The points.
+    pub points: Points,
+    /// Where the values of a point go.
+    pub targets: Vec<Target>,
+    /// The run, with the inputs as far as they do not vary.
+    pub run: entry::Plan,
+    /// Position and velocity at the start, as far as they do not vary.
+    pub base: [Vec<f64>; 2],
+    /// How a run begins.
+    start: PlannedStart,
+    /// What is watched.
+    pub watched: Vec<Watched>,
+    /// The names of what is watched.
+    pub events: Vec<String>,
+    /// The columns of the end that are kept.
+    pub end: Vec<usize>,
+    /// The columns whose extremes are kept.
+    pub extremes: Vec<usize>,
+    /// Every so many nodes are kept, and of these the columns.
+    pub nodes: Option<(u64, Vec<usize>)>,
+    /// The columns of the tables: of points, and of nodes if they are kept.
+    pub columns: [Vec<(String, Kind)>; 2],
+    /// How many points a part has.
+    pub part: u64,
+}
+
+/// Where a value of a point goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// To a component of the first position.
+    Position(usize),
+    /// To a component of the first velocity.
+    Velocity(usize),
+    /// To a parameter.
+    Parameter(&'static str),
+    /// To an input, from one of its times on.
+    Input(usize, usize),
+}
+
+impl Setting {
+    /// Looks the names of a plan up, and says what the sweep is: all that its content depends on.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Unknown`] for a name that there is not, [`SweepError::Plan`] for what is missing or makes no sense.
+    pub fn new(plan: &Plan, entry: &mut Entry) -> Result<(Self, Value), SweepError> {
+        for (name, value) in &plan.set {
+            let set = entry.set(name, *value);
+            set.map_err(|unknown| SweepError::unknown(&format!("set.{name}"), unknown))?;
+        }
+        let h = plan.step.unwrap_or(entry.default_step());
+        if h == 0.0 {
+            return Err(SweepError::plan("step", "a step is not zero"));
+        }
+        let until = plan
+            .until
+            .unwrap_or(plan.start.t0 + entry.default_until().copysign(h));
+        if (until - plan.start.t0) * h < 0.0 {
+            return Err(SweepError::plan(
+                "until",
+                "the end lies behind the start; a negative step runs back in time",
+            ));
+        }
+        let mut targets = Vec::new();
+        let mut inputs = inputs(plan, entry)?;
+        for (name, _) in &plan.vary {
+            targets.push(target(name, entry, &mut inputs)?);
+        }
+        let base = base(plan, entry, &targets)?;
+        let run = entry::Plan {
+            h,
+            until,
+            method: plan.method,
+            certify: false,
+            estimate: false,
+            inputs,
+        };
+        let all = entry::columns(entry.description(), &run);
+        let coordinates = entry.description().coordinates.len();
+        let end = match &plan.keep.end {
+            Some(names) => places("keep.end", names, &all)?,
+            None => (0..=2 * coordinates).collect(),
+        };
+        let extremes = places("keep.extremes", &plan.keep.extremes, &all)?;
+        let nodes = match &plan.keep.nodes {
+            Some(nodes) => Some((
+                nodes.every,
+                match &nodes.columns {
+                    Some(names) => places("keep.nodes.columns", names, &all)?,
+                    None => (0..=coordinates).collect(),
+                },
+            )),
+            None => None,
+        };
+        let watched = watched(plan, entry)?;
+        let points = Points::new(plan)?;
+        let part = plan
+            .part
+            .unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST));
+        let mut setting = Self {
+            points,
+            targets,
+            run,
+            base,
+            start: plan.start.clone(),
+            watched,
+            events: plan.events.iter().map(|event| event.name.clone()).collect(),
+            end,
+            extremes,
+            nodes,
+            columns: [Vec::new(), Vec::new()],
+            part,
+        };
+        setting.columns = setting.columns(plan, &all)?;
+        let told = setting.told(plan, entry, &all);
+        Ok((setting, told))
+    }
+
+    /// The tables that the sweep writes; what is written last says that a part is there.
+    pub fn tables(&self) -> &'static [Which] {
+        if self.nodes.is_some() {
+            &[Which::Nodes, Which::Points]
+        } else {
+            &[Which::Points]
+        }
+    }
+
+    /// How many parts there are.
+    pub fn parts(&self) -> u64 {
+        self.points.count().div_ceil(self.part)
+    }
+
+    /// The points of a part.
+    pub fn points_of(&self, part: u64) -> Range<u64> {
+        part * self.part..((part + 1) * self.part).min(self.points.count())
+    }
+
+    /// The start of a run.
+    pub fn beginning(&self, q0: &[f64], v0: &[f64]) -> Beginning {
+        let (q0, v0) = (q0.to_vec(), v0.to_vec());
+        let mut beginning = if self.start.paper {
+            Beginning::Paper { q0, v0 }
+        } else {
+            Beginning::SecondOrder { q0, v0 }
+        };
+        if self.start.t0 != 0.0 {
+            beginning = Beginning::At(self.start.t0, Box::new(beginning));
+        }
+        if self.start.project {
+            beginning = Beginning::Projected(Box::new(beginning));
+        }
+        beginning
+    }
+
+    /// The columns of the tables.
+    fn columns(&self, plan: &Plan, all: &[Column]) -> Result<[Vec<(String, Kind)>; 2], SweepError> {
+        let mut points = vec![("point".to_owned(), Kind::Whole)];
+        points.extend(plan.vary.iter().map(|(name, _)| (name.clone(), Kind::Number)));
+        let mut add = |prefix: &str, places: &[usize]| {
+            points.extend(
+                places
+                    .iter()
+                    .map(|&place| (format!("{prefix}_{}", all[place].name), Kind::Number)),
+            );
+        };
+        add("end", &self.end);
+        add("least", &self.extremes);
+        add("greatest", &self.extremes);
+        for name in &self.events {
+            points.push((format!("count_{name}"), Kind::Whole));
+            points.push((format!("first_{name}"), Kind::Number));
+            points.push((format!("last_{name}"), Kind::Number));
+        }
+        if self.watched.iter().any(|event| event.ends) {
+            points.push(("ended_by".to_owned(), Kind::Text));
+        }
+        points.push(("error".to_owned(), Kind::Text));
+        points.push(("message".to_owned(), Kind::Text));
+        for (place, (name, _)) in points.iter().enumerate() {
+            if points[..place].iter().any(|(other, _)| other == name) {
+                return Err(SweepError::plan(
+                    "keep",
+                    &format!("two columns would be called `{name}`"),
+                ));
+            }
+        }
+        let mut nodes = vec![
+            ("point".to_owned(), Kind::Whole),
+            ("node".to_owned(), Kind::Whole),
+        ];
+        if let Some((_, places)) = &self.nodes {
+            nodes.extend(
+                places
+                    .iter()
+                    .map(|&place| (all[place].name.clone(), Kind::Number)),
+            );
+        }
+        Ok([points, nodes])
+    }
+
+    /// What the sweep is.
+    fn told(&self, plan: &Plan, entry: &mut Entry, all: &[Column]) -> Value {
+        let method = match plan.method {
+            Method::Step => json!({"order": 2}),
+            Method::Composed(composition) => json!({"order": composition.order()}),
+            Method::Tolerance(tolerance) => json!({"tolerance": tolerance}),
+        };
+        let vary = |(name, values): &(String, Values)| {
+            let values = match values {
+                Values::List(list) => json!({"list": list}),
+                Values::Range {
+                    from,
+                    to,
+                    count,
+                    logarithmic,
+                } => {
+                    json!({"from": from, "to": to, "count": count, "scale": if *logarithmic { "logarithmic" } else { "linear" }})
+                }
+            };
+            json!({"name": name, "unit": unit(name, entry, all), "values": values})
+        };
+        let vary: Vec<Value> = plan.vary.iter().map(vary).collect();
+        let units = |places: &[usize]| -> Value {
+            places
+                .iter()
+                .map(|&place| (all[place].name.clone(), json!(all[place].unit)))
+                .collect()
+        };
+        let varies = |of: fn(usize) -> Target, place: usize| self.targets.contains(&of(place));
+        let shown = |of: fn(usize) -> Target, numbers: &[f64]| -> Vec<Value> {
+            let number = |(place, &number): (usize, &f64)| {
+                if varies(of, place) {
+                    json!("varies")
+                } else {
+                    json!(number)
+                }
+            };
+            numbers.iter().enumerate().map(number).collect()
+        };
+        let inputs = self.run.inputs.iter();
+        let inputs: Vec<Value> = inputs
+            .map(|input| json!({"parameter": input.parameter, "values": input.values.iter().map(|pair| pair.map(|x| if x.is_nan() { json!("varies") } else { json!(x) })).collect::<Vec<_>>()}))
+            .collect();
+        let parameters: Value = entry
+            .parameters()
+            .into_iter()
+            .filter(|(parameter, _)| !self.targets.contains(&Target::Parameter(parameter.name)))
+            .map(|(parameter, value)| (parameter.name.to_owned(), json!(value)))
+            .collect();
+        json!({
+            "system": entry.name(),
+            "method": method,
+            "step": self.run.h,
+            "until": self.run.until,
+            "start": {
+                "q0": shown(Target::Position, &self.base[0]),
+                "v0": shown(Target::Velocity, &self.base[1]),
+                "t0": self.start.t0,
+                "rule": if self.start.paper { "paper" } else { "second-order" },
+                "project": self.start.project,
+            },
+            "parameters": parameters,
+            "inputs": inputs,
+            "vary": vary,
+            "sample": plan.sample.map(|sample| json!({"kind": format!("{:?}", sample.kind), "count": sample.count, "seed": sample.seed})),
+            "keep": {
+                "end": units(&self.end),
+                "extremes": units(&self.extremes),
+                "nodes": self.nodes.as_ref().map(|(every, places)| json!({"every": every, "columns": units(places)})),
+            },
+            "events": plan.events.iter().map(|event| json!({
+                "name": event.name, "quantity": event.quantity, "value": event.value,
+                "direction": match event.rising { None => "both", Some(true) => "rising", Some(false) => "falling" },
+                "ends": event.ends,
+            })).collect::<Vec<_>>(),
+            "part": self.part,
+        })
+    }
+}
+
+/// The unit of what varies, as far as the declaration tells it.
+fn unit(name: &str, entry: &Entry, all: &[Column]) -> Option<String> {
+    let column = all.iter().find(|column| column.name == name);
+    let parameter = name.split_once('@').map_or(name, |(parameter, _)| parameter);
+    let mut parameters = entry.description().parameters.iter();
+    match column {
+        Some(column) => column.unit.clone(),
+        None => parameters
+            .find(|known| known.name == parameter)?
+            .unit()
+            .map(str::to_owned),
+    }
+}
+
+/// The places of some columns.
+fn places(at: &str, names: &[String], all: &[Column]) -> Result<Vec<usize>, SweepError> {
+    let place = |name: &String| {
+        all.iter().position(|column| column.name == *name).ok_or_else(|| {
+            let known = all.iter().map(|column| column.name.clone());
+            SweepError::unknown(at, UnknownName::new("column", name, known))
+        })
+    };
+    names.iter().map(place).collect()
+}
+
+/// The inputs of a plan; a value that varies is NaN here.
+fn inputs(plan: &Plan, entry: &Entry) -> Result<Vec<HeldInput>, SweepError> {
+    let mut inputs = Vec::new();
+    for (name, values) in &plan.inputs {
+        inputs.push(HeldInput {
+            parameter: parameter(name, entry, &format!("input.{name}"))?,
+            values: values.clone(),
+        });
+    }
+    for (name, _) in &plan.vary {
+        let Some((of, time)) = name.split_once('@') else {
+            continue;
+        };
+        let at = format!("vary.{name}");
+        let of = parameter(of, entry, &at)?;
+        let Ok(time) = time.parse::<f64>() else {
+            return Err(SweepError::plan(
+                &at,
+                "after `@` stands the time from which the value holds, as in \"push@2.5\"",
+            ));
+        };
+        if !inputs.iter().any(|input| input.parameter == of) {
+            inputs.push(HeldInput {
+                parameter: of,
+                values: Vec::new(),
+            });
+        }
+        for input in inputs.iter_mut().filter(|input| input.parameter == of) {
+            let place = input.values.partition_point(|&[before, _]| before < time);
+            match input.values.get_mut(place) {
+                Some(pair) if pair[0].to_bits() == time.to_bits() => pair[1] = f64::NAN,
+                _ => input.values.insert(place, [time, f64::NAN]),
+            }
+        }
+    }
+    Ok(inputs)
+}
+
+/// A parameter by its name.
+fn parameter(name: &str, entry: &Entry, at: &str) -> Result<&'static str, SweepError> {
+    let known = || entry.description().parameters.iter().map(|known| known.name);
+    known()
+        .find(|known| *known == name)
+        .ok_or_else(|| SweepError::unknown(at, UnknownName::new("parameter", name, known())))
+}
+
+/// Where the values of a quantity go.
+fn target(name: &str, entry: &Entry, inputs: &mut [HeldInput]) -> Result<Target, SweepError> {
+    let description = entry.description();
+    if let Some((of, time)) = name.split_once('@') {
+        let time: Option<f64> = time.parse().ok();
+        let place = inputs.iter().enumerate().find_map(|(place, input)| {
+            let row = input.values.iter().position(|pair| Some(pair[0]) == time)?;
+            (input.parameter == of).then_some(Target::Input(place, row))
+        });
+        return place.ok_or_else(|| SweepError::plan(&format!("vary.{name}"), "there is no such time"));
+    }
+    let position = description
+        .names()
+        .position(|known| known == name)
+        .map(Target::Position);
+    let velocity = description
+        .names()
+        .position(|known| name.strip_prefix("v_") == Some(known))
+        .map(Target::Velocity);
+    let parameters = || description.parameters.iter().map(|known| known.name);
+    let parameter = parameters().find(|known| *known == name).map(Target::Parameter);
+    match [position, velocity, parameter]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()[..]
+    {
+        [target] => Ok(target),
+        [] => {
+            let starts = description.names().map(str::to_owned);
+            let rates = description.names().map(|name| format!("v_{name}"));
+            let known = starts.chain(rates).chain(parameters().map(str::to_owned));
+            Err(SweepError::unknown(
+                "vary",
+                UnknownName::new("start or parameter", name, known),
+            ))
+        }
+        _ => Err(SweepError::plan(
+            &format!("vary.{name}"),
+            "the name means both a start and a parameter; rename the parameter",
+        )),
+    }
+}
+
+/// Position and velocity at the start, as far as they do not vary.
+fn base(plan: &Plan, entry: &Entry, targets: &[Target]) -> Result<[Vec<f64>; 2], SweepError> {
+    let names: Vec<_> = entry.description().names().collect();
+    let own = entry.default_start();
+    let given = [
+        ("q0", &plan.start.q0, Target::Position as fn(usize) -> Target),
+        ("v0", &plan.start.v0, Target::Velocity),
+    ];
+    let mut base = [Vec::new(), Vec::new()];
+    for (place, (key, given, of)) in given.into_iter().enumerate() {
+        let at = format!("start.{key}");
+        let own = || own.map(|start| start[place].clone());
+        let numbers = given
+            .clone()
+            .or_else(own)
+            .unwrap_or_else(|| vec![f64::NAN; names.len()]);
+        if numbers.len() != names.len() {
+            return Err(SweepError::plan(
+                &at,
+                &format!(
+                    "{} numbers, but there are {} coordinates: {}",
+                    numbers.len(),
+                    names.len(),
+                    names.join(", ")
+                ),
+            ));
+        }
+        let missing =
+            (0..names.len()).find(|&of_name| numbers[of_name].is_nan() && !targets.contains(&of(of_name)));
+        if let Some(missing) = missing {
+            return Err(SweepError::plan(
+                &at,
+                &format!(
+                    "`{}` has no start of its own: give `{key}`, or let `{}` vary",
+                    entry.name(),
+                    names[missing]
+                ),
+            ));
+        }
+        base[place] = numbers;
+    }
+    Ok(base)
+}
+
+/// What is watched.
+fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
+    let description = entry.description();
+    let find = |name: &str| {
+        if name == "t" {
+            return Some(Watchable::Time);
+        }
+        let position = |name: &str| description.names().position(|known| known == name);
+        let rate = || {
+            name.strip_prefix("v_")
+                .and_then(position)
+                .map(Watchable::Velocity)
+        };
+        let observed = || {
+            description
+                .observables
+                .iter()
+                .position(|known| known.name == name)
+        };
+        position(name)
+            .map(Watchable::Position)
+            .or_else(rate)
+            .or_else(|| observed().map(Watchable::Observed))
+    };
+    let mut watched = Vec::new();
+    for event in &plan.events {
+        let Some(of) = find(&event.quantity) else {
+            let starts = description.names().map(str::to_owned);
+            let rates = description.names().map(|name| format!("v_{name}"));
+            let observed = description.observables.iter().map(|known| known.name.to_owned());
+            let known = ["t".to_owned()]
+                .into_iter()
+                .chain(starts)
+                .chain(rates)
+                .chain(observed);
+            return Err(SweepError::unknown(
+                "event.quantity",
+                UnknownName::new("quantity", &event.quantity, known),
+            ));
+        };
+        watched.push(Watched {
+            of,
+            value: event.value,
+            rising: event.rising,
+            ends: event.ends,
+        });
+    }
+    Ok(watched)
+}

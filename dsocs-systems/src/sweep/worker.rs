@@ -1,0 +1,291 @@
+//! What a thread does: the points of a part, and their tables.
+
+use std::ops::Range;
+use std::sync::atomic::AtomicU64;
+
+use super::folder::{Folder, PartFile, Which};
+use super::setting::{Setting, Target};
+use super::table::{Cells, Kind, Writer};
+use super::{SweepError, add};
+use crate::entry::{self, Entry, Row, Shown, code};
+
+/// So many rows of nodes are in memory at most, but for the last run's.
+const ROWS: usize = 1 << 17;
+
+/// A thread with a system of its own.
+pub struct Worker<'s> {
+    /// The system, with the parameters of the last point.
+    entry: Entry,
+    /// What every point needs.
+    setting: &'s Setting,
+    /// The run, with the inputs of the last point.
+    run: entry::Plan,
+    /// The values of what varies.
+    values: Vec<f64>,
+    /// Position and velocity at the start.
+    start: [Vec<f64>; 2],
+}
+
+impl<'s> Worker<'s> {
+    /// A thread's.
+    pub fn new(entry: Entry, setting: &'s Setting) -> Self {
+        Self {
+            entry,
+            setting,
+            run: setting.run.clone(),
+            values: Vec::new(),
+            start: setting.base.clone(),
+        }
+    }
+
+    /// Computes a part and writes it. Gives the number of points that failed, or nothing if `end` came before the end.
+    ///
+    /// # Errors
+    ///
+    /// [`SweepError::Write`] if it cannot be written.
+    pub fn part(
+        &mut self,
+        folder: &Folder,
+        part: u64,
+        points: Range<u64>,
+        end: &dyn Fn() -> bool,
+        done: Option<&AtomicU64>,
+    ) -> Result<Option<u64>, SweepError> {
+        let setting = self.setting;
+        let mut table = Rows::new(&setting.columns[0]);
+        let mut nodes = Rows::new(&setting.columns[1]);
+        let mut file = match setting.nodes {
+            Some(_) => Some(folder.begin(Which::Nodes, part)?),
+            None => None,
+        };
+        let place = folder.part(Which::Nodes, part);
+        let mut writer = match &mut file {
+            Some(file) => Some(
+                Writer::new(file.file(), &setting.columns[1])
+                    .map_err(|cause| SweepError::table(&place, cause))?,
+            ),
+            None => None,
+        };
+        let mut failed = 0;
+        for point in points {
+            if end() {
+                return Ok(None);
+            }
+            failed += u64::from(!self.point(point, &mut table, &mut nodes));
+            if let Some(writer) = &mut writer
+                && nodes.count >= ROWS
+            {
+                nodes
+                    .write(writer)
+                    .map_err(|cause| SweepError::table(&place, cause))?;
+            }
+            add(done, 1);
+        }
+        if let Some(mut writer) = writer.take() {
+            if nodes.count > 0 {
+                nodes
+                    .write(&mut writer)
+                    .map_err(|cause| SweepError::table(&place, cause))?;
+            }
+            writer
+                .finish()
+                .map_err(|cause| SweepError::table(&place, cause))?;
+        }
+        drop(writer);
+        file.map_or(Ok(()), PartFile::finish)?;
+        let mut file = folder.begin(Which::Points, part)?;
+        let place = file.path().to_owned();
+        let mut writer = Writer::new(file.file(), &setting.columns[0])
+            .map_err(|cause| SweepError::table(&place, cause))?;
+        table
+            .write(&mut writer)
+            .and_then(|()| writer.finish())
+            .map_err(|cause| SweepError::table(&place, cause))?;
+        file.finish()?;
+        Ok(Some(failed))
+    }
+
+    /// Runs a point, and says whether it reached its end.
+    fn point(&mut self, point: u64, table: &mut Rows, nodes: &mut Rows) -> bool {
+        let setting = self.setting;
+        setting.points.values(point, &mut self.values);
+        for (&value, &target) in self.values.iter().zip(&setting.targets) {
+            match target {
+                Target::Position(place) => self.start[0][place] = value,
+                Target::Velocity(place) => self.start[1][place] = value,
+                Target::Input(input, row) => self.run.inputs[input].values[row][1] = value,
+                // the name has been looked up
+                Target::Parameter(name) => drop(self.entry.set(name, value)),
+            }
+        }
+        let beginning = setting.beginning(&self.start[0], &self.start[1]);
+        let extremes = setting.extremes.len();
+        let mut kept = Kept {
+            values: Vec::new(),
+            end: vec![f64::NAN; setting.end.len()],
+            extremes: [vec![f64::INFINITY; extremes], vec![f64::NEG_INFINITY; extremes]],
+            events: vec![(0, f64::NAN, f64::NAN); setting.events.len()],
+        };
+        let looked_at = setting.nodes.is_some() || extremes > 0;
+        #[allow(clippy::cast_possible_wrap)] // below 2⁵³
+        let number = point as i64;
+        let result = self
+            .entry
+            .point(&self.run, &beginning, &setting.watched, looked_at, &mut |shown| {
+                kept.take(setting, number, nodes, &shown);
+            });
+        table.whole(number);
+        for &value in &self.values {
+            table.number(value);
+        }
+        for &value in &kept.end {
+            table.number(value);
+        }
+        for value in kept.extremes.iter().flatten() {
+            // of a run without nodes
+            table.number(if value.is_finite() { *value } else { f64::NAN });
+        }
+        for &(count, first, last) in &kept.events {
+            table.whole(count);
+            table.number(first);
+            table.number(last);
+        }
+        if setting.watched.iter().any(|event| event.ends) {
+            table.text(match &result {
+                Ok(Some(event)) => Some(setting.events[*event].clone()),
+                Ok(None) => Some("until".to_owned()),
+                Err(_) => None,
+            });
+        }
+        table.text(result.as_ref().err().map(|failure| code(failure).to_owned()));
+        table.text(result.as_ref().err().map(ToString::to_string));
+        table.end();
+        result.is_ok()
+    }
+}
+
+/// What is kept of a run.
+struct Kept {
+    /// Room for the columns of a node.
+    values: Vec<f64>,
+    /// The columns of the end.
+    end: Vec<f64>,
+    /// The least and the greatest.
+    extremes: [Vec<f64>; 2],
+    /// Of each event how often it happened, and when first and last.
+    events: Vec<(i64, f64, f64)>,
+}
+
+impl Kept {
+    /// Takes what a run shows.
+    fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, shown: &Shown<'_>) {
+        match *shown {
+            Shown::Event(event, t) => {
+                let (count, first, last) = &mut self.events[event];
+                *count += 1;
+                (*first, *last) = (if first.is_nan() { t } else { *first }, t);
+            }
+            Shown::Node(row) => {
+                self.read(row);
+                self.extremes(setting);
+                if let Some((every, columns)) = &setting.nodes
+                    && row.index % every == 0
+                {
+                    nodes.whole(point);
+                    #[allow(clippy::cast_possible_wrap)]
+                    nodes.whole(row.index as i64);
+                    for &column in columns {
+                        nodes.number(self.values[column]);
+                    }
+                    nodes.end();
+                }
+            }
+            Shown::End(row) => {
+                self.read(row);
+                // an event between nodes may be farther than all of them
+                self.extremes(setting);
+                for (kept, &column) in self.end.iter_mut().zip(&setting.end) {
+                    *kept = self.values[column];
+                }
+            }
+        }
+    }
+
+    /// Reads the columns of a node.
+    fn read(&mut self, row: &Row<'_>) {
+        self.values.clear();
+        self.values.extend(row.values());
+    }
+
+    /// Looks at the extremes.
+    fn extremes(&mut self, setting: &Setting) {
+        let [least, greatest] = &mut self.extremes;
+        for ((least, greatest), &column) in least.iter_mut().zip(greatest).zip(&setting.extremes) {
+            // what is not a number is no extreme
+            (*least, *greatest) = (least.min(self.values[column]), greatest.max(self.values[column]));
+        }
+    }
+}
+
+/// Rows of a table, cell by cell.
+struct Rows {
+    /// The columns.
+    columns: Vec<(String, Kind)>,
+    /// The cells, by column.
+    cells: Vec<Cells>,
+    /// The column of the next cell.
+    next: usize,
+    /// How many rows there are.
+    count: usize,
+}
+
+impl Rows {
+    /// No rows.
+    fn new(columns: &[(String, Kind)]) -> Self {
+        Self {
+            columns: columns.to_vec(),
+            cells: columns.iter().map(|(_, kind)| Cells::new(*kind)).collect(),
+            next: 0,
+            count: 0,
+        }
+    }
+
+    /// The next cell, a whole number.
+    fn whole(&mut self, value: i64) {
+        if let Some(Cells::Whole(cells)) = self.cells.get_mut(self.next) {
+            cells.push(value);
+        }
+        self.next += 1;
+    }
+
+    /// The next cell, a number; NaN is null.
+    fn number(&mut self, value: f64) {
+        if let Some(Cells::Number(cells)) = self.cells.get_mut(self.next) {
+            cells.push(value);
+        }
+        self.next += 1;
+    }
+
+    /// The next cell, a text.
+    fn text(&mut self, value: Option<String>) {
+        if let Some(Cells::Text(cells)) = self.cells.get_mut(self.next) {
+            cells.push(value);
+        }
+        self.next += 1;
+    }
+
+    /// The row is whole.
+    fn end(&mut self) {
+        (self.next, self.count) = (0, self.count + 1);
+    }
+
+    /// Writes the rows, and has none.
+    fn write<W: std::io::Write + Send>(
+        &mut self,
+        writer: &mut Writer<W>,
+    ) -> Result<(), parquet::errors::ParquetError> {
+        writer.rows(&self.cells)?;
+        *self = Self::new(&self.columns);
+        Ok(())
+    }
+}
