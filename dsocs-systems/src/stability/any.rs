@@ -326,11 +326,15 @@ fn cold(subject: &Subject<'_>, report: &mut Report<'_>) {
             let motion = subject.positions(subject.settings.h, COMPARED + 2, &subject.start())?;
             let mut apart = 0.0;
             // a step is from three nodes to the fourth where a constraint is of third order
-            let known = if subject.settings.a0.is_some() { 3 } else { 2 };
+            let (known, steps) = if subject.settings.a0.is_some() {
+                (3, 3)
+            } else {
+                (2, 2)
+            };
             for (place, nodes) in motion.windows(known + 1).enumerate() {
                 let t = subject.settings.t0 + place as f64 * subject.settings.h;
                 let beginning = subject.anew([&nodes[0], &nodes[1], &nodes[2]]);
-                let next = subject.positions(subject.settings.h, known as u32, &at(t, beginning))?;
+                let next = subject.positions(subject.settings.h, steps, &at(t, beginning))?;
                 let next = next.last().ok_or("no nodes")?;
                 apart = larger(apart, distance(next, &nodes[known]));
             }
