@@ -27,6 +27,21 @@ const DIFFERENCES: f64 = 1e-7;
 
 type Node = (f64, [f64; 2]);
 
+/// A time, a position and a velocity.
+type Point = (f64, [f64; 2], [f64; 2]);
+
+/// The points of a leg.
+type Points = fn(Node, Node) -> Vec<Point>;
+
+/// A force at a point.
+type Acts<'f> = &'f dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2];
+
+/// What a force is at both nodes of a leg, `f⁻_d` and `f⁺_d`.
+type Shares = fn(Node, Node, Acts<'_>) -> [[f64; 2]; 2];
+
+/// A discrete Lagrangian.
+type OnLeg<'f> = &'f dyn Fn(Node, Node) -> f64;
+
 fn node(k: i32) -> Node {
     let q = match k {
         0 => [N[0] - D[0], N[1] - D[1]],
@@ -81,9 +96,9 @@ fn slope(at: [f64; 2], i: usize, function: impl Fn([f64; 2]) -> f64) -> f64 {
 struct ByHand {
     lagrangian: fn(f64, [f64; 2], [f64; 2]) -> f64,
     forces: fn(f64, [f64; 2], [f64; 2]) -> [f64; 2],
-    points: fn(Node, Node) -> Vec<(f64, [f64; 2], [f64; 2])>,
+    points: Points,
     /// Where external forces act, as `f⁻_d` and `f⁺_d`.
-    shares: fn(Node, Node, &dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]) -> [[f64; 2]; 2],
+    shares: Shares,
 }
 
 fn chord((_, a): Node, (_, b): Node) -> [f64; 2] {
@@ -102,7 +117,7 @@ fn half(f: [f64; 2]) -> [f64; 2] {
 }
 
 /// Half at each end with the chord's velocity.
-fn ends(a: Node, b: Node, f: &dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]) -> [[f64; 2]; 2] {
+fn ends(a: Node, b: Node, f: Acts<'_>) -> [[f64; 2]; 2] {
     let v = chord(a, b);
     [half(f(a.0, a.1, v)), half(f(b.0, b.1, v))]
 }
@@ -122,10 +137,7 @@ fn forces(t: f64, [x, y]: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
 }
 
 impl ByHand {
-    fn new(
-        points: fn(Node, Node) -> Vec<(f64, [f64; 2], [f64; 2])>,
-        shares: fn(Node, Node, &dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]) -> [[f64; 2]; 2],
-    ) -> Self {
+    fn new(points: Points, shares: Shares) -> Self {
         Self {
             lagrangian,
             forces,
@@ -189,7 +201,7 @@ impl ByHand {
 #[test]
 fn the_force_is_that_of_the_declared_map() {
     ByHand::new(|a, b| vec![(a.0, a.1, chord(a, b))], ends).is("phi_lagrangian = paper;");
-    let at_the_middle = |a: Node, b: Node, f: &dyn Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]| {
+    let at_the_middle = |a: Node, b: Node, f: Acts<'_>| {
         let (t, q) = middle(a, b);
         [half(f(t, q, chord(a, b))); 2]
     };
@@ -277,7 +289,7 @@ fn momenta_that_arrive() {
         )
     };
     let (first, second) = (node(0), node(1));
-    let cases: [(&str, &dyn Fn(Node, Node) -> f64, f64); 3] = [
+    let cases: [(&str, OnLeg<'_>, f64); 3] = [
         ("paper", &mean, 1.0),
         ("trapezoid", &mean, 1.0),
         ("midpoint", &middle_of, 0.5),
@@ -404,15 +416,16 @@ fn the_continuous_system() {
     let mut graph = model.graph.clone();
     let continuous = continuous(&model, &mut graph);
     let force = values(&graph, &continuous.force);
+    assert_eq!(force.len(), 2);
     let momentum = |t: f64, q: [f64; 2], v: [f64; 2], i: usize| slope(v, i, |v| lagrangian(t, q, v));
-    for i in 0..2 {
+    for (i, found) in force.into_iter().enumerate() {
         let at = |s: f64| {
             let q = [0, 1].map(|j| N[j] + s * V[j]);
             momentum(CLOCK + s, q, [0, 1].map(|j| V[j] + s * A[j]), i)
         };
         let rate = (at(1e-4) - at(-1e-4)) / 2e-4;
         let wanted = rate - slope(N, i, |q| lagrangian(CLOCK, q, V)) - forces(CLOCK, N, V)[i];
-        near(force[i], wanted, 1e-5);
+        near(found, wanted, 1e-5);
     }
     let g = |s: f64| {
         let [x, y] = [0, 1].map(|j| N[j] + s * V[j] + s * s / 2.0 * A[j]);
