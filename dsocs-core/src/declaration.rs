@@ -13,6 +13,8 @@ use crate::tape::{Leaf, Number, Part, Segment, Source};
 #[derive(Clone, Copy)]
 pub struct Declaration<'s, const N: usize> {
     source: &'s dyn Source,
+    /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
+    rates: &'s [f64],
 }
 
 /// Where expressions are evaluated; what is not given is empty, and read as NaN.
@@ -80,7 +82,7 @@ impl<'a, T> At<'a, T> {
 
 /// Evaluates a part of a segment.
 fn evaluate<T: Number>(
-    source: &dyn Source,
+    (source, rates): (&dyn Source, &[f64]),
     segment: Segment,
     part: Part,
     at: &At<'_, T>,
@@ -91,7 +93,10 @@ fn evaluate<T: Number>(
             Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
             Leaf::T => return at.t.unwrap_or(T::splat(f64::NAN)),
             Leaf::Clock => return at.clock.unwrap_or(T::splat(f64::NAN)),
-            Leaf::Parameter(i) => return T::splat(source.value(i)),
+            Leaf::Parameter(i) => {
+                let rate = rates.get(i).copied().unwrap_or(0.0);
+                return T::changing(source.value(i), rate);
+            }
             Leaf::Q(i) => (at.q, i),
             Leaf::V(i) => (at.v, i),
             Leaf::A(i) => (at.a, i),
@@ -110,7 +115,26 @@ fn evaluate<T: Number>(
 impl<'s, const N: usize> Declaration<'s, N> {
     /// The declaration of a system.
     pub fn of<S: System<N>>(system: &'s S) -> Self {
-        Self { source: system }
+        Self {
+            source: system,
+            rates: &[],
+        }
+    }
+
+    /// The same with parameters that change: numbers that carry a derivative ([`crate::tangent::Tangent`]) have it from there.
+    pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r, N>
+    where
+        's: 'r,
+    {
+        Declaration {
+            source: self.source,
+            rates,
+        }
+    }
+
+    /// Where the tape gets what is no expression.
+    pub(crate) fn source(&self) -> &'s dyn Source {
+        self.source
     }
 
     /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
@@ -133,14 +157,14 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
         let mut results = Vec::with_capacity(self.source.tape().count(segment, part));
-        evaluate(self.source, segment, part, at, &mut |_, value| {
+        evaluate((self.source, self.rates), segment, part, at, &mut |_, value| {
             results.push(value);
         });
         results
     }
 
     fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
-        evaluate(self.source, segment, part, at, &mut |place, value| {
+        evaluate((self.source, self.rates), segment, part, at, &mut |place, value| {
             if let Some(out) = out.get_mut(place) {
                 *out = value;
             }
@@ -161,7 +185,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<[T; N]> {
         let mut vectors = vec![[T::splat(f64::NAN); N]; self.forms_count()];
-        evaluate(self.source, segment, Part::All, at, &mut |place, value| {
+        evaluate((self.source, self.rates), segment, Part::All, at, &mut |place, value| {
             if let Some(vector) = vectors.get_mut(place / N) {
                 vector[place % N] = value;
             }
@@ -304,7 +328,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let at = At { e, ..At::leg(h, leg) };
         let (mut point, mut t) = ([[T::splat(f64::NAN); N]; 3], T::splat(f64::NAN));
         evaluate(
-            self.source,
+            (self.source, self.rates),
             Segment::Node,
             Part::Head,
             &at,
@@ -361,7 +385,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
         let count = rows.as_ref().len();
         evaluate(
-            self.source,
+            (self.source, self.rates),
             Segment::Continuous,
             Part::All,
             &at,

@@ -81,6 +81,8 @@ mod composition;
 mod declaration;
 mod deficiency;
 mod dense;
+mod derivative;
+mod dispatch;
 mod double;
 mod dual;
 mod ensemble;
@@ -110,6 +112,8 @@ pub use dsocs_macros::{dsocs, statements};
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use deficiency::{Deficiency, DependentRow};
+pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
+pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, multipliers};

@@ -1,6 +1,6 @@
 //! A run by Taylor series: nodes at its own steps or on a grid of times.
 
-use super::dispatch::{self, Work};
+use crate::dispatch::{self, Work};
 use super::integrator::Integrator;
 use super::jets::Equations;
 use crate::compensated::Compensated;

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::control::{Control, Tolerance, exp2};
-use super::dispatch::{self, Work};
+use crate::dispatch::{self, Work};
 use super::error::{FailedSeries, SeriesError, SeriesFailure};
 use super::jets::Equations;
 use super::order::Order;
