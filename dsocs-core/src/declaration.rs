@@ -164,11 +164,17 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
-        evaluate((self.source, self.rates), segment, part, at, &mut |place, value| {
-            if let Some(out) = out.get_mut(place) {
-                *out = value;
-            }
-        });
+        evaluate(
+            (self.source, self.rates),
+            segment,
+            part,
+            at,
+            &mut |place, value| {
+                if let Some(out) = out.get_mut(place) {
+                    *out = value;
+                }
+            },
+        );
     }
 
     fn vector<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> [T; N] {
@@ -185,11 +191,17 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<[T; N]> {
         let mut vectors = vec![[T::splat(f64::NAN); N]; self.forms_count()];
-        evaluate((self.source, self.rates), segment, Part::All, at, &mut |place, value| {
-            if let Some(vector) = vectors.get_mut(place / N) {
-                vector[place % N] = value;
-            }
-        });
+        evaluate(
+            (self.source, self.rates),
+            segment,
+            Part::All,
+            at,
+            &mut |place, value| {
+                if let Some(vector) = vectors.get_mut(place / N) {
+                    vector[place % N] = value;
+                }
+            },
+        );
         vectors
     }
 

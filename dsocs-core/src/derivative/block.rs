@@ -1,7 +1,11 @@
 //! Up to eight steps of a path, linearized side by side.
 
+// work is inlined where it is compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+
+use crate::dispatch::{self, Work};
 use crate::system::Leg;
-use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Source, Tape};
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Source, Sweeps, Tape};
 
 /// A step of a path: its first two nodes and the second difference.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +41,9 @@ pub(super) struct Equations {
     /// What the inputs of the first two are.
     of_step: Vec<Role>,
     of_point: Vec<Role>,
+    /// The derivatives of rows and components: by unknowns, node and increment as a matrix, then by what is fixed.
+    sweeps: Sweeps,
+    by_fixed: Vec<ByFixed>,
     /// How many rows there are.
     pub rows: usize,
     /// How many constants.
@@ -60,22 +67,19 @@ pub(super) type Fixed = Vec<f64>;
 pub(super) struct Steps<'p, const N: usize> {
     /// Where the functions of the user's are.
     pub source: &'p dyn Source,
-    /// The values of what does not change.
-    pub fixed: &'p [f64],
-    /// The step.
-    pub h: f64,
     /// The steps.
     pub recorded: &'p [Recorded<N>],
     /// Their unknowns, one step after the other.
     pub unknowns: &'p [f64],
 }
 
-/// A derivative of a row or of a second difference by what is fixed.
+/// A derivative of a row or of a component of the second difference by what is fixed.
 #[derive(Clone, Copy, Debug)]
 struct ByFixed {
     row: usize,
     fixed: usize,
-    slope: Eight,
+    /// Where it stands.
+    place: usize,
 }
 
 /// The linearization of up to eight steps: `δe = by_node δq + by_increment δd + …`.
@@ -85,15 +89,16 @@ pub(super) struct Block<const N: usize> {
     pub by_increment: [[Eight; N]; N],
     /// How much of each row is in each component: `δe_i` loses `in_rows[i][r]` times the change of row `r`.
     in_rows: Vec<Eight>,
-    /// Of rows, then of components.
-    by_fixed: Vec<ByFixed>,
+    /// The derivatives, where [`Equations::sweeps`] puts them; the others are zero.
+    entries: Vec<Eight>,
     /// For the elimination.
-    jacobian: Vec<Eight>,
     right: Vec<Eight>,
+    /// What belongs to each row.
+    of_rows: Vec<Eight>,
 }
 
 impl Equations {
-    pub fn new(tape: &Tape, parameters: usize) -> Self {
+    pub fn new<const N: usize>(tape: &Tape, parameters: usize) -> Self {
         let count = tape.count(Segment::Constants, Part::All);
         let role = |input: Input| match input {
             Input::Constant(place) => Role::Fixed(place),
@@ -108,13 +113,30 @@ impl Equations {
         let rows = (Segment::Residual, Part::Head);
         let step = tape.differential(&[rows, (Segment::SecondDifference, Part::All)], &is_moving);
         let point = tape.differential(&[(Segment::Node, Part::Head)], &is_moving);
+        let of_step: Vec<Role> = step.inputs().map(role).collect();
+        let unknowns = tape.count(rows.0, rows.1);
+        let (width, mut by_fixed) = (unknowns + 2 * N, Vec::new());
+        let matrix = (unknowns + N) * width;
+        let sweeps = step.sweeps(&mut |row, input| match of_step[input] {
+            Role::Fixed(fixed) => {
+                let place = matrix + by_fixed.len();
+                by_fixed.push(ByFixed { row, fixed, place });
+                Some(place)
+            }
+            Role::Unknown(place) => Some(row * width + place),
+            Role::Node(place) => Some(row * width + unknowns + place),
+            Role::Increment(place) => Some(row * width + unknowns + N + place),
+            Role::Difference(_) | Role::Still => None,
+        });
         Self {
-            of_step: step.inputs().map(role).collect(),
+            of_step,
+            sweeps,
+            by_fixed,
             of_point: point.inputs().map(role).collect(),
             step,
             point,
             constants: tape.differential(&[(Segment::Constants, Part::All)], &is_moving),
-            rows: tape.count(rows.0, rows.1),
+            rows: unknowns,
             count,
             parameters,
         }
@@ -159,7 +181,13 @@ impl Equations {
     }
 
     /// The derivatives by the parameters, from those by the constants and the parameters.
-    pub fn of_parameters(&self, source: &dyn Source, h: f64, rooms: &mut Rooms, of_fixed: &[f64]) -> Vec<f64> {
+    pub fn of_parameters(
+        &self,
+        source: &dyn Source,
+        h: f64,
+        rooms: &mut Rooms,
+        of_fixed: &[f64],
+    ) -> Vec<f64> {
         let (of_constants, of_parameters) = of_fixed.split_at(self.count);
         let mut sum = of_parameters.to_vec();
         if of_constants.iter().all(|x| *x == 0.0) {
@@ -177,65 +205,71 @@ impl Equations {
         sum
     }
 
-    /// Linearizes up to eight steps. Singular ones have what is not finite.
-    pub fn linearize<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms, block: &mut Block<N>) {
-        let (rows, room) = (self.rows, &mut rooms.step);
-        self.evaluate(&self.step, &self.of_step, steps, room);
-        block.clear(rows);
-        for row in 0..rows + N {
-            let mut take = |input: usize, slope: Eight| {
-                let by_unknown = match self.of_step[input] {
-                    Role::Fixed(fixed) => return block.by_fixed.push(ByFixed { row, fixed, slope }),
-                    Role::Unknown(place) => place,
-                    Role::Node(place) => rows + place,
-                    Role::Increment(place) => rows + N + place,
-                    Role::Difference(_) | Role::Still => return,
-                };
-                block.jacobian[row * (rows + 2 * N) + by_unknown] = slope;
-            };
-            self.step.back_from(room, row, &mut take);
+    /// Makes ready for the steps of a stretch.
+    pub fn enter(&self, fixed: &[f64], h: f64, rooms: &mut Rooms) {
+        for (differential, roles, room) in [
+            (&self.step, &self.of_step, &mut rooms.step),
+            (&self.point, &self.of_point, &mut rooms.point),
+        ] {
+            differential.make(room);
+            for (place, role) in roles.iter().enumerate() {
+                match role {
+                    Role::Fixed(k) => differential.set(room, place, Eight::splat(fixed[*k])),
+                    Role::Still => differential.set(room, place, Eight::splat(h)),
+                    _ => {}
+                }
+            }
         }
-        block.eliminate(rows);
     }
 
-    /// Evaluates at the places of up to eight steps; what is beyond the last is the last once more.
-    fn evaluate<const N: usize>(
+    /// Linearizes up to eight steps of the stretch that was entered. Singular ones have what is not finite.
+    pub fn linearize<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms, block: &mut Block<N>) {
+        self.set(&self.step, &self.of_step, steps, &mut rooms.step);
+        if block.entries.is_empty() {
+            let matrix = (self.rows + N) * (self.rows + 2 * N);
+            block.entries.resize(matrix + self.by_fixed.len(), Eight::ZERO);
+        }
+        dispatch::run(Linearization {
+            equations: self,
+            steps,
+            room: &mut rooms.step,
+            block,
+        });
+    }
+
+    /// Sets the places of up to eight steps; what is beyond the last is the last once more.
+    fn set<const N: usize>(
         &self,
         differential: &Differential,
         roles: &[Role],
         steps: &Steps<'_, N>,
         room: &mut Room,
     ) {
-        let Steps {
-            source,
-            fixed,
-            h,
-            recorded,
-            unknowns,
-        } = *steps;
-        let last = recorded.len() - 1;
-        let of = |value: &dyn Fn(&Recorded<N>) -> f64| Eight::from_fn(|lane| value(&recorded[lane.min(last)]));
-        let mut place = 0;
-        differential.evaluate(source, room, recorded.len(), &mut |input| {
-            let role = roles[place];
-            place += 1;
-            match (role, input) {
-                (Role::Node(i), _) => of(&|step| step.leg.q[i]),
-                (Role::Increment(i), _) => of(&|step| step.leg.d[i]),
-                (Role::Difference(i), _) => of(&|step| step.e[i]),
+        let (recorded, last) = (steps.recorded, steps.recorded.len() - 1);
+        for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
+            let value = match (*role, input) {
+                (Role::Node(i), _) => gathered(recorded, |step| step.leg.q[i]),
+                (Role::Increment(i), _) => gathered(recorded, |step| step.leg.d[i]),
+                (Role::Difference(i), _) => gathered(recorded, |step| step.e[i]),
                 (Role::Unknown(i), _) => {
-                    Eight::from_fn(|lane| unknowns[lane.min(last) * self.rows + i])
+                    Eight::from_fn(|lane| steps.unknowns[lane.min(last) * self.rows + i])
                 }
-                (Role::Fixed(k), _) => Eight::splat(fixed[k]),
-                (Role::Still, Input::Leaf(Leaf::Clock)) => of(&|step| step.leg.t),
-                (Role::Still, _) => Eight::splat(h),
-            }
-        });
+                (Role::Still, Input::Leaf(Leaf::Clock)) => gathered(recorded, |step| step.leg.t),
+                (Role::Fixed(_) | Role::Still, _) => continue,
+            };
+            differential.set(room, place, value);
+        }
     }
 
-    /// The points of up to eight nodes: positions, velocities, accelerations, times.
-    pub fn points<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms) -> ([[Eight; N]; 3], Eight) {
-        self.evaluate(&self.point, &self.of_point, steps, &mut rooms.point);
+    /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations, times.
+    pub fn points<const N: usize>(
+        &self,
+        steps: &Steps<'_, N>,
+        rooms: &mut Rooms,
+    ) -> ([[Eight; N]; 3], Eight) {
+        self.set(&self.point, &self.of_point, steps, &mut rooms.point);
+        self.point
+            .evaluate_again(steps.source, &mut rooms.point, steps.recorded.len());
         let result = |k: usize| self.point.result(&rooms.point, k);
         let point = core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)));
         (point, result(3 * N))
@@ -253,11 +287,12 @@ impl Equations {
             place += 1;
             change(self.of_point[place - 1])
         };
-        self.point.forward(&mut rooms.point, &mut change, &mut |k, change| {
-            if let Some(to) = points.as_flattened_mut().get_mut(k) {
-                *to = change;
-            }
-        });
+        self.point
+            .forward(&mut rooms.point, &mut change, &mut |k, change| {
+                if let Some(to) = points.as_flattened_mut().get_mut(k) {
+                    *to = change;
+                }
+            });
         points
     }
 
@@ -276,138 +311,213 @@ impl Equations {
     }
 }
 
+/// A number of each step; what is beyond the last is the last once more.
+#[inline]
+fn gathered<const N: usize>(recorded: &[Recorded<N>], number: impl Fn(&Recorded<N>) -> f64) -> Eight {
+    let last = recorded.len() - 1;
+    Eight::from_fn(|lane| number(&recorded[lane.min(last)]))
+}
+
 impl<const N: usize> Block<N> {
     pub fn new() -> Self {
         Self {
             by_node: [[Eight::ZERO; N]; N],
             by_increment: [[Eight::ZERO; N]; N],
             in_rows: Vec::new(),
-            by_fixed: Vec::new(),
-            jacobian: Vec::new(),
+            entries: Vec::new(),
             right: Vec::new(),
+            of_rows: Vec::new(),
         }
     }
 
-    fn clear(&mut self, rows: usize) {
-        self.by_fixed.clear();
-        self.jacobian.clear();
-        self.jacobian.resize((rows + N) * (rows + 2 * N), Eight::ZERO);
-    }
-
-    /// From the derivatives of rows and components by unknowns, node and increment to those of the components alone.
-    fn eliminate(&mut self, rows: usize) {
-        let width = rows + 2 * N;
-        // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z, by the transposed Jacobian with N right-hand sides
-        self.right.clear();
-        for column in 0..rows {
-            self.right.extend((0..rows).map(|row| self.jacobian[row * width + column]));
-            self.right.extend((0..N).map(|i| self.jacobian[(rows + i) * width + column]));
+    /// The first of some lanes without a solution.
+    pub fn singular(&self, count: usize) -> Option<usize> {
+        let entries = self
+            .by_node
+            .as_flattened()
+            .iter()
+            .chain(self.by_increment.as_flattened());
+        // what is not finite stays so
+        let mut sum = Eight::ZERO;
+        for entry in entries.chain(&self.in_rows) {
+            sum = sum + *entry * Eight::ZERO;
         }
-        solve(&mut self.right, rows, N);
-        self.in_rows.clear();
-        for i in 0..N {
-            self.in_rows
-                .extend((0..rows).map(|row| self.right[row * (rows + N) + rows + i]));
-        }
-        for i in 0..N {
-            for j in 0..N {
-                for (to, column) in [
-                    (&mut self.by_node[i][j], rows + j),
-                    (&mut self.by_increment[i][j], rows + N + j),
-                ] {
-                    let mut sum = self.jacobian[(rows + i) * width + column];
-                    for row in 0..rows {
-                        sum = sum - self.in_rows[i * rows + row] * self.jacobian[row * width + column];
-                    }
-                    *to = sum;
-                }
-            }
-        }
-    }
-
-    /// Whether the first lanes have a solution.
-    pub fn is_finite(&self, lane: usize) -> bool {
-        let entries = self.by_node.as_flattened().iter().chain(self.by_increment.as_flattened());
-        entries.chain(&self.in_rows).all(|entry| entry.0[lane].is_finite())
+        sum.0.iter().take(count).position(|sum| *sum != 0.0)
     }
 
     /// What a change of constants and parameters adds to `δe`.
-    pub fn by_change(&self, rows: usize, change: impl Fn(usize) -> f64) -> [Eight; N] {
-        let mut of_rows = [Eight::ZERO; 64];
-        let mut sum = [Eight::ZERO; N];
-        for &ByFixed { row, fixed, slope } in &self.by_fixed {
-            let term = slope * Eight::splat(change(fixed));
-            match row.checked_sub(rows) {
-                Some(component) => sum[component] = sum[component] + term,
-                None if row < of_rows.len() => of_rows[row] = of_rows[row] + term,
-                None => {
-                    for (i, sum) in sum.iter_mut().enumerate() {
-                        *sum = *sum - self.in_rows[i * rows + row] * term;
-                    }
-                }
+    pub fn by_change(&mut self, equations: &Equations, change: &[f64]) -> [Eight; N] {
+        dispatch::run(ByChange {
+            block: self,
+            equations,
+            change,
+        })
+    }
+
+    /// Adds the derivatives by constants and parameters, from those by the second difference.
+    pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight; N], sum: &mut [Eight]) {
+        dispatch::run(ByFixedOf {
+            block: self,
+            equations,
+            by_e,
+            sum,
+        });
+    }
+}
+
+/// The work of [`Block::by_change`].
+struct ByChange<'a, const N: usize> {
+    block: &'a mut Block<N>,
+    equations: &'a Equations,
+    change: &'a [f64],
+}
+
+impl<const N: usize> Work for ByChange<'_, N> {
+    type Output = [Eight; N];
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> [Eight; N] {
+        let Self {
+            block,
+            equations,
+            change,
+        } = self;
+        let rows = equations.rows;
+        block.of_rows.clear();
+        block.of_rows.resize(rows + N, Eight::ZERO);
+        for &ByFixed { row, fixed, place } in &equations.by_fixed {
+            let change = change[fixed];
+            if change != 0.0 {
+                block.of_rows[row] = block.of_rows[row] + block.entries[place] * Eight::splat(change);
             }
         }
+        let mut sum = [Eight::ZERO; N];
         for (i, sum) in sum.iter_mut().enumerate() {
-            for row in 0..rows.min(of_rows.len()) {
-                *sum = *sum - self.in_rows[i * rows + row] * of_rows[row];
+            *sum = block.of_rows[rows + i];
+            for row in 0..rows {
+                *sum = *sum - block.in_rows[i * rows + row] * block.of_rows[row];
             }
         }
         sum
     }
+}
 
-    /// Adds the derivatives by constants and parameters, from those by the second difference.
-    pub fn add_by_fixed(&self, rows: usize, by_e: &[Eight; N], sum: &mut [Eight]) {
-        let mut of_rows = [Eight::ZERO; 64];
-        let of_row = |row: usize| {
+/// The work of [`Block::add_by_fixed`].
+struct ByFixedOf<'a, const N: usize> {
+    block: &'a mut Block<N>,
+    equations: &'a Equations,
+    by_e: &'a [Eight; N],
+    sum: &'a mut [Eight],
+}
+
+impl<const N: usize> Work for ByFixedOf<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self {
+            block,
+            equations,
+            by_e,
+            sum,
+        } = self;
+        let rows = equations.rows;
+        block.of_rows.clear();
+        for row in 0..rows {
             let mut weight = Eight::ZERO;
             for (i, by_e) in by_e.iter().enumerate() {
-                weight = weight - *by_e * self.in_rows[i * rows + row];
+                weight = weight - *by_e * block.in_rows[i * rows + row];
             }
-            weight
-        };
-        for (row, weight) in of_rows.iter_mut().enumerate().take(rows) {
-            *weight = of_row(row);
+            block.of_rows.push(weight);
         }
-        for &ByFixed { row, fixed, slope } in &self.by_fixed {
-            let weight = match row.checked_sub(rows) {
-                Some(component) => by_e[component],
-                None if row < of_rows.len() => of_rows[row],
-                None => of_row(row),
-            };
-            sum[fixed] = sum[fixed] + weight * slope;
+        block.of_rows.extend_from_slice(by_e);
+        for &ByFixed { row, fixed, place } in &equations.by_fixed {
+            sum[fixed] = sum[fixed] + block.of_rows[row] * block.entries[place];
+        }
+    }
+}
+
+/// The work of [`Equations::linearize`].
+struct Linearization<'a, const N: usize> {
+    equations: &'a Equations,
+    steps: &'a Steps<'a, N>,
+    room: &'a mut Room,
+    block: &'a mut Block<N>,
+}
+
+impl<const N: usize> Work for Linearization<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self {
+            equations,
+            steps,
+            room,
+            block,
+        } = self;
+        let rows = equations.rows;
+        let width = rows + 2 * N;
+        let Block {
+            by_node,
+            by_increment,
+            in_rows,
+            entries: jacobian,
+            right,
+            ..
+        } = block;
+        let count = steps.recorded.len();
+        equations
+            .step
+            .sweep(&equations.sweeps, steps.source, room, count, jacobian);
+        // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z, by the transposed Jacobian with N right-hand sides
+        right.clear();
+        for column in 0..rows {
+            right.extend((0..rows).map(|row| jacobian[row * width + column]));
+            right.extend((0..N).map(|i| jacobian[(rows + i) * width + column]));
+        }
+        solve(right, rows, N);
+        in_rows.clear();
+        for i in 0..N {
+            in_rows.extend((0..rows).map(|row| right[row * (rows + N) + rows + i]));
+        }
+        for (i, (by_node, by_increment)) in by_node.iter_mut().zip(by_increment).enumerate() {
+            for (to, column) in by_node.iter_mut().chain(by_increment).zip(rows..) {
+                let mut sum = jacobian[(rows + i) * width + column];
+                for row in 0..rows {
+                    sum = sum - in_rows[i * rows + row] * jacobian[row * width + column];
+                }
+                *to = sum;
+            }
         }
     }
 }
 
 /// Solves eight sets of linear equations in place: rows of `size` coefficients and `sides` right-hand sides, each set with its
 /// own pivots. Rows may be of any size.
+#[inline(always)]
 fn solve(matrix: &mut [Eight], size: usize, sides: usize) {
     let width = size + sides;
+    let one = Eight::splat(1.0);
     if size > 1 {
         for row in matrix.chunks_exact_mut(width) {
-            let largest = row[..size]
-                .iter()
-                .fold(Eight::ZERO, |largest, x| largest.zip(*x, |largest, x| largest.max(x.abs())));
+            let mut largest = Eight::ZERO;
+            for x in &row[..size] {
+                largest = largest.zip(*x, |largest, x| if x.abs() > largest { x.abs() } else { largest });
+            }
+            let scale = one / largest;
             for x in row.iter_mut() {
-                *x = *x / largest;
+                *x = *x * scale;
             }
         }
     }
     for k in 0..size {
-        for lane in 0..Eight::COUNT {
-            let entry = |row: usize| matrix[row * width + k].0[lane].abs();
-            let pivot = (k + 1..size).fold(k, |best, row| if entry(row) > entry(best) { row } else { best });
-            if pivot != k {
-                for column in k..width {
-                    let (own, other) = (matrix[k * width + column].0[lane], matrix[pivot * width + column].0[lane]);
-                    matrix[k * width + column].0[lane] = other;
-                    matrix[pivot * width + column].0[lane] = own;
-                }
-            }
+        if k + 1 < size {
+            pivot(matrix, size, width, k);
         }
-        let pivot = matrix[k * width + k];
+        let inverse = one / matrix[k * width + k];
         for column in k + 1..width {
-            matrix[k * width + column] = matrix[k * width + column] / pivot;
+            matrix[k * width + column] = matrix[k * width + column] * inverse;
         }
         for row in (0..size).filter(|&row| row != k) {
             let factor = matrix[row * width + k];
@@ -415,6 +525,32 @@ fn solve(matrix: &mut [Eight], size: usize, sides: usize) {
                 matrix[row * width + column] =
                     matrix[row * width + column] - factor * matrix[k * width + column];
             }
+        }
+    }
+}
+
+/// Brings the largest entry of column `k` into row `k`, in each lane.
+#[inline(always)]
+fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
+    for other in k + 1..size {
+        let (own, below) = (matrix[k * width + k], matrix[other * width + k]);
+        let larger = own.zip(below, |own, below| f64::from(u8::from(below.abs() > own.abs())));
+        if larger == Eight::ZERO {
+            continue;
+        }
+        for column in k..width {
+            let (own, below) = (matrix[k * width + column], matrix[other * width + column]);
+            let select = |no: Eight, yes: Eight| {
+                Eight::from_fn(|lane| {
+                    if larger.0[lane] == 0.0 {
+                        no.0[lane]
+                    } else {
+                        yes.0[lane]
+                    }
+                })
+            };
+            matrix[k * width + column] = select(own, below);
+            matrix[other * width + column] = select(below, own);
         }
     }
 }

@@ -61,7 +61,11 @@ impl<const N: usize> Change<'_, N> {
         let sides = if lower > 0 { [&new, &new] } else { [&old, &new] };
         let [left, right] = sides.map(|side| works(side, h, &leg, &e, &force, multipliers));
         let half = Tangent::splat(0.5);
-        rows.extend(left.into_iter().zip(right).map(|(left, right)| half * (left + right)));
+        rows.extend(
+            left.into_iter()
+                .zip(right)
+                .map(|(left, right)| half * (left + right)),
+        );
         rows
     }
 
@@ -77,12 +81,23 @@ impl<const N: usize> Change<'_, N> {
             (0..count).map(|k| f64::from(u8::from(k == place))).collect()
         };
         let mut x = self.step.e.to_vec();
-        x.extend(multipliers::of_step(&self.sides[1], self.h, &self.step.leg, &self.step.e));
+        x.extend(multipliers::of_step(
+            &self.sides[1],
+            self.h,
+            &self.step.leg,
+            &self.step.e,
+        ));
         let by_unknowns = |x: &[f64]| {
             let columns: Vec<Vec<Tangent>> = (0..x.len())
                 .map(|j| {
                     let unknowns = unit(j, x.len());
-                    self.rows(x, &Rates { unknowns: &unknowns, ..still })
+                    self.rows(
+                        x,
+                        &Rates {
+                            unknowns: &unknowns,
+                            ..still
+                        },
+                    )
                 })
                 .collect();
             let matrix = Matrix::from_fn(x.len(), x.len(), |i, j| columns[j][i].derivative());
@@ -112,8 +127,14 @@ impl<const N: usize> Change<'_, N> {
         let (mut by_node, mut by_increment) = ([[0.0; N]; N], [[0.0; N]; N]);
         for j in 0..N {
             let columns = [
-                by(&Rates { node: vector(j), ..still }),
-                by(&Rates { increment: vector(j), ..still }),
+                by(&Rates {
+                    node: vector(j),
+                    ..still
+                }),
+                by(&Rates {
+                    increment: vector(j),
+                    ..still
+                }),
             ];
             for i in 0..N {
                 (by_node[i][j], by_increment[i][j]) = (columns[0][i], columns[1][i]);
@@ -124,7 +145,10 @@ impl<const N: usize> Change<'_, N> {
                 let rates = unit(place, parameters);
                 let mut both: [&[f64]; 2] = [&[], &[]];
                 both[side] = &rates;
-                by(&Rates { parameters: both, ..still })
+                by(&Rates {
+                    parameters: both,
+                    ..still
+                })
             };
             (0..parameters).map(column).collect()
         });

@@ -55,7 +55,9 @@ pub enum DerivativeError {
         variable: &'static str,
     },
     /// The start cannot be differentiated.
-    #[error("{reason}; give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`")]
+    #[error(
+        "{reason}; give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`"
+    )]
     Start {
         /// Why not.
         reason: &'static str,

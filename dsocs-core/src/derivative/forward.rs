@@ -1,6 +1,6 @@
 //! Forward: the change of every node goes along with the motion.
 
-use super::block::{Block, Fixed, Role, Rooms};
+use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::path::{Motion, Path, Piece};
 use crate::start::StartOrder;
@@ -38,6 +38,15 @@ pub struct NodeTangent<const N: usize> {
     pub v: [f64; N],
     /// Of the acceleration ([`Node::a`](crate::Node::a)).
     pub a: [f64; N],
+}
+
+impl<const N: usize> NodeTangent<N> {
+    /// Nothing changes.
+    const ZERO: Self = Self {
+        q: [0.0; N],
+        v: [0.0; N],
+        a: [0.0; N],
+    };
 }
 
 /// A variable, found.
@@ -109,7 +118,11 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         let along = |index: usize| {
             if index >= N {
                 let what = "coordinate";
-                return Err(DerivativeError::Index { what, index, count: N });
+                return Err(DerivativeError::Index {
+                    what,
+                    index,
+                    count: N,
+                });
             }
             Ok(core::array::from_fn(|i| f64::from(u8::from(i == index))))
         };
@@ -149,7 +162,11 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
                 let count = self.legs();
                 if leg >= count {
                     let what = "leg";
-                    return Err(DerivativeError::Index { what, index: leg, count });
+                    return Err(DerivativeError::Index {
+                        what,
+                        index: leg,
+                        count,
+                    });
                 }
                 Moving {
                     parameter: Some(place),
@@ -196,7 +213,8 @@ fn forward<const N: usize>(
         visit(0, &first_point(motion), &tangents);
     }
     let pieces = motion.pieces();
-    let mut fixed: Option<(usize, Fixed, Vec<Option<Vec<f64>>>)> = None;
+    let (mut moved, mut shown) = (Vec::with_capacity(variables.len()), Vec::new());
+    let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
     for (number, piece) in pieces.iter().enumerate() {
         let (first, count, stretch) = match *piece {
             Piece::Plain {
@@ -206,25 +224,25 @@ fn forward<const N: usize>(
             } => (first, count, stretch),
             Piece::Changed { at, stretch } => (at, 1, stretch),
         };
-        if fixed.as_ref().is_none_or(|(own, ..)| *own != stretch) {
-            let values = motion.fixed(stretch, &mut rooms);
-            fixed = Some((stretch, values, changes(motion, variables, stretch, &mut rooms)));
+        if entered.as_ref().is_none_or(|(own, _)| *own != stretch) {
+            motion.enter(stretch, &mut rooms);
+            entered = Some((stretch, changes(motion, variables, stretch, &mut rooms)));
         }
-        let Some((_, values, changes)) = &fixed else {
+        let Some((_, changes)) = &entered else {
             continue;
         };
-        let steps = motion.some(first, count, stretch, values);
+        let steps = motion.some(first, count, stretch);
         // the change of each variable, lane by lane
         let is_shown = visit.is_some() || number + 1 == pieces.len();
-        let mut moved = Vec::new();
+        moved.clear();
         if let Piece::Plain { .. } = piece {
             motion.equations.linearize(&steps, &mut rooms, &mut block);
-            if let Some(lane) = (0..count).find(|&lane| !block.is_finite(lane)) {
+            if let Some(lane) = block.singular(count) {
                 return Err(motion.singular(first + lane));
             }
             for (state, change) in states.iter_mut().zip(changes) {
                 let by_fixed = match change {
-                    Some(change) => block.by_change(motion.equations.rows, |k| change[k]),
+                    Some(change) => block.by_change(&motion.equations, change),
                     None => [Eight::ZERO; N],
                 };
                 moved.push(along(state, &block, &by_fixed, count));
@@ -252,28 +270,34 @@ fn forward<const N: usize>(
             continue;
         }
         let (points, time) = motion.equations.points(&steps, &mut rooms);
-        let mut by_lane = vec![Vec::with_capacity(variables.len()); count];
-        for (moved, change) in moved.iter().zip(changes) {
-            let points = motion.equations.change_points::<N>(&mut rooms, &|role| match role {
-                Role::Node(i) => moved[0][i],
-                Role::Increment(i) => moved[1][i],
-                Role::Difference(i) => moved[2][i],
-                Role::Fixed(k) => change.as_ref().map_or(Eight::ZERO, |change| Eight::splat(change[k])),
-                Role::Unknown(_) | Role::Still => Eight::ZERO,
-            });
-            for (lane, tangents) in by_lane.iter_mut().enumerate() {
+        let width = variables.len();
+        shown.resize(count * width, NodeTangent::ZERO);
+        for (number, (moved, change)) in moved.iter().zip(changes).enumerate() {
+            let points = motion
+                .equations
+                .change_points::<N>(&mut rooms, &|role| match role {
+                    Role::Node(i) => moved[0][i],
+                    Role::Increment(i) => moved[1][i],
+                    Role::Difference(i) => moved[2][i],
+                    Role::Fixed(k) => change
+                        .as_ref()
+                        .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
+                    Role::Unknown(_) | Role::Still => Eight::ZERO,
+                });
+            for lane in 0..count {
                 let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                tangents.push(NodeTangent { q, v, a });
+                shown[lane * width + number] = NodeTangent { q, v, a };
             }
         }
-        for (lane, own) in by_lane.into_iter().enumerate() {
-            if let Some(visit) = &mut visit {
+        if let Some(visit) = &mut visit {
+            for lane in 0..count {
                 let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
                 let t = time.0[lane];
-                visit(first + lane, &Point { t, q, v, a }, &own);
+                let own = &shown[lane * width..(lane + 1) * width];
+                visit(first + lane, &Point { t, q, v, a }, own);
             }
-            tangents = own;
         }
+        tangents.copy_from_slice(&shown[(count - 1) * width..]);
     }
     Ok(tangents)
 }
@@ -292,7 +316,10 @@ fn changes<const N: usize>(
             continue;
         }
         let rate = |place: usize| {
-            Eight::from_fn(|lane| some.get(lane).map_or(0.0, |variable| variable.rate(stretch, place)))
+            Eight::from_fn(|lane| {
+                some.get(lane)
+                    .map_or(0.0, |variable| variable.rate(stretch, place))
+            })
         };
         let source = motion.declaration(stretch).source();
         let all = motion.equations.change_fixed(source, motion.h, rooms, &rate);
@@ -317,7 +344,8 @@ fn along<const N: usize>(
         for i in 0..N {
             let mut sum = by_fixed[i].0[lane];
             for j in 0..N {
-                sum += block.by_node[i][j].0[lane] * state.q[j] + block.by_increment[i][j].0[lane] * state.d[j];
+                sum +=
+                    block.by_node[i][j].0[lane] * state.q[j] + block.by_increment[i][j].0[lane] * state.d[j];
             }
             e[i] = sum;
             (moved[0][i].0[lane], moved[1][i].0[lane], moved[2][i].0[lane]) = (state.q[i], state.d[i], sum);
@@ -337,7 +365,9 @@ fn begin<const N: usize>(motion: &Motion<'_, N>, variable: &Moving<N>) -> (State
         let d: [f64; N] = core::array::from_fn(|i| variable.second[i] - variable.q0[i]);
         (d, d.map(|d| d / motion.h))
     } else {
-        let d = begun.increment.change(&variable.q0, &variable.second, &parameters);
+        let d = begun
+            .increment
+            .change(&variable.q0, &variable.second, &parameters);
         (d, variable.second)
     };
     let a = match &begun.acceleration {

@@ -1,6 +1,6 @@
 //! Backward: the derivative of one cost by everything, through the steps from the last to the first.
 
-use super::block::{Block, Fixed, Role, Rooms};
+use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::forward::first_point;
 use super::path::{Motion, Path, Piece};
@@ -61,7 +61,11 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
         let motion = self.motion()?;
-        let legs = if self.input_places().is_empty() { 0 } else { self.legs() };
+        let legs = if self.input_places().is_empty() {
+            0
+        } else {
+            self.legs()
+        };
         backward(&motion, cost, 0, (self.input_places(), legs))
     }
 
@@ -75,7 +79,11 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         cost: &mut dyn FnMut(&Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
         let motion = self.motion()?;
-        let legs = if self.input_places().is_empty() { 0 } else { self.legs() };
+        let legs = if self.input_places().is_empty() {
+            0
+        } else {
+            self.legs()
+        };
         let mut cost = |_: usize, end: &Point<Dual<f64>, N>| cost(end);
         backward(&motion, &mut cost, self.steps(), (self.input_places(), legs))
     }
@@ -163,7 +171,7 @@ fn backward<const N: usize>(
         cost: 0.0,
         parameters: vec![vec![0.0; count]; motion.stretches()],
     };
-    let mut current: Option<(usize, Fixed, Vec<Eight>)> = None;
+    let mut current: Option<(usize, Vec<Eight>)> = None;
     for piece in motion.pieces().iter().rev() {
         let (first, count, stretch) = match *piece {
             Piece::Plain {
@@ -175,14 +183,13 @@ fn backward<const N: usize>(
         };
         if current.as_ref().is_none_or(|(own, ..)| *own != stretch) {
             leave(motion, current.take(), &mut rooms, &mut adjoint);
-            let values = motion.fixed(stretch, &mut rooms);
-            let zeros = vec![Eight::ZERO; values.len()];
-            current = Some((stretch, values, zeros));
+            let values = motion.enter(stretch, &mut rooms);
+            current = Some((stretch, vec![Eight::ZERO; values.len()]));
         }
-        let Some((_, values, by_fixed)) = &mut current else {
+        let Some((_, by_fixed)) = &mut current else {
             continue;
         };
-        let steps = motion.some(first, count, stretch, values);
+        let steps = motion.some(first, count, stretch);
         let of_points = if first + count > from {
             let (points, times) = motion.equations.points(&steps, &mut rooms);
             weights(&mut adjoint.cost, cost, (first, count, from), &points, times)
@@ -193,27 +200,29 @@ fn backward<const N: usize>(
         let mut of_nodes = [[Eight::ZERO; N]; 3];
         if let Some(weights) = &of_points {
             let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
-            motion.equations.back_from_points(&mut rooms, weights, &mut |role, slope| {
-                let to = match role {
-                    Role::Node(i) => &mut of_nodes[0][i],
-                    Role::Increment(i) => &mut of_nodes[1][i],
-                    Role::Difference(i) => &mut of_nodes[2][i],
-                    Role::Fixed(k) => {
-                        by_fixed[k] = by_fixed[k] + slope * lanes;
-                        return;
-                    }
-                    Role::Unknown(_) | Role::Still => return,
-                };
-                *to = *to + slope;
-            });
+            motion
+                .equations
+                .back_from_points(&mut rooms, weights, &mut |role, slope| {
+                    let to = match role {
+                        Role::Node(i) => &mut of_nodes[0][i],
+                        Role::Increment(i) => &mut of_nodes[1][i],
+                        Role::Difference(i) => &mut of_nodes[2][i],
+                        Role::Fixed(k) => {
+                            by_fixed[k] = by_fixed[k] + slope * lanes;
+                            return;
+                        }
+                        Role::Unknown(_) | Role::Still => return,
+                    };
+                    *to = *to + slope;
+                });
         }
         if let Piece::Plain { .. } = piece {
             motion.equations.linearize(&steps, &mut rooms, &mut block);
-            if let Some(lane) = (0..count).find(|&lane| !block.is_finite(lane)) {
+            if let Some(lane) = block.singular(count) {
                 return Err(motion.singular(first + lane));
             }
             let by_e = back(&mut adjoint, &block, &of_nodes, count);
-            block.add_by_fixed(motion.equations.rows, &by_e, by_fixed);
+            block.add_by_fixed(&motion.equations, &by_e, by_fixed);
         } else {
             let changed = motion.changed(first, stretch)?;
             let of_nodes = of_nodes.map(|x| x.map(|x| x.0[0]));
@@ -229,7 +238,11 @@ fn backward<const N: usize>(
             for (side, slopes) in changed.by_parameters.iter().enumerate() {
                 let sums = &mut adjoint.parameters[stretch - 1 + side];
                 for (sum, slope) in sums.iter_mut().zip(slopes) {
-                    *sum += by_e.iter().zip(slope).map(|(by_e, slope)| by_e * slope).sum::<f64>();
+                    *sum += by_e
+                        .iter()
+                        .zip(slope)
+                        .map(|(by_e, slope)| by_e * slope)
+                        .sum::<f64>();
                 }
             }
         }
@@ -241,11 +254,11 @@ fn backward<const N: usize>(
 /// Sums up the derivatives by constants and parameters of a stretch.
 fn leave<const N: usize>(
     motion: &Motion<'_, N>,
-    stretch: Option<(usize, Fixed, Vec<Eight>)>,
+    stretch: Option<(usize, Vec<Eight>)>,
     rooms: &mut Rooms,
     adjoint: &mut Adjoint<N>,
 ) {
-    let Some((stretch, _, by_fixed)) = stretch else {
+    let Some((stretch, by_fixed)) = stretch else {
         return;
     };
     let by_fixed: Vec<f64> = by_fixed.iter().map(|lanes| lanes.0.iter().sum()).collect();

@@ -204,7 +204,10 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
 
     /// The inputs of a plan, in its order, by their names.
     pub(super) fn input_names(&self) -> Vec<&'static str> {
-        self.inputs.iter().filter_map(|&place| Some(S::PARAMETERS.get(place)?.name)).collect()
+        self.inputs
+            .iter()
+            .filter_map(|&place| Some(S::PARAMETERS.get(place)?.name))
+            .collect()
     }
 
     /// The place of a parameter.
@@ -284,7 +287,7 @@ impl<'p, const N: usize> Motion<'p, N> {
             begun,
             steps: &path.steps,
             unknowns: &path.unknowns,
-            equations: Equations::new(stretches[0].1.source().tape(), parameters),
+            equations: Equations::new::<N>(stretches[0].1.source().tape(), parameters),
             stretches,
         })
     }
@@ -303,7 +306,10 @@ impl<'p, const N: usize> Motion<'p, N> {
     pub fn pieces(&self) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for (stretch, (from, _)) in self.stretches.iter().enumerate() {
-            let next = self.stretches.get(stretch + 1).map_or(self.steps.len() + 1, |next| next.0);
+            let next = self
+                .stretches
+                .get(stretch + 1)
+                .map_or(self.steps.len() + 1, |next| next.0);
             if stretch > 0 {
                 pieces.push(Piece::Changed { at: *from, stretch });
             }
@@ -321,20 +327,20 @@ impl<'p, const N: usize> Motion<'p, N> {
         pieces
     }
 
-    /// The values of constants and parameters on a stretch.
-    pub fn fixed(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
-        self.equations
-            .fixed(self.declaration(stretch).source(), self.h, rooms)
+    /// Makes ready for the steps of a stretch: the values of constants and parameters there.
+    pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
+        let source = self.declaration(stretch).source();
+        let fixed = self.equations.fixed(source, self.h, rooms);
+        self.equations.enter(&fixed, self.h, rooms);
+        fixed
     }
 
     /// The steps about some nodes.
-    pub fn some<'a>(&'a self, first: usize, count: usize, stretch: usize, fixed: &'a Fixed) -> Steps<'a, N> {
+    pub fn some(&self, first: usize, count: usize, stretch: usize) -> Steps<'_, N> {
         let range = first - 1..first - 1 + count;
         let rows = self.equations.rows;
         Steps {
             source: self.declaration(stretch).source(),
-            fixed,
-            h: self.h,
             unknowns: &self.unknowns[range.start * rows..range.end * rows],
             recorded: &self.steps[range],
         }

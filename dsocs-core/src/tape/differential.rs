@@ -97,6 +97,16 @@ pub(crate) struct Differential {
     forward: Vec<Link>,
 }
 
+/// The ways from one result after another to the inputs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sweeps {
+    links: Vec<Link>,
+    /// What is taken from where, and put where.
+    taken: Vec<(Place, Place)>,
+    /// Where each begins, and where its links and what is taken end.
+    parts: Vec<(Place, usize, usize)>,
+}
+
 /// What a differential computes in: kept by the caller, so that an evaluation allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Room {
@@ -183,7 +193,8 @@ impl Differential {
                 _ => None,
             };
             // the same leaf may be read by several segments
-            if let Some(known) = input.and_then(|input| this.inputs.iter().find(|(known, _)| *known == input)) {
+            if let Some(known) = input.and_then(|input| this.inputs.iter().find(|(known, _)| *known == input))
+            {
                 places[at] = known.1;
                 continue;
             }
@@ -325,20 +336,75 @@ impl Differential {
         source: &dyn Source,
         room: &mut Room,
         count: usize,
-        input: &mut dyn FnMut(Input) -> Eight,
+        value: &mut dyn FnMut(Input) -> Eight,
     ) {
+        self.make(room);
+        for (place, (input, _)) in self.inputs.iter().enumerate() {
+            self.set(room, place, value(*input));
+        }
+        self.evaluate_again(source, room, count);
+    }
+
+    /// Makes room.
+    pub(crate) fn make(&self, room: &mut Room) {
         room.values.resize(self.steps.len(), Eight::ZERO);
         room.moving.resize(self.steps.len(), Eight::ZERO);
         room.slopes.resize(self.slopes, Eight::ZERO);
-        for &(from, at) in &self.inputs {
-            room.values[at as usize] = input(from);
-        }
+    }
+
+    /// Sets an input, by its place among [`Differential::inputs`].
+    #[inline]
+    pub(crate) fn set(&self, room: &mut Room, input: usize, value: Eight) {
+        room.values[self.inputs[input].1 as usize] = value;
+    }
+
+    /// Evaluates where inputs were set.
+    pub(crate) fn evaluate_again(&self, source: &dyn Source, room: &mut Room, count: usize) {
         dispatch::run(Evaluation {
             of: self,
             source,
             room,
             count,
         });
+    }
+
+    /// The derivatives of all results one by one: `place_of` tells where that of a result by an input is to be put.
+    pub(crate) fn sweeps(&self, place_of: &mut dyn FnMut(usize, usize) -> Option<usize>) -> Sweeps {
+        let mut sweeps = Sweeps::default();
+        for (result, (way, &seed)) in self.back.iter().zip(&self.results).enumerate() {
+            sweeps.links.extend_from_slice(&way.links);
+            for &(input, at) in &way.reached {
+                if let Some(to) = place_of(result, input) {
+                    sweeps.taken.push((at, place(to)));
+                }
+            }
+            let ends = (sweeps.links.len(), sweeps.taken.len());
+            sweeps.parts.push((seed, ends.0, ends.1));
+        }
+        sweeps
+    }
+
+    /// Evaluates where inputs were set, and all derivatives.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    pub(crate) fn sweep(
+        &self,
+        sweeps: &Sweeps,
+        source: &dyn Source,
+        room: &mut Room,
+        count: usize,
+        entries: &mut [Eight],
+    ) {
+        evaluate(self, source, room, count);
+        let (mut link, mut taken) = (0, 0);
+        for &(seed, links, all) in &sweeps.parts {
+            room.moving[seed as usize] = Eight::splat(1.0);
+            follow(&sweeps.links[link..links], room, self.branches);
+            for &(at, to) in &sweeps.taken[taken..all] {
+                entries[to as usize] = room.moving[at as usize];
+            }
+            (link, taken) = (links, all);
+        }
     }
 
     /// A result that was evaluated.
@@ -382,7 +448,10 @@ impl Differential {
         change: &mut dyn FnMut(Input) -> Eight,
         take: &mut dyn FnMut(usize, Eight),
     ) {
-        room.moving.fill(Eight::ZERO);
+        // results that do not depend on what moves
+        for &result in &self.results {
+            room.moving[result as usize] = Eight::ZERO;
+        }
         for &(input, at) in &self.inputs {
             room.moving[at as usize] = change(input);
         }
@@ -393,6 +462,9 @@ impl Differential {
     }
 
     fn follow(&self, links: &[Link], room: &mut Room) {
+        if links.is_empty() {
+            return;
+        }
         dispatch::run(Following {
             links,
             room,
@@ -427,97 +499,104 @@ impl Work for Evaluation<'_> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // for the machine's own instructions
     fn run<const FUSED: bool>(self) {
-        let Self {
-            of,
-            source,
-            room,
-            count,
-        } = self;
-        let (values, slopes) = (&mut room.values[..], &mut room.slopes[..]);
-        for (place, step) in of.steps.iter().enumerate() {
-            let at = |place: Place| values[place as usize];
-            let own = step.slopes.map(|own| own as usize);
-            let mut slope = |k: usize, slope: Eight| {
-                if let Some(own) = own {
-                    slopes[own + k] = slope;
+        evaluate(self.of, self.source, self.room, self.count);
+    }
+}
+
+/// Evaluates operations and slopes.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+fn evaluate(of: &Differential, source: &dyn Source, room: &mut Room, count: usize) {
+    let (values, slopes) = (&mut room.values[..], &mut room.slopes[..]);
+    for (place, step) in of.steps.iter().enumerate() {
+        let at = |place: Place| values[place as usize];
+        let own = step.slopes.map(|own| own as usize);
+        let mut slope = |k: usize, slope: Eight| {
+            if let Some(own) = own {
+                slopes[own + k] = slope;
+            }
+        };
+        let value = match step.kind {
+            Kind::Number(value) => Eight::splat(value),
+            Kind::Input => continue,
+            Kind::Neg(a) => -at(a),
+            Kind::Recip(a) => {
+                let value = Eight::splat(1.0) / at(a);
+                slope(0, -(value * value));
+                value
+            }
+            Kind::Powi(a, power) => {
+                let a = at(a);
+                if own.is_some() {
+                    let below = a.lanes(|a| a.powi(power.saturating_sub(1)));
+                    slope(0, Eight::splat(f64::from(power)) * below);
                 }
-            };
-            let value = match step.kind {
-                Kind::Number(value) => Eight::splat(value),
-                Kind::Input => continue,
-                Kind::Neg(a) => -at(a),
-                Kind::Recip(a) => {
-                    let value = Eight::splat(1.0) / at(a);
-                    slope(0, -(value * value));
-                    value
-                }
-                Kind::Powi(a, power) => {
-                    let a = at(a);
-                    if own.is_some() {
-                        let below = a.lanes(|a| a.powi(power.saturating_sub(1)));
-                        slope(0, Eight::splat(f64::from(power)) * below);
-                    }
-                    a.lanes(|a| a.powi(power))
-                }
-                Kind::Binary(binary, [a, b]) => {
-                    let (a, b) = (at(a), at(b));
-                    match binary {
-                        Binary::Add => a + b,
-                        Binary::Sub => a - b,
-                        Binary::Mul => a * b,
-                        Binary::Div => {
-                            let value = a / b;
-                            if own.is_some() {
-                                let inverse = Eight::splat(1.0) / b;
-                                slope(0, inverse);
-                                slope(1, -(value * inverse));
-                            }
-                            value
+                a.lanes(|a| a.powi(power))
+            }
+            Kind::Binary(binary, [a, b]) => {
+                let (a, b) = (at(a), at(b));
+                match binary {
+                    Binary::Add => a + b,
+                    Binary::Sub => a - b,
+                    Binary::Mul => a * b,
+                    Binary::Div => {
+                        let value = a / b;
+                        if own.is_some() {
+                            let inverse = Eight::splat(1.0) / b;
+                            slope(0, inverse);
+                            slope(1, -(value * inverse));
                         }
-                        Binary::Powf => {
-                            let value = a.zip(b, f64::powf);
-                            slope(0, a.zip(b, |a, b| b * a.powf(b - 1.0)));
-                            slope(1, a.zip(value, |a, value| value * a.ln()));
-                            value
-                        }
-                        Binary::Atan2 => {
-                            let square = a * a + b * b;
-                            slope(0, b / square);
-                            slope(1, -(a / square));
-                            a.zip(b, f64::atan2)
-                        }
+                        value
+                    }
+                    Binary::Powf => {
+                        let value = a.zip(b, f64::powf);
+                        slope(0, a.zip(b, |a, b| b * a.powf(b - 1.0)));
+                        slope(1, a.zip(value, |a, value| value * a.ln()));
+                        value
+                    }
+                    Binary::Atan2 => {
+                        let square = a * a + b * b;
+                        slope(0, b / square);
+                        slope(1, -(a / square));
+                        a.zip(b, f64::atan2)
                     }
                 }
-                Kind::Select(comparison, [a, b, c, d]) => {
-                    let (a, b, c, d) = (at(a), at(b), at(c), at(d));
-                    let holds = match comparison {
-                        Comparison::Less => a.zip(b, |a, b| f64::from(u8::from(a < b))),
-                        Comparison::LessOrEqual => a.zip(b, |a, b| f64::from(u8::from(a <= b))),
-                    };
-                    slope(0, holds);
-                    slope(1, Eight::splat(1.0) - holds);
-                    Eight::from_fn(|lane| if holds.0[lane] == 1.0 { c.0[lane] } else { d.0[lane] })
-                }
-                Kind::Function(name, a) => {
-                    let a = at(a);
-                    let value = function(name, a);
-                    if own.is_some() {
-                        slope(0, steepness(name, a, value));
+            }
+            Kind::Select(comparison, [a, b, c, d]) => {
+                let (a, b, c, d) = (at(a), at(b), at(c), at(d));
+                let holds = match comparison {
+                    Comparison::Less => a.zip(b, |a, b| f64::from(u8::from(a < b))),
+                    Comparison::LessOrEqual => a.zip(b, |a, b| f64::from(u8::from(a <= b))),
+                };
+                slope(0, holds);
+                slope(1, Eight::splat(1.0) - holds);
+                Eight::from_fn(|lane| {
+                    if holds.0[lane] == 1.0 {
+                        c.0[lane]
+                    } else {
+                        d.0[lane]
                     }
-                    value
+                })
+            }
+            Kind::Function(name, a) => {
+                let a = at(a);
+                let value = function(name, a);
+                if own.is_some() {
+                    slope(0, steepness(name, a, value));
                 }
-                Kind::Call {
-                    which,
-                    first,
-                    count: arguments,
-                } => {
-                    let range = first as usize..(first + arguments) as usize;
-                    let arguments = &of.arguments[range];
-                    call(source, which as usize, arguments, count, values, &mut slope)
-                }
-            };
-            values[place] = value;
-        }
+                value
+            }
+            Kind::Call {
+                which,
+                first,
+                count: arguments,
+            } => {
+                let range = first as usize..(first + arguments) as usize;
+                let arguments = &of.arguments[range];
+                call(source, which as usize, arguments, count, values, &mut slope)
+            }
+        };
+        values[place] = value;
     }
 }
 
@@ -532,23 +611,28 @@ fn call(
     slope: &mut dyn FnMut(usize, Eight),
 ) -> Eight {
     let mut value = Eight::ZERO;
-    let mut duals = vec![Dual::new(0.0, 0.0); arguments.len()];
-    for lane in 0..count {
-        for (dual, &argument) in duals.iter_mut().zip(arguments) {
-            *dual = Dual::new(values[argument as usize].0[lane], 0.0);
+    let (mut few, mut many) = ([Dual::new(0.0, 0.0); 8], Vec::new());
+    let duals = match few.get_mut(..arguments.len()) {
+        Some(few) => few,
+        None => {
+            many.resize(arguments.len(), Dual::new(0.0, 0.0));
+            &mut many[..]
         }
-        value.0[lane] = source.call_dual(which, &duals).re;
-    }
-    for k in 0..arguments.len() {
+    };
+    // without arguments there is a value all the same
+    for k in 0..arguments.len().max(1) {
         let mut slopes = Eight::ZERO;
         for lane in 0..count {
             for (place, (dual, &argument)) in duals.iter_mut().zip(arguments).enumerate() {
                 let moves = f64::from(u8::from(place == k));
                 *dual = Dual::new(values[argument as usize].0[lane], moves);
             }
-            slopes.0[lane] = source.call_dual(which, &duals).eps;
+            let Dual { re, eps } = source.call_dual(which, duals);
+            (value.0[lane], slopes.0[lane]) = (re, eps);
         }
-        slope(k, slopes);
+        if k < arguments.len() {
+            slope(k, slopes);
+        }
     }
     value
 }
@@ -566,22 +650,29 @@ impl Work for Following<'_> {
     #[inline(always)]
     #[allow(clippy::inline_always)] // for the machine's own instructions
     fn run<const FUSED: bool>(self) {
-        let Room {
-            values,
-            slopes,
-            moving,
-        } = self.room;
-        for link in self.links {
-            let from = moving[link.from as usize];
-            let term = match link.slope {
-                Slope::One => from,
-                Slope::Minus => -from,
-                Slope::Value(place) => product(from, values[place as usize], self.branches),
-                Slope::Own(place) => product(from, slopes[place as usize], self.branches),
-            };
-            let to = &mut moving[link.to as usize];
-            *to = if link.first { term } else { *to + term };
-        }
+        follow(self.links, self.room, self.branches);
+    }
+}
+
+/// Follows links.
+#[inline(always)]
+#[allow(clippy::inline_always)] // for the machine's own instructions
+fn follow(links: &[Link], room: &mut Room, branches: bool) {
+    let Room {
+        values,
+        slopes,
+        moving,
+    } = room;
+    for link in links {
+        let from = moving[link.from as usize];
+        let term = match link.slope {
+            Slope::One => from,
+            Slope::Minus => -from,
+            Slope::Value(place) => product(from, values[place as usize], branches),
+            Slope::Own(place) => product(from, slopes[place as usize], branches),
+        };
+        let to = &mut moving[link.to as usize];
+        *to = if link.first { term } else { *to + term };
     }
 }
 
@@ -590,7 +681,10 @@ impl Work for Following<'_> {
 #[allow(clippy::inline_always)] // for the machine's own instructions
 fn product(change: Eight, slope: Eight, branches: bool) -> Eight {
     if branches {
-        change.zip(slope, |change, slope| if change == 0.0 { 0.0 } else { change * slope })
+        change.zip(
+            slope,
+            |change, slope| if change == 0.0 { 0.0 } else { change * slope },
+        )
     } else {
         change * slope
     }

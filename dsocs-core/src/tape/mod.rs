@@ -40,7 +40,7 @@ mod tests;
 
 use std::sync::OnceLock;
 
-pub(crate) use differential::{Differential, Input, Room};
+pub(crate) use differential::{Differential, Input, Room, Sweeps};
 pub(crate) use eight::Eight;
 pub use evaluate::Number;
 pub use link::Program;
