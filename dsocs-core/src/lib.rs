@@ -59,6 +59,7 @@
 //!    [`TaylorFlow`]. It keeps the constraints to rounding, and of all else what its tolerance lets it keep.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.
 //! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
+//! 6. *Fits and plans* want derivatives of a run: those of a [`Flow`] come from a [`Path`].
 //!
 //! # Where to look
 //!

@@ -222,19 +222,33 @@ impl Equations {
         }
     }
 
-    /// Linearizes up to eight steps of the stretch that was entered. Singular ones have what is not finite.
-    pub fn linearize<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms, block: &mut Block<N>) {
+    /// Linearizes up to eight steps of the stretch that was entered.
+    ///
+    /// # Errors
+    ///
+    /// The first step, among these, whose derivatives are not finite.
+    pub fn linearize<const N: usize>(
+        &self,
+        steps: &Steps<'_, N>,
+        rooms: &mut Rooms,
+        block: &mut Block<N>,
+    ) -> Result<(), usize> {
         self.set(&self.step, &self.of_step, steps, &mut rooms.step);
         if block.entries.is_empty() {
             let matrix = (self.rows + N) * (self.rows + 2 * N);
             block.entries.resize(matrix + self.by_fixed.len(), Eight::ZERO);
         }
-        dispatch::run(Linearization {
+        let broken = dispatch::run_wide(Linearization {
             equations: self,
             steps,
             room: &mut rooms.step,
             block,
         });
+        let mut lanes = broken.0.iter().take(steps.recorded.len());
+        match lanes.position(|broken| *broken != 0.0) {
+            Some(lane) => Err(lane),
+            None => Ok(()),
+        }
     }
 
     /// Sets the places of up to eight steps; what is beyond the last is the last once more.
@@ -261,18 +275,13 @@ impl Equations {
         }
     }
 
-    /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations, times.
-    pub fn points<const N: usize>(
-        &self,
-        steps: &Steps<'_, N>,
-        rooms: &mut Rooms,
-    ) -> ([[Eight; N]; 3], Eight) {
+    /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
+    pub fn points<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms) -> [[Eight; N]; 3] {
         self.set(&self.point, &self.of_point, steps, &mut rooms.point);
         self.point
             .evaluate_again(steps.source, &mut rooms.point, steps.recorded.len());
         let result = |k: usize| self.point.result(&rooms.point, k);
-        let point = core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)));
-        (point, result(3 * N))
+        core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)))
     }
 
     /// How the points change that were evaluated last.
@@ -330,24 +339,9 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// The first of some lanes without a solution.
-    pub fn singular(&self, count: usize) -> Option<usize> {
-        let entries = self
-            .by_node
-            .as_flattened()
-            .iter()
-            .chain(self.by_increment.as_flattened());
-        // what is not finite stays so
-        let mut sum = Eight::ZERO;
-        for entry in entries.chain(&self.in_rows) {
-            sum = sum + *entry * Eight::ZERO;
-        }
-        sum.0.iter().take(count).position(|sum| *sum != 0.0)
-    }
-
     /// What a change of constants and parameters adds to `δe`.
     pub fn by_change(&mut self, equations: &Equations, change: &[f64]) -> [Eight; N] {
-        dispatch::run(ByChange {
+        dispatch::run_wide(ByChange {
             block: self,
             equations,
             change,
@@ -356,7 +350,7 @@ impl<const N: usize> Block<N> {
 
     /// Adds the derivatives by constants and parameters, from those by the second difference.
     pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight; N], sum: &mut [Eight]) {
-        dispatch::run(ByFixedOf {
+        dispatch::run_wide(ByFixedOf {
             block: self,
             equations,
             by_e,
@@ -446,10 +440,11 @@ struct Linearization<'a, const N: usize> {
 }
 
 impl<const N: usize> Work for Linearization<'_, N> {
-    type Output = ();
+    /// Not zero in the lanes of steps whose derivatives are not finite.
+    type Output = Eight;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn run<const FUSED: bool>(self) -> Eight {
         let Self {
             equations,
             steps,
@@ -470,16 +465,38 @@ impl<const N: usize> Work for Linearization<'_, N> {
         equations
             .step
             .sweep(&equations.sweeps, steps.source, room, count, jacobian);
-        // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z, by the transposed Jacobian with N right-hand sides
-        right.clear();
-        for column in 0..rows {
-            right.extend((0..rows).map(|row| jacobian[row * width + column]));
-            right.extend((0..N).map(|i| jacobian[(rows + i) * width + column]));
-        }
-        solve(right, rows, N);
+        // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z
         in_rows.clear();
-        for i in 0..N {
-            in_rows.extend((0..rows).map(|row| right[row * (rows + N) + rows + i]));
+        match rows {
+            1 => {
+                let inverse = Eight::splat(1.0) / jacobian[0];
+                in_rows.extend((0..N).map(|i| jacobian[(1 + i) * width] * inverse));
+            }
+            2 => {
+                let [a, b, c, d] = [0, 1, width, width + 1].map(|place| jacobian[place]);
+                let inverse = Eight::splat(1.0) / (a * d - b * c);
+                for i in 0..N {
+                    let (x, y) = (jacobian[(2 + i) * width], jacobian[(2 + i) * width + 1]);
+                    in_rows.extend([(x * d - y * c) * inverse, (y * a - x * b) * inverse]);
+                }
+            }
+            _ => {
+                // the transposed Jacobian with N right-hand sides
+                right.clear();
+                for column in 0..rows {
+                    right.extend((0..rows).map(|row| jacobian[row * width + column]));
+                    right.extend((0..N).map(|i| jacobian[(rows + i) * width + column]));
+                }
+                solve(right, rows, N);
+                for i in 0..N {
+                    in_rows.extend((0..rows).map(|row| right[row * (rows + N) + rows + i]));
+                }
+            }
+        }
+        // what is not finite stays so
+        let mut broken = Eight::ZERO;
+        for entry in in_rows.iter() {
+            broken = broken + *entry * Eight::ZERO;
         }
         for (i, (by_node, by_increment)) in by_node.iter_mut().zip(by_increment).enumerate() {
             for (to, column) in by_node.iter_mut().chain(by_increment).zip(rows..) {
@@ -488,8 +505,10 @@ impl<const N: usize> Work for Linearization<'_, N> {
                     sum = sum - in_rows[i * rows + row] * jacobian[row * width + column];
                 }
                 *to = sum;
+                broken = broken + sum * Eight::ZERO;
             }
         }
+        broken
     }
 }
 

@@ -79,7 +79,8 @@ type Visit<'a, const N: usize> = dyn FnMut(usize, &Point<f64, N>, &[NodeTangent<
 impl<S: System<N>, const N: usize> Path<'_, S, N> {
     /// The derivatives of the last node, one for each variable.
     ///
-    /// A variable costs less than the run did; what is to be known of the steps is worked out once for all.
+    /// It costs about a run for the first variable and little for each further one: what is to be known of the steps is worked out once
+    /// for all.
     ///
     /// # Errors
     ///
@@ -236,10 +237,8 @@ fn forward<const N: usize>(
         let is_shown = visit.is_some() || number + 1 == pieces.len();
         moved.clear();
         if let Piece::Plain { .. } = piece {
-            motion.equations.linearize(&steps, &mut rooms, &mut block);
-            if let Some(lane) = block.singular(count) {
-                return Err(motion.singular(first + lane));
-            }
+            let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
+            linearized.map_err(|lane| motion.singular(first + lane))?;
             for (state, change) in states.iter_mut().zip(changes) {
                 let by_fixed = match change {
                     Some(change) => block.by_change(&motion.equations, change),
@@ -269,7 +268,7 @@ fn forward<const N: usize>(
         if !is_shown {
             continue;
         }
-        let (points, time) = motion.equations.points(&steps, &mut rooms);
+        let points = motion.equations.points(&steps, &mut rooms);
         let width = variables.len();
         shown.resize(count * width, NodeTangent::ZERO);
         for (number, (moved, change)) in moved.iter().zip(changes).enumerate() {
@@ -292,7 +291,7 @@ fn forward<const N: usize>(
         if let Some(visit) = &mut visit {
             for lane in 0..count {
                 let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                let t = time.0[lane];
+                let t = motion.time(first + lane);
                 let own = &shown[lane * width..(lane + 1) * width];
                 visit(first + lane, &Point { t, q, v, a }, own);
             }

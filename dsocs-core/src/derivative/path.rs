@@ -10,7 +10,7 @@ use crate::any::AnySystem;
 use crate::declaration::Declaration;
 use crate::flow::Flow;
 use crate::held::Held;
-use crate::run::{Inputs as _, Node, RunError, Stepper as _, inputs};
+use crate::run::{Clock, Inputs as _, Node, RunError, Stepper as _, inputs};
 use crate::start::{Beginning, Start, StartOrder};
 use crate::system::System;
 use crate::tape::Eight;
@@ -94,6 +94,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
             path.steps.reserve_exact(count);
             path.unknowns.reserve_exact(count * path.unknowns_of_a_step());
         }
+        flow.clock_mut().hand_out(true);
         while !flow.clock().has_reached(&end) {
             flow.step(end.time())?;
             path.keep(&flow);
@@ -358,11 +359,16 @@ impl<'p, const N: usize> Motion<'p, N> {
             .ok_or_else(|| self.singular(at))
     }
 
+    /// The time of a node.
+    pub fn time(&self, index: usize) -> f64 {
+        Clock::even(self.beginning.t0, self.h).time_of(index as u64)
+    }
+
     /// The error of a step that cannot be differentiated.
     pub fn singular(&self, index: usize) -> DerivativeError {
         DerivativeError::Singular {
             index,
-            time: self.beginning.t0 + index as f64 * self.h,
+            time: self.time(index),
         }
     }
 }

@@ -177,5 +177,5 @@ fn acceleration<const N: usize>(
     for (place, slope) in slopes.by_parameters.iter_mut().enumerate() {
         *slope = solved(2 * N + place);
     }
-    Some((a, slopes))
+    Some((a0.unwrap_or(a), slopes))
 }

@@ -360,7 +360,7 @@ impl Differential {
 
     /// Evaluates where inputs were set.
     pub(crate) fn evaluate_again(&self, source: &dyn Source, room: &mut Room, count: usize) {
-        dispatch::run(Evaluation {
+        dispatch::run_wide(Evaluation {
             of: self,
             source,
             room,
@@ -465,7 +465,7 @@ impl Differential {
         if links.is_empty() {
             return;
         }
-        dispatch::run(Following {
+        dispatch::run_wide(Following {
             links,
             room,
             branches: self.branches,
