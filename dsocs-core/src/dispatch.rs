@@ -47,6 +47,7 @@ impl<W: Work> pulp::WithSimd for Rounded<W> {
     type Output = W::Output;
 
     #[inline(always)]
+    #[allow(clippy::inline_always)] // for the machine's own instructions
     fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
         self.0.run::<false>()
     }
@@ -61,6 +62,7 @@ impl<W: Work> pulp::WithSimd for Fused<W> {
     type Output = W::Output;
 
     #[inline(always)]
+    #[allow(clippy::inline_always)] // for the machine's own instructions
     fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
         self.0.run::<true>()
     }

@@ -194,6 +194,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     }
 
     /// The last step that was solved: its first two nodes, the second difference and the unknowns.
+    #[allow(clippy::type_complexity)] // used once
     pub(crate) fn last_step(&self) -> Option<(Leg<f64, N>, [f64; N], S::Unknown<f64>)> {
         let solved = self.solved?;
         Some((solved.leg, solved.e, self.predictor.last()?))

@@ -356,10 +356,9 @@ fn begin<const N: usize>(
     if motion.begun.order == StartOrder::Nodes {
         for i in 0..N {
             by_d[i] += v0[i] / motion.h;
-            q1[i] = by_d[i];
             q0[i] -= by_d[i];
         }
-        v0 = [0.0; N];
+        (q1, v0) = (by_d, [0.0; N]);
     } else {
         motion
             .begun

@@ -15,6 +15,13 @@
 //! without kinematic and nonholonomic constraints. All else is refused with a [`DerivativeError`]. Compositions and Taylor
 //! series have no derivatives.
 
+// sums go over components of several arrays, derivatives are *by* something, and closures are written in full for who writes them
+#![allow(
+    clippy::needless_range_loop,
+    clippy::struct_field_names,
+    clippy::type_complexity
+)]
+
 mod block;
 mod changed;
 mod error;

@@ -226,12 +226,12 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
             .map(|(from, system)| (*from, Declaration::of(&**system)))
             .collect();
         let system: &S = &self.stretches[0].1;
-        Motion::new(
+        Ok(Motion::new(
             self,
             stretches,
             Begun::new(system, self.h, self.order, &self.beginning)?,
             system,
-        )
+        ))
     }
 
     /// What the start is given by.
@@ -280,9 +280,9 @@ impl<'p, const N: usize> Motion<'p, N> {
         stretches: Vec<(usize, Declaration<'p, N>)>,
         begun: Begun<N>,
         system: &'p dyn AnySystem<N>,
-    ) -> Result<Self, DerivativeError> {
+    ) -> Self {
         let parameters = system.parameters().len();
-        Ok(Self {
+        Self {
             h: path.h,
             beginning: &path.beginning,
             begun,
@@ -290,7 +290,7 @@ impl<'p, const N: usize> Motion<'p, N> {
             unknowns: &path.unknowns,
             equations: Equations::new::<N>(stretches[0].1.source().tape(), parameters),
             stretches,
-        })
+        }
     }
 
     /// How many stretches there are.

@@ -12,6 +12,7 @@ use super::read::{Binary, Body, Comparison, Function, Op};
 use super::{Leaf, Part, Segment, Source, Tape};
 use crate::dispatch::{self, Work};
 use crate::dual::Dual;
+use crate::lanes::Lanes;
 use crate::scalar::Scalar as _;
 
 /// What results are computed from.
@@ -570,13 +571,7 @@ fn evaluate(of: &Differential, source: &dyn Source, room: &mut Room, count: usiz
                 };
                 slope(0, holds);
                 slope(1, Eight::splat(1.0) - holds);
-                Eight::from_fn(|lane| {
-                    if holds.0[lane] == 1.0 {
-                        c.0[lane]
-                    } else {
-                        d.0[lane]
-                    }
-                })
+                Eight::from_fn(|lane| if holds.0[lane] > 0.0 { c.0[lane] } else { d.0[lane] })
             }
             Kind::Function(name, a) => {
                 let a = at(a);
@@ -612,12 +607,11 @@ fn call(
 ) -> Eight {
     let mut value = Eight::ZERO;
     let (mut few, mut many) = ([Dual::new(0.0, 0.0); 8], Vec::new());
-    let duals = match few.get_mut(..arguments.len()) {
-        Some(few) => few,
-        None => {
-            many.resize(arguments.len(), Dual::new(0.0, 0.0));
-            &mut many[..]
-        }
+    let duals = if let Some(few) = few.get_mut(..arguments.len()) {
+        few
+    } else {
+        many.resize(arguments.len(), Dual::new(0.0, 0.0));
+        &mut many[..]
     };
     // without arguments there is a value all the same
     for k in 0..arguments.len().max(1) {
@@ -712,8 +706,8 @@ fn steepness(name: Function, a: Eight, value: Eight) -> Eight {
         Function::ExpM1 => value + one,
         Function::Ln => one / a,
         Function::Ln1p => one / (one + a),
-        Function::Sin => a.lanes(|a| a.cos()),
-        Function::Cos => -a.lanes(|a| a.sin()),
+        Function::Sin => a.lanes(Lanes::cos),
+        Function::Cos => -a.lanes(Lanes::sin),
         Function::Tan => one + value * value,
         Function::Asin => one / ((one - a) * (one + a)).map(f64::sqrt),
         Function::Acos => -(one / ((one - a) * (one + a)).map(f64::sqrt)),
