@@ -15,6 +15,8 @@ pub struct Declaration<'s, const N: usize> {
     source: &'s dyn Source,
     /// The second difference that ends with a step's middle node, where constraints are of third order.
     past: [f64; N],
+    /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
+    rates: &'s [f64],
 }
 
 /// Where expressions are evaluated; what is not given is empty, and read as NaN.
@@ -87,7 +89,7 @@ impl<'a, T> At<'a, T> {
 
 /// Evaluates a part of a segment.
 fn evaluate<T: Number>(
-    (source, past): (&dyn Source, &[f64]),
+    (source, past, rates): (&dyn Source, &[f64], &[f64]),
     segment: Segment,
     part: Part,
     at: &At<'_, T>,
@@ -98,7 +100,10 @@ fn evaluate<T: Number>(
             Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
             Leaf::T => return at.t.unwrap_or(T::splat(f64::NAN)),
             Leaf::Clock => return at.clock.unwrap_or(T::splat(f64::NAN)),
-            Leaf::Parameter(i) => return T::splat(source.value(i)),
+            Leaf::Parameter(i) => {
+                let rate = rates.get(i).copied().unwrap_or(0.0);
+                return T::changing(source.value(i), rate);
+            }
             Leaf::Q(i) => (at.q, i),
             Leaf::V(i) => (at.v, i),
             Leaf::A(i) => (at.a, i),
@@ -125,6 +130,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
         Self {
             source: system,
             past: [0.0; N],
+            rates: &[],
         }
     }
 
@@ -134,8 +140,25 @@ impl<'s, const N: usize> Declaration<'s, N> {
         Self { past, ..self }
     }
 
-    fn place(&self) -> (&'s dyn Source, &[f64]) {
-        (self.source, &self.past)
+    fn place(&self) -> (&'s dyn Source, &[f64], &'s [f64]) {
+        (self.source, &self.past, self.rates)
+    }
+
+    /// The same with parameters that change: numbers that carry a derivative ([`crate::tangent::Tangent`]) have it from there.
+    pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r, N>
+    where
+        's: 'r,
+    {
+        Declaration {
+            source: self.source,
+            past: self.past,
+            rates,
+        }
+    }
+
+    /// Where the tape gets what is no expression.
+    pub(crate) fn source(&self) -> &'s dyn Source {
+        self.source
     }
 
     /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.

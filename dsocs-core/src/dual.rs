@@ -23,7 +23,17 @@ impl Part for f64 {
     }
 }
 
-/// A value and a derivative.
+/// A value and a derivative: the number that costs of a [`Path`](crate::Path) are written in.
+///
+/// It has the functions of [`Real`] and takes `f64` on the right of its operators. Comparisons look at the value alone.
+///
+/// ```
+/// use dsocs_core::{Dual, Real};
+///
+/// let x = Dual::new(0.5, 1.0);
+/// let y = x * x * 3.0 + x.sin();
+/// assert_eq!((y.re, y.eps), (0.75 + 0.5_f64.sin(), 3.0 + 0.5_f64.cos()));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Dual<D> {
     /// The value.

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::lanes::LANES;
-use crate::run::{Failure, Node, Observer, RunError, Trajectory};
+use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::Start;
 use crate::system::System;
 
@@ -69,8 +69,7 @@ use block::Run;
 /// `h = 0.1`, 1.4 to 2.1 times without the flag and 2.5 to 4.9 times with it. The results do not depend on the
 /// instructions.
 ///
-/// All trajectories of an ensemble have the same parameters, because generated code reads them as plain numbers. To vary
-/// them, run an ensemble for each set.
+/// Parameters that vary ([`Ensemble::varied`]) lie in lanes as the nodes do, and cost nothing more.
 #[must_use]
 pub struct Ensemble<'a, S, const N: usize> {
     /// The system.
@@ -79,6 +78,10 @@ pub struct Ensemble<'a, S, const N: usize> {
     h: f64,
     /// The starts.
     starts: Vec<Start<N>>,
+    /// The parameters that vary, by their places, each with a value for every start.
+    varied: Vec<(usize, Vec<f64>)>,
+    /// Makes a copy of the system for one trajectory, where parameters vary.
+    copy: Option<fn(&S) -> S>,
     /// How often the rows of a step may be evaluated from one guess.
     max_iterations: u32,
     /// Told how many trajectories have ended.
@@ -124,6 +127,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             system,
             h,
             starts: Vec::new(),
+            varied: Vec::new(),
+            copy: None,
             max_iterations: MAX_ITERATIONS,
             progress: None,
             #[cfg(feature = "rayon")]
@@ -135,6 +140,56 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     pub fn starts(mut self, starts: impl IntoIterator<Item = Start<N>>) -> Self {
         self.starts.extend(starts);
         self
+    }
+
+    /// Gives a parameter a value of its own on each trajectory, in the order of the starts that were added before. Several parameters
+    /// may vary.
+    ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    ///
+    /// /// A mass on a spring.
+    /// #[dsocs {
+    ///     coordinates(x);
+    ///     lagrangian = dot(x).powi(2) / 2 - stiffness * x.powi(2) / 2;
+    /// }]
+    /// #[derive(Clone)]
+    /// struct Oscillator {
+    ///     stiffness: f64,
+    /// }
+    ///
+    /// let oscillator = Oscillator { stiffness: 1.0 };
+    /// let values: Vec<f64> = (1..=20).map(f64::from).collect();
+    /// let ensemble = Ensemble::new(&oscillator, 0.001)?
+    ///     .starts(values.iter().map(|_| Start::second_order([1.0], [0.0])))
+    ///     .varied("stiffness", values.iter().copied())?;
+    /// for (k, end) in values.iter().zip(ensemble.to(1.0)) {
+    ///     assert!((end?.q[0] - k.sqrt().cos()).abs() < 1e-5);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
+    /// begin with is the error of its own trajectory.
+    pub fn varied(mut self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError>
+    where
+        S: Clone,
+    {
+        let refused = |error| RunError::Input(Box::new(error));
+        let place = inputs::known::<S, N>(parameter).map_err(refused)?;
+        let values: Vec<f64> = values.into_iter().collect();
+        if values.len() != self.starts.len() {
+            return Err(refused(InputError::Count {
+                parameter: S::PARAMETERS[place].name,
+                values: values.len(),
+                starts: self.starts.len(),
+            }));
+        }
+        self.varied.push((place, values));
+        self.copy = Some(S::clone);
+        Ok(self)
     }
 
     /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`].
@@ -217,6 +272,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     ) -> Vec<Observed<O, N>> {
         let run = Run {
             system: self.system,
+            varied: &self.varied,
+            copy: self.copy,
             h: self.h,
             t,
             every,
@@ -227,7 +284,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             let observers = (0..starts.len())
                 .map(|lane| observer(number * LANES + lane))
                 .collect();
-            let ended = run.block(starts, observers);
+            let ended = run.block(number * LANES, starts, observers);
             let total = finished.fetch_add(starts.len(), Ordering::Relaxed) + starts.len();
             if let Some(progress) = self.progress {
                 progress(total);

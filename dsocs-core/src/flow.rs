@@ -113,13 +113,18 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// [`SetupError`] if the step, the start or a parameter is not usable, or if the start needs the initial
     /// acceleration and the continuous system has none.
     pub fn new(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
-        Self::check(system, h)?;
-        Declaration::of(system).prepare();
-        let beginning = start.begin(system, h)?;
+        Self::holding(Held::new(system), h, start)
+    }
+
+    /// The same of a system that may have other values of its parameters than the caller's.
+    pub(crate) fn holding(system: Held<'s, S>, h: f64, start: Start<N>) -> Result<Self, SetupError> {
+        Self::check(&system, h)?;
+        Declaration::of(&*system).prepare();
+        let beginning = start.begin(&*system, h)?;
         Ok(Self {
-            system: Held::new(system),
             constants: system.constants(&system.parameters(), h),
             third: Third::new(beginning.e),
+            system,
             h,
             clock: Clock::even(beginning.t0, h),
             q: beginning.q,
@@ -184,6 +189,23 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
         &self.q.hi
+    }
+
+    /// The system as it is held.
+    pub(crate) fn held(&self) -> &Held<'s, S> {
+        &self.system
+    }
+
+    /// The start, worked out.
+    pub(crate) fn beginning(&self) -> &Beginning<N> {
+        &self.beginning
+    }
+
+    /// The last step that was solved: its first two nodes, the second difference and the unknowns.
+    #[allow(clippy::type_complexity)] // used once
+    pub(crate) fn last_step(&self) -> Option<(Leg<f64, N>, [f64; N], S::Unknown<f64>)> {
+        let solved = self.solved?;
+        Some((solved.leg, solved.e, self.predictor.last()?))
     }
 
     /// The leg that the next step begins with: the last node and the increment that led to it.
@@ -427,6 +449,7 @@ pub use choose::Roots;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
 use inputs::Changed;
+pub(crate) use inputs::works;
 use third::Third;
 pub use unresolved::Unresolved;
 #[cfg(test)]

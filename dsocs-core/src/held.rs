@@ -17,6 +17,14 @@ impl<'s, S> Held<'s, S> {
         Self { borrowed, own: None }
     }
 
+    /// A copy with values of its own.
+    pub fn owning(borrowed: &'s S, own: S) -> Self {
+        Self {
+            borrowed,
+            own: Some(Arc::new(own)),
+        }
+    }
+
     /// The copy, to be changed.
     pub fn own(&mut self) -> &mut S
     where

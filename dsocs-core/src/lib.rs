@@ -59,6 +59,7 @@
 //!    [`TaylorFlow`]. It keeps the constraints to rounding, and of all else what its tolerance lets it keep.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.
 //! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
+//! 6. *Fits and plans* want derivatives of a run: those of a [`Flow`] come from a [`Path`].
 //!
 //! # Where to look
 //!
@@ -81,6 +82,8 @@ mod composition;
 mod declaration;
 mod deficiency;
 mod dense;
+mod derivative;
+mod dispatch;
 mod double;
 mod dual;
 mod ensemble;
@@ -110,6 +113,8 @@ pub use dsocs_macros::{dsocs, statements};
 
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use deficiency::{Deficiency, DependentRow};
+pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
+pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, Unresolved, multipliers};

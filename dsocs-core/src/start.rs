@@ -377,6 +377,16 @@ impl<const N: usize> Start<N> {
         Ok(Phase { t0, q0, v0, near })
     }
 
+    /// How the second node depends on the position and the velocity of the start.
+    pub(crate) fn order(&self) -> StartOrder {
+        match self.rule {
+            Rule::Paper { .. } => StartOrder::First,
+            Rule::SecondOrder { .. } => StartOrder::Second,
+            Rule::Nodes { .. } | Rule::ThreeNodes { .. } | Rule::ThirdOrder { .. } => StartOrder::Nodes,
+            Rule::Exact { .. } => StartOrder::Exact,
+        }
+    }
+
     /// The acceleration that is meant, where it was said.
     fn meant(&self) -> Option<[f64; N]> {
         match self.rule {
@@ -398,6 +408,19 @@ impl<const N: usize> Start<N> {
         consistency::check(&system.declaration(), self.t0, &q, &v)?;
         Ok((q, v))
     }
+}
+
+/// The kinds of starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StartOrder {
+    /// The velocity times the step leads to the second node.
+    First,
+    /// The acceleration comes in, too.
+    Second,
+    /// The second node is given.
+    Nodes,
+    /// The continuous motion leads there.
+    Exact,
 }
 
 /// The start of a method that begins with a position and a velocity.

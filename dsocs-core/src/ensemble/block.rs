@@ -9,6 +9,7 @@ use super::newton::{self, Roots};
 use crate::compensated::Compensated;
 use crate::compiled::Report;
 use crate::flow::{Flow, SHORT_PAST, State};
+use crate::held::Held;
 use crate::lanes::{LANES, Lanes};
 use crate::run::{self, Node, Observer, RunError, Stepper as _};
 use crate::scalar::Scalar;
@@ -24,6 +25,10 @@ use crate::system::{Leg, System};
 pub(super) struct Run<'s, S> {
     /// The system.
     pub system: &'s S,
+    /// The parameters that vary, by their places, each with a value for every start.
+    pub varied: &'s [(usize, Vec<f64>)],
+    /// Makes a copy of the system, where they do.
+    pub copy: Option<fn(&S) -> S>,
     /// The step.
     pub h: f64,
     /// How far to go.
@@ -141,9 +146,10 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
 }
 
 impl<'s, S> Run<'s, S> {
-    /// Runs one block.
+    /// Runs one block, whose first start has this place among all.
     pub fn block<O: Observer<N>, const N: usize>(
         &self,
+        first: usize,
         starts: &[Start<N>],
         observers: Vec<O>,
     ) -> Vec<Observed<O, N>>
@@ -153,7 +159,7 @@ impl<'s, S> Run<'s, S> {
         let mut members = Vec::with_capacity(starts.len());
         let mut ended: Vec<(usize, Observed<O, N>)> = Vec::with_capacity(starts.len());
         for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
-            match self.begin(start, &mut observer) {
+            match self.begin(first + place, start, &mut observer) {
                 Ok(Begun::Going { flow, last }) => members.push(Member {
                     flow,
                     last,
@@ -186,13 +192,15 @@ impl<'s, S> Run<'s, S> {
     /// The nodes 0 and 1, which need a guess without a past.
     fn begin<O: Observer<N>, const N: usize>(
         &self,
+        place: usize,
         start: Start<N>,
         observer: &mut O,
     ) -> Result<Begun<'s, S, N>, RunError>
     where
         S: System<N>,
     {
-        let mut flow = Flow::new(self.system, self.h, start)?.max_iterations(self.max_iterations);
+        let mut flow =
+            Flow::holding(self.system_of(place), self.h, start)?.max_iterations(self.max_iterations);
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
@@ -205,6 +213,23 @@ impl<'s, S> Run<'s, S> {
             }
         }
         Ok(Begun::Going { flow, last })
+    }
+
+    /// The system of one trajectory.
+    fn system_of<const N: usize>(&self, place: usize) -> Held<'s, S>
+    where
+        S: System<N>,
+    {
+        let Some(copy) = self.copy else {
+            return Held::new(self.system);
+        };
+        let mut own = copy(self.system);
+        for (parameter, values) in self.varied {
+            if let (Some(parameter), Some(value)) = (own.parameter_mut(*parameter), values.get(place)) {
+                *parameter = *value;
+            }
+        }
+        Held::owning(self.system, own)
     }
 
     /// Whether node `index` is observed.
@@ -231,13 +256,20 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
     fn new(run: &'r Run<'s, S>, members: Vec<Member<'s, S, O, N>>) -> Self {
         let zero = [Lanes::splat(0.0); N];
+        let mut parameters = run.system.parameters::<Lanes>();
+        if run.copy.is_some() {
+            for (place, parameter) in parameters.as_mut().iter_mut().enumerate() {
+                for lane in 0..LANES {
+                    let own = members[lane % members.len()].flow.system();
+                    parameter.set_lane(lane, own.parameter(place).unwrap_or(f64::NAN));
+                }
+            }
+        }
         let mut block = Self {
             run,
             ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
-            constants: run
-                .system
-                .constants(&run.system.parameters(), Lanes::splat(run.h)),
+            constants: run.system.constants(&parameters, Lanes::splat(run.h)),
             q: Compensated::exact(zero),
             d: Compensated::exact(zero),
             predictor: Predictor::new(),

@@ -345,7 +345,7 @@ fn changed<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
 }
 
 /// The works of a force along the fields, or what the forms leave of it.
-fn works<const N: usize>(
+pub(crate) fn works<const N: usize>(
     declaration: &Declaration<'_, N>,
     h: Tangent,
     leg: &Leg<Tangent, N>,

@@ -110,6 +110,16 @@ pub enum InputError {
         /// The name.
         parameter: &'static str,
     },
+    /// There are not as many values as starts.
+    #[error("`{parameter}` has {values} values for {starts} starts; give one for each, after the starts")]
+    Count {
+        /// The name.
+        parameter: &'static str,
+        /// How many values there are.
+        values: usize,
+        /// How many starts.
+        starts: usize,
+    },
     /// A holonomic constraint depends on the parameter.
     #[error(
         "`{parameter}` cannot change at a node: a holonomic constraint depends on it, and the position would have to jump; write the \
@@ -121,18 +131,20 @@ pub enum InputError {
     },
 }
 
+/// The place of a parameter.
+pub(crate) fn known<S: System<N>, const N: usize>(parameter: &str) -> Result<usize, InputError> {
+    let place = S::PARAMETERS.iter().position(|known| known.name == parameter);
+    place.ok_or_else(|| InputError::Unknown {
+        parameter: parameter.to_owned(),
+        parameters: S::PARAMETERS.iter().map(|known| known.name).collect(),
+    })
+}
+
 /// The place of a parameter that is given a value.
 pub(crate) fn place<S: System<N>, const N: usize>(parameter: &str, value: f64) -> Result<usize, RunError> {
     let refused = |error| RunError::Input(Box::new(error));
-    let Some((place, quantity)) =
-        (S::PARAMETERS.iter().enumerate()).find(|(_, known)| known.name == parameter)
-    else {
-        return Err(refused(InputError::Unknown {
-            parameter: parameter.to_owned(),
-            parameters: S::PARAMETERS.iter().map(|known| known.name).collect(),
-        }));
-    };
-    let parameter = quantity.name;
+    let place = known::<S, N>(parameter).map_err(refused)?;
+    let parameter = S::PARAMETERS[place].name;
     if !value.is_finite() {
         return Err(refused(InputError::NotFinite { parameter, value }));
     }

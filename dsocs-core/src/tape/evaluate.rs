@@ -24,6 +24,10 @@ pub trait Number: Scalar {
         result: &mut dyn FnMut(usize, Self),
     );
 
+    /// A number that changes at a rate, which numbers without derivatives do not show.
+    #[must_use]
+    fn changing(value: f64, rate: f64) -> Self;
+
     /// Makes room for a program on this thread: its evaluations there allocate nothing then.
     fn prepare(program: &Program);
 }
@@ -54,7 +58,7 @@ impl<T: Scalar> Room<T> {
 }
 
 macro_rules! numbers {
-    ($($number:ty),* $(,)?) => {
+    ($($number:ty: $changing:expr),* $(,)?) => {
         $(const _: () = {
             thread_local! {
                 static ROOM: Cell<Room<$number>> = Cell::default();
@@ -73,6 +77,11 @@ macro_rules! numbers {
                     ROOM.set(room);
                 }
 
+                fn changing(value: f64, rate: f64) -> Self {
+                    let changing: fn(f64, f64) -> Self = $changing;
+                    changing(value, rate)
+                }
+
                 fn prepare(program: &Program) {
                     let mut room = ROOM.take();
                     room.fit(program);
@@ -83,7 +92,15 @@ macro_rules! numbers {
     };
 }
 
-numbers!(f64, Lanes, Bounded, Double, Tangent, Tangent2, Jet);
+numbers!(
+    f64: |value, _| value,
+    Lanes: |value, _| Self::splat(value),
+    Bounded: |value, _| Self::splat(value),
+    Double: |value, _| Self::splat(value),
+    Tangent: Self::new,
+    Tangent2: |value, rate| Self::second(value, [rate, 0.0]),
+    Jet: |value, _| Self::splat(value),
+);
 
 /// Evaluates a program.
 fn walk<T: Scalar>(
@@ -143,7 +160,7 @@ fn walk<T: Scalar>(
 }
 
 /// A function of one number.
-fn function<T: Scalar>(name: Function, a: T) -> T {
+pub(super) fn function<T: Scalar>(name: Function, a: T) -> T {
     match name {
         Function::Sqrt => a.sqrt(),
         Function::Cbrt => a.cbrt(),

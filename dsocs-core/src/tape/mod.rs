@@ -30,6 +30,8 @@
 //!
 //! A tape that breaks these rules has no results: every number that it is asked for is NaN.
 
+mod differential;
+mod eight;
 mod evaluate;
 mod link;
 mod read;
@@ -38,9 +40,12 @@ mod tests;
 
 use std::sync::OnceLock;
 
+pub(crate) use differential::{Differential, Input, Room, Sweeps};
+pub(crate) use eight::Eight;
 pub use evaluate::Number;
 pub use link::Program;
 
+use crate::dual::Dual;
 use read::Body;
 
 /// The first byte of a tape.
@@ -161,6 +166,13 @@ pub trait Source {
     /// A function of the user's, or a derivative of one, at some arguments; without arguments an expression of parameters that
     /// are no numbers. NaN if there is none of this number.
     fn call(&self, which: usize, arguments: &[f64]) -> f64;
+
+    /// The same with a derivative along; NaN where the function is called with plain numbers alone.
+    fn call_dual(&self, which: usize, arguments: &[Dual<f64>]) -> Dual<f64> {
+        let plain: Vec<f64> = arguments.iter().map(|argument| argument.re).collect();
+        let moves = arguments.iter().any(|argument| argument.eps != 0.0);
+        Dual::new(self.call(which, &plain), if moves { f64::NAN } else { 0.0 })
+    }
 }
 
 /// The operations of a declaration, and the programs that were made of them so far.

@@ -1,6 +1,7 @@
 //! Tapes that are written by hand.
 
 use super::*;
+use crate::tangent::Tangent;
 
 /// A source with one function, of three parameters and a tape.
 struct Hand(&'static Tape);
@@ -193,4 +194,58 @@ fn a_function_may_evaluate_tapes_itself() {
         },
     );
     assert_eq!(rows, [77.0 + (3.0 + 2.0 * f64::sin(0.25))]);
+}
+
+#[test]
+fn derivatives_go_back_and_forward_as_tangents_do() {
+    // every function of a leaf, every operation of two, a branch
+    let mut ops: Vec<Vec<u8>> = vec![vec![1, 6, 0], vec![1, 3, 0]];
+    let mut places = Vec::new();
+    let mut take = |op: Vec<u8>| {
+        places.push(u8::try_from(ops.len()).unwrap());
+        ops.push(op);
+    };
+    for function in 32..=51_u8 {
+        take(vec![function, 0]);
+    }
+    for binary in [5, 6, 7, 8, 11, 12] {
+        take(vec![binary, 0, 1]);
+    }
+    take(vec![9, 0]);
+    take(vec![4, 0]);
+    take([&[10, 0][..], &3_i32.to_le_bytes()].concat());
+    // the square root of what is negative, on the branch that is not taken
+    take(vec![6, 0, 1]);
+    take(vec![32, 31]);
+    take(vec![13, 0, 1, 0, 32]);
+    let ops: Vec<&[u8]> = ops.iter().map(Vec::as_slice).collect();
+    assert_eq!(ops.len(), 34);
+    let (count, body) = (places.len(), segment(&ops, &places, 0));
+    let tape = tape(&[(Segment::Energy, body)]);
+    for (z, n) in [(0.3, 0.7), (0.9, 1.4), (0.55, 2.0)] {
+        let differential = tape.differential(&[(Segment::Energy, Part::All)], &|_| true);
+        let mut room = Room::default();
+        let value = |input| match input {
+            Input::Leaf(Leaf::Z(_)) => z,
+            _ => n,
+        };
+        differential.evaluate(&Hand(tape), &mut room, 1, &mut |input| Eight::splat(value(input)));
+        let inputs: Vec<Input> = differential.inputs().collect();
+        for result in 0..count {
+            let mut found = [0.0; 2];
+            differential.back_from(&mut room, result, &mut |input, slope| {
+                found[usize::from(inputs[input] != Input::Leaf(Leaf::Z(0)))] = slope.0[0];
+            });
+            for (k, found) in found.into_iter().enumerate() {
+                let leaf = |leaf| match leaf {
+                    Leaf::Z(_) => Tangent::new(z, [1.0, 0.0][k]),
+                    _ => Tangent::new(n, [0.0, 1.0][k]),
+                };
+                let expected = results(tape, Segment::Energy, Part::All, &leaf)[result].derivative();
+                let same =
+                    (found - expected).abs() <= 1e-13 * expected.abs() || found.is_nan() && expected.is_nan();
+                assert!(same, "result {result} by {k} at {z}, {n}: {found} {expected}");
+            }
+        }
+    }
 }

@@ -1,10 +1,10 @@
 //! A run by Taylor series: nodes at its own steps or on a grid of times.
 
-use super::dispatch::{self, Work};
 use super::integrator::Integrator;
 use super::jets::Equations;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
+use crate::dispatch::{self, Work};
 use crate::run::{self, Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
 use crate::system::Point;

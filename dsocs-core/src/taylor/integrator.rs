@@ -3,13 +3,13 @@
 use core::fmt;
 
 use super::control::{Control, Tolerance, exp2};
-use super::dispatch::{self, Work};
 use super::error::{FailedSeries, SeriesError, SeriesFailure};
 use super::jets::Equations;
 use super::order::Order;
 use super::projection::Projection;
 use super::series::Series;
 use crate::compensated::Compensated;
+use crate::dispatch::{self, Work};
 use crate::error::SetupError;
 use crate::run::{Clock, Node, Polynomial, RunError, Search};
 use crate::start::Phase;

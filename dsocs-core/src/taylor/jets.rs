@@ -3,10 +3,10 @@
 //! Only the expansion is compiled for each system, for each kind of machine. The integrator, the grid of output times, events and
 //! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
 
-use super::dispatch::{self, Work};
 use super::series::Series;
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
+use crate::dispatch::{self, Work};
 use crate::held::Held;
 use crate::run::View;
 use crate::system::System;

@@ -63,7 +63,6 @@
 #![allow(clippy::needless_range_loop)]
 
 mod control;
-mod dispatch;
 mod error;
 mod flow;
 mod grid;

@@ -11,6 +11,7 @@
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a controller that ticks? |
 //! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
 //! | [Many runs and clusters](many_runs) | How do I run a plan of ten thousand, here or on a cluster? |
+//! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
 //! | [Two roots](two_roots) | What if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
 //! | [Checks and hard cases](checks) | How do I know that it is right? |
@@ -30,6 +31,8 @@ pub mod constraints {}
 pub mod control {}
 #[doc = include_str!("declaration.md")]
 pub mod declaration {}
+#[doc = include_str!("derivatives.md")]
+pub mod derivatives {}
 #[doc = include_str!("errors.md")]
 pub mod errors {}
 #[doc = include_str!("how_it_works.md")]

@@ -2,7 +2,9 @@
 
 use std::num::NonZeroU64;
 
-use dsocs_core::{Ensemble, Flow, Node, RunError, Start, StepFailure, Stepper, System, Trajectory, dsocs};
+use dsocs_core::{
+    Ensemble, Flow, InputError, Node, RunError, Start, StepFailure, Stepper, System, Trajectory, dsocs,
+};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 use dsocs_tests::data::Table;
@@ -336,4 +338,97 @@ fn nor_does_one_with_several_unknowns() {
     }
     println!("{held} held, {refused} refused after {steps} steps");
     assert!(held > 20 && refused > 5 && steps > 5 * refused);
+}
+
+/// A particle that turns, on a slope, with a friction: roots and powers alone.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - slope * y;
+    external_forces = (-friction * dot(x).powi(3), -friction * dot(y).powi(3));
+}]
+#[derive(Clone)]
+struct Sliding {
+    mass: f64,
+    slope: f64,
+    friction: f64,
+}
+
+#[test]
+fn parameters_vary_from_lane_to_lane() {
+    let base = Sliding {
+        mass: 1.0,
+        slope: 0.5,
+        friction: 0.1,
+    };
+    let values = |k: u32| [1.0 + 0.1 * f64::from(k), 0.3 * f64::from(k) - 1.0];
+    let start = |k: u32| Start::second_order([0.0, 0.1 * f64::from(k)], [1.0, 0.2]);
+    // one that cannot begin, and that ends nothing but itself
+    let mass = |k: u32| if k == 11 { f64::NAN } else { values(k)[0] };
+    let ensemble = Ensemble::new(&base, 0.05)
+        .unwrap()
+        .starts((0..21).map(start))
+        .varied("mass", (0..21).map(mass))
+        .unwrap()
+        .varied("slope", (0..21).map(|k| values(k)[1]))
+        .unwrap();
+    let runs = ensemble.until(10.0);
+    assert_eq!(runs.len(), 21);
+    for (k, run) in (0..).zip(&runs) {
+        if k == 11 {
+            let failure = run.as_ref().unwrap_err();
+            assert!(matches!(failure.error, RunError::Setup(_)), "{failure}");
+            assert!(failure.trajectory.is_empty());
+            continue;
+        }
+        let [mass, slope] = values(k);
+        let own = Sliding { mass, slope, ..base };
+        let alone = Flow::new(&own, 0.05, start(k)).unwrap().until(10.0).unwrap();
+        // but for how often the rows were evaluated
+        let bits = |node: &Node<2>| [node.q, node.v, node.force].map(|x| x.map(f64::to_bits));
+        let run = run.as_ref().unwrap();
+        assert_eq!(run.len(), alone.len());
+        assert!(run.iter().zip(&alone).all(|(x, y)| bits(x) == bits(y)), "{k}");
+    }
+    let ensemble = |starts: u32| Ensemble::new(&base, 0.05).unwrap().starts((0..starts).map(start));
+    let refused = |result: Result<Ensemble<'_, Sliding, 2>, RunError>| match result {
+        Err(RunError::Input(error)) => *error,
+        other => panic!("{other:?}"),
+    };
+    let error = refused(ensemble(3).varied("weight", [1.0; 3]));
+    assert!(matches!(error, InputError::Unknown { .. }));
+    let error = refused(ensemble(3).varied("mass", [1.0; 2]));
+    assert!(matches!(
+        error,
+        InputError::Count {
+            values: 2,
+            starts: 3,
+            ..
+        }
+    ));
+}
+
+#[test]
+fn the_pendulum_with_other_parameters_in_every_lane() {
+    let base = InertiaWheelPendulum::default();
+    let rho = |k: u32| 1.0 + 0.25 * f64::from(k);
+    let start = Start::second_order([0.5, 0.0], [0.0, 0.5]);
+    let ends = Ensemble::new(&base, 0.05)
+        .unwrap()
+        .starts((0..10).map(|_| start))
+        .varied("rho", (0..10).map(rho))
+        .unwrap()
+        .to(20.0);
+    for (k, end) in (0..).zip(ends) {
+        let own = InertiaWheelPendulum { rho: rho(k), ..base };
+        let alone = Flow::new(&own, 0.05, start).unwrap().to(20.0).unwrap();
+        let end = end.unwrap();
+        for i in 0..2 {
+            assert!(
+                (end.q[i] - alone.q[i]).abs() < 1e-9,
+                "{k}: {} {}",
+                end.q[i],
+                alone.q[i]
+            );
+        }
+    }
 }

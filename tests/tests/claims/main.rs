@@ -7,6 +7,7 @@ mod composition_by_momenta;
 mod constrained_library;
 mod constraints;
 mod control_law;
+mod derivatives;
 mod discrete;
 mod dop853;
 mod driven_library;

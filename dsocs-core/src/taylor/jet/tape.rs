@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::Jet;
-use crate::taylor::dispatch::{self, Work};
+use crate::dispatch::{self, Work};
 use crate::taylor::kernel::{RECIPROCALS, ROWS, add_product};
 
 /// An operation on former entries of the tape; primes are derivatives by time.

@@ -115,6 +115,22 @@ pub(super) fn source(
     }
     let tape = Literal::byte_string(&bytes);
     let arms = calls.arms(&model.graph, functions);
+    let dual_arms = calls.dual_arms(&model.graph, functions);
+    let call_dual = (!dual_arms.is_empty()).then(|| {
+        quote! {
+            fn call_dual(
+                &self,
+                which: usize,
+                arguments: &[::dsocs_core::__private::Dual<f64>],
+            ) -> ::dsocs_core::__private::Dual<f64> {
+                match (which, arguments) {
+                    #(#dual_arms,)*
+                    (_, &[]) => ::dsocs_core::__private::Dual::new(self.call(which, &[]), 0.0),
+                    _ => ::dsocs_core::__private::Dual::new(f64::NAN, f64::NAN),
+                }
+            }
+        }
+    });
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     quote! {
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
@@ -135,6 +151,8 @@ pub(super) fn source(
                     _ => f64::NAN,
                 }
             }
+
+            #call_dual
         }
     }
 }

@@ -91,6 +91,19 @@ impl Functions {
             plain(graph.callee(callee), arguments)
         }
     }
+
+    /// The same at dual numbers; `None` for a function that is called with plain numbers alone.
+    pub(super) fn on_duals(
+        &self,
+        graph: &Graph,
+        callee: usize,
+        arguments: &[TokenStream],
+        wrt: &[usize],
+    ) -> Option<TokenStream> {
+        let constant = |number| quote!(::dsocs_core::__private::Dual::new(#number, 0.0f64));
+        let known = !arguments.is_empty() && self.0.contains(&(callee, arguments.len()));
+        known.then(|| call(graph, callee, arguments, wrt, &constant))
+    }
 }
 
 /// The method of one function.

@@ -61,6 +61,25 @@ impl Calls {
             })
             .collect()
     }
+
+    /// The arms that evaluate those of functions that can be differentiated, with dual numbers for arguments.
+    pub(crate) fn dual_arms(&self, graph: &Graph, functions: &Functions) -> Vec<TokenStream> {
+        let calls = self.0.iter().enumerate();
+        calls
+            .filter_map(|(place, called)| {
+                let Called::Function { callee, count, wrt } = called else {
+                    return None;
+                };
+                let names: Vec<_> = (0..*count)
+                    .map(|i| Ident::new(&format!("x{i}"), Span::mixed_site()))
+                    .collect();
+                let arguments: Vec<_> = names.iter().map(|name| quote!(#name)).collect();
+                let result = functions.on_duals(graph, *callee, &arguments, wrt)?;
+                let place = Literal::usize_unsuffixed(place);
+                Some(quote!((#place, &[#(#names),*]) => #result))
+            })
+            .collect()
+    }
 }
 
 /// A segment of a tape.

@@ -27,6 +27,32 @@ pub(crate) fn run<W: Work>(work: W) -> W::Output {
     work.run::<false>()
 }
 
+/// The same with wide registers alone, for work on many numbers side by side. Nothing is fused, and so the results are
+/// the same on every machine.
+#[inline]
+pub(crate) fn run_wide<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(simd, Rounded(work));
+    }
+    work.run::<false>()
+}
+
+/// Work whose products are rounded before they are summed.
+#[cfg(target_arch = "x86_64")]
+struct Rounded<W>(W);
+
+#[cfg(target_arch = "x86_64")]
+impl<W: Work> pulp::WithSimd for Rounded<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
+        self.0.run::<false>()
+    }
+}
+
 /// Work with fused products.
 #[cfg(target_arch = "x86_64")]
 struct Fused<W>(W);
@@ -36,6 +62,7 @@ impl<W: Work> pulp::WithSimd for Fused<W> {
     type Output = W::Output;
 
     #[inline(always)]
+    #[allow(clippy::inline_always)] // for the machine's own instructions
     fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
         self.0.run::<true>()
     }

@@ -1,0 +1,575 @@
+//! Up to eight steps of a path, linearized side by side.
+
+// work is inlined where it is compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+
+use crate::dispatch::{self, Work};
+use crate::system::Leg;
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Source, Sweeps, Tape};
+
+/// A step of a path: its first two nodes and the second difference.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Recorded<const N: usize> {
+    /// The middle node and the increment that led to it.
+    pub leg: Leg<f64, N>,
+    /// The second difference that was found.
+    pub e: [f64; N],
+}
+
+/// What an input of a differential is, for a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Role {
+    Node(usize),
+    Increment(usize),
+    Difference(usize),
+    Unknown(usize),
+    /// What the whole run has: a constant, or a parameter after these.
+    Fixed(usize),
+    /// What does not change: time, and the step.
+    Still,
+}
+
+/// The differentials of the steps of a system.
+#[derive(Clone, Debug)]
+pub(super) struct Equations {
+    /// The rows of a step, then the second difference.
+    step: Differential,
+    /// The point of a node.
+    point: Differential,
+    /// What is known when the run begins.
+    constants: Differential,
+    /// What the inputs of the first two are.
+    of_step: Vec<Role>,
+    of_point: Vec<Role>,
+    /// The derivatives of rows and components: by unknowns, node and increment as a matrix, then by what is fixed.
+    sweeps: Sweeps,
+    by_fixed: Vec<ByFixed>,
+    /// How many rows there are.
+    pub rows: usize,
+    /// How many constants.
+    count: usize,
+    /// How many parameters.
+    pub parameters: usize,
+}
+
+/// What is computed in.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rooms {
+    step: Room,
+    point: Room,
+    constants: Room,
+}
+
+/// The values of the constants and of the parameters, on a stretch of the path.
+pub(super) type Fixed = Vec<f64>;
+
+/// Up to eight steps in a row with the same parameters.
+pub(super) struct Steps<'p, const N: usize> {
+    /// Where the functions of the user's are.
+    pub source: &'p dyn Source,
+    /// The steps.
+    pub recorded: &'p [Recorded<N>],
+    /// Their unknowns, one step after the other.
+    pub unknowns: &'p [f64],
+}
+
+/// A derivative of a row or of a component of the second difference by what is fixed.
+#[derive(Clone, Copy, Debug)]
+struct ByFixed {
+    row: usize,
+    fixed: usize,
+    /// Where it stands.
+    place: usize,
+}
+
+/// The linearization of up to eight steps: `δe = by_node δq + by_increment δd + …`.
+#[derive(Clone, Debug)]
+pub(super) struct Block<const N: usize> {
+    pub by_node: [[Eight; N]; N],
+    pub by_increment: [[Eight; N]; N],
+    /// How much of each row is in each component: `δe_i` loses `in_rows[i][r]` times the change of row `r`.
+    in_rows: Vec<Eight>,
+    /// The derivatives, where [`Equations::sweeps`] puts them; the others are zero.
+    entries: Vec<Eight>,
+    /// For the elimination.
+    right: Vec<Eight>,
+    /// What belongs to each row.
+    of_rows: Vec<Eight>,
+}
+
+impl Equations {
+    pub fn new<const N: usize>(tape: &Tape, parameters: usize) -> Self {
+        let count = tape.count(Segment::Constants, Part::All);
+        let role = |input: Input| match input {
+            Input::Constant(place) => Role::Fixed(place),
+            Input::Leaf(Leaf::Parameter(place)) => Role::Fixed(count + place),
+            Input::Leaf(Leaf::N(i)) => Role::Node(i),
+            Input::Leaf(Leaf::D(i)) => Role::Increment(i),
+            Input::Leaf(Leaf::E(i)) => Role::Difference(i),
+            Input::Leaf(Leaf::Z(i)) => Role::Unknown(i),
+            Input::Leaf(_) => Role::Still,
+        };
+        let is_moving = |input: Input| role(input) != Role::Still;
+        let rows = (Segment::Residual, Part::Head);
+        let step = tape.differential(&[rows, (Segment::SecondDifference, Part::All)], &is_moving);
+        let point = tape.differential(&[(Segment::Node, Part::Head)], &is_moving);
+        let of_step: Vec<Role> = step.inputs().map(role).collect();
+        let unknowns = tape.count(rows.0, rows.1);
+        let (width, mut by_fixed) = (unknowns + 2 * N, Vec::new());
+        let matrix = (unknowns + N) * width;
+        let sweeps = step.sweeps(&mut |row, input| match of_step[input] {
+            Role::Fixed(fixed) => {
+                let place = matrix + by_fixed.len();
+                by_fixed.push(ByFixed { row, fixed, place });
+                Some(place)
+            }
+            Role::Unknown(place) => Some(row * width + place),
+            Role::Node(place) => Some(row * width + unknowns + place),
+            Role::Increment(place) => Some(row * width + unknowns + N + place),
+            Role::Difference(_) | Role::Still => None,
+        });
+        Self {
+            of_step,
+            sweeps,
+            by_fixed,
+            of_point: point.inputs().map(role).collect(),
+            step,
+            point,
+            constants: tape.differential(&[(Segment::Constants, Part::All)], &is_moving),
+            rows: unknowns,
+            count,
+            parameters,
+        }
+    }
+
+    /// The values of the constants and the parameters of a system.
+    pub fn fixed(&self, source: &dyn Source, h: f64, rooms: &mut Rooms) -> Fixed {
+        self.begin(source, h, rooms);
+        let constants = (0..self.count).map(|k| self.constants.result(&rooms.constants, k).0[0]);
+        let parameters = (0..self.parameters).map(|k| source.value(k));
+        constants.chain(parameters).collect()
+    }
+
+    fn begin(&self, source: &dyn Source, h: f64, rooms: &mut Rooms) {
+        self.constants
+            .evaluate(source, &mut rooms.constants, 1, &mut |input| match input {
+                Input::Leaf(Leaf::Parameter(place)) => Eight::splat(source.value(place)),
+                _ => Eight::splat(h),
+            });
+    }
+
+    /// How the constants and the parameters change where the parameters do, in up to eight ways.
+    pub fn change_fixed(
+        &self,
+        source: &dyn Source,
+        h: f64,
+        rooms: &mut Rooms,
+        parameters: &dyn Fn(usize) -> Eight,
+    ) -> Vec<Eight> {
+        self.begin(source, h, rooms);
+        let mut changes = vec![Eight::ZERO; self.count];
+        let mut change = |input| match input {
+            Input::Leaf(Leaf::Parameter(place)) => parameters(place),
+            _ => Eight::ZERO,
+        };
+        self.constants
+            .forward(&mut rooms.constants, &mut change, &mut |place, change| {
+                changes[place] = change;
+            });
+        changes.extend((0..self.parameters).map(parameters));
+        changes
+    }
+
+    /// The derivatives by the parameters, from those by the constants and the parameters.
+    pub fn of_parameters(
+        &self,
+        source: &dyn Source,
+        h: f64,
+        rooms: &mut Rooms,
+        of_fixed: &[f64],
+    ) -> Vec<f64> {
+        let (of_constants, of_parameters) = of_fixed.split_at(self.count);
+        let mut sum = of_parameters.to_vec();
+        if of_constants.iter().all(|x| *x == 0.0) {
+            return sum;
+        }
+        self.begin(source, h, rooms);
+        let inputs: Vec<Input> = self.constants.inputs().collect();
+        let weight = |k: usize| Eight::splat(of_constants[k]);
+        self.constants
+            .back_from_all(&mut rooms.constants, &weight, &mut |input, slope| {
+                if let Input::Leaf(Leaf::Parameter(place)) = inputs[input] {
+                    sum[place] += slope.0[0];
+                }
+            });
+        sum
+    }
+
+    /// Makes ready for the steps of a stretch.
+    pub fn enter(&self, fixed: &[f64], h: f64, rooms: &mut Rooms) {
+        for (differential, roles, room) in [
+            (&self.step, &self.of_step, &mut rooms.step),
+            (&self.point, &self.of_point, &mut rooms.point),
+        ] {
+            differential.make(room);
+            for (place, role) in roles.iter().enumerate() {
+                match role {
+                    Role::Fixed(k) => differential.set(room, place, Eight::splat(fixed[*k])),
+                    Role::Still => differential.set(room, place, Eight::splat(h)),
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    /// Linearizes up to eight steps of the stretch that was entered.
+    ///
+    /// # Errors
+    ///
+    /// The first step, among these, whose derivatives are not finite.
+    pub fn linearize<const N: usize>(
+        &self,
+        steps: &Steps<'_, N>,
+        rooms: &mut Rooms,
+        block: &mut Block<N>,
+    ) -> Result<(), usize> {
+        self.set(&self.step, &self.of_step, steps, &mut rooms.step);
+        if block.entries.is_empty() {
+            let matrix = (self.rows + N) * (self.rows + 2 * N);
+            block.entries.resize(matrix + self.by_fixed.len(), Eight::ZERO);
+        }
+        let broken = dispatch::run_wide(Linearization {
+            equations: self,
+            steps,
+            room: &mut rooms.step,
+            block,
+        });
+        let mut lanes = broken.0.iter().take(steps.recorded.len());
+        match lanes.position(|broken| *broken != 0.0) {
+            Some(lane) => Err(lane),
+            None => Ok(()),
+        }
+    }
+
+    /// Sets the places of up to eight steps; what is beyond the last is the last once more.
+    fn set<const N: usize>(
+        &self,
+        differential: &Differential,
+        roles: &[Role],
+        steps: &Steps<'_, N>,
+        room: &mut Room,
+    ) {
+        let (recorded, last) = (steps.recorded, steps.recorded.len() - 1);
+        for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
+            let value = match (*role, input) {
+                (Role::Node(i), _) => gathered(recorded, |step| step.leg.q[i]),
+                (Role::Increment(i), _) => gathered(recorded, |step| step.leg.d[i]),
+                (Role::Difference(i), _) => gathered(recorded, |step| step.e[i]),
+                (Role::Unknown(i), _) => {
+                    Eight::from_fn(|lane| steps.unknowns[lane.min(last) * self.rows + i])
+                }
+                (Role::Still, Input::Leaf(Leaf::Clock)) => gathered(recorded, |step| step.leg.t),
+                (Role::Fixed(_) | Role::Still, _) => continue,
+            };
+            differential.set(room, place, value);
+        }
+    }
+
+    /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
+    pub fn points<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms) -> [[Eight; N]; 3] {
+        self.set(&self.point, &self.of_point, steps, &mut rooms.point);
+        self.point
+            .evaluate_again(steps.source, &mut rooms.point, steps.recorded.len());
+        let result = |k: usize| self.point.result(&rooms.point, k);
+        core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)))
+    }
+
+    /// How the points change that were evaluated last.
+    pub fn change_points<const N: usize>(
+        &self,
+        rooms: &mut Rooms,
+        change: &dyn Fn(Role) -> Eight,
+    ) -> [[Eight; N]; 3] {
+        let mut points = [[Eight::ZERO; N]; 3];
+        let mut place = 0;
+        let mut change = |_| {
+            place += 1;
+            change(self.of_point[place - 1])
+        };
+        self.point
+            .forward(&mut rooms.point, &mut change, &mut |k, change| {
+                if let Some(to) = points.as_flattened_mut().get_mut(k) {
+                    *to = change;
+                }
+            });
+        points
+    }
+
+    /// The derivatives of a sum of components of the points that were evaluated last, each with its weight.
+    pub fn back_from_points<const N: usize>(
+        &self,
+        rooms: &mut Rooms,
+        weights: &[[Eight; N]; 3],
+        take: &mut dyn FnMut(Role, Eight),
+    ) {
+        let weight = |k: usize| weights.as_flattened().get(k).copied().unwrap_or(Eight::ZERO);
+        self.point
+            .back_from_all(&mut rooms.point, &weight, &mut |input, slope| {
+                take(self.of_point[input], slope);
+            });
+    }
+}
+
+/// A number of each step; what is beyond the last is the last once more.
+#[inline]
+fn gathered<const N: usize>(recorded: &[Recorded<N>], number: impl Fn(&Recorded<N>) -> f64) -> Eight {
+    let last = recorded.len() - 1;
+    Eight::from_fn(|lane| number(&recorded[lane.min(last)]))
+}
+
+impl<const N: usize> Block<N> {
+    pub fn new() -> Self {
+        Self {
+            by_node: [[Eight::ZERO; N]; N],
+            by_increment: [[Eight::ZERO; N]; N],
+            in_rows: Vec::new(),
+            entries: Vec::new(),
+            right: Vec::new(),
+            of_rows: Vec::new(),
+        }
+    }
+
+    /// What a change of constants and parameters adds to `δe`.
+    pub fn by_change(&mut self, equations: &Equations, change: &[f64]) -> [Eight; N] {
+        dispatch::run_wide(ByChange {
+            block: self,
+            equations,
+            change,
+        })
+    }
+
+    /// Adds the derivatives by constants and parameters, from those by the second difference.
+    pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight; N], sum: &mut [Eight]) {
+        dispatch::run_wide(ByFixedOf {
+            block: self,
+            equations,
+            by_e,
+            sum,
+        });
+    }
+}
+
+/// The work of [`Block::by_change`].
+struct ByChange<'a, const N: usize> {
+    block: &'a mut Block<N>,
+    equations: &'a Equations,
+    change: &'a [f64],
+}
+
+impl<const N: usize> Work for ByChange<'_, N> {
+    type Output = [Eight; N];
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> [Eight; N] {
+        let Self {
+            block,
+            equations,
+            change,
+        } = self;
+        let rows = equations.rows;
+        block.of_rows.clear();
+        block.of_rows.resize(rows + N, Eight::ZERO);
+        for &ByFixed { row, fixed, place } in &equations.by_fixed {
+            let change = change[fixed];
+            if change != 0.0 {
+                block.of_rows[row] = block.of_rows[row] + block.entries[place] * Eight::splat(change);
+            }
+        }
+        let mut sum = [Eight::ZERO; N];
+        for (i, sum) in sum.iter_mut().enumerate() {
+            *sum = block.of_rows[rows + i];
+            for row in 0..rows {
+                *sum = *sum - block.in_rows[i * rows + row] * block.of_rows[row];
+            }
+        }
+        sum
+    }
+}
+
+/// The work of [`Block::add_by_fixed`].
+struct ByFixedOf<'a, const N: usize> {
+    block: &'a mut Block<N>,
+    equations: &'a Equations,
+    by_e: &'a [Eight; N],
+    sum: &'a mut [Eight],
+}
+
+impl<const N: usize> Work for ByFixedOf<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self {
+            block,
+            equations,
+            by_e,
+            sum,
+        } = self;
+        let rows = equations.rows;
+        block.of_rows.clear();
+        for row in 0..rows {
+            let mut weight = Eight::ZERO;
+            for (i, by_e) in by_e.iter().enumerate() {
+                weight = weight - *by_e * block.in_rows[i * rows + row];
+            }
+            block.of_rows.push(weight);
+        }
+        block.of_rows.extend_from_slice(by_e);
+        for &ByFixed { row, fixed, place } in &equations.by_fixed {
+            sum[fixed] = sum[fixed] + block.of_rows[row] * block.entries[place];
+        }
+    }
+}
+
+/// The work of [`Equations::linearize`].
+struct Linearization<'a, const N: usize> {
+    equations: &'a Equations,
+    steps: &'a Steps<'a, N>,
+    room: &'a mut Room,
+    block: &'a mut Block<N>,
+}
+
+impl<const N: usize> Work for Linearization<'_, N> {
+    /// Not zero in the lanes of steps whose derivatives are not finite.
+    type Output = Eight;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Eight {
+        let Self {
+            equations,
+            steps,
+            room,
+            block,
+        } = self;
+        let rows = equations.rows;
+        let width = rows + 2 * N;
+        let Block {
+            by_node,
+            by_increment,
+            in_rows,
+            entries: jacobian,
+            right,
+            ..
+        } = block;
+        let count = steps.recorded.len();
+        equations
+            .step
+            .sweep(&equations.sweeps, steps.source, room, count, jacobian);
+        // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z
+        in_rows.clear();
+        match rows {
+            1 => {
+                let inverse = Eight::splat(1.0) / jacobian[0];
+                in_rows.extend((0..N).map(|i| jacobian[(1 + i) * width] * inverse));
+            }
+            2 => {
+                let [a, b, c, d] = [0, 1, width, width + 1].map(|place| jacobian[place]);
+                let inverse = Eight::splat(1.0) / (a * d - b * c);
+                for i in 0..N {
+                    let (x, y) = (jacobian[(2 + i) * width], jacobian[(2 + i) * width + 1]);
+                    in_rows.extend([(x * d - y * c) * inverse, (y * a - x * b) * inverse]);
+                }
+            }
+            _ => {
+                // the transposed Jacobian with N right-hand sides
+                right.clear();
+                for column in 0..rows {
+                    right.extend((0..rows).map(|row| jacobian[row * width + column]));
+                    right.extend((0..N).map(|i| jacobian[(rows + i) * width + column]));
+                }
+                solve(right, rows, N);
+                for i in 0..N {
+                    in_rows.extend((0..rows).map(|row| right[row * (rows + N) + rows + i]));
+                }
+            }
+        }
+        // what is not finite stays so
+        let mut broken = Eight::ZERO;
+        for entry in in_rows.iter() {
+            broken = broken + *entry * Eight::ZERO;
+        }
+        for (i, (by_node, by_increment)) in by_node.iter_mut().zip(by_increment).enumerate() {
+            for (to, column) in by_node.iter_mut().chain(by_increment).zip(rows..) {
+                let mut sum = jacobian[(rows + i) * width + column];
+                for row in 0..rows {
+                    sum = sum - in_rows[i * rows + row] * jacobian[row * width + column];
+                }
+                *to = sum;
+                broken = broken + sum * Eight::ZERO;
+            }
+        }
+        broken
+    }
+}
+
+/// Solves eight sets of linear equations in place: rows of `size` coefficients and `sides` right-hand sides, each set with its
+/// own pivots. Rows may be of any size.
+#[inline(always)]
+fn solve(matrix: &mut [Eight], size: usize, sides: usize) {
+    let width = size + sides;
+    let one = Eight::splat(1.0);
+    if size > 1 {
+        for row in matrix.chunks_exact_mut(width) {
+            let mut largest = Eight::ZERO;
+            for x in &row[..size] {
+                largest = largest.zip(*x, |largest, x| if x.abs() > largest { x.abs() } else { largest });
+            }
+            let scale = one / largest;
+            for x in row.iter_mut() {
+                *x = *x * scale;
+            }
+        }
+    }
+    for k in 0..size {
+        if k + 1 < size {
+            pivot(matrix, size, width, k);
+        }
+        let inverse = one / matrix[k * width + k];
+        for column in k + 1..width {
+            matrix[k * width + column] = matrix[k * width + column] * inverse;
+        }
+        for row in (0..size).filter(|&row| row != k) {
+            let factor = matrix[row * width + k];
+            for column in k + 1..width {
+                matrix[row * width + column] =
+                    matrix[row * width + column] - factor * matrix[k * width + column];
+            }
+        }
+    }
+}
+
+/// Brings the largest entry of column `k` into row `k`, in each lane.
+#[inline(always)]
+fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
+    for other in k + 1..size {
+        let (own, below) = (matrix[k * width + k], matrix[other * width + k]);
+        let larger = own.zip(below, |own, below| f64::from(u8::from(below.abs() > own.abs())));
+        if larger == Eight::ZERO {
+            continue;
+        }
+        for column in k..width {
+            let (own, below) = (matrix[k * width + column], matrix[other * width + column]);
+            let select = |no: Eight, yes: Eight| {
+                Eight::from_fn(|lane| {
+                    if larger.0[lane] == 0.0 {
+                        no.0[lane]
+                    } else {
+                        yes.0[lane]
+                    }
+                })
+            };
+            matrix[k * width + column] = select(own, below);
+            matrix[other * width + column] = select(below, own);
+        }
+    }
+}

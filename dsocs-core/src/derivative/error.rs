@@ -1,0 +1,85 @@
+//! Why a run has no derivative.
+
+use thiserror::Error;
+
+use crate::run::RunError;
+
+/// Why a path could not be run, or not be differentiated.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum DerivativeError {
+    /// The path could not be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// There is no parameter of that name.
+    #[error("no parameter is called `{name}`; expected one of {}", .known.join(", "))]
+    Parameter {
+        /// The name.
+        name: String,
+        /// The names of the parameters.
+        known: Vec<&'static str>,
+    },
+    /// The parameter is not an input of the plan.
+    #[error("`{name}` is no input of this path; its inputs are [{}] (see `Path::plan`)", .inputs.join(", "))]
+    Input {
+        /// The name.
+        name: String,
+        /// The inputs.
+        inputs: Vec<&'static str>,
+    },
+    /// There is no such coordinate or leg.
+    #[error("there is no {what} {index}: there are {count}")]
+    Index {
+        /// Of what the number is.
+        what: &'static str,
+        /// The number.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A plan holds no values.
+    #[error("a plan needs the values of its inputs on one leg at least")]
+    NoLegs,
+    /// The motion has not reached its first node.
+    #[error("the path ends at its start: its end has to lie a step h = {h} away at least")]
+    NoSteps {
+        /// The step.
+        h: f64,
+    },
+    /// The start has no such variable.
+    #[error("a start by {start} has no {variable}")]
+    Variable {
+        /// What the start is given by.
+        start: &'static str,
+        /// What was asked for.
+        variable: &'static str,
+    },
+    /// The start cannot be differentiated.
+    #[error(
+        "{reason}; give the first two nodes, `Start::nodes(q0, q1)`: those of a flow are `flow.node().q` and `flow.position()`"
+    )]
+    Start {
+        /// Why not.
+        reason: &'static str,
+    },
+    /// Inputs cannot be held.
+    #[error(
+        "inputs of a system with {constraints} constraints have no derivatives: only those of systems with second-order equations of \
+         motion and holonomic constraints do"
+    )]
+    Constraints {
+        /// Which constraints.
+        constraints: &'static str,
+    },
+    /// The Jacobian of a step is singular.
+    #[error(
+        "the step about node {index} (t = {time}) has no derivative: its Jacobian is singular or not finite there; a smaller step may \
+         avoid the place"
+    )]
+    Singular {
+        /// The number of the step's middle node.
+        index: usize,
+        /// Its time.
+        time: f64,
+    },
+}

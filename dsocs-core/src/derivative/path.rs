@@ -1,0 +1,379 @@
+//! A run that is kept to be differentiated.
+
+use core::fmt;
+
+use super::block::{Equations, Fixed, Recorded, Rooms, Steps};
+use super::changed::{Change, Changed};
+use super::error::DerivativeError;
+use super::start::Begun;
+use crate::any::AnySystem;
+use crate::declaration::Declaration;
+use crate::error::SetupError;
+use crate::flow::Flow;
+use crate::held::Held;
+use crate::run::{Clock, Inputs as _, Node, RunError, Stepper as _, inputs};
+use crate::start::{Beginning, Start, StartOrder};
+use crate::system::System;
+use crate::tape::Eight;
+
+/// A run of a [`Flow`] whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
+/// [`Path::gradient`].
+///
+/// It takes `8 (3 n + m + 1)` bytes a step, with `n` coordinates and `m` unknowns. The run itself is that of [`Flow`], bit for bit.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::{Path, Variable};
+///
+/// /// A mass on a spring.
+/// #[dsocs {
+///     coordinates(x);
+///     lagrangian = dot(x).powi(2) / 2 - stiffness * x.powi(2) / 2;
+/// }]
+/// struct Oscillator {
+///     stiffness: f64,
+/// }
+///
+/// let oscillator = Oscillator { stiffness: 4.0 };
+/// let path = Path::new(&oscillator, 0.001, Start::second_order([1.0], [0.0]), 1.0)?;
+/// // x = cos(ω t) with ω² = k: ∂x/∂k = −t sin(ω t) / 2ω
+/// let tangents = path.tangents(&[Variable::Parameter("stiffness")])?;
+/// assert!((tangents[0].q[0] + 2.0_f64.sin() / 4.0).abs() < 1e-6);
+/// // the same from the end, with all other derivatives
+/// let gradient = path.gradient_at_end(&mut |end| end.q[0])?;
+/// assert!((gradient.parameters[0] - tangents[0].q[0]).abs() < 1e-12);
+/// assert!((gradient.q0[0] - 2.0_f64.cos()).abs() < 1e-6);
+/// # Ok::<(), dsocs_core::DerivativeError>(())
+/// ```
+pub struct Path<'s, S: System<N>, const N: usize> {
+    /// The step.
+    h: f64,
+    /// What the start is given by.
+    order: StartOrder,
+    /// The start, worked out.
+    beginning: Beginning<N>,
+    /// The systems, each with the number of the node from which on it holds.
+    stretches: Vec<(usize, Held<'s, S>)>,
+    /// The inputs, by their places among the parameters.
+    inputs: Vec<usize>,
+    /// Step `k` about node `k + 1`.
+    steps: Vec<Recorded<N>>,
+    /// The unknowns of the steps, one after the other.
+    unknowns: Vec<f64>,
+    /// The last node.
+    end: Node<N>,
+}
+
+// by hand, because a derivation would ask the system for as much
+impl<S: System<N>, const N: usize> fmt::Debug for Path<'_, S, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Path")
+            .field("h", &self.h)
+            .field("steps", &self.steps.len())
+            .field("end", &self.end)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
+    /// Runs with the step `h` from a start up to the last node at or before `t`.
+    ///
+    /// # Errors
+    ///
+    /// [`DerivativeError::Run`] as [`Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
+    /// away.
+    pub fn new(system: &'s S, h: f64, start: Start<N>, t: f64) -> Result<Self, DerivativeError> {
+        if !t.is_finite() {
+            return Err(RunError::Until { until: t }.into());
+        }
+        if S::ORDER > 2 {
+            let method = "the derivative of a run (Path)";
+            return Err(RunError::from(SetupError::ThirdOrder { method }).into());
+        }
+        let mut flow = Flow::new(system, h, start).map_err(RunError::from)?;
+        let end = flow.clock().until(t)?;
+        let mut path = Self::begun(&flow, &start);
+        if let Some(count) = end.index() {
+            // room for all steps, if that is not more than can be
+            let count = usize::try_from(count).unwrap_or(0).min(1 << 24);
+            path.steps.reserve_exact(count);
+            path.unknowns.reserve_exact(count * path.unknowns_of_a_step());
+        }
+        flow.clock_mut().hand_out(true);
+        while !flow.clock().has_reached(&end) {
+            flow.step(end.time())?;
+            path.keep(&flow);
+        }
+        path.ended(&flow)
+    }
+
+    /// Runs with inputs that are held: `values[k]` are those of the parameters `inputs` on the leg from node `k` to node `k + 1`. The run
+    /// ends at the node after the last leg, whose values hold on there, so that its velocity is that of the last leg.
+    ///
+    /// Other parameters are the system's; so are the inputs' own values there, which are not used.
+    ///
+    /// # Errors
+    ///
+    /// [`DerivativeError::Run`] as [`Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`];
+    /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
+    /// constraints.
+    pub fn plan<const U: usize>(
+        system: &'s S,
+        h: f64,
+        start: Start<N>,
+        inputs: [&str; U],
+        values: &[[f64; U]],
+    ) -> Result<Self, DerivativeError>
+    where
+        S: Clone,
+    {
+        let Some(first) = values.first() else {
+            return Err(DerivativeError::NoLegs);
+        };
+        for (count, constraints) in [(S::KINEMATIC, "kinematic"), (S::NONHOLONOMIC, "nonholonomic")] {
+            if count > 0 {
+                return Err(DerivativeError::Constraints { constraints });
+            }
+        }
+        let mut held = Held::new(system);
+        let mut places = Vec::with_capacity(U);
+        for (name, &value) in inputs.iter().zip(first) {
+            let place = inputs::place::<S, N>(name, value)?;
+            if let Some(parameter) = held.own().parameter_mut(place) {
+                *parameter = value;
+            }
+            places.push(place);
+        }
+        let mut flow = Flow::holding(held, h, start).map_err(RunError::from)?;
+        let mut path = Self::begun(&flow, &start);
+        path.inputs = places;
+        for leg in 1..=values.len() {
+            if let Some(values) = values.get(leg) {
+                for (name, &value) in inputs.iter().zip(values) {
+                    flow.set_input(name, value)?;
+                }
+                path.stretches.push((leg, flow.held().clone()));
+            }
+            flow.step(f64::INFINITY * h)?;
+            path.keep(&flow);
+        }
+        path.ended(&flow)
+    }
+
+    /// How many unknowns a step has.
+    fn unknowns_of_a_step(&self) -> usize {
+        Declaration::of(&*self.stretches[0].1).unknowns()
+    }
+
+    /// A path without steps.
+    fn begun(flow: &Flow<'s, S, N>, start: &Start<N>) -> Self {
+        Self {
+            h: flow.h(),
+            order: start.order(),
+            beginning: *flow.beginning(),
+            stretches: vec![(0, flow.held().clone())],
+            inputs: Vec::new(),
+            steps: Vec::new(),
+            unknowns: Vec::new(),
+            end: flow.node(),
+        }
+    }
+
+    /// Takes in the step that was made.
+    #[inline]
+    fn keep(&mut self, flow: &Flow<'s, S, N>) {
+        if let Some((leg, e, z)) = flow.last_step() {
+            self.steps.push(Recorded { leg, e });
+            self.unknowns.extend_from_slice(z.as_ref());
+        }
+    }
+
+    fn ended(mut self, flow: &Flow<'s, S, N>) -> Result<Self, DerivativeError> {
+        if self.steps.is_empty() {
+            return Err(DerivativeError::NoSteps { h: self.h });
+        }
+        self.end = flow.node();
+        Ok(self)
+    }
+
+    /// The last node.
+    #[must_use]
+    pub fn end(&self) -> &Node<N> {
+        &self.end
+    }
+
+    /// The number of steps: nodes are numbered from 0, the start, to this one.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// The inputs of a plan, in its order, by their names.
+    pub(super) fn input_names(&self) -> Vec<&'static str> {
+        self.inputs
+            .iter()
+            .filter_map(|&place| Some(S::PARAMETERS.get(place)?.name))
+            .collect()
+    }
+
+    /// The place of a parameter.
+    pub(super) fn parameter(name: &str) -> Result<usize, DerivativeError> {
+        let place = S::PARAMETERS.iter().position(|known| known.name == name);
+        place.ok_or_else(|| DerivativeError::Parameter {
+            name: name.to_owned(),
+            known: S::PARAMETERS.iter().map(|known| known.name).collect(),
+        })
+    }
+
+    /// The path without the type of its system.
+    pub(super) fn motion(&self) -> Result<Motion<'_, N>, DerivativeError> {
+        let stretches: Vec<_> = (self.stretches.iter())
+            .map(|(from, system)| (*from, Declaration::of(&**system)))
+            .collect();
+        let system: &S = &self.stretches[0].1;
+        Ok(Motion::new(
+            self,
+            stretches,
+            Begun::new(system, self.h, self.order, &self.beginning)?,
+            system,
+        ))
+    }
+
+    /// What the start is given by.
+    pub(super) fn order(&self) -> StartOrder {
+        self.order
+    }
+
+    /// How many legs have inputs of their own.
+    pub(super) fn legs(&self) -> usize {
+        self.stretches.len()
+    }
+
+    /// The parameters of the inputs.
+    pub(super) fn input_places(&self) -> &[usize] {
+        &self.inputs
+    }
+}
+
+/// A path without the type of its system: what derivatives are computed from.
+pub(super) struct Motion<'p, const N: usize> {
+    pub h: f64,
+    pub beginning: &'p Beginning<N>,
+    pub begun: Begun<N>,
+    pub steps: &'p [Recorded<N>],
+    unknowns: &'p [f64],
+    stretches: Vec<(usize, Declaration<'p, N>)>,
+    pub equations: Equations,
+}
+
+/// Some steps in a row, by the numbers of their middle nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Piece {
+    /// Up to eight, with the same parameters.
+    Plain {
+        first: usize,
+        count: usize,
+        stretch: usize,
+    },
+    /// The one from which on the parameters of a stretch hold.
+    Changed { at: usize, stretch: usize },
+}
+
+impl<'p, const N: usize> Motion<'p, N> {
+    fn new<S: System<N>>(
+        path: &'p Path<'_, S, N>,
+        stretches: Vec<(usize, Declaration<'p, N>)>,
+        begun: Begun<N>,
+        system: &'p dyn AnySystem<N>,
+    ) -> Self {
+        let parameters = system.parameters().len();
+        Self {
+            h: path.h,
+            beginning: &path.beginning,
+            begun,
+            steps: &path.steps,
+            unknowns: &path.unknowns,
+            equations: Equations::new::<N>(stretches[0].1.source().tape(), parameters),
+            stretches,
+        }
+    }
+
+    /// How many stretches there are.
+    pub fn stretches(&self) -> usize {
+        self.stretches.len()
+    }
+
+    /// The declaration on a stretch.
+    pub fn declaration(&self, stretch: usize) -> &Declaration<'p, N> {
+        &self.stretches[stretch].1
+    }
+
+    /// The pieces of the path, in order.
+    pub fn pieces(&self) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        for (stretch, (from, _)) in self.stretches.iter().enumerate() {
+            let next = self
+                .stretches
+                .get(stretch + 1)
+                .map_or(self.steps.len() + 1, |next| next.0);
+            if stretch > 0 {
+                pieces.push(Piece::Changed { at: *from, stretch });
+            }
+            let mut first = from + 1;
+            while first < next {
+                let count = (next - first).min(Eight::COUNT);
+                pieces.push(Piece::Plain {
+                    first,
+                    count,
+                    stretch,
+                });
+                first += count;
+            }
+        }
+        pieces
+    }
+
+    /// Makes ready for the steps of a stretch: the values of constants and parameters there.
+    pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
+        let source = self.declaration(stretch).source();
+        let fixed = self.equations.fixed(source, self.h, rooms);
+        self.equations.enter(&fixed, self.h, rooms);
+        fixed
+    }
+
+    /// The steps about some nodes.
+    pub fn some(&self, first: usize, count: usize, stretch: usize) -> Steps<'_, N> {
+        let range = first - 1..first - 1 + count;
+        let rows = self.equations.rows;
+        Steps {
+            source: self.declaration(stretch).source(),
+            unknowns: &self.unknowns[range.start * rows..range.end * rows],
+            recorded: &self.steps[range],
+        }
+    }
+
+    /// The derivatives of a step between two stretches.
+    pub fn changed(&self, at: usize, stretch: usize) -> Result<Changed<N>, DerivativeError> {
+        let change = Change {
+            sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
+            h: self.h,
+            step: self.steps[at - 1],
+        };
+        change
+            .slopes(self.equations.parameters)
+            .ok_or_else(|| self.singular(at))
+    }
+
+    /// The time of a node.
+    pub fn time(&self, index: usize) -> f64 {
+        Clock::even(self.beginning.t0, self.h).time_of(index as u64)
+    }
+
+    /// The error of a step that cannot be differentiated.
+    pub fn singular(&self, index: usize) -> DerivativeError {
+        DerivativeError::Singular {
+            index,
+            time: self.time(index),
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Eight numbers that the compiler puts into registers as wide as the machine's.
+//!
+//! [`Lanes`] has its instructions chosen when the crate is compiled. These are plain loops: inside of [`crate::dispatch::run`] they
+//! become what the machine has. Products are never fused with sums, so the results are the same everywhere.
+
+// the loops have to be seen by the optimiser where they are used
+#![allow(clippy::inline_always)]
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::lanes::{LANES, Lanes};
+
+/// Eight numbers.
+#[repr(align(64))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Eight(pub [f64; LANES]);
+
+impl Eight {
+    /// How many they are.
+    pub(crate) const COUNT: usize = LANES;
+
+    /// Zeros.
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+
+    /// The same number eight times.
+    #[inline(always)]
+    pub(crate) fn splat(value: f64) -> Self {
+        Self([value; LANES])
+    }
+
+    /// A function of each place.
+    #[inline(always)]
+    pub(crate) fn from_fn(mut function: impl FnMut(usize) -> f64) -> Self {
+        let mut numbers = [0.0; LANES];
+        for (place, number) in numbers.iter_mut().enumerate() {
+            *number = function(place);
+        }
+        Self(numbers)
+    }
+
+    /// A function of each number.
+    #[inline(always)]
+    pub(crate) fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        let mut numbers = self.0;
+        for number in &mut numbers {
+            *number = function(*number);
+        }
+        Self(numbers)
+    }
+
+    /// A function of each two numbers.
+    #[inline(always)]
+    pub(crate) fn zip(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
+        let mut numbers = self.0;
+        for (number, other) in numbers.iter_mut().zip(other.0) {
+            *number = function(*number, other);
+        }
+        Self(numbers)
+    }
+
+    /// A function of lanes.
+    #[inline(always)]
+    pub(crate) fn lanes(self, function: impl FnOnce(Lanes) -> Lanes) -> Self {
+        Self(function(Lanes::from(self.0)).into())
+    }
+}
+
+macro_rules! operators {
+    ($($name:ident $method:ident),*) => {
+        $(
+            impl $name for Eight {
+                type Output = Self;
+
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    self.zip(other, $name::$method)
+                }
+            }
+        )*
+    };
+}
+
+operators!(Add add, Sub sub, Mul mul, Div div);
+
+impl Neg for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(Neg::neg)
+    }
+}
