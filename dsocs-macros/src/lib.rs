@@ -29,7 +29,7 @@ use proc_macro::TokenStream;
 ///
 /// # Statements
 ///
-/// Each statement ends with `;`. Only `let` may occur more than once. The order is free, but a `let` has to come before its use.
+/// Each statement ends with `;`. Only `let` and `use` may occur more than once. The order is free, but a `let` has to come before its use.
 ///
 /// | statement | meaning |
 /// |---|---|
