@@ -23,34 +23,34 @@ const NO_PART: f64 = 1e-6;
 /// How often rows and columns are scaled in turn.
 const SCALINGS: usize = 4;
 
-/// What the equations leave open at one place: why there is no solution, or no single one.
+/// What the equations do not determine at a point: why there is no solution, or more than one.
 ///
-/// Printed, it is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
+/// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deficiency {
     /// The coordinates that are not determined.
     pub coordinates: Vec<&'static str>,
-    /// Whether it is not they themselves, but combinations of them.
+    /// Whether combinations of these coordinates are not determined, rather than the coordinates themselves.
     pub combined: bool,
-    /// Whether they, or the combination of them that is not determined, have no mass: `∂²L/∂v²` is zero along it.
+    /// Whether what is not determined has no mass: `∂²L/∂v²` is zero along these coordinates, or along their combination.
     pub massless: bool,
-    /// The rows that depend on each other, constraints first; a single one does not contain the unknowns at all.
+    /// The rows that depend on each other, constraints first. If there is only one, it does not contain the unknowns at all.
     pub rows: Vec<DependentRow>,
-    /// Whether it is so only where the search began: beside it the rows determine the unknowns, so that there may be a solution on
-    /// either side.
+    /// Whether the equations are deficient only where the search began. Close to that point the rows determine the unknowns, so there may
+    /// be a solution on either side.
     pub at_guess_alone: bool,
 }
 
 /// A row of the equations, as it was declared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DependentRow {
-    /// A holonomic constraint, by its place from 0.
+    /// A holonomic constraint, by its index from 0.
     Holonomic(usize),
-    /// A nonholonomic constraint, by its place from 0.
+    /// A nonholonomic constraint, by its index from 0.
     Nonholonomic(usize),
-    /// A kinematic constraint, by its place from 0.
+    /// A kinematic constraint, by its index from 0.
     Kinematic(usize),
-    /// The work of the constraint force along a virtual displacement, by its place from 0.
+    /// The work of the constraint force along a virtual displacement, by the index of the displacement from 0.
     Displacement(usize),
     /// The equation of motion of a coordinate.
     Motion(&'static str),

@@ -1,4 +1,4 @@
-//! Many trajectories of one system, in lanes and on several threads.
+//! Many trajectories of one system, in SIMD lanes and on several threads.
 
 use core::fmt;
 use core::num::NonZeroU64;
@@ -26,16 +26,16 @@ use block::Run;
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
-/// The trajectories are cut into blocks of eight, and a block is stepped at once, in lanes:
-/// the generated code is the same as for a [`Flow`], and so is Newton's iteration, with the same predictor and the
-/// same stop rules, which are decided lane by lane. A lane whose iteration does not contract at once (where a switch
-/// is crossed, say), or whose root may not be the one that continues its motion, is solved for that step as a single trajectory would be, with all of its guesses and its damping; one
-/// that has no solution ends with its own error, and the others go on. Blocks are shared out among threads.
+/// The trajectories are divided into blocks of eight. The steps of a block are computed together, one trajectory in each SIMD lane. The
+/// generated code is the same as for a [`Flow`], and so are Newton's iteration, the predictor and the stop rules, which are applied to each
+/// lane. A step is solved as in a single [`Flow`], with all guesses and with damping, if its iteration does not contract at once (for
+/// example at a switch), or if its root may not be the one that continues the motion. A trajectory without a solution ends with its own
+/// error, and the others go on. The blocks are distributed over the threads.
 ///
 /// - Results come in the order of the starts.
-/// - A result does not depend on the number of threads, nor on which other trajectories there are, bit for bit.
-/// - A result agrees with that of a [`Flow`] bit for bit if the system uses no other functions than roots and
-///   powers, and to within rounding else: the vector code of some functions rounds differently.
+/// - A result does not depend on the number of threads or on the other trajectories: it is the same bit for bit.
+/// - A result agrees bit for bit with that of a [`Flow`] if the system uses no functions but roots and powers. Otherwise
+///   it agrees to rounding, because the vector code of some functions rounds differently.
 ///
 /// ```
 /// use dsocs_core::{Ensemble, Start, dsocs};
@@ -63,9 +63,9 @@ use block::Run;
 ///
 /// # Speed
 ///
-/// `wide` chooses the instructions when it is compiled. Without a flag these are SSE2's on x86-64, two numbers at a
-/// time. With `RUSTFLAGS="-C target-cpu=x86-64-v3"` (AVX2; `native` for what the machine has) they are four. The bench
-/// `step` of `dsocs-systems` tells what lanes gain over single flows on one core: with the paper's systems at
+/// The crate `wide` chooses the SIMD instructions when it is compiled. Without a flag it uses SSE2 on x86-64, with two numbers
+/// in a register. With `RUSTFLAGS="-C target-cpu=x86-64-v3"` (AVX2) or `target-cpu=native` there are four. The bench
+/// `step` of `dsocs-systems` measures how much faster lanes are than single flows on one core: with the paper's systems at
 /// `h = 0.1`, 1.4 to 2.1 times without the flag and 2.5 to 4.9 times with it. The results do not depend on the
 /// instructions.
 ///
@@ -104,7 +104,7 @@ impl<S, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
 /// One observed trajectory of an ensemble.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observed<O, const N: usize> {
-    /// The observer, with what it saw; also of a trajectory that failed.
+    /// The observer after the run, also if the trajectory failed.
     pub observer: O,
     /// The last node, or why the trajectory ended early.
     pub last: Result<Node<N>, RunError>,
@@ -198,15 +198,15 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         self
     }
 
-    /// Sets an observer of the progress: it is told how many trajectories have ended, well or not, whenever a block
-    /// has. Several threads may call it at the same time, so that a number may arrive before a smaller one.
+    /// Sets a function that observes the progress. Whenever a block has ended, it is called with the number of trajectories that have
+    /// ended so far, failed ones included. Several threads may call it at the same time, so a number may arrive before a smaller one.
     pub fn progress(mut self, progress: &'a (dyn Fn(usize) + Sync)) -> Self {
         self.progress = Some(progress);
         self
     }
 
-    /// Runs on so many threads of its own (0: as many as there are cores). Unless this is called, the threads are
-    /// those of rayon's global pool.
+    /// Uses a thread pool of its own with so many threads (0: as many as there are cores). Without this the ensemble uses
+    /// rayon's global pool.
     ///
     /// # Errors
     ///
@@ -221,15 +221,15 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// Runs every trajectory up to the last node at or before `t`, as [`crate::Stepper::to`] does, and returns that node for
     /// each, in the order of the starts.
     ///
-    /// A trajectory that does not begin or cannot reach `t` has its [`RunError`] in its place; a step error carries the last nodes.
+    /// For a trajectory that does not begin or does not reach `t`, the result is its [`RunError`]; a step error contains the last nodes.
     #[must_use]
     pub fn to(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
         let runs = self.runs(t, None, |_| Trajectory::default());
         runs.into_iter().map(|run| run.last).collect()
     }
 
-    /// Runs every trajectory up to the last node at or before `t` and collects all nodes, as [`crate::Stepper::until`] does. A
-    /// trajectory that fails has what it had computed in its place.
+    /// Runs every trajectory up to the last node at or before `t` and collects all nodes, as [`crate::Stepper::until`] does. For a
+    /// trajectory that fails, the [`Failure`] contains the nodes so far.
     #[must_use]
     pub fn until(&self, t: f64) -> Vec<Result<Trajectory<N>, Failure<N>>> {
         let every = if t.is_infinite() {
@@ -251,8 +251,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// Runs like [`Ensemble::to`], and hands the nodes whose number is a multiple of `every` to observers, as
     /// [`crate::Stepper::stream`] does.
     ///
-    /// `observer` makes one for each trajectory from its place among the starts. An observer that breaks off ends its own
-    /// trajectory, whose last node is then the one that it saw last. An infinite `t` is allowed where observers break off.
+    /// The function `observer` makes an observer for each trajectory, from the index of its start. An observer that breaks off ends its own
+    /// trajectory; the last node is then the one that it saw last. An infinite `t` is allowed if all observers break off.
     #[must_use]
     pub fn stream<O: Observer<N> + Send>(
         &self,

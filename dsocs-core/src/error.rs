@@ -18,13 +18,13 @@ pub enum StepFailure {
     Singular,
     /// The updates did not become small: there may be no root, or none near the guess.
     NotConverged,
-    /// The rows come near to zero and turn away from it: on the way from a guess on which they become smaller and smaller there is a
-    /// point, no root, from which they can only grow again. What the declaration asks for cannot be met there.
+    /// The residual has a minimum that is not zero: on a path from a guess along which the rows become smaller, there is a point that is
+    /// not a root and from which they can only grow again. What the declaration asks for cannot be met there.
     NoSolution,
-    /// The root that was found makes a denominator of a declared row zero, or a factor of it that does not depend on the
-    /// unknowns is zero: the row does not exist there, or says nothing.
+    /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
+    /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
     Degenerate,
-    /// There are two solutions, near or far apart, and neither the guess nor the past tells which one belongs to the motion.
+    /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
     AmbiguousRoot,
 }
 
@@ -52,7 +52,7 @@ pub struct NewtonFailure {
     pub residual: Vec<f64>,
     /// The updates, each relative to the size of the unknowns.
     pub updates: Vec<f64>,
-    /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty for all else.
+    /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty otherwise.
     pub other: Vec<f64>,
 }
 
@@ -143,9 +143,9 @@ impl fmt::Display for Rounded {
 pub struct Violation {
     /// The kind of the constraint.
     pub constraint: &'static str,
-    /// Its place among those of its kind, from 0.
+    /// Its index among the constraints of its kind, from 0.
     pub index: usize,
-    /// Where it is asked for: at which node, or by which map.
+    /// Where it is imposed: at which node, or by which map.
     pub at: &'static str,
     /// Its value there, in its units.
     pub value: f64,
@@ -208,7 +208,7 @@ pub enum SetupError {
         .violations.iter().map(ToString::to_string).collect::<Vec<_>>().join(", and ")
     )]
     Inconsistent {
-        /// All that is violated.
+        /// All violated constraints.
         violations: Vec<Violation>,
     },
     /// No nearby start that obeys the constraints was found.
@@ -220,22 +220,22 @@ pub enum SetupError {
         /// The values of the constraints where the projection ended.
         residual: Vec<f64>,
     },
-    /// The start belongs to another step.
+    /// The start was computed for another step.
     #[error(
         "the start was worked out for the step h = {start}, but the run has h = {h}: give `exact` the step of the run"
     )]
     StartStep {
-        /// The step that the start was worked out for.
+        /// The step that the start was computed for.
         start: f64,
         /// The step of the run.
         h: f64,
     },
-    /// The start was worked out at another time than that of the run, and the system depends on time.
+    /// The start was computed for another time than that of the run, and the system depends on time.
     #[error(
         "the start was worked out at the time {start}, but the run begins at {t0}: set the time before, `Start::second_order(q0, v0).at({t0}).exact(…)`"
     )]
     StartMoved {
-        /// The time that the start was worked out at.
+        /// The time that the start was computed for.
         start: f64,
         /// The time at which the run begins.
         t0: f64,
@@ -365,7 +365,7 @@ fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&De
 /// Everything known about a step that failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedStep {
-    /// The number of the step's middle node `q1`; [`crate::Node::index`] counts alike.
+    /// The number of the step's middle node `q1`, counted as in [`crate::Node::index`].
     pub index: u64,
     /// The time of the middle node.
     pub time: f64,
@@ -375,7 +375,7 @@ pub struct FailedStep {
     pub q0: Vec<f64>,
     /// The step's middle node.
     pub q1: Vec<f64>,
-    /// The last candidate for the node that was looked for; where there are two, the one that was found first.
+    /// The last candidate for the third node; if there are two candidates, the one that was found first.
     pub q2: Vec<f64>,
     /// The other candidate, for [`StepFailure::AmbiguousRoot`]; empty for all else.
     pub other: Vec<f64>,
@@ -383,12 +383,12 @@ pub struct FailedStep {
     pub regularity: Regularity,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
-    /// Whether a factor could be divided out: there is a kinematic constraint, and no `branch` is declared.
+    /// Whether it may help to divide out a factor: there is a kinematic constraint, and no `branch` is declared.
     pub may_divide: bool,
     /// What the equations leave open at the last candidate, if that is why the step failed.
     pub deficiency: Option<Deficiency>,
-    /// For [`StepFailure::NoSolution`], the rows that are not met where the equations come nearest to zero, and what is left of
-    /// each, in its units; empty for all else.
+    /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
+    /// units; empty otherwise.
     pub unmet: Vec<(DependentRow, f64)>,
     /// How Newton's iteration failed from the best guess; other guesses were tried and failed, too.
     pub cause: NewtonFailure,
@@ -418,7 +418,7 @@ impl FailedStep {
     }
 }
 
-/// A step without a solution. The details are boxed: a step that succeeds should not pay for them.
+/// A step without a solution. The details are boxed, so that a step that succeeds costs nothing more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepError(Box<FailedStep>);
 

@@ -1,4 +1,4 @@
-//! The discrete flow: step after step, as an iterator, up to a time, or back.
+//! The discrete flow: a run by the paper's step.
 
 use core::fmt;
 use core::iter::FusedIterator;
@@ -23,17 +23,18 @@ pub(crate) const MAX_ITERATIONS: u32 = 60;
 /// The first steps, which have too short a past to tell by it which of two roots continues the motion.
 pub(crate) const SHORT_PAST: u64 = 5;
 
-/// A discrete motion in progress.
+/// A run of the discrete system, step by step.
 ///
-/// The verbs are those of [`Stepper`]. Node `k` is handed out once the step with the middle node `k` is solved, since its
-/// velocity, acceleration and constraint force need the node after it, too: [`Flow::position`] is always one node ahead of
-/// [`Stepper::node`].
+/// The functions that drive it are those of [`Stepper`]. Node `k` is handed out when the step with the middle node `k` is solved,
+/// because its velocity, acceleration and constraint force depend on the next node, too. So [`Flow::position`] is always one node
+/// ahead of [`Stepper::node`].
 ///
 /// # Back in time
 ///
-/// [`Stepper::reverse`] makes the step `-h` and lets the two last nodes change places, with the sums carried along. What runs back is the
-/// same discretization with the step `-h`: it retraces the nodes, to rounding, where the step is symmetric in time, as it is
-/// with the paper's maps (and the defaults) for mass matrices that are constant; elsewhere it is another motion, as near as the step is exact.
+/// [`Stepper::reverse`] changes the step to `-h` and exchanges the last two nodes, together with their compensated sums. The run back
+/// is the same discretization with the step `-h`. If the step is symmetric in time, it retraces the nodes to rounding; it is symmetric with
+/// the paper's maps (and the defaults) for constant mass matrices. Otherwise the run back is another motion, which differs by the
+/// discretization error.
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: Held<'s, S>,
@@ -161,7 +162,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self
     }
 
-    /// The system, with the inputs as they hold now.
+    /// The system, with the current values of the inputs.
     #[must_use]
     pub fn system(&self) -> &S {
         &self.system
@@ -386,8 +387,8 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         &*self.system
     }
 
-    /// Turns round; see [`Flow`], "Back in time". The step back about the current node is solved at once: the node then has
-    /// the velocity and the force of that step, and [`Flow::position`] is the node before it.
+    /// Turns round in time; see [`Flow`], "Back in time". The step back about the current node is solved at once. The node then has
+    /// the velocity and the force of this step, and [`Flow::position`] is the node before it.
     fn reverse(&mut self) -> Result<(), RunError> {
         let mut turned = self.clone();
         turned.h = -self.h;

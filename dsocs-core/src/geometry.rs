@@ -1,16 +1,16 @@
-//! The geometry of the discrete flow: Legendre transforms, forms, the tangent map, and the paper's laws as figures.
+//! The geometry of the discrete flow: Legendre transforms, forms, the tangent map, and the paper's laws in numbers.
 //!
 //! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`]: the node `q1` and the increment `q1 − q0`. As in the paper the discrete
 //! Lagrangian is not multiplied by the step, `L_d = L ∘ φ_{L_d}⁻¹`: its derivatives, the discrete [Legendre
-//! transforms](legendre_plus), are momenta over the time `h`, and so are the one-forms and `Ω_{L_d}`. What is called
-//! [momentum](momentum_plus) here is `h` times as much and has the units of a momentum.
+//! transforms](legendre_plus), are momenta divided by the time `h`, and so are the one-forms and `Ω_{L_d}`. What is called
+//! [momentum](momentum_plus) here is `h` times the Legendre transform, and has the units of a momentum.
 //!
-//! Derivatives are exact, by dual numbers through the generated code ([`Tangent`]); only functions of the user's
-//! are differentiated by differences. The tangent map of a step is that of the implicit function theorem on the generated
-//! rows ([`DiscreteFlow::tangent`]).
+//! Derivatives are exact, by dual numbers through the generated code ([`Tangent`]); only your own Rust functions
+//! are differentiated by finite differences. The tangent map of a step follows from the generated rows by the implicit function
+//! theorem ([`DiscreteFlow::tangent`]).
 //!
-//! A system is taken by reference, `&Pendulum`, as [`Declared`] or [`Solvable`], which every [`System`] is: whatever its type,
-//! the functions are compiled once for each number of coordinates.
+//! Systems are passed by reference, `&Pendulum`, as [`Declared`] or [`Solvable`]. Every [`System`] implements these traits. So the
+//! functions are compiled once for each number of coordinates, not for each system.
 //!
 //! ```
 //! use dsocs_core::geometry::{DiscreteFlow, Evolution};

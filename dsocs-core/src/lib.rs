@@ -28,45 +28,47 @@
 //!
 //! # How a declaration becomes a trajectory
 //!
-//! 1. The attribute implements [`System`]: the rows of one step and their exact Jacobian as straight-line code,
-//!    the maps `φ`, the constraint force and the energy. Nothing in this crate knows a particular system.
+//! 1. The attribute implements [`System`]: the rows (scalar equations) of one step and their exact Jacobian as straight-line
+//!    code, the maps `φ`, the constraint force and the energy. This crate contains no particular system.
 //! 2. A [`Start`] and the step `h` give the first two nodes `q0`, `q1`.
-//! 3. A step looks for the *second difference* `e = (q2 − q1) − (q1 − q0)`. Dividing differences of rounded
-//!    nodes by `h²` would lose digits, the more the smaller `h` is; with `e` for the unknown the acceleration
-//!    is `e/h²` with all its digits. The increment `q1 − q0` and the node are sums of second differences, and
-//!    both are compensated: each carries beside it what rounding took away. At `h = 1e-5` a particle is 1e-13
+//! 3. The unknown of a step is the *second difference* `e = (q2 − q1) − (q1 − q0)`. Dividing differences of rounded
+//!    nodes by `h²` would lose digits, and more of them for a smaller `h`. With `e` as the unknown, the acceleration
+//!    `e/h²` has all its digits. The increment `q1 − q0` and the node are sums of second differences. Both sums are
+//!    compensated: each carries its rounding error with it. At `h = 1e-5` a particle is 1e-13
 //!    away from the exact discrete motion after 5·10⁷ steps
 //!    (`cargo test --release -p dsocs-core --lib -- --ignored --nocapture`).
-//! 4. Newton's iteration begins at the polynomial, of degree 5 at most, through the last solutions, and ends on
-//!    the size of its update: if it is small, the error after it, which is quadratic in it, is below rounding.
-//!    So a smooth motion costs one evaluation of rows and Jacobian a step. An update that grows is shortened;
-//!    one that stops shrinking is compared with the rounding error of the rows. Where the iteration runs away
-//!    from every guess, a homotopy leads from the straight line to the root. Where two roots are close, the one
-//!    is taken whose Jacobian continues those before, or none ([`StepFailure::AmbiguousRoot`]). Where a step has no
-//!    solution, [`StepError`] says where, why, and what to try; [`Regularity`] says whether the equations determine one.
-//! 5. The run walks on, by whatever method, with the verbs of [`Stepper`]: as an iterator of [`Node`]s, collected by
-//!    [`Stepper::until`], handed to an [`Observer`] by [`Stepper::stream`], with [`Events`] by [`Stepper::watch`], step by step with
-//!    [`Stepper::advance`], and back with [`Stepper::reverse`]. Parameters may change on the way ([`Inputs`]).
+//! 4. The first guess of Newton's iteration is extrapolated by a polynomial, of degree 5 at most, through the last
+//!    solutions. The iteration ends when its update is small: the error after an update is quadratic in the update, so
+//!    it is then below rounding. A smooth motion needs one evaluation of rows and Jacobian per step. If an update
+//!    grows, it is shortened. If it stops shrinking, it is compared with the rounding error of the rows. If the
+//!    iteration diverges from every guess, a homotopy leads from the straight line to the root. If two roots are
+//!    close, the step takes the one whose Jacobian determinant continues those of the last steps. If that does not decide,
+//!    it fails ([`StepFailure::AmbiguousRoot`]). If a step has no solution, [`StepError`] says where, why, and what to
+//!    try. [`Regularity`] says whether the equations determine the solution.
+//! 5. Every method is run by the functions (*verbs*) of [`Stepper`]: as an iterator of [`Node`]s, collected by [`Stepper::until`],
+//!    handed to an [`Observer`] by [`Stepper::stream`], with [`Events`] by [`Stepper::watch`], step by step with
+//!    [`Stepper::advance`], and back with [`Stepper::reverse`]. Parameters may change during a run ([`Inputs`]).
 //!
 //! # Which method when
 //!
-//! 1. *The discrete system itself*, what it keeps and its forces, over long times, across switches and friction, and with
-//!    constraints of any order: [`Flow`], the paper's step. Its error is `h²`.
-//! 2. *The same with digits*, symmetric in time and without a drift of the energy: [`ComposedFlow`], order 4 for errors around
-//!    1e-4, 6 around 1e-7, 8 below. It wants constraints of second order ([`Symmetry`] says what is in the
-//!    way), is slow where the mass matrix varies, and wants a motion that can be followed back in time over a part of the step: with a damping `k`, `h < 3/k`.
+//! 1. *The discrete system itself*, with its invariants and forces, over long times, across switches and friction, and with
+//!    constraints of any order: [`Flow`], the paper's step. Its error is of order `h²`.
+//! 2. *The same, more accurate*, symmetric in time and without a drift of the energy: [`ComposedFlow`], with order 4 for errors around
+//!    1e-4, order 6 around 1e-7, order 8 below. The only constraints that it allows are those of second order ([`Symmetry`] says why
+//!    a system cannot be composed). It is slow where the mass matrix varies. Some of its stages go back in time, so with a damping `k`
+//!    it needs `h < 3/k`.
 //! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, for every declaration without jumps:
-//!    [`TaylorFlow`]. It keeps the constraints to rounding, and of all else what its tolerance lets it keep.
-//! 4. *Not sure?* [`taylor::GlobalError`] measures any of them against the continuous motion.
+//!    [`TaylorFlow`]. The constraints hold to rounding, everything else to the tolerance.
+//! 4. *Not sure?* [`taylor::GlobalError`] measures the error of any of these methods against the continuous motion.
 //! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
 //! 6. *Fits and plans* want derivatives of a run: those of a [`Flow`] come from a [`Path`].
 //!
 //! # Where to look
 //!
-//! What a declaration may contain is said at the attribute [`macro@dsocs`]; functions of time or of a coordinate that are known by samples
-//! are [`Samples`]. [`System`] is a declared system looked at by hand: energy, forces, rows. [`mod@geometry`] has the paper's objects: Legendre
-//! transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`RunError`] and [`SetupError`] say what went wrong
-//! and what to try. The book, with a chapter on each of these, is the module `guide` of `dsocs-systems`.
+//! The attribute [`macro@dsocs`] describes what a declaration may contain. [`Samples`] are functions of time or of a coordinate that are given by
+//! samples. The trait [`System`] evaluates a declared system at single points: energy, forces, rows. [`mod@geometry`] has the paper's objects:
+//! Legendre transforms, two-forms, the flow as a map, momentum maps, the theorem on the flow. [`RunError`] and [`SetupError`] say what went wrong and
+//! what to try. The book, with a chapter on each of these, is the module `guide` of `dsocs-systems`.
 
 // tests ask for exact values where they are exact
 #![cfg_attr(test, allow(clippy::float_cmp))]

@@ -7,12 +7,11 @@ use core::fmt::{Debug, Display};
 use core::iter::{Product, Sum};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
-/// A number that functions and methods which a declaration calls compute with: `f64`, or a number that carries derivatives
-/// along.
+/// The numbers with which the Rust functions of a declaration compute: `f64`, or numbers that carry derivatives.
 ///
-/// Such a function is generic over it, so that one text gives values and derivatives. The methods are those of `f64`, by the
-/// same names; arithmetic takes numbers of the same type and `f64` on the right. Comparisons, and so branches, go by the
-/// value alone.
+/// Functions and methods that a declaration calls have to be generic over this trait, so that the same code gives values and derivatives. The
+/// methods have the names that they have for `f64`. The right operand of arithmetic is a number of the same type or an `f64`. Comparisons, and
+/// so branches, depend on the value alone.
 ///
 /// ```
 /// use dsocs_core::Real;
@@ -24,7 +23,7 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAss
 /// assert_eq!(curvature(0.0, 0.0), 1.0);
 /// ```
 ///
-/// With the feature `num-dual` the numbers of the crate `num-dual` over `f64` are such numbers too.
+/// With the feature `num-dual` the numbers of the crate `num-dual` over `f64` implement this trait, too.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is no number that functions of a declaration compute with",
     label = "expected `f64`, or a number that carries derivatives",

@@ -20,18 +20,20 @@ const STILL: f64 = 1e-3;
 
 /// How regular the equations of a step are at a triple of nodes `(q0, q1, q2)`.
 ///
-/// The rows are those of the declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
-/// works of the constraint force; rows that were solved beforehand for a second difference count in that form, which
-/// changes neither matrix's kernel. Multipliers that are unknown are moved beside the node. Where constraints of positions or
-/// velocities bind the pairs of nodes, `D₁` has what they ask of the first pair for rows: that is the matrix that
-/// the inverse flow is found with ([`DiscreteFlow::backward`](crate::geometry::DiscreteFlow::backward)).
+/// `D₃` and `D₁` are the derivatives of the step's equations with respect to the last and the first node. The rows are those of the
+/// declaration: kinematic constraints (without a factor that `branch = divide(w)` takes out) and
+/// works of the constraint force. If a row was solved beforehand for a second difference, the solved form is used, which
+/// does not change the kernel of either matrix. Unknown multipliers are varied together with the node. If there are constraints on
+/// positions or velocities, `D₁` contains their rows for the first pair of nodes. This is the matrix with which the inverse flow
+/// is computed ([`DiscreteFlow::backward`](crate::geometry::DiscreteFlow::backward)).
 ///
-/// Singular values depend on units, so rows are taken relative to the size of their own
-/// terms, and coordinates relative to the longer of their two legs, at least a thousandth of the longest of all, where the masses `∂²L/∂v²`
-/// make lengths of coordinates comparable; multipliers, and coordinates without mass that do not move, relative to what changes some row by as
-/// much as its terms are large. So the values do not depend on the units of coordinates, constraints, mass or time. A value of 1 means that moving `q2` by the length of a
-/// leg changes the rows by as much as their terms are large. Derivatives are exact, by dual numbers; only functions of the
-/// user's whose arguments contain `q0` or `q2` are differentiated by differences of eighth order.
+/// Singular values depend on units, so the matrices are scaled. A row is divided by the size of its own terms. A coordinate is measured
+/// relative to the longer of its two legs, or to a thousandth of the longest leg of all coordinates, if that is longer; for this the masses
+/// `∂²L/∂v²` make lengths of different coordinates comparable. Multipliers, and coordinates without mass that do not move, are measured
+/// relative to the change that changes some row by the size of its terms. So the values do not depend on the units of coordinates,
+/// constraints, mass or time. A value of 1 means that a change of `q2` by the length of a leg changes the rows by the size of their terms.
+/// Derivatives are exact, by dual numbers. Only your own Rust functions whose arguments contain `q0` or `q2` are differentiated by finite
+/// differences of eighth order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regularity {
     /// The smallest singular value of `D₃`, by the last node; NaN where it has none.
@@ -108,7 +110,7 @@ impl Regularity {
         is_regular(self.forward, self.largest_forward)
     }
 
-    /// Whether they determine the first node from the other two: the theorem's condition on `D₁`.
+    /// Whether the equations determine the first node from the other two: the theorem's condition on `D₁`.
     #[must_use]
     pub fn grants_backward(&self) -> bool {
         is_regular(self.backward, self.largest_backward)

@@ -1,17 +1,17 @@
-//! Functions that are known at some places: a measured wind, a planned torque.
+//! Functions that are given by samples: a measured wind, a planned torque.
 
 use thiserror::Error;
 
 use crate::real::Real;
 
-/// A function of one number through samples, with straight lines or a cubic spline in between.
+/// A function of one variable through given samples, with straight lines or a cubic spline in between.
 ///
-/// A declaration calls [`Samples::at`] like any function of its own, of the time or of a coordinate. Beyond the first and the last sample
-/// the value is held.
+/// A declaration calls [`Samples::at`] like any other function, with the time or a coordinate as argument. Before the first and after the
+/// last sample the function is constant.
 ///
-/// Where pieces meet, a derivative jumps: the first of straight lines, the third of a spline. The step of order 2 keeps its order
-/// over a spline, and over corners of straight lines, too. A [`TaylorFlow`](crate::TaylorFlow)
-/// makes short steps to get past such a place, unless it is told of it: [`TaylorFlow::knots`](crate::TaylorFlow::knots) lets it stop there.
+/// Where two pieces meet, a derivative jumps: the first derivative of straight lines, the third of a spline. This does not lower the
+/// order 2 of the step. A [`TaylorFlow`](crate::TaylorFlow) needs many short steps to pass such a place, unless
+/// [`TaylorFlow::knots`](crate::TaylorFlow::knots) makes a step end there.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -45,11 +45,11 @@ pub struct Samples {
     pieces: Vec<[f64; 4]>,
 }
 
-/// Samples that make no function.
+/// Samples that do not define a function.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SamplesError {
-    /// There is none.
+    /// There are no samples.
     #[error("expected at least one sample")]
     None,
     /// A place or a value is infinite or not a number.
@@ -77,7 +77,7 @@ pub enum SamplesError {
 }
 
 impl Samples {
-    /// Straight lines from sample to sample, each a place and a value.
+    /// Straight lines from sample to sample. A sample is a place and a value.
     ///
     /// # Errors
     ///
@@ -92,8 +92,9 @@ impl Samples {
         Ok(Self { places, pieces })
     }
 
-    /// The cubic spline through samples, each a place and a value: twice differentiable, and three times at the second place and at the
-    /// last but one (the ends are "not a knot"). Of a smooth function it is of fourth order in the distances.
+    /// The cubic spline through samples; a sample is a place and a value. It is twice continuously differentiable, with the end conditions
+    /// "not a knot": at the second and the last but one place the third derivative is continuous, too. For a smooth function its error is of
+    /// fourth order in the distances of the places.
     ///
     /// # Errors
     ///
@@ -120,7 +121,7 @@ impl Samples {
         &self.places
     }
 
-    /// The value at a place. Where two pieces meet it is that of the right one.
+    /// The value at a place. Where two pieces meet, the right one is used.
     #[must_use]
     pub fn at<R: Real>(&self, x: R) -> R {
         let place = self.places.partition_point(|&place| place <= x.re());

@@ -24,10 +24,10 @@ use third::Free;
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
 
-/// The start of a run, by any method: a position and a velocity, or the first two nodes.
+/// The start of a run, for every method: a position and a velocity, or the first two nodes.
 ///
 /// A [`crate::Flow`] begins with two nodes `q0`, `q1`, and the start says how the second is found. The other methods begin with the
-/// position and the velocity, whatever the rule; a start of two nodes gives them none.
+/// position and the velocity, whatever the second node is. They cannot use a start of two nodes, because it gives no velocity.
 ///
 /// ```
 /// use dsocs_core::Start;
@@ -88,8 +88,8 @@ impl<const N: usize> Start<N> {
     }
 
     /// `q1 = q0 + h v0 + h²/2 a0` with the acceleration `a0` of the continuous system at `(q0, v0)`: the start that
-    /// keeps the scheme's second order. Where constraints bind pairs of nodes or nodes, `q1` is then moved onto them, by as little
-    /// as possible, which does not change the order.
+    /// keeps the scheme's second order. If there are holonomic or nonholonomic constraints, `q1` is then moved onto them by the
+    /// smallest possible change. This does not change the order.
     pub const fn second_order(q0: [f64; N], v0: [f64; N]) -> Self {
         Self {
             q0,
@@ -100,9 +100,9 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// `q1 = q(t0 + h)`, the continuous motion from the position and the velocity of this start a step later, by its Taylor series:
-    /// no error of the start is left in the discrete motion. The step of the run has to be `h`, and the time of the start, if the
-    /// system depends on it, is set before.
+    /// `q1 = q(t0 + h)`, where `q` is the continuous motion from the position and the velocity of this start, by its Taylor series. So the
+    /// start adds no error to the discrete motion. The step of the run has to be `h`. If the system depends on time, set the time of
+    /// the start ([`Start::at`]) before.
     ///
     /// ```
     /// # use dsocs_core::prelude::*;
@@ -189,7 +189,7 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// Both nodes as they are given.
+    /// The first two nodes, taken as they are.
     pub const fn nodes(q0: [f64; N], q1: [f64; N]) -> Self {
         Self {
             q0,
@@ -223,16 +223,16 @@ impl<const N: usize> Start<N> {
         self
     }
 
-    /// Moves the start onto the holonomic and nonholonomic constraints: position and velocity (or both nodes) by as little as
-    /// possible, measured by the mass matrix. Without it a start that violates them is refused.
+    /// Moves the start onto the holonomic and nonholonomic constraints: position and velocity (or both nodes) by the smallest
+    /// change in the norm of the mass matrix. Without it a start that violates them is refused.
     pub const fn projected(mut self) -> Self {
         self.projected = true;
         self
     }
 
-    /// Looks for the acceleration at the start near `a0`, where the equations have several: a curvature of which only the square is
-    /// given turns the path to the left or to the right, and `a0` says which. Without it the search begins at no acceleration, and
-    /// fails where nothing decides.
+    /// Chooses the acceleration at the start near `a0`, if the equations allow several. For example, if only the square of a curvature is
+    /// given, the path may turn to the left or to the right, and `a0` says which. Without it the search begins at the acceleration zero,
+    /// and fails if nothing decides.
     pub const fn near_acceleration(mut self, a0: [f64; N]) -> Self {
         self.near = Some(a0);
         self

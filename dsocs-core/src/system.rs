@@ -6,10 +6,10 @@ use crate::declaration::Declaration;
 use crate::multipliers;
 use crate::taylor::jets::Jets;
 
-/// A leg of the discrete path: the step's first two nodes, as a node and the increment that led to it.
+/// A leg of the discrete path, that is, the first two nodes of a step: the second one and the increment that led to it.
 ///
-/// The increment is carried beside the node because `q1 - q0` formed from rounded nodes loses the digits that the
-/// second difference needs (see the crate's documentation on the form of the unknown).
+/// The increment is stored separately, because a difference `q1 - q0` of rounded nodes loses the digits that the
+/// second difference needs (see the crate's documentation, "How a declaration becomes a trajectory").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg<T, const N: usize> {
     /// The time of the middle node.
@@ -33,7 +33,7 @@ pub struct Point<T, const N: usize> {
     pub a: [T; N],
 }
 
-/// A quantity of a declaration, for people: a coordinate, a parameter or an observed expression.
+/// Name and documentation of a quantity of a declaration: a coordinate, a parameter or an observed expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// The name in the declaration; `masses_2` for an element of an array.
@@ -82,13 +82,13 @@ impl Quantity {
 /// A discrete second order constrained Lagrangian system with `N` coordinates; `#[dsocs]` implements it.
 ///
 /// Three nodes `q0, q1, q2` with the step `h` between them belong to the discrete motion if the rows of [`System::residual`]
-/// vanish: the constraints, holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones at
-/// `φ_{D_K}⁻¹(q0, q1, q2)`; then for every field `u` of the variational constraints the work `⟨u, Q⟩` of the constraint force
-/// `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, at `φ_{D_V}⁻¹(q0, q1, q2)`, or, where no such fields are known, `Q - Σ λ_j α_j` with
-/// multipliers `λ_j` of the constraints' forms `α_j`.
+/// vanish. The first rows are the constraints: holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones
+/// at `φ_{D_K}⁻¹(q0, q1, q2)`. The other rows are the works `⟨u, Q⟩` of the constraint force
+/// `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))` along the fields `u` of the variational constraints, at `φ_{D_V}⁻¹(q0, q1, q2)`. If no
+/// such fields are known, these rows are `Q - Σ λ_j α_j` with multipliers `λ_j` of the constraints' forms `α_j`.
 ///
-/// The methods here are for looking at a system by hand: each evaluates a few expressions, in some hundred nanoseconds. Runs
-/// ([`Flow`](crate::Flow) and its like) go through code of their own.
+/// These methods evaluate a system at single points, in some hundred nanoseconds each. Runs (such as
+/// [`Flow`](crate::Flow)) use other, faster code.
 ///
 /// ```
 /// use dsocs_core::{System, dsocs};
@@ -139,13 +139,13 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// How many kinematic constraints there are, those imposed on triples of nodes.
     const KINEMATIC: usize = 0;
 
-    /// Whether time comes in anywhere: a run need not tell a system the time that does not ask for it.
+    /// Whether any expression depends on time.
     const DEPENDS_ON_TIME: bool = true;
 
     /// Whether external forces act (`external_forces = (…)`).
     const EXTERNAL_FORCES: bool = false;
 
-    /// Whether steps of different lengths can be composed, or why not; the attribute finds out.
+    /// Whether steps of different lengths can be composed, or why not, as the attribute found it.
     const SYMMETRY: Symmetry = Symmetry::Unknown;
 
     /// The value of parameter `index`, or `None` beyond the last.
@@ -179,11 +179,11 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         Declaration::of(self).force(h, &leg, &e)
     }
 
-    /// What has to vanish at three nodes with the step `h` between them, the second at the time `t`, as it was declared: the
-    /// constraints, then the works of the constraint force along the virtual displacements. Where multipliers are unknown, they
-    /// are those that come nearest to the force. A holonomic constraint has the row
-    /// `g(q2) − (1 − 2⁻¹⁰) g(q1)`: the change from the middle node, and a small part of what rounding has left there, so that it does
-    /// not add up.
+    /// The residual of the declared equations at three nodes with the step `h` between them, the second at the time `t`: the
+    /// constraints, then the works of the constraint force along the virtual displacements. Multipliers that are unknown are
+    /// fitted to the force. A holonomic constraint has the row
+    /// `g(q2) − (1 − 2⁻¹⁰) g(q1)`: the change from the middle node, and a small part of the rounding error there, so that these
+    /// errors do not add up.
     ///
     /// It is formed from differences of the nodes, and so loses the digits in which these agree.
     fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! The attribute `#[dsocs]`: from the declaration of a discrete second order constrained Lagrangian system to its
 //! generated integrator.
 //!
-//! The whole of it is in the library `dsocs-language`, which can be used without a compiler; here it is called. Users
+//! This crate only calls the library `dsocs-language`, which does all the work and can be used outside of a compiler. Users
 //! depend on `dsocs-core`, which re-exports the attribute.
 
 use proc_macro::TokenStream;
@@ -29,36 +29,36 @@ use proc_macro::TokenStream;
 ///
 /// # Statements
 ///
-/// Each ends with `;` and stands at most once, except `let`. The order is free, but a `let` stands before its use.
+/// Each statement ends with `;`. Only `let` and `use` may occur more than once. The order is free, but a `let` has to come before its use.
 ///
 /// | statement | meaning |
 /// |---|---|
 /// | `coordinates(x, y);` | the coordinates, `n` of them; `theta: [8]` among them is an array (see below) |
 /// | `lagrangian = L;` | the Lagrangian `L(t, q, v)`; `t` is the time, here and in every expression |
-/// | `external_forces = (f1, …, fn);` | generalized forces `f(t, q, v)` that are no constraint forces: friction, wind, a motor; in units of `L` per coordinate |
+/// | `external_forces = (f1, …, fn);` | generalized forces `f(t, q, v)` that are not constraint forces: friction, wind, a motor; in units of `L` per coordinate |
 /// | `let name = e;` | a name for an expression |
 /// | `let name = \|i\| e;` | a function of the declaration, used as `name(2)` (see below) |
 /// | `holonomic = g;` or `holonomic = [g1, g2];` | constraints of positions, `g(t, q) = 0`, imposed at every node |
 /// | `nonholonomic = c;` or a list | constraints of velocities, `c(t, q, v) = 0`, linear or not, imposed on every pair of nodes, at `φ_{L_d}⁻¹` |
-/// | `kinematic = c;` or a list | constraints of accelerations, `c(t, q, v, a) = 0`, imposed on every triple, at `φ_{D_K}⁻¹`, or of third derivatives (see below); a row without either is refused |
+/// | `kinematic = c;` or a list | constraints of accelerations, `c(t, q, v, a) = 0`, imposed on every triple of nodes, at `φ_{D_K}⁻¹`, or of third derivatives (see below); a row without accelerations or third derivatives is refused |
 /// | `variational = [(u1, …, un), …];` | fields that span the virtual displacements (`C_V`) |
 /// | `variational = chetaev;` | instead: the displacements of the kinematic constraints by Chetaev's rule, `ker ∂c/∂a` |
 /// | `constraint_forces = [(α1, …, αn), …];` | instead: forms that span the constraint forces (`F_V = (C_V)°`) |
-/// | `each(0..16, \|i\| e)` in a list, or in its place | an entry for every index, of any of the lists of constraints, fields, forms and factors |
+/// | `each(0..16, \|i\| e)` in a list, or in place of a list | one entry for every index, in any list of constraints, fields, forms or factors |
 /// | `phi_lagrangian = \|q0, q1\| (q, v);` | the map `φ_{L_d}⁻¹`, by a formula or as `paper`, `midpoint` or `trapezoid`; for the default see below |
 /// | `phi_kinematic = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_K}⁻¹`; by default `(q1, (q2 - q0) / (2 * h), (q2 - 2 * q1 + q0) / h.powi(2))` |
 /// | `phi_variational = \|q0, q1, q2\| (q, v, a);` | the map `φ_{D_V}⁻¹`; by default that of the kinematic constraints |
 /// | `discrete_lagrangian = L_d;` | in place of `L(φ_{L_d}⁻¹)`: a function of two nodes (see below) |
 /// | `discrete_kinematic = c;` or a list | in place of the kinematic constraints in a step: functions of three nodes |
-/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step; what is no factor of it is refused |
+/// | `branch = divide(w);` or `branch = [divide(w), _];` | divides a kinematic constraint by `w(q, v)`, so that `w = 0` is no root of the step; a `w` that is not a factor of the constraint is refused |
 /// | `observe = [name, …];` | `let`s whose values are reported at every node |
-/// | `use name;` or `use path::name;` | the statements of [`statements!`] `{ name { … } }`, in this place |
-/// | `crate = path;` | where `dsocs-core` is found by a crate that does not depend on it itself, as `prelude::dsocs_core` (`$crate::dsocs_core` in a macro by example) |
+/// | `use name;` or `use path::name;` | inserts the statements of [`statements!`] `{ name { … } }` in this place |
+/// | `crate = path;` | the path of `dsocs-core`, for a crate that does not depend on it directly, for example `prelude::dsocs_core` (`$crate::dsocs_core` in a `macro_rules!`) |
 ///
-/// # Names and units for people
+/// # Names and units
 ///
-/// Documentation of the struct, of its fields, of coordinates and of observed `let`s is kept: it is what a command line lists. By
-/// convention a unit stands in brackets at its end.
+/// The doc comments of the struct, of its fields, of coordinates and of observed `let`s are kept; a command line lists them. By
+/// convention a comment ends with the unit in brackets.
 ///
 /// ```ignore
 /// coordinates(
@@ -74,15 +74,15 @@ use proc_macro::TokenStream;
 ///
 /// # Virtual displacements
 ///
-/// Each constraint has a force, and the virtual displacements are those on which no such force does work. Holonomic and
-/// nonholonomic constraints have theirs by d'Alembert's rule (`dg`, `∂c/∂v`) unless others are written. Kinematic ones tell nothing of
-/// theirs: `constraint_forces` gives a form for each of them (or, as many as there are constraints, for all), `variational = chetaev` takes
-/// `∂c/∂a`. Written `variational` fields are all of `C_V`: together with the constraints they are as many as
-/// coordinates. Without constraints every displacement is virtual. The components of a field stand in a tuple, for one
-/// coordinate also alone.
+/// Each constraint has a force. The virtual displacements are those along which no constraint force does work. The forces of
+/// holonomic and nonholonomic constraints act along `dg` and `∂c/∂v` (d'Alembert's rule) unless you write others. The forces of
+/// kinematic constraints have to be declared: `constraint_forces` gives one form for each kinematic constraint, or one for each
+/// constraint of any kind; `variational = chetaev` takes the forms `∂c/∂a`. Fields that are written as `variational` span all of `C_V`:
+/// the number of fields plus the number of constraints is `n`. Without constraints every displacement is virtual. The components of
+/// a field are written as a tuple; with one coordinate the parentheses may be omitted.
 ///
-/// Fields are found from the forms by elimination, where components are nonzero constants, or where there are `n - 1` forms.
-/// Everywhere else the multipliers of the forms are unknowns of the step; a basis that is written instead gives the same motion.
+/// From the forms the fields are computed by elimination if enough components are nonzero constants, or if there are `n - 1` forms.
+/// Otherwise the multipliers of the forms are unknowns of the step. A basis that you write instead gives the same motion.
 ///
 /// ```ignore
 /// // a pendulum with a rod (d'Alembert) and a motor on its wheel (a Lyapunov constraint)
@@ -93,9 +93,9 @@ use proc_macro::TokenStream;
 ///
 /// # Expressions
 ///
-/// - `t` is the time. Constraints, maps, fields and forces may depend on it; what does not costs nothing.
-/// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one, `dddot(e)` the third. Nothing may be of a higher
-///   order than an acceleration, and kinematic constraints than a third derivative.
+/// - `t` is the time. Constraints, maps, fields and forces may depend on it. A declaration without `t` costs nothing more.
+/// - `dot(e)` is the total time derivative of any expression, `ddot(e)` the second one, `dddot(e)` the third. Only kinematic constraints may
+///   contain third derivatives of coordinates; all else may contain at most accelerations. Higher derivatives are refused.
 /// - Numbers, also integers, are `f64`. Operators are `+`, `-`, `*`, `/`; blocks `{ let a = …; e }` and
 ///   `if a < b { e1 } else { e2 }` are expressions. Both branches of an `if` are computed and one is selected, so
 ///   neither may panic; the condition compares by `<`, `<=`, `>`, `>=`, joined by `&&`, `||`, `!`, or is a `bool` of
@@ -109,8 +109,8 @@ use proc_macro::TokenStream;
 ///   `f64` holds exactly are converted; `bool` serves in conditions. `masses[2]`, `geometry.length`,
 ///   `table.value(3)`, `std::f64::consts::PI` and constants in capitals are parameters too: any expression without
 ///   coordinates.
-/// - Any other function or method of coordinates is the user's own, called with dual numbers where a derivative is
-///   needed, so it is generic over its number type: `curvature.at(x, y)`, `friction(dot(x))`. Its arguments are
+/// - Any other function or method of coordinates is your own: `curvature.at(x, y)`, `friction(dot(x))`. Where a derivative is
+///   needed it is called with dual numbers, so it has to be generic over its number type. Its arguments are
 ///   numbers.
 /// - Coordinates, fields, `let`s, `t`, `h`, `dot`, `ddot`, `dddot`, `sum`, `product` and `each` share one namespace.
 ///
@@ -130,69 +130,72 @@ use proc_macro::TokenStream;
 /// }
 /// ```
 ///
-/// - `coordinates(x, theta: [8]);` declares eight coordinates `theta[0]` to `theta[7]`; the length is a literal, also one that
-///   a macro by example has put there. They are listed, and may be written, as `theta_0` to `theta_7`. The numbers in a
+/// - `coordinates(x, theta: [8]);` declares eight coordinates `theta[0]` to `theta[7]`; the length is a literal, which
+///   may come from a `macro_rules!`. They are listed, and may be written, as `theta_0` to `theta_7`. The numbers in a
 ///   field of type `[f64; 8]` are listed as parameters in the same way, and are written `masses[2]`.
 /// - `sum(range, |i| e)` and `product(range, |i| e)` are written out when the declaration is read. The range has both
 ///   ends, `0..8` or `0..=i`.
-/// - An index is an integer: literals, indices of sums around it and `let`s of whole numbers, joined by `+`, `-`, `*`,
-///   `/`, `%` as in Rust. In an expression `i` is a number like any other (there `i / 2` for `i = 1` is one half), in
-///   `powi(i)` an exponent, and in an expression of the parameters alone an integer literal, `table.value(i)`.
-/// - Where indices decide the condition of an `if`, only the branch that is taken is read:
+/// - An index is an integer expression: literals, indices of enclosing sums and `let`s of whole numbers, joined by `+`, `-`, `*`,
+///   `/`, `%` as in Rust. Outside of an index, `i` is an `f64` like any other number (there `i / 2` for `i = 1` is one half).
+///   In `powi(i)` it is an exponent, and in an expression of the parameters alone, like `table.value(i)`, an integer literal.
+/// - If the condition of an `if` depends on indices alone, only the branch that is taken is read:
 ///   `if i > 0 { theta[i - 1] } else { 0 }`. There `==` and `!=` compare too.
 /// - `let f = |i, a| e;` is a function: `f(2, dot(x))` is `e` with its parameters replaced. An argument is an index or any
-///   expression. It sees the names that are known where it stands, so it cannot call itself.
-/// - The components of a field stand in the shape of the coordinates: for `coordinates(x, theta: [3]);` a field is
+///   expression. The function can use the names that are defined before it, so it cannot call itself.
+/// - The components of a field are written in the shape of the coordinates: for `coordinates(x, theta: [3]);` a field is
 ///   `(1, [a, b, c])`, `(1, [0; 3])` or `(1, |i| e)`, or all of them in one tuple, `(1, a, b, c)`.
 ///
 /// # External forces
 ///
-/// A force does the work `⟨f, δq⟩`. On a leg it is taken at the points of `phi_lagrangian`, and goes with their displacements: with
-/// `midpoint` it acts half on each of the two nodes, and with `trapezoid` the half at each node on that node. Beside the paper's map forces
-/// are the trapezoid's, since at one end of the leg alone they would be of first order. So the step is of second order with each of the
-/// three. The reported constraint force does not contain what was declared:
+/// A force does the work `⟨f, δq⟩`. On a leg it is evaluated at the points of `phi_lagrangian`, and acts along the displacements of these
+/// points. With `midpoint`, half of the force acts on each of the two nodes. With `trapezoid`, the force is evaluated at both nodes, and half
+/// of it acts on its node. With the map `paper` forces are treated as with `trapezoid`, because a force at one end of the leg alone would
+/// be of first order. So the step is of second order with each of the three maps. The reported constraint force does not contain the
+/// external forces:
 /// `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`.
 ///
 /// ```ignore
 /// external_forces = (-damping * dot(x), torque.at(t));    // torque: dsocs_core::Samples
 /// ```
 ///
-/// A force that jumps within a step (dry friction, `if`) lowers the order to 1, whatever the method of fixed steps: the velocity is off by
-/// up to `h` times half the jump of the acceleration from there on. A corner leaves an error of the order `h²`. A Taylor flow finds the
-/// place by shorter steps; it stops at times that it is told (`TaylorFlow::knots`).
+/// A force that jumps within a step (dry friction, `if`) lowers the order to 1, for every method with fixed steps: after the jump, the
+/// velocity has an error of up to `h` times half the jump of the acceleration. A corner leaves an error of the order `h²`. A Taylor flow
+/// finds the place by shorter steps. If you know the times of jumps, give them to `TaylorFlow::knots`, and it stops there.
 ///
 /// # Maps
 ///
-/// A map computes the point of the continuous system from the nodes. The nodes and its values are vectors, and
-/// arithmetic holds for each component; `q0.x` is one component, by the coordinate's name or as `q0.0`, and `q0.theta[2]`
-/// one of an array. A value may also be a tuple of `n` components (in the shape of the coordinates, as for fields), in
-/// each of which `q0` means that component. Maps may use the parameters, the
-/// step `h`, `let`s in a block of their own and functions; they know no motion, so no coordinates, no `dot` and no
-/// `let` of the declaration.
+/// A map computes the point of the continuous system from the nodes. Nodes and values are vectors, and
+/// arithmetic acts on each component; `q0.x` or `q0.0` is one component, and `q0.theta[2]`
+/// is one of an array. A value may also be a tuple of `n` components (in the shape of the coordinates, as for fields); in
+/// each of them `q0` means that component of the node. Maps may use the parameters, the
+/// step `h`, `let`s in a block of their own, and functions. They may not use coordinates, `dot`, or the
+/// `let`s of the declaration.
 ///
 /// ```ignore
 /// phi_lagrangian = |q0, q1| ((q0 + q1) / 2, (q1 - q0) / h);
 /// ```
 ///
 /// Where a map names the times of its nodes, its value begins with the time of the point: `|t0, q0, t1, q1| (t, q, v)` and
-/// `|t0, q0, t1, q1, t2, q2| (t, q, v, a)`. Without them the time is that of the node where the position is a node's, the middle of the
-/// leg elsewhere, and that of the middle node for a map of three.
+/// `|t0, q0, t1, q1, t2, q2| (t, q, v, a)`. A map of two nodes without
+/// times takes the time of a node if its position is that of the node, and otherwise the middle of the leg. A map of three nodes takes the
+/// time of the middle node.
 ///
 /// `paper`, `midpoint` (`((q0 + q1) / 2, (q1 - q0) / h)`) and `trapezoid` (the mean of the Lagrangian over `(q0, v)` and `(q1, v)`,
-/// for `phi_lagrangian` alone) are maps by name. `midpoint` is of second order for every Lagrangian and every constraint, and so
-/// is `trapezoid`; `paper`, `(q0, (q1 - q0) / h)`, is where `L = T(v) - V(q)`. As `phi_kinematic`, `midpoint` is
+/// for `phi_lagrangian` alone) are maps by name. `midpoint` and `trapezoid` are of second order for every Lagrangian and every
+/// constraint; `paper`, `(q0, (q1 - q0) / h)`, is of second order if `L = T(v) - V(q)`. As `phi_kinematic`, `midpoint` is
 /// `((q0 + 2 * q1 + q2) / 4, …)`.
 ///
-/// Where no `phi_lagrangian` is written, the step is of second order all the same: it is `paper` where the momentum `∂L/∂v` does not
-/// depend on the position (as with a constant mass matrix) and nothing is imposed on a leg, and `midpoint` elsewhere, with
-/// nonholonomic constraints and with `leg(e, 0)`. `phi_lagrangian = paper` asks for the paper's map everywhere.
+/// The default map always gives a step of second order. It is `paper` if the momentum `∂L/∂v` does not
+/// depend on the position (as with a constant mass matrix) and nothing is imposed on a leg. Otherwise, for example with
+/// nonholonomic constraints or with `leg(e, 0)`, it is `midpoint`. `phi_lagrangian = paper` asks for the paper's map everywhere.
 ///
 /// # Discrete systems
 ///
-/// `discrete_lagrangian` and `discrete_kinematic` are made of the nodes: `x[0]`, `x[1]`, `x[2]` are the values of the coordinate `x`
-/// there (`theta[3][1]` one of an array), `t[0]`, `t[1]`, `t[2]` the times, `h` is the step, `leg(e, 0)` and `leg(e, 1)` are the values of an expression of positions and
-/// velocities on a leg, by `phi_lagrangian`, and `node(e)` is that of any expression at the triple, by `phi_kinematic`. The
-/// continuous statements are still needed: starts, energies, errors and references come from them.
+/// `discrete_lagrangian` and `discrete_kinematic` are functions of the nodes. `x[0]`, `x[1]`, `x[2]` are the values of the coordinate `x`
+/// at the nodes (`theta[3][1]` is one of an array), `t[0]`, `t[1]`, `t[2]` are the times, and `h` is the step. `leg(e, 0)` and `leg(e, 1)` are
+/// the values of an expression of positions and velocities on the first and the second leg, by `phi_lagrangian`. `node(e)` is the value of any
+/// expression at the triple, by `phi_kinematic`. The continuous statements are still needed, for starts, energies, error estimates and
+/// reference solutions.
 ///
 /// ```ignore
 /// // V decreases by exactly h F from leg to leg
@@ -232,17 +235,17 @@ use proc_macro::TokenStream;
 ///
 /// # Errors
 ///
-/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there. A function of yours that is not
-/// generic is told by the compiler, once, at its name.
+/// All mistakes are reported at once, each at the tokens that it is about, with what was expected there. If a function of yours is not
+/// generic, the compiler reports it once, at the function's name.
 ///
-/// What has no effect is warned of: a `let` that nothing uses (`_name` says that it is meant so), a coordinate whose acceleration no equation
-/// determines.
+/// There are warnings for a `let` that nothing uses (begin its name with `_` to avoid the warning), and for a coordinate whose acceleration
+/// no equation determines.
 #[proc_macro_attribute]
 pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
     dsocs_language::expand(declaration.into(), &item.into()).into()
 }
 
-/// Statements that several declarations share, under a name: `use name;` puts them into a declaration, in that place.
+/// Gives a name to statements that several declarations share: `use name;` inserts them into a declaration, in that place.
 ///
 /// ```ignore
 /// statements! {
@@ -262,10 +265,11 @@ pub fn dsocs(declaration: TokenStream, item: TokenStream) -> TokenStream {
 /// ```
 ///
 /// The statements are read as if they stood where `use` stands; the parameters in them are fields of each struct. They may
-/// `use` others, and a declaration may `use` several. A `let` of theirs that a declaration does not need is no warning.
+/// `use` other shared statements, and a declaration may `use` several. A shared `let` that a declaration does not need gives no
+/// warning.
 ///
-/// The name has the visibility that is written before it, and none written is the module's own. It is found by its path: `use
-/// other::pendulum;` from another module, and from another crate where it is `pub`. A mistake in shared statements is told where
+/// The visibility is written before the name; without one the name is private to its module. The name is found by its path:
+/// `use other::pendulum;` from another module, or from another crate if it is `pub`. A mistake in shared statements is reported where
 /// they are written, with the declaration that uses them.
 #[proc_macro]
 pub fn statements(tokens: TokenStream) -> TokenStream {

@@ -1,7 +1,7 @@
-//! What the command line knows of a system: an [`Entry`], which is a value made of the system itself.
+//! What the command line knows of a system: an [`Entry`], which is made from the system itself.
 //!
-//! Names, units and texts come from the declaration. An entry adds what a declaration does not say: a start, a step, an end, where
-//! the system comes from, its symmetries.
+//! Names, units and texts come from the declaration. An entry adds what a declaration does not contain: a start, a step, an end, a
+//! literature source, symmetries.
 //!
 //! ```
 //! use dsocs_core::dsocs;
@@ -65,10 +65,10 @@ pub use symmetry::Symmetry;
 use drawing::Drawn;
 use erased::{AnySystem, Erased};
 
-/// The step unless an entry or the command line says another, in s.
+/// The default step, in s, if neither the entry nor the command line sets one.
 pub const STEP: f64 = 0.01;
 
-/// The end unless an entry or the command line says another, in s.
+/// The default end of a run, in s, if neither the entry nor the command line sets one.
 pub const UNTIL: f64 = 10.0;
 
 /// A system that the command line can run by name.
@@ -111,15 +111,16 @@ impl fmt::Debug for Entry {
 }
 
 impl Entry {
-    /// The entry of a system with the values that its parameters have now. A run with inputs (`--input`) changes a copy.
+    /// The entry of a system with the current values of its parameters. A run with inputs (`--input`) changes a copy.
     ///
     /// Its name is that of the type in the form `my-system`, its summary the first sentence of the type's documentation. It has no
-    /// start: [`Entry::start`] gives one. The step is 0.01 s and the end 10 s unless [`Entry::step`] and [`Entry::until`] say others.
+    /// start until [`Entry::start`] gives one. By default the step is 0.01 s and the end 10 s; [`Entry::step`] and [`Entry::until`] change
+    /// them.
     pub fn new<S: System<N> + Clone + Send + 'static, const N: usize>(system: S) -> Self {
         Self::with_parameters(system, [])
     }
 
-    /// The entry of a system with parameters that its declaration does not list, such as a field of a type parameter's.
+    /// The entry of a system with parameters that its declaration does not list, such as those inside a field of generic type.
     pub fn with_parameters<S: System<N> + Clone + Send + 'static, const N: usize>(
         system: S,
         extra: impl Into<Vec<Extra<S>>>,
@@ -168,8 +169,7 @@ impl Entry {
         self
     }
 
-    /// Gives the position `q0` and the velocity `v0` that a run begins with unless it is told others, a number for each
-    /// coordinate.
+    /// Sets the default start of a run: the position `q0` and the velocity `v0`, with one number for each coordinate.
     #[must_use]
     pub fn start<const N: usize>(mut self, q0: [f64; N], v0: [f64; N]) -> Self {
         self.start = Some([q0.to_vec(), v0.to_vec()]);
@@ -185,22 +185,22 @@ impl Entry {
         }
     }
 
-    /// Gives the step that a run has unless it is told another, in s; negative to run back in time.
+    /// Sets the default step of a run, in s; negative to run back in time.
     #[must_use]
     pub fn step(mut self, h: f64) -> Self {
         self.step = h;
         self
     }
 
-    /// Gives the end that a run has unless it is told another, in s.
+    /// Sets the default end of a run, in s.
     #[must_use]
     pub fn until(mut self, until: f64) -> Self {
         self.until = until;
         self
     }
 
-    /// Names a symmetry of the Lagrangian by its infinitesimal generator `ξ_Q(q)`, a velocity of the configuration. `check`
-    /// holds its momentum law against the motion.
+    /// Adds a symmetry of the Lagrangian, given by its infinitesimal generator `ξ_Q(q)`, a velocity of the configuration. `check`
+    /// tests its momentum law on the motion.
     #[must_use]
     pub fn symmetry<const N: usize>(
         mut self,
@@ -211,8 +211,8 @@ impl Entry {
         self
     }
 
-    /// Says how the mechanism is drawn at a position, with its parameters: a run's page (`run --report`) shows it moving. The shapes
-    /// are the same ones in the same order at every position. Without it the page draws a path.
+    /// Sets how the mechanism is drawn at a position, with its parameters. The page of a run (`run --report`) shows it moving. The function has
+    /// to return the same shapes in the same order for every position. Without a drawing the page draws a path.
     ///
     /// ```
     /// use dsocs_core::dsocs;
@@ -245,14 +245,14 @@ impl Entry {
         self
     }
 
-    /// Says that the order of the scheme that `check` expects is another than 2.
+    /// Sets the order of the scheme that `check` expects (2 by default).
     #[must_use]
     pub fn order(mut self, order: f64) -> Self {
         self.order = order;
         self
     }
 
-    /// Says that the step with `−h` is not the inverse of that with `h`: `check` reports how far they are apart, and does not fail.
+    /// States that the step with `−h` is not the inverse of the step with `h`. Then `check` reports the difference, and does not fail.
     #[must_use]
     pub fn irreversible(mut self) -> Self {
         self.reversible = false;
@@ -292,7 +292,7 @@ impl Entry {
         self.description.kind()
     }
 
-    /// Position and velocity that a run begins with unless it is told others, if there are any.
+    /// The default start of a run, position and velocity, if there is one.
     #[must_use]
     pub fn default_start(&self) -> Option<&[Vec<f64>; 2]> {
         self.start.as_ref()
@@ -304,13 +304,13 @@ impl Entry {
         self.acceleration.as_deref()
     }
 
-    /// The step that a run has unless it is told another, in s.
+    /// The default step of a run, in s.
     #[must_use]
     pub fn default_step(&self) -> f64 {
         self.step
     }
 
-    /// The end that a run has unless it is told another, in s.
+    /// The default end of a run, in s.
     #[must_use]
     pub fn default_until(&self) -> f64 {
         self.until
@@ -334,7 +334,7 @@ impl Entry {
             .collect()
     }
 
-    /// Its drawing at positions, with the values that its parameters have now, if the entry says how it is drawn.
+    /// The function that draws the mechanism at a position, with the current values of the parameters, if the entry has one.
     pub fn drawing(&mut self) -> Option<impl Fn(&[f64]) -> Drawing + use<>> {
         let parameters = Parameters::new(self.parameters());
         let draw = self.drawn.as_ref()?.draw.clone();
@@ -404,7 +404,7 @@ impl Entry {
         }
     }
 
-    /// Checks the paper's theorems on a motion of the system, to the entry's end unless the settings say another.
+    /// Checks the paper's theorems on a motion of the system, to the default end unless the settings have another.
     ///
     /// # Errors
     ///
@@ -419,7 +419,7 @@ impl Entry {
     ///
     /// # Errors
     ///
-    /// [`EntryError`] for the first one.
+    /// [`EntryError`] for the first mistake.
     pub fn verify(&self) -> Result<(), EntryError> {
         let coordinates = self.description.coordinates.len();
         let fail = |cause| {

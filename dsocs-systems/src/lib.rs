@@ -1,21 +1,21 @@
-//! The systems of the paper and more, declared with [`dsocs_core::dsocs`], the command line over any list of systems, and the book:
-//! `guide`, which begins with *Your own system in ten minutes*.
+//! The systems of the paper and others, declared with [`dsocs_core::dsocs`]; a command line for any list of systems; and the book, the
+//! module `guide`, which begins with *Your own system in ten minutes*.
 //!
-//! # Systems of one's own on the command line
+//! # Your own systems on the command line
 //!
-//! A crate that depends on this one, `dsocs-systems = { version = "0.1", default-features = false, features = ["cli"] }`, has the
-//! whole command line for its own systems by one line, `cli::main([Entry::new(system)])`: see `cli` and `entry`.
+//! A crate that depends on this one, `dsocs-systems = { version = "0.1", default-features = false, features = ["cli"] }`, gets
+//! the command line for its own systems by one line of code, `cli::main([Entry::new(system)])`: see `cli` and `entry`.
 //!
 //! # Layout
 //!
 //! | module | feature | |
 //! |---|---|---|
-//! | [`systems`] | | a page for each system: the declaration, exact solutions or invariants, its entry |
+//! | [`systems`] | | a file for each system: its declaration, exact solutions or invariants, and entry |
 //! | `entry` | `cli` | what the command line knows of a system: a value made of it |
 //! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list` |
-//! | `check` | `cli` | the paper's theorems, held against a motion |
+//! | `check` | `cli` | measures whether the paper's theorems hold on a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
-//! | `figure` | `cli` | draws, and knows nothing of mechanics |
+//! | `figure` | `cli` | draws plots; it contains no mechanics |
 //! | `sweep` | `sweep` | many runs by a plan, on one machine or on a cluster |
 //! | `guide` | `cli` | the book |
 //! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |

@@ -1,4 +1,4 @@
-//! The continuous motion of the pendulum, to nearly all digits: what its discrete motion is measured against.
+//! The continuous motion of the pendulum to nearly all digits. Errors of its discrete motion are measured against it.
 
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{RunError, Start, Stepper};
@@ -35,7 +35,7 @@ impl Reference {
     ///
     /// # Errors
     ///
-    /// [`ReferenceError`] if the motion ends before.
+    /// [`ReferenceError`] if the motion cannot be computed to its end.
     pub fn new(
         pendulum: &InertiaWheelPendulum,
         q0: [f64; 2],

@@ -10,7 +10,7 @@ use crate::error::{NewtonFailure, StepError};
 pub struct FailedStage {
     /// The method.
     pub method: Composition,
-    /// The number of the node that the step begins at; [`crate::Node::index`] counts alike.
+    /// The number of the node that the step begins at, counted as in [`crate::Node::index`].
     pub index: u64,
     /// The stage's number, from 1.
     pub stage: usize,
@@ -24,9 +24,9 @@ pub struct FailedStage {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StageFailure {
-    /// Its equations have no solution that was found, or more than one. Times and nodes are the stage's.
+    /// No solution of the stage's equations was found, or more than one. Times and nodes are those of the stage.
     Step(StepError),
-    /// Its equations, where momenta join the legs, have no solution that was found.
+    /// The legs are joined by momenta, and no solution of the stage's equations was found.
     Leg {
         /// The time at the end of the stage.
         time: f64,
@@ -35,14 +35,14 @@ pub enum StageFailure {
         /// How Newton's iteration failed: the unknowns are the leg's increment, or the velocity at its end.
         cause: NewtonFailure,
     },
-    /// It goes back in time beyond a singularity of its equations: there is a solution, but not one that the motion leads to.
+    /// The stage goes back in time beyond a singularity of its equations. There is a solution, but it does not belong to the motion.
     Singularity {
         /// The time at the end of the stage.
         time: f64,
         /// The length of its leg.
         h: f64,
     },
-    /// It goes back in time to a solution other than the one that the motion leads to: the acceleration jumps.
+    /// The stage goes back in time, and its solution is not the one that continues the motion: the acceleration jumps.
     Jump {
         /// The time at the end of the stage.
         time: f64,
@@ -64,7 +64,7 @@ impl FailedStage {
     }
 }
 
-/// A composed step that could not be made. The details are boxed: a step that succeeds should not pay for them.
+/// A composed step that failed. The details are boxed, so that a step that succeeds costs nothing more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StageError(Box<FailedStage>);
 

@@ -24,10 +24,10 @@ use crate::step::unknown::Unknown;
 use crate::step::{Begins, Failing, Guess, PAST, Step, StepReport};
 use crate::system::{Leg, Point, System};
 
-/// A discrete motion in progress, of order 4, 6 or 8 (or 2).
+/// A run by a composed step, of order 4, 6 or 8 (or 2).
 ///
-/// The verbs are those of [`Stepper`]. Nodes lie a whole step `h` apart; the nodes of the stages in between are not handed out. At every node
-/// position, velocity and acceleration fulfil the kinematic constraints, and the force is that of the continuous system there.
+/// The functions that drive it are those of [`Stepper`]. Nodes lie a whole step `h` apart; the nodes of the stages in between are not handed
+/// out. At every node, position, velocity and acceleration obey the kinematic constraints, and the force is that of the continuous system.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -49,9 +49,9 @@ use crate::system::{Leg, Point, System};
 ///
 /// # Rounding
 ///
-/// Position and velocity at the nodes are compensated sums. A stage adds to them products that were rounded once, `h v` and
-/// `h a / 2`; these errors are of the size of those of the solved accelerations, and no larger ones add up. Turned round with
-/// [`Stepper::reverse`] a flow adds the same products with the opposite sign, and returns to rounding.
+/// Position and velocity at the nodes are compensated sums. A stage adds the products `h v` and `h a / 2` to them, each rounded once.
+/// These rounding errors are as small as those of the solved accelerations, and no larger errors add up. After [`Stepper::reverse`] the flow
+/// adds the same products with the opposite sign, so it returns to its start to rounding.
 pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// The system.
     pub(super) system: Held<'s, S>,
@@ -165,8 +165,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
     /// # Errors
     ///
     /// [`SetupError`] if the step, the start or a parameter is not usable, if the start gives no velocity or the continuous system
-    /// no acceleration there, or if the step of this system cannot be composed ([`SetupError::Composition`]; any system's can with
-    /// [`Composition::SINGLE`] by [`Flow`]).
+    /// no acceleration there, or if the step of this system cannot be composed ([`SetupError::Composition`]; use [`Flow`] then).
     pub fn new(system: &'s S, h: f64, method: Composition, start: Start<N>) -> Result<Self, SetupError> {
         if !matches!(S::SYMMETRY, Symmetry::AnyLegs | Symmetry::Momenta) {
             return Err(SetupError::Composition {
@@ -253,7 +252,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         self
     }
 
-    /// The system, with the inputs as they hold now.
+    /// The system, with the current values of the inputs.
     #[must_use]
     pub fn system(&self) -> &S {
         &self.system
@@ -525,12 +524,12 @@ const USUAL: StepReport = StepReport {
 };
 
 impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
-    /// Makes one step, of all stages. The report counts the evaluations of all stages and tells the stop and the guess of the
-    /// first that is not the usual one.
+    /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop and the guess of the
+    /// first stage in which they were not the usual ones.
     ///
     /// # Errors
     ///
-    /// [`RunError::Stage`] if a stage has no solution that is found, or one that cannot belong to the motion. The flow stays
+    /// [`RunError::Stage`] if no solution of a stage is found, or one that cannot belong to the motion. The flow stays
     /// where it was.
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
@@ -568,7 +567,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
         &*self.system
     }
 
-    /// Turns round: the step becomes `-h`. The step is symmetric in time, so that the run returns to rounding.
+    /// Turns round in time: the step becomes `-h`. The step is symmetric in time, so the run retraces its nodes to rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.clock.turn();
         self.since = 0;
@@ -578,8 +577,8 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
         Ok(())
     }
 
-    /// The regularity of the equations of that stage of the last step where they are the least regular. `None` where momenta join the
-    /// legs, whose certificates have no measure.
+    /// The regularity of the equations of the last step, in the stage where they are least regular. `None` if momenta join the legs,
+    /// because no regularity is computed then.
     fn regularity(&self) -> Option<Regularity> {
         if self.report.stop == Stop::Start || Self::BY_MOMENTA {
             return None;

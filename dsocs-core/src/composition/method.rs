@@ -4,11 +4,11 @@
 
 use core::fmt;
 
-/// A symmetric composition of steps: a step `h` is made of stages with the fractions `γ₁ h, γ₂ h, … γ₂ h, γ₁ h`.
+/// A symmetric composition of steps: a step `h` consists of stages of the lengths `γ₁ h, γ₂ h, … γ₂ h, γ₁ h`.
 ///
-/// A step that is symmetric in time and of order 2 becomes one of order 4, 6 or 8 if the fractions have the sum 1 and the sums
-/// of their powers of the exponents 3 (and 5, and 7 and some more sums) vanish. That takes negative fractions: stages that
-/// go back in time.
+/// If a step is symmetric in time and of order 2, the composition is of order 4, 6 or 8 under these conditions: the sum of the fractions is 1, and
+/// the sum of their third powers vanishes (for higher orders also those of the fifth and seventh powers, and some more sums). This requires negative
+/// fractions, that is, stages that go back in time.
 ///
 /// ```
 /// use dsocs_core::Composition;
@@ -91,13 +91,13 @@ impl Composition {
         self.order
     }
 
-    /// How many steps one step is made of.
+    /// The number of stages of a step.
     #[must_use]
     pub fn stages(self) -> usize {
         2 * self.half.len() - 1
     }
 
-    /// The fractions of the step, in order; a negative one goes back in time.
+    /// The fractions of the step, in order; a stage with a negative fraction goes back in time.
     pub fn fractions(self) -> impl Iterator<Item = f64> {
         let back = self.half.iter().rev().skip(1);
         self.half.iter().chain(back).copied()

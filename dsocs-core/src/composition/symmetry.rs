@@ -2,12 +2,12 @@
 
 use core::fmt;
 
-/// How the step is composed of legs of different lengths, symmetrically in time, or why it cannot be.
+/// How a step can be composed of legs of different lengths, symmetrically in time, or why it cannot.
 ///
-/// Where the equations at a node depend on the nodes through the parabola through three of them alone, through its
-/// value, slope and curvature at the middle node, this parabola joins legs of any lengths, and the code of the step serves for all of
-/// them. With the paper's maps that is so if `∂L/∂v` is a constant matrix times `v`. Elsewhere the momenta at the nodes join the
-/// legs: half a kick by the constraint force, the discrete flow of `L_d` with the external forces, and the other half.
+/// Consider the parabola through three nodes. If the equations depend only on its value, slope and curvature at the middle node, the
+/// parabola joins legs of any lengths, and the code of the step can be used for all of them. With the paper's maps this is so if
+/// `∂L/∂v` is a constant matrix times `v`. Otherwise the momenta at the nodes join the legs: half a kick by the constraint force, the
+/// discrete flow of `L_d` with the external forces, and another half kick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Symmetry {
@@ -15,17 +15,17 @@ pub enum Symmetry {
     AnyLegs,
     /// By the momenta at the nodes, evaluated on the tape: slower.
     Momenta,
-    /// Not at all: a constraint is of order 0 or 1, one of positions or of velocities.
+    /// Not at all: there is a constraint on positions or velocities (of order 0 or 1).
     LowerOrder,
     /// Not at all: a constraint is of third order.
     ThirdOrder,
-    /// Not at all: `L_d` of a leg is another one when the leg is run back.
+    /// Not at all: `L_d` of a leg has another value when the leg is run back in time.
     LagrangianMap,
-    /// Not at all: the map of the kinematic constraints leads to another point than value, slope and curvature.
+    /// Not at all: the map of the kinematic constraints gives another point than the parabola's value, slope and curvature.
     KinematicMap,
-    /// Not at all: the map of the variational constraints does.
+    /// Not at all: the map of the variational constraints gives another point than these.
     VariationalMap,
-    /// Nobody has looked: the system was written by hand.
+    /// Unknown: the system was written by hand.
     Unknown,
 }
 

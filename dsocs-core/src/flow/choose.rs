@@ -15,8 +15,8 @@ pub struct Roots<const N: usize> {
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// The solutions of the next step, of which there may be a pair: the one that [`crate::Stepper::advance`] goes to, or refuses to
-    /// choose, and another one if deflation finds one. The flow stays where it is.
+    /// The solutions of the next step, one or two: the one that Newton's iteration finds, as in [`crate::Stepper::advance`], and another one
+    /// if deflation finds it. `advance` may refuse to choose between the two. The flow stays where it is.
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Solves one step like [`crate::Stepper::advance`], but for the solution nearest to `q2`, whatever other solutions there are.
+    /// Solves one step like [`crate::Stepper::advance`], but takes the solution nearest to `q2`, even if there are others.
     ///
     /// # Errors
     ///

@@ -5,11 +5,11 @@ use crate::multipliers::multipliers as of_force;
 use crate::run::Node;
 use crate::system::System;
 
-/// The multipliers `λ` of a node of any run of the system, one for each constraint, with which the constraint force is
-/// `Q = Σ λ_j α_j`: `α_j` is the form of the constraint's rule (d'Alembert's, Chetaev's) or the declared one. Their units are those
-/// of `L` by those of the constraint; for `constraint_forces = [(0, 1)]` the multiplier is the motor's torque.
+/// The multipliers `λ` at a node of any run of the system, one for each constraint. With them the constraint force is
+/// `Q = Σ λ_j α_j`, where `α_j` is the declared form or the form of the constraint's rule (d'Alembert's, Chetaev's). The unit of `λ_j`
+/// is that of `L` divided by that of the constraint. For `constraint_forces = [(0, 1)]` the multiplier is the motor's torque.
 ///
-/// Empty where the declaration gives the virtual displacements by fields. The forms are those at the node's position, velocity
+/// The result is empty if the declaration gives the virtual displacements by fields. The forms are those at the node's position, velocity
 /// and acceleration.
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {

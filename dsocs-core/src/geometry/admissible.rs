@@ -24,10 +24,10 @@ const FORETOLD: f64 = 1e-8;
 /// A basis of the admissible variations `δq1 ∈ D_V` at a triple, on which the discrete action `S_d = Σ L_d` is stationary (paper,
 /// section 3). `constraints` is how many constraints there are in all.
 ///
-/// Where the constraints' forms `α_j` are known it is the kernel of these. Where fields are declared the rows of the step have
-/// only their works `⟨u, Q⟩`, and the fields are taken from these: near a triple without a force the derivative of a work is
-/// `⟨u, ∂Q⟩`. That triple is one with the same `q1` and `(q2 − q0)/2h`. So `None` is returned for fields that depend on more than
-/// these, and where there is no such triple.
+/// If the constraints' forms `α_j` are known, the result is their kernel. If fields `u` are declared, the rows of the step contain
+/// only the works `⟨u, Q⟩`, and the fields are computed from these: at a triple without a force, the derivative of a work is
+/// `⟨u, ∂Q⟩`. This triple has the same `q1` and the same `(q2 − q0)/2h`. `None` is returned if the fields depend on more than
+/// these two, or if there is no such triple.
 #[must_use]
 pub fn admissible_variations<const N: usize>(
     system: &dyn Declared<N>,

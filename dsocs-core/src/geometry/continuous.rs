@@ -51,8 +51,8 @@ pub fn canonical_form<const N: usize>(
     })
 }
 
-/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q − f` with the external forces `f`, in units of `L` per unit of
-/// the coordinate.
+/// The generalized constraint force of the continuous system at a point, `Q = d/dt ∂L/∂v − ∂L/∂q − f` with the external forces `f`, in units of `L`
+/// per unit of the coordinate.
 #[must_use]
 pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> [f64; N] {
     system.declaration().continuous_force(point)
@@ -62,7 +62,7 @@ pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<
 ///
 /// # Errors
 ///
-/// [`GeometryError::Acceleration`] if they determine none.
+/// [`GeometryError::Acceleration`] if the rows determine no acceleration.
 pub fn motion<const N: usize>(
     system: &dyn Solvable<N>,
     t: f64,
@@ -79,18 +79,18 @@ pub fn motion<const N: usize>(
     }
 }
 
-/// What a displacement of the state does to the acceleration and to the constraint force.
+/// The variations of the acceleration and of the constraint force under a displacement of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation<const N: usize> {
     /// `δa`, from the rows of the continuous system by the implicit function theorem.
     pub a: [f64; N],
-    /// `δ(Q + f)`, that of the constraint force and the external forces.
+    /// `δ(Q + f)`, the variation of the constraint force and the external forces.
     pub force: [f64; N],
 }
 
 impl<const N: usize> Variation<N> {
-    /// The rate `d/ds dν(u, w)` at which the paper's `dν = (F^t)*Ω_L − Ω_L` grows, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the
-    /// variations of two displacements, with `Q + f` for `Q` where external forces act. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
+    /// The rate `d/ds dν(u, w)` at which the paper's `dν = (F^t)*Ω_L − Ω_L` grows, `⟨δ_w Q, δ_u q⟩ − ⟨δ_u Q, δ_w q⟩`, from the variations of two
+    /// displacements, with `Q + f` for `Q` where external forces act. (`ν = ∫ D_{EL}L · δq ds` and `D_{EL}L = −Q − f`; paper, section 2.)
     #[must_use]
     pub fn rate(u: (&Displacement<N>, &Self), w: (&Displacement<N>, &Self)) -> f64 {
         let product = super::legendre::product;
@@ -98,7 +98,7 @@ impl<const N: usize> Variation<N> {
     }
 }
 
-/// The variational equation of the continuous system at a point of its motion: what the displacement `(δq, δv)` does.
+/// The variational equation of the continuous system at a point of its motion: the variations under the displacement `(δq, δv)`.
 ///
 /// `None` if the rows do not determine the acceleration.
 #[must_use]

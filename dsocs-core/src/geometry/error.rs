@@ -4,14 +4,14 @@ use thiserror::Error;
 
 use crate::error::{NewtonFailure, SetupError};
 
-/// A step could not be solved, or not be differentiated.
+/// A step could not be solved, or its solution could not be differentiated.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
     /// The step or a parameter cannot be used.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// The step has no solution that is found.
+    /// No solution of the step was found.
     #[error("the step from q0 = {q0:?}, q1 = {q1:?} has no solution: {cause}")]
     Step {
         /// The first node.
@@ -31,7 +31,7 @@ pub enum GeometryError {
         /// How its solution failed.
         cause: Box<NewtonFailure>,
     },
-    /// No first node belongs to the other two, or none is found.
+    /// No first node that belongs to the other two was found.
     #[error(
         "no node before q1 = {q1:?}, q2 = {q2:?} is found: the last update was {update:.1e} of a leg; a smaller h makes it easier"
     )]

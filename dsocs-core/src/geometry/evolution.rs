@@ -9,10 +9,11 @@ use super::{external, units};
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 
-/// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, each of its terms computed by itself.
+/// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, with each of its terms computed independently.
 ///
-/// `ξ(δq0, δq1) = (F⁺L_d(q0, q1) − F⁻L_d(q1, q2)) · δq1` (paper, section 6) is `−(Q + f_d) · δq1` with the constraint force `Q` and the external forces `f_d`. `Ω` comes
-/// from second derivatives of `L_d`, `F*` from the tangent map, `dξ` from first derivatives of the generated force along the flow.
+/// `ξ(δq0, δq1) = (F⁺L_d(q0, q1) − F⁻L_d(q1, q2)) · δq1` (paper, section 6) is `−(Q + f_d) · δq1` with the constraint force `Q` and the external
+/// forces `f_d`. `Ω` comes from second derivatives of `L_d`, `F*` from the tangent map, `dξ` from first derivatives of the generated force along the
+/// flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evolution<const N: usize> {
     /// `Ω_{L_d}` at `(q0, q1)`.
@@ -21,9 +22,9 @@ pub struct Evolution<const N: usize> {
     pub after: TwoForm<N>,
     /// `dξ` at `(q0, q1)`.
     pub d_xi: TwoForm<N>,
-    /// The sum of the absolute values of all terms that an entry was summed up from: what its rounding is relative to.
+    /// For each entry, the sum of the absolute values of all its terms. Rounding errors are relative to this size.
     pub terms: TwoForm<N>,
-    /// The tangent map that `F*` is by.
+    /// The tangent map from which `F*` is computed.
     pub tangent: TangentMap<N>,
 }
 
@@ -32,7 +33,7 @@ impl<const N: usize> Evolution<N> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError`] if the triple is no trajectory or the flow has no derivative there.
+    /// [`GeometryError`] if the triple does not solve the step, or if the flow has no derivative there.
     pub fn of(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Result<Self, GeometryError> {
         let tangent = flow.tangent(triple)?;
         let before = discrete_form(flow.system, flow.h, &triple.leg);
@@ -70,7 +71,7 @@ impl<const N: usize> Evolution<N> {
         })
     }
 
-    /// By how much the law is missed, relative to the terms: rounding, if it holds.
+    /// The error of the law, relative to the terms: of the size of rounding if the law holds.
     #[must_use]
     pub fn defect(&self) -> f64 {
         self.relative(&|a, i, b, j| {
@@ -79,16 +80,16 @@ impl<const N: usize> Evolution<N> {
         })
     }
 
-    /// How large `dξ` is, relative to the terms: rounding, if the flow is symplectic.
+    /// The size of `dξ`, relative to the terms: that of rounding if the flow is symplectic.
     #[must_use]
     pub fn change(&self) -> f64 {
         self.relative(&|a, i, b, j| self.d_xi.blocks[a][b][i][j])
     }
 
-    /// How large `dξ` is on some displacements, relative to the terms.
+    /// The size of `dξ` on given displacements, relative to the terms.
     ///
-    /// Constraints of lower order bind pairs of nodes, and the flow is a map of those pairs alone: the displacements along
-    /// them are those of [`pair_displacements`](super::pair_displacements).
+    /// If there are constraints on positions or velocities, the flow is a map of the pairs of nodes that obey them. The displacements along
+    /// these pairs are those of [`pair_displacements`](super::pair_displacements).
     #[must_use]
     pub fn change_on(&self, displacements: &[Displacement<N>]) -> f64 {
         let mut largest = 0.0;

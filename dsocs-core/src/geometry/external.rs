@@ -35,7 +35,7 @@ pub(super) fn discrete<T: Number, const N: usize>(
     sum
 }
 
-/// The power of a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external
+/// The power at a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external
 /// forces `f`, in units of `L` per unit of time.
 #[must_use]
 pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> f64 {
@@ -45,8 +45,8 @@ pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) ->
     of_force(&declaration, point, &plus(&constraint, &external))
 }
 
-/// The power at the second of three nodes: the same with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum, times `h`, is
-/// the change of the energy at the nodes, as nearly as the step is exact.
+/// The power at the second of three nodes, as in [`power`] but with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum over the
+/// nodes, times `h`, is the change of the energy at the nodes, up to the discretization error.
 #[must_use]
 pub fn discrete_power<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> f64 {
     let declaration = system.declaration();

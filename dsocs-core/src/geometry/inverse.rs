@@ -35,10 +35,10 @@ struct Update<const N: usize> {
 impl<const N: usize> DiscreteFlow<'_, N> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
-    /// The generated step with `−h` is where the search begins, and where the declaration is symmetric in time also its end
-    /// ([`DiscreteFlow::irreversibility`]). Otherwise the step's own equations are solved for `q0`, by Newton's iteration. Holonomic and
-    /// nonholonomic constraints are asked of `q0` and of the leg `(q0, q1)` as well: the flow is a map of the pairs that obey them, and
-    /// the equations of the step ask them of `q2` alone.
+    /// The first guess is the solution of the generated step with `−h`. If the declaration is symmetric in time, it is also the result
+    /// ([`DiscreteFlow::irreversibility`]). Otherwise the equations of the step are solved for `q0` by Newton's iteration. Holonomic and
+    /// nonholonomic constraints are imposed on `q0` and on the leg `(q0, q1)`, too: the flow is a map of the pairs that obey them, but
+    /// the equations of the step impose them on `q2` alone.
     ///
     /// # Errors
     ///
@@ -81,8 +81,8 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         })
     }
 
-    /// How far the step with `−h` leads from the first node of a trajectory, relative to the longer of the legs: zero but for
-    /// rounding if the declaration is symmetric in time.
+    /// The distance between the first node of a trajectory and the node that the step with `−h` gives, relative to the longer of the legs: zero
+    /// up to rounding if the declaration is symmetric in time.
     ///
     /// # Errors
     ///

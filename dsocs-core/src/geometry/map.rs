@@ -16,7 +16,7 @@ use crate::tangent::Tangent;
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
 const SAME: f64 = 1e-6;
 
-/// Three consecutive nodes `(q0, q1, q2)`: a leg, and the second difference that leads on.
+/// Three consecutive nodes `(q0, q1, q2)`: a leg, and the second difference that leads to the third node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Triple<const N: usize> {
     /// The first two nodes.
@@ -53,7 +53,7 @@ impl<const N: usize> Triple<N> {
 
 /// The discrete flow `F_{L_d}: (q0, q1) ↦ (q1, q2)` of a system and a step, as a map (paper, section 6).
 ///
-/// A [`Flow`](crate::Flow) walks along one motion, with compensated sums and a past; this map begins anew at every pair.
+/// A [`Flow`](crate::Flow) follows one motion, with compensated sums and with the past steps as guesses. This map uses only the given pair.
 #[derive(Clone, Copy)]
 pub struct DiscreteFlow<'s, const N: usize> {
     /// The system.
@@ -96,7 +96,7 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Step`] if the step has no solution that is found.
+    /// [`GeometryError::Step`] if no solution of the step is found.
     pub fn forward(&self, leg: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
         let solution = self.solved(leg, Sought::Watched)?;
         Ok(Triple {
@@ -105,12 +105,12 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
         })
     }
 
-    /// The trajectory that begins with a pair, with the last node nearest to that of a second difference: of two solutions,
-    /// the one of a motion that is known.
+    /// The trajectory that begins with a pair, with the solution that is nearest to the second difference `e`. If there are two solutions, this
+    /// chooses the one of a known motion.
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Step`] if the step has no solution that is found from there.
+    /// [`GeometryError::Step`] if no solution of the step is found from there.
     pub fn forward_near(&self, leg: &Leg<f64, N>, e: &[f64; N]) -> Result<Triple<N>, GeometryError> {
         let solution = self.solved(leg, Sought::Near(e))?;
         Ok(Triple {
@@ -210,7 +210,7 @@ pub struct TangentMap<const N: usize> {
 }
 
 impl<const N: usize> TangentMap<N> {
-    /// What becomes of a displacement.
+    /// Applies the map to a displacement.
     #[must_use]
     pub fn apply(&self, displacement: &Displacement<N>) -> Displacement<N> {
         let Displacement { first, second } = displacement;

@@ -1,10 +1,10 @@
 //! Discrete momentum maps: Noether's theorem, and the momentum equation where constraint forces break it.
 //!
-//! A symmetry is given by its infinitesimal generator `ξ_Q`, a vector field on the configurations. If `L_d` is invariant
-//! ([`asymmetry`] is zero), the momentum of a leg is the same at both of its nodes, and from leg to leg it changes by the
-//! work of the constraint force and the external forces, `J(q1, q2) − J(q0, q1) = h ⟨Q + f_d, ξ_Q(q1)⟩`; it is conserved where nothing constrains, and where
-//! the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the
-//! momentum equation with constraints in Cortés and Martínez 2001, section 6.)
+//! A symmetry is given by its infinitesimal generator `ξ_Q`, a vector field on the configurations. If `L_d` is invariant ([`asymmetry`] is zero), the
+//! momentum of a leg is the same at both of its nodes, and from leg to leg it changes by the work of the constraint force and the external forces,
+//! `J(q1, q2) − J(q0, q1) = h ⟨Q + f_d, ξ_Q(q1)⟩`; it is conserved if there are no such forces, or if they do no work along the symmetry, as
+//! constraint forces do none along a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the momentum
+//! equation with constraints in Cortés and Martínez 2001, section 6.)
 
 use super::array::{minus, plus};
 use super::external::external_forces;
@@ -23,7 +23,7 @@ pub fn momentum_map<const N: usize>(
     product(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q))
 }
 
-/// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, without its sign and relative to its terms: zero but for rounding if
+/// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, as an absolute value relative to its terms: zero up to rounding if
 /// `L_d` is invariant.
 #[must_use]
 pub fn asymmetry<const N: usize>(
@@ -44,7 +44,7 @@ pub fn asymmetry<const N: usize>(
 
 /// The momentum equation at a trajectory: `J(q1, q2) − J(q0, q1) − h ⟨Q + f_d, ξ_Q(q1)⟩` with the external forces `f_d`, and the size of its terms.
 ///
-/// Where `L_d` is not invariant the first is not zero.
+/// If `L_d` is not invariant, the first value is not zero.
 #[must_use]
 pub fn momentum_equation<const N: usize>(
     flow: &DiscreteFlow<'_, N>,

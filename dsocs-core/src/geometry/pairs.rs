@@ -17,7 +17,7 @@ const INDEPENDENT: f64 = 1e-10;
 /// nonholonomic ones of the pair keep their values: the tangent space of the discrete flow's domain `C_d`. (Holonomic constraints are
 /// kept at their values, so the submanifold is the one through the pair; paper, remark on discrete holonomic systems.)
 ///
-/// Constraints of second order bind no pairs: without others all `2N` directions are given.
+/// Constraints of second order do not restrict pairs. If there are no others, the basis has all `2N` directions.
 #[must_use]
 pub fn pair_displacements<const N: usize>(
     system: &dyn Declared<N>,
@@ -38,7 +38,7 @@ pub fn pair_displacements<const N: usize>(
 }
 
 /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`, at a triple: one for each
-/// constraint, or none where the declaration gives the virtual displacements by fields.
+/// constraint, or none if the declaration gives the virtual displacements by fields.
 #[must_use]
 pub fn constraint_forms<const N: usize>(
     system: &dyn Declared<N>,

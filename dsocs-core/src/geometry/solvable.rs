@@ -11,7 +11,7 @@ use crate::step::unknown::Unknown;
 use crate::step::{AnyStep, Step};
 use crate::system::{Leg, System};
 
-/// A system by its declaration alone: every [`System`] is one.
+/// A system, seen as its declaration alone. Every [`System`] implements it.
 pub trait Declared<const N: usize> {
     /// The declaration.
     #[doc(hidden)]
@@ -44,7 +44,7 @@ pub struct Solution<const N: usize> {
     pub(super) e: [f64; N],
 }
 
-/// A system with the equations of its steps, and of its accelerations: every [`System`] is one.
+/// A system with the equations of its steps and of its accelerations. Every [`System`] implements it.
 ///
 /// Matrices are square, row by row; their solutions are `None` where they are not finite.
 pub trait Solvable<const N: usize>: Declared<N> {

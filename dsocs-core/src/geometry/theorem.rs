@@ -17,21 +17,21 @@ const NEARBY: f64 = 1e-9;
 /// The conditions of the discrete-flow theorem (paper, section 6) at a triple of nodes.
 ///
 /// The theorem asks that `φ∘β` restricted to `D_K` has constant rank near the triple, and that `D₁` and `D₃` of it are injective
-/// on the tangent space of `D_K`. The equations of a step are both, the constraints that make `D_K` and the components of
-/// `β`: the rank of all of their derivatives is the codimension of `D_K` plus that of `φ∘β` on it. Where it is full, `D_K` is a
+/// on the tangent space of `D_K`. The equations of a step consist of the constraints that define `D_K` and of the components
+/// of `β`. So the rank of their derivative is the codimension of `D_K` plus the rank of `φ∘β` on `D_K`. If this rank is full, `D_K` is a
 /// submanifold there, and the rank of `φ∘β` on it is full and therefore constant nearby. `D₁` and `D₃` of the equations are square, and
 /// injective where they are regular ([`Regularity`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowTheorem {
-    /// The rank of the equations' derivative by all three nodes, that of the constraints plus that of `φ∘β` on `D_K`.
+    /// The rank of the derivative of the equations with respect to all three nodes: that of the constraints plus that of `φ∘β` on `D_K`.
     pub rank: usize,
-    /// How large the rank is if it is full: the number of coordinates, and of multipliers that are unknown.
+    /// The full rank: the number of coordinates plus the number of unknown multipliers.
     pub full: usize,
     /// The smallest singular value that counts for the rank, over the largest; in the units of [`Regularity`].
     pub margin: f64,
     /// `D₃` and `D₁`.
     pub regularity: Regularity,
-    /// Whether the declared equations exist here: no denominator and no factor that was taken out of a row vanishes.
+    /// Whether the declared equations are defined here: no denominator vanishes, and no factor that was divided out of a row.
     pub declared: bool,
 }
 

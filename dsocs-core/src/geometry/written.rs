@@ -26,16 +26,15 @@ const FOUR_NODES: [[f64; 4]; 4] = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// What the declared rows of a step are at three nodes as they are written, the second at the time `t`, each with what may be expected of it.
+/// The values of the declared rows of a step at three nodes, the second at the time `t`. Each comes with the size that rounding explains.
 ///
-/// The first of each pair is the row, evaluated with numbers of twice the precision from the nodes alone: the differences of
-/// the nodes are exact. The second is by how much it can differ from zero because each component of the nodes was rounded
-/// to its nearest double, because the second difference was known to one unit of rounding of itself or of a leg, and because the row was solved in
-/// doubles. Where functions of the user's
-/// are called the rows are known to the precision of doubles only.
+/// The first number of each pair is the row, evaluated in twice the precision from the nodes alone, with exact differences of
+/// the nodes. The second number says how far the row can be from zero for three reasons: each component of the nodes was rounded
+/// to the nearest double; the second difference was known to one unit of rounding of itself or of a leg; and the row was solved in
+/// doubles. Rows that call your own Rust functions are evaluated in the precision of doubles only.
 ///
-/// Rows come in the order of [`System::residual`](crate::System::residual). Multipliers that are unknown are those that explain
-/// the rows best.
+/// Rows come in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to
+/// the rows.
 #[must_use]
 pub fn rows_of_written<const N: usize>(
     system: &dyn Declared<N>,

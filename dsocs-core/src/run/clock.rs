@@ -4,10 +4,10 @@ use super::error::{Behind, RunError};
 
 /// The number of a run's current node, its time, and whether it has been handed out.
 ///
-/// Times of nodes that lie a step apart are products: adding up steps would add up rounding errors. A method that chooses its
-/// steps by itself tells its clock where it has arrived.
+/// If nodes lie a step apart, their times are computed as products, because a sum of steps would add up rounding errors. A method
+/// that chooses its steps tells the clock the time of each node.
 ///
-/// A new method owns a clock and tells it every step ([`Clock::tick`] or [`Clock::arrive`]); the verbs of
+/// A new method owns a clock and calls [`Clock::tick`] or [`Clock::arrive`] at every step; the functions of
 /// [`crate::Stepper`] do the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
@@ -67,7 +67,7 @@ impl End {
 }
 
 impl Clock {
-    /// The clock of a run whose nodes lie the step `h` apart, and node 0 at `t0`.
+    /// The clock of a run whose nodes lie the step `h` apart. Node 0 is at `t0`.
     #[must_use]
     pub fn even(t0: f64, h: f64) -> Self {
         Self::at(Pace::Even {
@@ -78,7 +78,7 @@ impl Clock {
         })
     }
 
-    /// The clock of a run forward in time whose method chooses its steps, and node 0 at `t0`.
+    /// The clock of a run forward in time whose method chooses its steps. Node 0 is at `t0`.
     #[must_use]
     pub fn free(t0: f64) -> Self {
         Self::at(Pace::Free {
@@ -144,7 +144,7 @@ impl Clock {
         }
     }
 
-    /// Moves on to the next node, a step later. What is made by a step counts as handed out: [`crate::Stepper::node`] has it.
+    /// Moves on to the next node, a step later. It counts as handed out, because [`crate::Stepper::node`] gives it.
     #[inline]
     pub fn tick(&mut self) {
         self.index += 1;
@@ -160,7 +160,7 @@ impl Clock {
         self.tick();
     }
 
-    /// Turns round at the current node, which becomes number 0. It is not handed out again if it was.
+    /// Turns round at the current node, which becomes number 0. If it was handed out before, it is not handed out again.
     pub fn turn(&mut self) {
         match &mut self.pace {
             Pace::Even {

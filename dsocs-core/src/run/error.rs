@@ -7,10 +7,10 @@ use crate::composition::{StageError, StageFailure};
 use crate::error::{FailedStep, SetupError, StepError, StepFailure};
 use crate::taylor::SeriesError;
 
-/// Why a run could not be set up, ended early, or did not begin: one error for every method.
+/// Why a run could not be set up, or why it failed: one error type for all methods.
 ///
 /// The variants say what failed; each carries the step, the time, the nodes and the cause, and its message says what to try.
-/// [`core::error::Error::source`] leads on to the cause. The details are boxed: a step that succeeds does not pay for them.
+/// [`core::error::Error::source`] returns the cause. The details are boxed, so that a step that succeeds costs nothing more.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
@@ -26,10 +26,10 @@ pub enum RunError {
     /// The Taylor series of a [`crate::TaylorFlow`] does not go on.
     #[error(transparent)]
     Series(#[from] SeriesError),
-    /// The time lies on the other side of the current one.
+    /// The time to run to lies behind the current time, in the direction of the run.
     #[error(transparent)]
     Behind(Box<Behind>),
-    /// The time is not a number, or infinite where the run has to end by itself.
+    /// The time to run to is not a number, or it is infinite and nothing else can end the run.
     #[error("the run cannot go until t = {until}")]
     Until {
         /// The time asked for.
@@ -46,7 +46,7 @@ pub enum RunError {
     OneWay(Box<OneWay>),
 }
 
-/// A time that lies on the other side of the current one.
+/// A time to run to that lies behind the current time, in the direction of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
     "t = {until} cannot be reached from t = {time}{}: it lies the other way (a negative step, or `reverse`, runs back in time)",
@@ -66,7 +66,7 @@ fn with_the_step(h: Option<f64>) -> String {
     h.map_or_else(String::new, |h| format!(" with the step h = {h}"))
 }
 
-/// A function of an event that could not be followed along the motion.
+/// The function of an event has no value or no derivatives at a point of the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error(
     "the function of event {event} has no Taylor series at t = {time}: it is not finite there, or it is an observed expression \
@@ -94,7 +94,7 @@ impl RunError {
         Self::Behind(Box::new(details))
     }
 
-    /// The equations without a solution, of a step or of a stage.
+    /// The details of the equations that have no solution, for a failed step or stage.
     #[must_use]
     pub fn failed_step(&self) -> Option<&FailedStep> {
         match self {
@@ -113,7 +113,7 @@ impl RunError {
         self.failed_step().map(|step| step.cause.reason)
     }
 
-    /// The time where the run ended; `None` if it did not begin, or was asked for the impossible.
+    /// The time where the run failed; `None` if it did not begin, or if the time to run to was invalid.
     #[must_use]
     pub fn time(&self) -> Option<f64> {
         match self {

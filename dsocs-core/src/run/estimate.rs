@@ -7,8 +7,8 @@ use super::{Node, Observer, RunError, Verdict};
 use crate::system::System;
 use crate::taylor::GlobalError;
 
-/// An observer that hands each node on with its distance from the continuous motion, coordinate by coordinate
-/// ([`GlobalError::at`]). A run by any method ends where the distance cannot be told any more; [`Estimates::finish`] says why.
+/// An observer that hands on each node with its distance from the continuous motion, coordinate by coordinate
+/// ([`GlobalError::at`]). If the distance can no longer be computed, it ends the run, and [`Estimates::finish`] says why.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -50,7 +50,7 @@ impl<S: System<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
 }
 
 impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
-    /// Hands nodes and their errors to a closure, which returns nothing or says whether to go on.
+    /// Hands nodes and their errors to a closure, which returns nothing or whether to go on.
     pub fn new<R: Verdict>(error: GlobalError<'s, S, N>, observer: F) -> Self
     where
         F: FnMut(&Node<N>, &[f64; N]) -> R,
@@ -62,11 +62,11 @@ impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
         }
     }
 
-    /// The continuous motion that the run was compared with, which knows how well it is known ([`GlobalError::uncertainty`]).
+    /// The continuous motion that the run was compared with; its own error is [`GlobalError::uncertainty`].
     ///
     /// # Errors
     ///
-    /// [`RunError`] if it did not get as far as the run.
+    /// [`RunError`] if the continuous motion could not be computed as far as the run.
     pub fn finish(self) -> Result<GlobalError<'s, S, N>, RunError> {
         match self.failed {
             None => Ok(self.error),

@@ -29,9 +29,9 @@ enum Direction {
     Both,
 }
 
-/// A change of sign of a function `g(q, v, a)` along the motion, whatever the method of the run ([`crate::Stepper::watch`]).
+/// A change of sign of a function `g(q, v, a)` along the motion, for every method ([`crate::Stepper::watch`]).
 ///
-/// The function takes Taylor series ([`Jet`]), from which all its changes of sign within a step are found.
+/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found.
 pub struct Event<'e, const N: usize> {
     source: Source<'e, N>,
     direction: Direction,
@@ -56,14 +56,14 @@ impl<'e, const N: usize> Event<'e, N> {
         }
     }
 
-    /// An observed expression of the declaration, by its place in [`crate::System::OBSERVABLES`]. It may not call functions of the
-    /// user's own, of which an observed expression knows plain numbers only.
+    /// An observed expression of the declaration, by its index in [`crate::System::OBSERVABLES`]. The expression may not call Rust functions of
+    /// your own: in observed expressions these are called with plain numbers only.
     #[must_use]
     pub fn observable(index: usize) -> Self {
         Self::of(Source::Observable(index))
     }
 
-    /// A function of position, velocity and acceleration; the functions of jets are those of [`crate::Real`].
+    /// A function of position, velocity and acceleration. A [`Jet`] has the functions of [`crate::Real`].
     #[must_use]
     pub fn function(function: impl Fn(&Point<Jet, N>) -> Jet + 'e) -> Self {
         Self::of(Source::Function(Box::new(function)))
@@ -83,7 +83,7 @@ impl<'e, const N: usize> Event<'e, N> {
         self
     }
 
-    /// The motion ends where the event happens.
+    /// Ends the run where the event happens.
     #[must_use]
     pub fn terminal(mut self) -> Self {
         self.terminal = true;
@@ -124,7 +124,7 @@ impl<'e, const N: usize> Event<'e, N> {
 /// An event that happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Occurrence<const N: usize> {
-    /// The event's place among those watched.
+    /// The index of the event among those watched.
     pub event: usize,
     /// Whether the function became positive, in the direction of the run.
     pub rising: bool,

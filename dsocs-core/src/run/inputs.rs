@@ -5,23 +5,23 @@ use thiserror::Error;
 use super::{Node, RunError, Stepper, finite, hand_out};
 use crate::system::System;
 
-/// Runs whose parameters can be given other values at nodes: a digital controller, a plan of torques, a steering that is held.
+/// Runs whose parameters can be given other values at nodes: the output of a digital controller, planned torques, a steering angle that is held.
 ///
-/// Every run of a system that is [`Clone`] is one: the run changes a copy of its own. A value holds from the last position that
-/// the run knows. Of a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] that is the current node. A [`crate::Flow`] is one position
-/// ahead of its node, since the velocity of a node needs the position after it: what is set at the node `k` holds from the node
-/// `k + 1` on, as the output of a controller does that takes a step to compute.
+/// Every run of a system that is [`Clone`] has this trait, because the run changes its own copy. A new value holds from the last known
+/// position on. In a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] this is the current node. A [`crate::Flow`] is one position
+/// ahead of its node, because the velocity of a node depends on the next position. So a value that is set at the node `k` holds from the
+/// node `k + 1` on, like the output of a controller that needs one step to compute.
 ///
 /// # What a change does to the step
 ///
-/// Everything on a leg takes the value that holds there: the discrete Lagrangian, external forces, nonholonomic constraints. The
-/// momentum that arrives from the leg before keeps the value of that leg. At a node between two values the second difference is the mean
-/// of those that the kinematic constraints have with each of the two, so that a change does not lower the order: against the
-/// continuous motion under the same held inputs it stays 2. (Against a law that is not held, sampling is of first order.) For the
-/// paper's map of the Lagrangian a change counts half on each side of the node, as for the trapezoid, which has the same
-/// equations as long as nothing changes. A node where nothing changes costs what it always does.
+/// A leg has one value of each input: the discrete Lagrangian, the external forces and the nonholonomic constraints of the leg use it.
+/// The momentum that arrives from the leg before is computed with the value of that leg. At a node between two values, the second
+/// difference is the mean of the two that the kinematic constraints give with each value. So a change does not lower the order: compared
+/// with the continuous motion under the same held inputs it stays 2. (Compared with a control law in continuous time, sampling has an error of
+/// first order.) With the paper's map of the Lagrangian, half of a change acts on each side of the node, as with the trapezoid, which has
+/// the same equations as long as nothing changes. A node without a change costs nothing more.
 ///
-/// Where a nonholonomic constraint changes, the velocity jumps onto it, by the impulse of the constraint's force.
+/// If a nonholonomic constraint changes, the velocity jumps onto it, by an impulse of the constraint force.
 ///
 /// A parameter of a holonomic constraint cannot be an input: the position would have to jump.
 ///
@@ -47,23 +47,23 @@ use crate::system::System;
 /// # Ok::<(), RunError>(())
 /// ```
 pub trait Inputs<const N: usize>: Stepper<N> {
-    /// Gives a parameter another value, from the last known position on. Nothing happens where it has that value already.
+    /// Gives a parameter another value, from the last known position on. Nothing happens if it already has this value.
     ///
     /// # Errors
     ///
     /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if a holonomic constraint depends on it;
-    /// [`RunError::Setup`] if the motion cannot go on with the value, such as without an acceleration.
-    /// The run is then as it was.
+    /// [`RunError::Setup`] if the motion cannot go on with the value, for example because no acceleration is found.
+    /// The run then stays as it was.
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError>;
 
     /// The value of a parameter that holds from the last known position on; `None` if there is no such parameter.
     fn input(&self, parameter: &str) -> Option<f64>;
 
-    /// Runs up to the last node at or before `t` and shows each node to a controller, which may set inputs, among them for the leg after.
+    /// Runs up to the last node at or before `t` and shows each node to a controller, which may set inputs.
     ///
     /// # Errors
     ///
-    /// As [`Stepper::stream`], and what the controller returns.
+    /// The errors of [`Stepper::stream`] and of the controller.
     fn drive(
         &mut self,
         t: f64,

@@ -1,8 +1,8 @@
 //! One run, whatever its method: the verbs, and what they hand out.
 //!
-//! A method gives one step, the node there and a [`Clock`]; [`Stepper`] makes a run of it. What a run hands out are [`Node`]s, to
-//! an iterator, a [`Trajectory`] or an [`Observer`]; in between it is a [`Polynomial`], on which [`Events`] are found. It ends
-//! early with a [`RunError`].
+//! A method provides one step, the node there and a [`Clock`]; [`Stepper`] makes a run of these. A run hands out [`Node`]s to
+//! an iterator, a [`Trajectory`] or an [`Observer`]. Between the nodes the motion is a [`Polynomial`], on which [`Events`] are found.
+//! A run that fails ends with a [`RunError`].
 
 // times are reached exactly, and zeros are exact
 #![allow(clippy::float_cmp)]
@@ -41,12 +41,12 @@ use crate::step::StepReport;
 use crate::system::Point;
 use crate::taylor::Series;
 
-/// Takes the motion of a step, polynomial by polynomial, and may ask the method to stop, a time after the point about which
-/// the polynomial's coefficients are.
+/// Receives the motion of a step, polynomial by polynomial. It may return a time at which the method is to stop, counted from the
+/// point of expansion of the polynomial.
 pub type Visitor<'v, const N: usize> =
     dyn FnMut(&dyn View<N>, &Polynomial<'_, N>) -> Result<Option<f64>, RunError> + 'v;
 
-/// How a step ended that was shown to a [`Visitor`].
+/// How a step that was shown to a [`Visitor`] ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Traced {
     /// At its own end, the next node; the visitor did not ask for another.
@@ -57,13 +57,14 @@ pub enum Traced {
     There,
 }
 
-/// A motion in progress, by any method: [`crate::Flow`], [`crate::ComposedFlow`], [`crate::TaylorFlow`].
+/// A run in progress, by any method: [`crate::Flow`], [`crate::ComposedFlow`], [`crate::TaylorFlow`].
 ///
-/// A run stands at a node: first at the start, which has the number 0. Every verb goes on from there. A node is handed out once:
-/// to the iterator (a run is an endless iterator of nodes, which ends after an error), to a trajectory ([`Stepper::until`]), to an observer
-/// ([`Stepper::stream`], [`Stepper::watch`]); [`Stepper::advance`] and [`Stepper::to`] pass nodes without computing what they show.
+/// A run has a current node; at first it is the start, which has the number 0. Every function of this trait (every *verb*) continues from the
+/// current node. Each node is handed out once: to the iterator (a run is an endless iterator of nodes, which ends after an error), to a
+/// trajectory ([`Stepper::until`]), or to an observer ([`Stepper::stream`], [`Stepper::watch`]). [`Stepper::advance`] and [`Stepper::to`] pass nodes
+/// without computing their velocities, forces and energies.
 ///
-/// The trait can be made into an object: what takes a `&mut dyn Stepper<N>` runs every method.
+/// The trait is object safe: a function that takes a `&mut dyn Stepper<N>` works with every method.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -98,40 +99,40 @@ pub enum Traced {
 ///
 /// # A new method
 ///
-/// It owns a [`Clock`], implements the first five methods, and [`Iterator`] by [`Stepper::next_node`]; the rest is given. Where it knows its
-/// motion better than its nodes tell, it implements [`Stepper::trace`].
+/// A new method owns a [`Clock`], and implements the first five functions, and [`Iterator`] by [`Stepper::next_node`]. The other functions are
+/// provided. If it knows the motion between its nodes better than [`Polynomial::between`] does, it implements [`Stepper::trace`].
 pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
-    /// Makes one step and tells the clock; no node is computed, and nothing is allocated. A method that chooses its steps
-    /// does not go beyond the time `end`, towards which the run goes; others do not ask.
+    /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
+    /// run goes: a method that chooses its steps does not go beyond it, other methods ignore it.
     ///
     /// # Errors
     ///
     /// [`RunError`] if there is no such step. The run stays where it was.
     fn step(&mut self, end: f64) -> Result<StepReport, RunError>;
 
-    /// The node where the run stands.
+    /// The current node.
     fn node(&self) -> Node<N>;
 
     /// The clock.
     fn clock(&self) -> &Clock;
 
-    /// The clock, for the verbs.
+    /// The clock, to be changed.
     fn clock_mut(&mut self) -> &mut Clock;
 
-    /// The system as far as its type does not matter.
+    /// The system, seen independently of its type.
     fn view(&self) -> &dyn View<N>;
 
-    /// Turns round: time runs back from the node where the run stands, which becomes number 0 and is not handed out again.
+    /// Turns round in time: the run goes back from the current node, which becomes number 0 and is not handed out again.
     ///
-    /// What runs back is the same method with the step `-h`. It retraces the nodes, to rounding, only where the step is symmetric in
-    /// time: the step of a [`crate::Flow`] with the default maps and a mass matrix that is constant, and the compositions of it. Elsewhere
-    /// (`phi_lagrangian` of first order, a mass matrix that depends on the position) it is another motion, as near to the first as the
-    /// step is exact; so it is with a [`crate::TaylorFlow`], to its tolerance. Friction and other damping grow on the way back, and so do
-    /// rounding errors.
+    /// The run back is the same method with the step `-h`. It retraces the nodes to rounding only if the step is symmetric in
+    /// time: the step of a [`crate::Flow`] with the default maps and a constant mass matrix, and compositions of it. Otherwise
+    /// (`phi_lagrangian` of first order, a mass matrix that depends on the position) the run back is another motion, which differs by the
+    /// discretization error. A [`crate::TaylorFlow`] retraces its motion to its tolerance. A damped motion grows on the way back, and
+    /// rounding errors grow with it.
     ///
     /// # Errors
     ///
-    /// [`RunError::OneWay`] if the method has no step back; other errors if there is none here. The run stays as it was.
+    /// [`RunError::OneWay`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
     fn reverse(&mut self) -> Result<(), RunError> {
         Err(RunError::OneWay(Box::new(OneWay {
             method: "this method",
@@ -139,8 +140,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         })))
     }
 
-    /// How regular the equations of the last step are, where the method has such: of a [`crate::Flow`], those of the triple
-    /// about the current node. `None` before the first step.
+    /// How regular the equations of the last step are, if the method solves equations. For a [`crate::Flow`] these are the equations of
+    /// the triple about the current node. `None` before the first step.
     fn regularity(&self) -> Option<Regularity> {
         None
     }
@@ -153,11 +154,11 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
 
     /// Makes one step like [`Stepper::step`] and shows the motion on the way.
     ///
-    /// Unless the method knows better, that is the polynomial between its nodes ([`Polynomial::between`]).
+    /// Unless a method implements it otherwise, the motion shown is the polynomial between its nodes ([`Polynomial::between`]).
     ///
     /// # Errors
     ///
-    /// As [`Stepper::step`]; and the visitor's.
+    /// The errors of [`Stepper::step`] and of the visitor.
     fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
         let before = self.node();
         self.step(end)?;
@@ -169,7 +170,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         })
     }
 
-    /// Makes one step and no more; [`Stepper::node`] then is the node there, which counts as handed out.
+    /// Makes exactly one step. [`Stepper::node`] is then the node there; it counts as handed out.
     ///
     /// # Errors
     ///
@@ -191,8 +192,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         Some(node)
     }
 
-    /// Runs up to the last node at or before `t` (at or after, back in time) and collects the nodes, from the one after the
-    /// last handed out.
+    /// Runs up to the last node at or before `t` (back in time: at or after `t`), and collects all nodes that were not handed out
+    /// before.
     ///
     /// A node whose time is `t` to within rounding counts as at `t`: 500 with the step 0.1 gives node 5000. A method that chooses
     /// its steps has its last node at `t`.
@@ -208,7 +209,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         }
     }
 
-    /// Runs like [`Stepper::until`] and gives the last node alone; those before are not computed.
+    /// Runs like [`Stepper::until`] and returns only the last node; the nodes before it are not computed.
     ///
     /// # Errors
     ///
@@ -223,8 +224,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         Ok(self.node())
     }
 
-    /// Runs like [`Stepper::until`], but hands each node to an observer and keeps none. An infinite `t` is allowed: the
-    /// observer ends the run.
+    /// Runs like [`Stepper::until`], but hands each node to an observer and keeps none. An infinite `t` is allowed; then the
+    /// observer has to end the run.
     ///
     /// # Errors
     ///
@@ -249,15 +250,15 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         })
     }
 
-    /// Runs like [`Stepper::stream`], to the first terminal event at most, and hands nodes and events on, in order. Returns the event
-    /// that ended the run.
+    /// Runs like [`Stepper::stream`], and hands nodes and events to the observer, in order. The run ends early at the first terminal
+    /// event, which is then returned.
     ///
-    /// An event is a change of sign of a function; one that is zero without changing its sign is none, and neither is one at
-    /// the very start. Within each step every change is found, also of functions that change it several times, on the
-    /// [`Polynomial`] of the step, which says how exact it is; on that polynomial the function itself is brought to zero, to rounding.
+    /// An event is a change of sign of a function. A zero without a change of sign is not an event, and neither is a zero at
+    /// the start. Every change within a step is found, even if a function changes its sign several times. The search uses the
+    /// [`Polynomial`] of the step, whose documentation says how exact it is. On this polynomial the zero is exact to rounding.
     ///
-    /// A run by Taylor series then stands at the event. The discrete methods stand at the node after it, which is handed out when
-    /// the run goes on; what happens between the event and that node is told then.
+    /// After a terminal event, the current node of a run by Taylor series is at the event. For the discrete methods it is the node after
+    /// the event. When the run goes on, this node is handed out, and so are the events between the terminal one and this node.
     ///
     /// # Errors
     ///
@@ -271,8 +272,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         watch(&mut Of(self), t, events, observer)
     }
 
-    /// Runs to the last of some times and hands the motion at each of them on. The times come in the order of the run, and none
-    /// before that of the current node; between nodes the motion is the [`Polynomial`] of the step.
+    /// Runs to the last of the given times and hands out the motion at each of them. The times have to be in the order of the run,
+    /// none of them before the current node. Between nodes the motion is the [`Polynomial`] of the step.
     ///
     /// # Errors
     ///
@@ -286,8 +287,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         sample(&mut Of(self), times, observer)
     }
 
-    /// The observed expressions of the declaration at a node, in the order of [`crate::System::OBSERVABLES`]; expressions
-    /// beyond the end of `out` are left out.
+    /// Writes the observed expressions of the declaration at a node to `out`, in the order of [`crate::System::OBSERVABLES`], as many as
+    /// `out` has room for.
     fn observe(&self, node: &Node<N>, out: &mut [f64]) {
         self.view().observed(&node.point(), out);
     }

@@ -12,20 +12,20 @@ pub struct Node<const N: usize> {
     pub t: f64,
     /// Position.
     pub q: [f64; N],
-    /// Velocity. Of a [`crate::Flow`], that of `φ_D⁻¹`, by default the central difference; at the start, the initial velocity.
+    /// Velocity. In a [`crate::Flow`] it is that of `φ_D⁻¹`, by default the central difference; at the start it is the initial velocity.
     pub v: [f64; N],
-    /// Acceleration. Of a [`crate::Flow`], that of `φ_D⁻¹`, by default the second difference over `h²`; at the start, the
-    /// continuous system's, or NaN where it has none.
+    /// Acceleration. In a [`crate::Flow`] it is that of `φ_D⁻¹`, by default the second difference over `h²`. At the start it is that of
+    /// the continuous system, or NaN if there is none.
     pub a: [f64; N],
-    /// The generalized constraint force, in units of `L` per unit of the coordinate: of a [`crate::Flow`]
-    /// `Q = −(D₁L_d(q1,q2) + D₂L_d(q0,q1))`; at the start and of other methods, the continuous system's.
+    /// The generalized constraint force, in units of `L` per unit of the coordinate. In a [`crate::Flow`] it is
+    /// `Q = −(D₁L_d(q1,q2) + D₂L_d(q0,q1))`. At the start, and with other methods, it is that of the continuous system.
     pub force: [f64; N],
     /// The energy `⟨∂L/∂v, v⟩ − L` at the position and velocity given here.
     pub energy: f64,
-    /// How often the rows of the step and their Jacobian were evaluated, for all stages; 0 at the start. Of a
+    /// How often the rows of the step and their Jacobian were evaluated, in all stages together; 0 at the start. In a
     /// [`crate::TaylorFlow`], how often the motion was expanded.
     pub iterations: u32,
-    /// How the solution of the step ended; [`Stop::Start`] where nothing was solved, at the start and by Taylor series.
+    /// How Newton's iteration of the step ended; [`Stop::Start`] if nothing was solved, at the start and in Taylor series.
     pub stop: Stop,
 }
 

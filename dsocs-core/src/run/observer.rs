@@ -4,9 +4,9 @@ use core::ops::ControlFlow;
 
 use super::{Node, Occurrence, Trajectory};
 
-/// Receives the nodes of a run one by one, in bounded memory, and the events where some are watched.
+/// Receives the nodes of a run one by one, in bounded memory, and the events if some are watched.
 ///
-/// Every closure `FnMut(&Node<N>)` is an observer, whether it returns nothing or says whether to go on. So are a
+/// Every closure `FnMut(&Node<N>)` is an observer, which returns nothing or whether to go on. So are a
 /// [`Trajectory`], which collects the nodes, [`on_event`] and pairs of observers.
 ///
 /// ```
@@ -25,7 +25,7 @@ pub trait Observer<const N: usize> {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()>;
 
     /// Takes an event, between the node before and the node after it; [`ControlFlow::Break`] ends the run there, as a
-    /// terminal event does. Ignores it unless implemented.
+    /// terminal event does. By default events are ignored.
     fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
         let _ = occurrence;
         ControlFlow::Continue(())
@@ -66,7 +66,7 @@ impl<const N: usize> Observer<N> for Trajectory<N> {
     }
 }
 
-/// Both see everything; either ends the run.
+/// Both observers receive everything, and either of them can end the run.
 impl<A: Observer<N>, B: Observer<N>, const N: usize> Observer<N> for (A, B) {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
         either(self.0.node(node), self.1.node(node))

@@ -5,9 +5,9 @@ use crate::compensated::Compensated;
 use crate::system::Point;
 use crate::taylor::Series;
 
-/// The motion during one step, good from [`Polynomial::start`] to [`Polynomial::end`]: dense output of every method.
+/// The motion during one step, valid from [`Polynomial::start`] to [`Polynomial::end`]: the dense output of every method.
 ///
-/// Of a [`crate::TaylorFlow`] it is the Taylor series of the step, as exact as the tolerance. Of the discrete methods it is
+/// In a [`crate::TaylorFlow`] it is the Taylor series of the step, as exact as the tolerance. In the discrete methods it is
 /// the polynomial between two nodes, see [`Polynomial::between`].
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomial<'f, const N: usize> {
@@ -47,15 +47,15 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     /// The order of the series that [`Polynomial::between`] fills: more than the polynomial's own, for functions of it.
     pub(crate) const ORDER: usize = 12;
 
-    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes (degree 3, through positions and
-    /// velocities, where an acceleration is not known), with its coefficients in `series`.
+    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes. If an acceleration is not known, it has
+    /// degree 3 and goes through positions and velocities. Its coefficients are written to `series`.
     ///
     /// # How exact it is
     ///
-    /// Of a motion whose nodes are exact the position is exact to `h⁶`, the velocity to `h⁵` and the acceleration to `h⁴`. A
-    /// [`crate::ComposedFlow`] of the order `p` so has positions in between, and events of positions, to the order
-    /// `min(p, 6)`. The velocities and accelerations of a [`crate::Flow`] are differences of nodes, which are of second order as the
-    /// positions are: in between everything is of second order, too.
+    /// If the nodes are exact, the error is of order `h⁶` in the position, `h⁵` in the velocity and `h⁴` in the acceleration. So
+    /// with a [`crate::ComposedFlow`] of order `p`, positions between the nodes, and events of positions, are of order `min(p, 6)`. The
+    /// velocities and accelerations of a [`crate::Flow`] are differences of nodes. They are of second order, like the
+    /// positions, and so is everything between the nodes.
     pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series<N>) -> Self {
         let h = after.t - before.t;
         let known = before.a.iter().chain(&after.a).all(|a| a.is_finite());
@@ -94,26 +94,26 @@ impl<'f, const N: usize> Polynomial<'f, N> {
         }
     }
 
-    /// The time where it begins.
+    /// The time where the polynomial begins.
     #[must_use]
     pub fn start(&self) -> f64 {
         self.time(self.from)
     }
 
-    /// The time where it ends.
+    /// The time where the polynomial ends.
     #[must_use]
     pub fn end(&self) -> f64 {
         self.time(self.to)
     }
 
-    /// How long it is, negative back in time.
+    /// The length of its time interval, negative back in time.
     #[must_use]
     pub fn length(&self) -> f64 {
         self.to - self.from
     }
 
-    /// The series itself, about [`Polynomial::start`] (of a step of a [`crate::TaylorFlow`] that is seen in parts, about
-    /// that of the first).
+    /// The series itself, about [`Polynomial::start`]. If a step of a [`crate::TaylorFlow`] is shown in parts, all parts have the
+    /// series about the start of the first.
     #[must_use]
     pub fn series(&self) -> &'f Series<N> {
         self.series

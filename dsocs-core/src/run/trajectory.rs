@@ -38,8 +38,8 @@ impl<const N: usize> Trajectory<N> {
         self.nodes.iter()
     }
 
-    /// Position, velocity and acceleration at a time between the first and the last node, `None` outside: by the polynomial
-    /// between the nodes on both sides ([`Polynomial::between`], which says how exact that is).
+    /// Position, velocity and acceleration at a time between the first and the last node, by the polynomial between the two
+    /// neighbouring nodes. `None` outside. [`Polynomial::between`] says how exact this is.
     #[must_use]
     pub fn at(&self, t: f64) -> Option<Point<f64, N>> {
         let (first, last) = (self.nodes.first()?, self.nodes.last()?);
@@ -75,7 +75,7 @@ impl<'a, const N: usize> IntoIterator for &'a Trajectory<N> {
     }
 }
 
-/// A run that ended early, with all that it had computed.
+/// A run that failed, with everything that it had computed.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{error}")]
 pub struct Failure<const N: usize> {

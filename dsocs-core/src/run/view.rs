@@ -6,7 +6,7 @@ use crate::flow::multipliers;
 use crate::system::{Point, Quantity, System};
 use crate::taylor::Jet;
 
-/// What a run tells of its system, whatever the system's type: every [`System`] is one.
+/// What a run shows of its system, independently of the system's type. Every [`System`] implements it.
 pub trait View<const N: usize> {
     /// The coordinates; see [`System::COORDINATES`].
     fn coordinates(&self) -> [Quantity; N];

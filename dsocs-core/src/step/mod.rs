@@ -50,13 +50,13 @@ pub enum Guess {
     Straight,
     /// At the acceleration of the continuous system.
     Continuous,
-    /// Where the path turns once more as it did at the step before, in the plane of the last two legs.
+    /// At the node where the path turns by the same angle as at the step before, in the plane of the last two legs.
     Turned,
     /// Beside a root that was found and did not continue the motion.
     Other,
     /// Where the caller asked for it.
     Given,
-    /// At the end of a path along which the rows of a straight line are taken away little by little.
+    /// At the end of a homotopy: a path along which the residual of the straight line is reduced to zero little by little.
     Followed,
 }
 

@@ -32,12 +32,12 @@ const PATIENCE: u32 = 3;
 pub enum Stop {
     /// Nothing was solved: the node is the start.
     Start,
-    /// The last update was so small that the error after it, of second order, is below rounding; or the rows are
-    /// affine, and one update is all there is to do.
+    /// The last update was so small that the error after it, which is quadratic in the update, is below rounding. Or the rows are
+    /// affine, and one update solves them.
     Update,
     /// The updates stopped shrinking, and the residual is within the bound of its own rounding error.
     Rounding,
-    /// The residual is exactly zero where the updates did not become small as fast as they should.
+    /// The residual is exactly zero, although the updates did not decrease as fast as expected.
     Exact,
 }
 

@@ -7,12 +7,12 @@ use crate::error::SetupError;
 
 /// How exact a step is to be.
 ///
-/// At the end of a step the velocity is known to within `relative` times its size plus `absolute`. Its size is the largest
-/// component, at the beginning of the step or in what the acceleration there adds in the step, so that the motion may turn
-/// round or begin at rest. The position then is exact to as much of the way that it makes in the step. The default
-/// absolute part is 0: there is no hidden scale. Components are compared as numbers; where coordinates of different units
-/// differ much in size, say in what units they compare ([`super::TaylorFlow::scales`]). A relative part below the unit round-off,
-/// 1.1e-16, is not reached: rounding is what is left.
+/// At the end of a step the velocity is known to within `relative` times its size plus `absolute`. The size is that of the largest
+/// component, either of the velocity at the beginning of the step or of the change that the acceleration there makes during the step. So the
+/// motion may turn round or begin at rest. The position has the same relative accuracy in the distance that it moves during the step. The
+/// default absolute part is 0, so there is no hidden scale. Components are compared as numbers. If coordinates have different units and very
+/// different sizes, set units in which they can be compared ([`super::TaylorFlow::scales`]). A relative part below the unit round-off,
+/// 1.1e-16, cannot be reached because of rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {
@@ -34,13 +34,13 @@ impl Tolerance {
         }
     }
 
-    /// What is exact enough in any velocity, in its units.
+    /// Adds an absolute tolerance, in the units of the velocities.
     pub const fn absolute(mut self, absolute: f64) -> Self {
         self.absolute = absolute;
         self
     }
 
-    /// Sets the order, which otherwise follows from the tolerance and the motion; it is brought into 2 to [`MAX_ORDER`].
+    /// Sets the order, which otherwise follows from the tolerance and the motion; it is limited to the range from 2 to [`MAX_ORDER`].
     pub const fn order(mut self, order: usize) -> Self {
         self.order = Some(order);
         self

@@ -4,7 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
-/// What happened to a Taylor series.
+/// Why a run by Taylor series failed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SeriesFailure {
@@ -19,7 +19,7 @@ pub enum SeriesFailure {
         /// The smallest step.
         smallest: f64,
     },
-    /// The steps have been used up.
+    /// The limit of the number of steps was reached.
     #[error("{steps} steps have been made")]
     TooManySteps {
         /// How many were made.
@@ -27,7 +27,7 @@ pub enum SeriesFailure {
     },
 }
 
-/// Everything known about a Taylor series that does not go on.
+/// Everything known about a run by Taylor series that failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedSeries {
     /// How many steps were made before.
@@ -44,8 +44,8 @@ pub struct FailedSeries {
     pub cause: SeriesFailure,
 }
 
-/// A motion by Taylor series that ended early, or did not begin. The details are boxed: a step that succeeds should not pay
-/// for them.
+/// A run by Taylor series that failed, or did not begin. The details are boxed, so that a step that succeeds costs nothing
+/// more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesError(Box<FailedSeries>);
 

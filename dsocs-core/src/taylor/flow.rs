@@ -14,17 +14,17 @@ use crate::start::{self, Start};
 use crate::step::StepReport;
 use crate::system::{Point, System};
 
-/// The motion of the continuous system, to a tolerance, in progress.
+/// A run of the continuous system, to a tolerance.
 ///
-/// Each step expands the motion in a Taylor series and goes as far as the tolerance lets it; the series is the motion in
-/// between. The position, the velocity and the time are carried with compensated sums, so that over a million steps rounding
-/// does not add up.
+/// Each step expands the motion in a Taylor series and goes as far as the tolerance allows. The series gives the motion during
+/// the step. Position, velocity and time are compensated sums, so rounding errors do not add up over a million steps.
 ///
-/// A step is good if, where it ends, the acceleration of its series is that of the system: where the series could not know
-/// what comes (a switch that was far away, the edge of an `if`), the step is made shorter.
+/// A step is accepted if, at its end, the acceleration of its series is that of the system. Otherwise the step is made shorter. This happens
+/// where the series cannot foresee the motion, for example at a switch that was far away, or at the corner of an `if`.
 ///
-/// The verbs are those of [`crate::Stepper`]. Nodes lie where the steps end, the last one of [`crate::Stepper::until`] at the time asked for; or at
-/// the times of a grid ([`TaylorFlow::every`]), read off the series. [`crate::Stepper::sample`] hands the motion at any times on, several at once.
+/// The functions that drive it are those of [`crate::Stepper`]. Nodes lie at the ends of the steps, and the last node of [`crate::Stepper::until`]
+/// lies at the requested time. With [`TaylorFlow::every`] nodes lie on a grid of times and are computed from the series.
+/// [`crate::Stepper::sample`] hands out the motion at any times.
 pub struct TaylorFlow<'s, S: System<N>, const N: usize> {
     /// What is compiled for the system.
     pub(super) equations: Recurrences<'s, S, N>,
@@ -39,7 +39,7 @@ impl<S: System<N>, const N: usize> fmt::Debug for TaylorFlow<'_, S, N> {
 }
 
 impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
-    /// Sets up a motion, forward in time unless it is turned round ([`crate::Stepper::reverse`]).
+    /// Sets up a run forward in time; [`crate::Stepper::reverse`] turns it round.
     ///
     /// # Errors
     ///
@@ -72,8 +72,8 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         }
     }
 
-    /// Hands out nodes at a grid of times, the current one and those `h` apart, back in time for a negative `h`. The steps
-    /// stay those of the tolerance.
+    /// Hands out nodes on a grid of times: at the current time, and at a distance of `h` from each other. A negative `h` goes back in
+    /// time. The tolerance still determines the steps.
     ///
     /// # Errors
     ///
@@ -83,37 +83,37 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         Ok(self)
     }
 
-    /// Lets steps end at some times, in any order: those where the system is another before and after, such as the places of
-    /// [`Samples`](crate::Samples) that a force is read from. Each step then lies on one side.
+    /// Makes steps end at the given times, in any order. Give the times at which the system is not smooth, such as the places of
+    /// [`Samples`](crate::Samples) of a force. Then no step crosses such a time.
     #[must_use]
     pub fn knots(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.motion.add_knots(times);
         self
     }
 
-    /// Sets how many steps the motion may take in all (10 million unless set).
+    /// Sets the largest total number of steps (10 million by default).
     #[must_use]
     pub fn max_steps(mut self, limit: u64) -> Self {
         self.motion.max_steps = limit;
         self
     }
 
-    /// Sets the smallest step (unless set, what rounding leaves of the time).
+    /// Sets the smallest step (by default, the rounding error of the time).
     #[must_use]
     pub fn smallest_step(mut self, smallest: f64) -> Self {
         self.motion.smallest = smallest;
         self
     }
 
-    /// Sets in what units the coordinates' velocities compare: of which numbers of each are of one size (1 for each unless
-    /// set).
+    /// Sets a scale for the velocity of each coordinate: velocities are divided by these scales before their sizes are compared (1 for each
+    /// by default).
     #[must_use]
     pub fn scales(mut self, scales: [f64; N]) -> Self {
         self.motion.control.scales(&scales);
         self
     }
 
-    /// The system, with the inputs as they hold now.
+    /// The system, with the current values of the inputs.
     #[must_use]
     pub fn system(&self) -> &S {
         &self.equations.system
@@ -131,7 +131,7 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         self.motion.steps
     }
 
-    /// How many steps were tried and made shorter.
+    /// How many steps were rejected and made shorter.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.motion.rejected
@@ -203,7 +203,8 @@ impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
         self.equations.view()
     }
 
-    /// Turns round. The motion back is that of the tolerance, too: it returns to within the tolerance, not to rounding.
+    /// Turns round in time. The motion back is computed to the tolerance, too, so it returns to its start to the tolerance, not to
+    /// rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.run().reverse()
     }

@@ -14,10 +14,10 @@ pub use tape::Tape;
 
 use tape::Op;
 
-/// A number with all its derivatives by time, as the user's functions see it.
+/// A number with all its derivatives with respect to time, as your functions see it.
 ///
-/// It is known to order 0; comparisons, and so branches, go by that. Its higher orders are written on the tape that is
-/// being recorded on this thread.
+/// Only its value (order 0) is known at once; comparisons, and so branches, use this value. The operations for the higher orders are
+/// recorded on the tape of this thread.
 #[derive(Clone, Copy, Debug)]
 pub struct Jet {
     value: f64,

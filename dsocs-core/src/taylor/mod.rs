@@ -1,8 +1,8 @@
 //! The continuous motion to any tolerance, by Taylor series.
 //!
 //! `#[dsocs]` generates, beside the step, the recurrences for the Taylor coefficients of the motion of the *continuous*
-//! system. A [`TaylorFlow`] steps with them: it expands the motion, goes as far as its [`Tolerance`] lets it, and
-//! expands again. Each step is a [`crate::Polynomial`], which is the motion in between.
+//! system. A [`TaylorFlow`] makes steps with them: it expands the motion, goes as far as its [`Tolerance`] allows, and
+//! expands again. Each step is a [`crate::Polynomial`], which gives the motion during the step.
 //!
 //! ```
 //! use dsocs_core::prelude::*;
@@ -34,26 +34,27 @@
 //!
 //! # How it works
 //!
-//! 1. The rows of the continuous system are solved for the accelerations when the code is generated, as far as that
-//!    pays: rows that are linear in an acceleration with coefficients of the parameters, one or two rows by Cramer's
-//!    rule. A declared factor (`branch = divide(w)`) is divided out of its row as a polynomial. Other rows stay equations: one
-//!    matrix is inverted an expansion, and each order is one product with it.
-//! 2. Each product and function of the accelerations has a recurrence. Products with parameters are none. The inner sums of
-//!    all recurrences are formed together, four in a register, with the machine's fused products if it has them.
-//! 3. The order follows from the tolerance, the step from the two last coefficients (Jorba and Zou 2005). Where a step ends,
-//!    the acceleration of its series has to be that of the system; otherwise it is halved.
+//! 1. When the code is generated, the rows of the continuous system are solved for the accelerations, as far as that
+//!    is worthwhile: rows that are linear in an acceleration with coefficients that depend on the parameters alone, and one or two rows by
+//!    Cramer's rule. A declared factor (`branch = divide(w)`) is divided out of its row as a polynomial. The other rows remain equations:
+//!    in each expansion one matrix is inverted, and each order needs one product with the inverse.
+//! 2. Each product and function of the accelerations has a recurrence; products with parameters need none. The inner sums of
+//!    all recurrences are computed together, four in a register, with fused multiply-add instructions if the machine has them.
+//! 3. The order follows from the tolerance, the step from the two last coefficients (Jorba and Zou 2005). At the end of a step
+//!    the acceleration of the series has to be that of the system; otherwise the step is halved.
 //! 4. Position, velocity and time are compensated sums.
 //!
-//! Functions of the user's are called with [`Jet`]s, which record what is done with them; that is slower, but goes to any
-//! order, too. They have to be generic over their number type ([`crate::Real`]), also where the discrete step never
+//! Your own Rust functions are called with [`Jet`]s, which record the operations. That is slower, but works for any
+//! order, too. The functions have to be generic over their number type ([`crate::Real`]), even if the discrete step never
 //! differentiates them.
 //!
 //! # Limits
 //!
-//! A function with a jump or an edge (`if`, `abs`, `min`) has no series across it: the steps around it become short, and
-//! the motion passes it to within the tolerance. Constraints of positions and of velocities are differentiated until accelerations
-//! come in, and after each step position and velocity are brought back onto them by the shortest way: the nodes obey them to
-//! rounding, and in between the motion does to within the tolerance. High orders make long steps, in which large terms of both signs cancel: where the last two digits count, set a lower [`Tolerance::order`].
+//! A function with a jump or a corner (`if`, `abs`, `min`) has no series across it. The steps around it become short, and
+//! the motion passes it to within the tolerance. Constraints on positions and velocities are differentiated until accelerations
+//! appear. After each step position and velocity are projected onto these constraints by the smallest change. So the nodes obey them to
+//! rounding, and the motion in between to within the tolerance. High orders make long steps, in which large terms of opposite signs cancel.
+//! If the last two digits matter, set a lower [`Tolerance::order`].
 
 // what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
 #![allow(clippy::inline_always)]

@@ -7,9 +7,9 @@ use crate::run::{Behind, RunError, Stepper as _};
 use crate::start::Start;
 use crate::system::{Point, System};
 
-/// The continuous motion as a function of time: any times, in the order of the motion.
+/// The continuous motion as a function of time. It can be evaluated at any times, in the order of the motion.
 ///
-/// The flow makes steps of its own length; what lies within a step is read off its polynomial.
+/// The flow chooses its own steps. Within a step the motion is evaluated from the polynomial of the step.
 #[derive(Debug)]
 pub struct Motion<'s, S: System<N>, const N: usize> {
     /// The flow.
@@ -21,7 +21,7 @@ pub struct Motion<'s, S: System<N>, const N: usize> {
 }
 
 impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
-    /// The motion from a start up to the time `until`, which may lie before.
+    /// The motion from a start to the time `until`, which may lie before the start.
     ///
     /// # Errors
     ///
@@ -42,7 +42,7 @@ impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
     ///
     /// # Errors
     ///
-    /// [`RunError`] if the motion does not get there, or if the time lies outside.
+    /// [`RunError`] if the motion cannot be computed up to `t`, or if `t` lies outside of the allowed range.
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
         at(self.flow.run(), self.start, self.until, t)
     }
@@ -86,11 +86,11 @@ const REFERENCES: [Tolerance; 2] = [
     Tolerance::relative(1e-17).order(22),
 ];
 
-/// The global error of a motion: its distance from the continuous motion with the same start, by Taylor series to nearly all
-/// digits.
+/// The global error of a motion: its distance from the continuous motion with the same start, which is computed by Taylor series to nearly
+/// all digits.
 ///
-/// Measured on both systems of the paper this is right at more output times than Richardson's extrapolation of whole runs
-/// (`tests/tests/claims/global_error.rs`), costs less, and needs no step to be halved.
+/// On both systems of the paper, this is correct at more output times than Richardson extrapolation of whole runs
+/// (`tests/tests/claims/global_error.rs`). It costs less, and no run with half the step is needed.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -138,19 +138,19 @@ impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
         })
     }
 
-    /// How far each coordinate of the position `q` is from that of the continuous motion at the time `t`, without a sign. Times
-    /// come in the order of the motion.
+    /// The absolute difference of each coordinate between the position `q` and the continuous motion at the time `t`. The times have
+    /// to be in the order of the motion.
     ///
     /// # Errors
     ///
-    /// [`RunError`] if the continuous motion does not get there.
+    /// [`RunError`] if the continuous motion cannot be computed up to `t`.
     pub fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
         let [first, second] = &mut self.motions;
         let (truth, other) = (first.at(t)?.q, second.at(t)?.q);
         Ok(distances(&truth, &other, q, &mut self.uncertainty))
     }
 
-    /// How well the continuous motion itself is known, up to the last time: errors below say nothing.
+    /// The uncertainty of the continuous motion itself, up to the last time. Estimated errors below it are meaningless.
     #[must_use]
     pub fn uncertainty(&self) -> f64 {
         self.uncertainty

@@ -2,7 +2,7 @@
 
 use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 
-/// The Taylor coefficients of a motion at a point: what the generated recurrences fill in.
+/// The Taylor coefficients of a motion at a point, computed by the generated recurrences.
 ///
 /// The velocity is known to the order of the series, the position to one order more.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,8 @@
 //! The paper's theorems as checks of a system: `dsocs check` prints the table.
 //!
-//! Each check takes the system's own motion, measures a figure and holds it against a bar. Bars at rounding are a small
-//! multiple of it, and the figures are relative to the terms that they are a difference of.
+//! Each check measures a value (a *figure*) on the default motion of a system and compares it with the limit that it has to meet (its
+//! *bar*). Where an equation should hold to rounding, the figure is relative to the size of the equation's terms, and the bar is a
+//! small multiple of the unit round-off.
 
 mod contact;
 mod continuous;
@@ -47,7 +48,7 @@ const STATES_TOLERANCE: f64 = 1e-13;
 /// What is expected of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// The kind of its constraints: without any, and with holonomic ones, the flow is symplectic.
+    /// The kind of its constraints. Without constraints, and with holonomic ones alone, the flow is symplectic.
     pub kind: Kind,
     /// The order.
     pub order: f64,
@@ -69,7 +70,7 @@ pub struct Begin {
 pub struct Settings<'a> {
     /// The step, in s.
     pub h: f64,
-    /// The end, in s; 40 steps unless given. (Of an [`Entry`](crate::Entry): its own.)
+    /// The end, in s. By default it is that of the [`Entry`](crate::Entry), or 40 steps if there is no entry.
     pub until: Option<f64>,
     /// The time of the start, in s.
     pub t0: f64,
@@ -83,20 +84,20 @@ pub struct Settings<'a> {
     pub begin: Begin,
 }
 
-/// One figure.
+/// One measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The check.
     pub check: &'static str,
     /// What is measured.
     pub what: String,
-    /// The figure.
+    /// The measured value.
     pub figure: f64,
-    /// The bar.
+    /// The limit that the figure has to meet.
     pub bar: Bar,
     /// Why there is no figure.
     pub failure: Option<String>,
-    /// What else is to be said.
+    /// A remark.
     pub note: Option<String>,
 }
 

@@ -1,6 +1,6 @@
 //! The command line over any list of systems.
 //!
-//! In a crate with systems of its own this is all of `main.rs` beside the declarations:
+//! A crate with its own systems needs the declarations and this `main` function:
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -29,8 +29,8 @@
 //! }
 //! ```
 //!
-//! `cargo run -- list` then lists it, `run --plot x.svg` runs it, `check` checks the paper's theorems on it and `stability` its
-//! numerics; `--help` says more. Where there is one system its name can be left out.
+//! Then `cargo run -- list` lists the system, `run --plot x.svg` runs it, `check` checks the paper's theorems on it, and `stability` tests
+//! its numerics; `--help` says more. If there is only one system, its name can be left out.
 
 mod accuracy;
 mod check;
@@ -146,7 +146,7 @@ struct Program {
     is_dsocs: bool,
 }
 
-/// The command line over some systems: reads the arguments, does what they say and reports what went wrong on standard error.
+/// The command line over some systems: reads the arguments, carries out the command, and reports errors on standard error.
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let program = Program::new(entries);

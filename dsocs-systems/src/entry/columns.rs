@@ -29,7 +29,7 @@ pub struct Row<'a> {
     pub unresolved: Option<Unresolved>,
     /// The estimated error of each coordinate, if it is asked for.
     pub errors: &'a [f64],
-    /// How well the motion is known that errors are measured against.
+    /// The uncertainty of the reference motion from which the errors are computed.
     pub uncertainty: f64,
 }
 
@@ -57,7 +57,7 @@ impl Row<'_> {
 pub struct Column {
     /// The name.
     pub name: String,
-    /// The unit, as far as the declaration tells it.
+    /// The unit, if the declaration gives it.
     pub unit: Option<String>,
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use dsocs_core::Quantity;
 use serde::Serialize;
 
-/// What a declaration says of its system, for people.
+/// The texts and names in the declaration of a system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The name and the documentation of the type.

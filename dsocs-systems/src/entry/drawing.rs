@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use dsocs_core::Quantity;
 
-/// A picture of a mechanism at a position: shapes in a plane, in m. A run's page shows it moving.
+/// A picture of a mechanism at a position: shapes in a plane, in m. The page of a run shows it moving.
 ///
 /// ```
 /// use dsocs_systems::entry::Drawing;
@@ -140,7 +140,7 @@ impl Parameters {
         }
     }
 
-    /// The value of a parameter; NaN if there is none of the name, which [`super::Entry::verify`] finds.
+    /// The value of a parameter. It is NaN if there is no parameter of this name; [`super::Entry::verify`] reports this mistake.
     #[must_use]
     pub fn get(&self, name: &str) -> f64 {
         let found = self.values.iter().find(|(known, _)| *known == name);

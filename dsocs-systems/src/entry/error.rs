@@ -20,7 +20,7 @@ pub struct EntryError {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Mistake {
-    /// A vector has not as many components as the system has coordinates.
+    /// The number of components of a vector is not the number of coordinates.
     #[error(
         "{what} has {found} component{}, but there {} {} coordinate{}: {}",
         if *.found == 1 { "" } else { "s" },
@@ -38,10 +38,10 @@ pub enum Mistake {
     /// The name cannot be written on a command line.
     #[error("a name is not empty, does not begin with `-` and has no blanks")]
     Name,
-    /// Its drawing asks for a parameter that there is not.
+    /// Its drawing asks for a parameter that does not exist.
     #[error("its drawing: {0}")]
     Parameter(UnknownName),
-    /// Another entry has the name, too.
+    /// Another entry has the same name.
     #[error("there are two of this name; `Entry::named` gives one of them another")]
     Twice,
 }

@@ -4,12 +4,12 @@ use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow, Tolera
 
 use super::run::Errors;
 
-/// A parameter with the values that it has from some times on.
+/// A parameter whose value changes at given times and is held in between.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldInput {
     /// The name of the parameter.
     pub parameter: &'static str,
-    /// Times, which ascend, each with the value that holds from then on; before the first time the parameter has its own value.
+    /// Increasing times, each with the value that holds from this time on. Before the first time the parameter has its own value.
     pub values: Vec<[f64; 2]>,
 }
 

@@ -63,7 +63,7 @@ pub enum Beginning {
         /// The third node.
         q2: Vec<f64>,
     },
-    /// Another beginning, moved onto the constraints of positions and velocities.
+    /// Another beginning, moved onto the constraints on positions and velocities.
     Projected(Box<Self>),
     /// Another beginning, at another time than 0.
     At(f64, Box<Self>),
@@ -89,7 +89,7 @@ pub struct Plan {
     pub until: f64,
     /// How it is computed.
     pub method: Method,
-    /// Whether the regularity at each node is recorded; of the paper's step alone.
+    /// Whether the regularity at each node is recorded; possible with the paper's step only.
     pub certify: bool,
     /// Whether the error at each node is estimated; see [`GlobalError`].
     pub estimate: bool,
@@ -104,7 +104,7 @@ pub enum RunFailure {
     /// It did not begin.
     #[error(transparent)]
     Setup(#[from] SetupError),
-    /// A vector has not as many components as the system has coordinates.
+    /// The number of components of a vector is not the number of coordinates.
     #[error(
         "{vector} has {found} component{}, but there are {} coordinates: {}",
         if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
@@ -120,7 +120,7 @@ pub enum RunFailure {
     /// It ended early.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// There is no continuous motion to measure errors against.
+    /// There is no continuous motion from which errors could be computed.
     #[error("the error cannot be estimated: {0}")]
     Estimate(#[source] RunError),
 }

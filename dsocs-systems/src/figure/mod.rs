@@ -1,8 +1,8 @@
 //! Figures: panels of curves with axes and legends, as SVG and, with the feature `png`, as PNG.
 //!
-//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file says what stands where, one writes the
-//! elements of SVG, one makes pixels of them. The crates that draw such figures take longer to compile than all else that the
-//! command line needs, or round to whole pixels.
+//! What is drawn is plain data ([`Figure`], [`Panel`], [`Axis`], [`Curve`]). One file computes the layout, one writes the
+//! elements of SVG, one converts them to pixels. Existing plotting crates are not used, because they take longer to compile than everything
+//! else in the command line, or round to whole pixels.
 
 mod axis;
 mod band;

@@ -4,11 +4,11 @@
 //! |---|---|
 //! | [Your own system in ten minutes](your_own_system) | How do I write a system down, run it, plot it, check it? |
 //! | [The declaration](declaration) | Which statements are there? |
-//! | [The paper in code](the_paper) | Which formula is which statement? What does the paper say, and what is so? |
-//! | [Constraints of every order and their forces](constraints) | Which statement is my constraint? Which force does it have? |
+//! | [The paper in code](the_paper) | Which formula is which statement? Where do our results differ from the paper's? |
+//! | [Constraints of every order and their forces](constraints) | Which statement do I use for my constraint? Which force does it have? |
 //! | [Control](control) | How does a Lyapunov function become a torque? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
-//! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a controller that ticks? |
+//! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a digital controller? |
 //! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
 //! | [Many runs and clusters](many_runs) | How do I run a plan of ten thousand, here or on a cluster? |
 //! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
@@ -21,7 +21,7 @@
 //! A *node* is a position `q_k` at its time `t_k`; a *leg* is two consecutive nodes, a *triple* three; a *row* is one scalar equation.
 //!
 //! Conventions: `n` coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
-//! In a checkout of the project `cargo run --release --` stands for `dsocs`.
+//! In a checkout of the project, write `cargo run --release --` in place of `dsocs`.
 
 #[doc = include_str!("checks.md")]
 pub mod checks {}

@@ -1,10 +1,10 @@
-//! Hard cases: what is measured there, and the bar for it. `dsocs stability` prints the table.
+//! Hard cases: values (*figures*) that are measured, and the limits that they have to meet (*bars*). `dsocs stability` prints the table.
 //!
 //! `CASES` are those of the systems of this crate, with their exact solutions and constants; [`any`] has those that can be measured
 //! on any system.
 //!
-//! Every case is a function that measures one figure after the other and hands each to a `Report`. Nothing is drawn at
-//! random but by a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
+//! Every case is a function that measures one figure after the other and hands each to a `Report`. Random numbers come
+//! from a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
 
 pub mod any;
 #[cfg(feature = "dsocs")]
@@ -16,7 +16,7 @@ use std::time::Instant;
 #[cfg(feature = "dsocs")]
 pub use library::{CASES, Case};
 
-/// A figure is held against this.
+/// The limit that a figure has to meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bar {
     /// The figure may not be larger.
@@ -28,7 +28,7 @@ pub enum Bar {
 }
 
 impl Bar {
-    /// Whether a figure reaches it; what is not a number reaches none, also where it is for information.
+    /// Whether a figure meets the limit. NaN never does, not even where the figure is for information.
     #[must_use]
     pub fn holds(self, figure: f64) -> bool {
         match self {
@@ -39,7 +39,7 @@ impl Bar {
     }
 }
 
-/// One figure.
+/// One measured value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// The number of the case.

@@ -19,11 +19,11 @@ pub fn entry() -> crate::Entry {
 
 /// An arm of two uniform links in a vertical plane, with a motor in the shoulder and one in the elbow.
 ///
-/// Two holonomic constraints that depend on time put the tip on the circle `(x₀ + r cos ωt, y₀ + r sin ωt)`, so that nothing is
-/// left to move freely: positions at nodes are exact. What is computed is the force: the generalized constraint force at a node
-/// *is* the motors' torques, since `alpha` is the angle of the first link and `beta` that of the second relative to the first
-/// (computed torque, inverse dynamics). It comes to second order in the step; `λ_0`, `λ_1` are the components of the force that
-/// would do the same at the tip, in N.
+/// Two holonomic constraints that depend on time put the tip on the circle `(x₀ + r cos ωt, y₀ + r sin ωt)`, so no
+/// degree of freedom is left, and positions at nodes are exact. The result of a run is the force: the generalized constraint force at a
+/// node *is* the vector of the motors' torques, because `alpha` is the angle of the first link and `beta` that of the second relative to the
+/// first (computed torque, inverse dynamics). Its error is of second order in the step. `λ_0`, `λ_1` are the components of the equivalent
+/// force at the tip, in N.
 #[dsocs {
     coordinates(
         /// The angle of the first link from the horizontal [rad].

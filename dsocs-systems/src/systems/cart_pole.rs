@@ -30,11 +30,11 @@ pub fn entry() -> crate::Entry {
 /// `E = J θ̇²/2 + m g l (cos θ − 1)`, which is zero upright at rest, and accelerate the pivot by `ẍ = k E θ̇ cos θ`. Since
 /// `Ė = −m l θ̇ cos θ ẍ`, the function `V = E²/2` then falls at the rate `F = k m l (E θ̇ cos θ)²`.
 ///
-/// Theirs is a law for the pivot. Here it is the Lyapunov constraint `dV/dt = −F` of the whole system, cart and pole, with the
-/// motor's force on the cart as the constraint force, so the force that the law needs is a result. `V̇ + F` has the factor
-/// `−m l E θ̇ cos θ`, which vanishes whenever the pole is level or at rest; the constraint is declared with that divided out, which leaves the law
-/// itself. There is no saturation, nothing brings the cart back, and near the upright the pole slows down along its
-/// separatrix: catching it there is another law's part.
+/// Their law prescribes the acceleration of the pivot. Here the law is the Lyapunov constraint `dV/dt = −F` of the whole system, cart and
+/// pole, and the constraint force is the motor's force on the cart. So the force that the law needs is a result. `V̇ + F` has the factor
+/// `−m l E θ̇ cos θ`, which vanishes whenever the pole is level or at rest. The constraint is declared with this factor divided out, which
+/// leaves the law itself. There is no saturation, and nothing brings the cart back. Near the upright position the pole slows down along its
+/// separatrix; another control law has to catch it there.
 #[dsocs {
     coordinates(
         /// The position of the cart [m].

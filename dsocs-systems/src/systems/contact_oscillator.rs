@@ -20,10 +20,10 @@ pub fn entry() -> crate::Entry {
 
 /// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
 ///
-/// The energy is the only invariant that is known. Without the field the system is reversible. The second source gives that as
-/// the reason why nonholonomic methods keep the energy well, and finds none that does so on all of its irreversible problems. A
-/// field with all three components leaves no reflection of the coordinates that turns the motion round. The steps are as
-/// symmetric in time as ever, and yet **the energy drifts**, without a direction. From the default start with `h = 0.1`, its
+/// The energy is the only known invariant. Without the field the system is reversible. According to the second source this is
+/// the reason why nonholonomic methods keep the energy well; the source finds no method that does so on all of its irreversible problems.
+/// With a field of three nonzero components, no reflection of the coordinates reverses the motion. The steps are still
+/// symmetric in time, and yet **the energy drifts**, in no particular direction. From the default start with `h = 0.1`, its
 /// mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2, −9.7 and −9.6 % up to `t = 100 000`;
 /// with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
 #[dsocs {

@@ -23,13 +23,12 @@ pub fn entry() -> crate::Entry {
 /// [`InertiaWheelPendulum`] with the discrete constraint `V(q1, q2) − V(q0, q1) = −h F(q0, q1, q2)` in the place of the paper's
 /// `dV/dt = −F` at a triple: `V` falls in every step by exactly what it should, at any `h`.
 ///
-/// `V` is taken at the middle of each leg, `F` at the triple. With that the constraint is nearly the product of `w` and what the motor does, as the
-/// paper's is exactly; what is left at `w = 0` is of third order in `h`. So `branch = divide(w)` keeps the root `w ≈ 0` away,
-/// but where `w` passes through zero, first at about `t = 29`, that rest may leave the equation without a real solution: `V`
-/// cannot fall by that much. Then the run ends with an error. From the paper's start it ends at `t = 29.3` with `h = 0.1` to
-/// `0.01`, at 48.6 with 0.005 and at 41.5 with 0.002; with 0.001, 0.0005 and 0.0002 it goes on to `t = 500` at least, where `V`
-/// is 262.939 (263 on the continuous motion). Without the factor two roots come too close to tell them apart, for `h = 0.001` at
-/// `t = 64.0`.
+/// `V` is evaluated at the middle of each leg, `F` at the triple. Then the constraint is nearly a product of `w` and a factor with the motor's force,
+/// while the paper's constraint is exactly such a product; the remainder at `w = 0` is of third order in `h`. So `branch = divide(w)` keeps the root
+/// `w ≈ 0` away. But where `w` passes through zero, first at about `t = 29`, because of this remainder the equation may have no real solution: `V`
+/// cannot decrease by that much. Then the run ends with an error. From the paper's start it ends at `t = 29.3` with `h = 0.1` to `0.01`, at 48.6 with
+/// 0.005 and at 41.5 with 0.002; with 0.001, 0.0005 and 0.0002 it goes on to `t = 500` at least, where `V` is 262.939 (263 on the continuous motion).
+/// Without the factor two roots come too close to tell them apart, for `h = 0.001` at `t = 64.0`.
 #[dsocs {
     use super::pendulum::inertia_wheel_pendulum;
     /// The rate `F` at which `V` falls [J/s].

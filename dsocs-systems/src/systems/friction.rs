@@ -125,20 +125,20 @@ macro_rules! pendulum {
 pendulum! {
     /// [`InertiaWheelPendulum`] with friction in the motor, and in the pivot, for which the constraint makes up.
     ///
-    /// Friction along the motor changes nothing but the motor's torque: the motion is that without. Friction in the pivot turns
-    /// the pendulum, where the motor does not act, and changes `V` by `−c θ̇ ∂V/∂p₁` in a unit of time. Here `F` takes that in,
-    /// `dV/dt = −ρ w tanh w − c θ̇ ∂V/∂p₁`: the constraint still has the factor `w`, and what is left is the motor's law
-    /// without friction, `ṗ₂ = T(θ, ψ) − ρ tanh w`, beside `ṗ₁ = M sin θ − c θ̇`. `V` may rise where friction makes it. What
-    /// becomes of a constraint that does not make up for it: [`StalledPendulum`].
+    /// Friction in the motor changes only the motor's torque; the motion is the same as without it. Friction in the pivot acts on the
+    /// pendulum, where the motor does not act, and changes `V` at the rate `−c θ̇ ∂V/∂p₁`. Here `F` contains this rate,
+    /// `dV/dt = −ρ w tanh w − c θ̇ ∂V/∂p₁`. So the constraint still has the factor `w`. Without this factor it is the motor's law of the
+    /// case without friction, `ṗ₂ = T(θ, ψ) − ρ tanh w`, beside `ṗ₁ = M sin θ − c θ̇`. `V` may increase because of the friction.
+    /// [`StalledPendulum`] shows what happens if the constraint does not compensate for it.
     FrictionPendulum, 1, branch = divide(w);
 }
 
 pendulum! {
     /// [`InertiaWheelPendulum`] with friction in the pivot that the constraint `dV/dt = −ρ w tanh w` does not know of: its motion ends.
     ///
-    /// Where `w = 0` the motor has no power over `V`, and friction has: the constraint is then `c e p₁²/(d (I + (n+1) J)²) =
+    /// Where `w = 0` the motor cannot change `V`, but friction does. There the constraint is `c e p₁²/(d (I + (n+1) J)²) =
     /// 0`, which cannot be met. On the way there the torque grows like `1/w`, and `w` becomes zero after a finite time, beyond
-    /// which no motion obeys the constraint, no continuous one either. A discrete run ends there with an error that says so.
+    /// which no motion obeys the constraint, not even a continuous one. A discrete run ends there with an error that says so.
     StalledPendulum, 0,
 }
 

@@ -26,12 +26,12 @@ pub fn entry() -> crate::Entry {
 /// A symmetric top with a fixed point on its axis, in gravity.
 ///
 /// The quaternion `q = w + x i + y j + z k` turns the body's axes into those of space, and the angular velocity in the body is
-/// `2 q̄ q̇`, without its real part; `z` points upwards, and the top's axis is the third of the body. The length of `q` is a
-/// holonomic constraint: the kinetic energy does not know how `q` changes its length, and the constraint does. Its multiplier
-/// is a force of the description alone; the true top feels nothing of it.
+/// `2 q̄ q̇`, without its real part; `z` points upwards, and the top's axis is the third of the body. The unit length of `q` is a
+/// holonomic constraint, because the kinetic energy does not depend on changes of the length. Its multiplier belongs to this
+/// description alone; it is no force on the real top.
 ///
 /// Invariants are the energy and the angular momenta about the vertical and about the top's axis. Rotations act on `q` by
-/// multiplication, which is linear, so that the midpoint's `L_d` is as symmetric as `L`, and the discrete motion keeps both
+/// multiplication, which is linear. So with the midpoint map `L_d` has the same symmetries as `L`, and the discrete motion keeps both
 /// momenta exactly. A top that precesses steadily at the angle `θ` obeys `I₁ cos θ φ̇² − I₃ ω₃ φ̇ + m g l = 0`
 /// ([`HeavyTop::spin_of_precession`]).
 #[dsocs {

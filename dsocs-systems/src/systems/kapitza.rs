@@ -22,9 +22,9 @@ pub fn entry() -> crate::Entry {
 /// above the amplitude [`Kapitza::critical_amplitude`], where `a² ω² = 2 g l`. There it swings with
 /// [`Kapitza::slow_frequency`].
 ///
-/// The Lagrangian depends on time through the pivot; what is reported as the energy is `⟨∂L/∂v, v⟩ − L`, which is not the
-/// mechanical one: the pivot's motion does work, `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so that the map is
-/// the midpoint's.
+/// The Lagrangian depends on time through the pivot; the reported energy is `⟨∂L/∂v, v⟩ − L`, which is not the
+/// mechanical energy: the pivot's motion does work, `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so the default map is
+/// `midpoint`.
 #[dsocs {
     coordinates(
         /// The angle from the upright position [rad].

@@ -41,14 +41,14 @@ pub fn entry() -> crate::Entry {
 
 /// A board on two axles with wheels, which turn by `φ` in front and `−φ` behind, and a rotor on top.
 ///
-/// `(x, y)` is the middle of the board and `θ` its direction; `ψ` is the rotor's angle relative to the board. The wheels do not slip aside: the front ones
-/// are at the distance `l` before the middle, the rear ones behind it, so
+/// `(x, y)` is the middle of the board and `θ` its direction; `ψ` is the rotor's angle relative to the board. The wheels do not slip aside: the front
+/// ones are at the distance `l` before the middle, the rear ones behind it, so
 ///
 /// `−sin(θ ± φ) ẋ + cos(θ ± φ) ẏ ± l cos φ θ̇ = 0`.
 ///
-/// In the source `ψ` and `φ` are controlled. Here torsional springs drive them, so that the system is one by itself and its
-/// energy is an invariant: where both swing at about the same frequency the board gains speed on the way. The constraints are
-/// those of a speed `u` along the board alone, with `θ̇ = u tan φ / l`, which gives the equations of [`Snakeboard::reduced`].
+/// In the source `ψ` and `φ` are controlled. Here torsional springs drive them, so the system is closed and its
+/// energy is an invariant. If both swing at about the same frequency, the board gains speed. The constraints leave only
+/// a speed `u` along the board, with `θ̇ = u tan φ / l`, which gives the equations of [`Snakeboard::reduced`].
 #[dsocs {
     coordinates(
         /// The first position of the middle of the board [m].

@@ -18,11 +18,10 @@ pub fn entry() -> crate::Entry {
 
 /// A point mass on a massless rod that may swing in any direction.
 ///
-/// The pivot is the origin and `z` points upwards. There is no basis of the sphere's tangent spaces without a zero, so the steps
-/// have the multiplier among their unknowns; `λ_0` is the force of the rod in N, positive where it pushes outwards. Invariants are
-/// the energy and the angular momentum about the vertical, `m (x ẏ − y ẋ)`; the discrete motion keeps the second one exactly,
-/// since the rotation is a virtual displacement. The same motion in angles, which have no value on the vertical, is
-/// [`SphericalPendulum`](crate::SphericalPendulum)'s.
+/// The pivot is the origin and `z` points upwards. No vector field on the sphere is without a zero, so there is no global basis of the virtual
+/// displacements, and the multiplier is an unknown of the step; `λ_0` is the force of the rod in N, positive where it pushes outwards. Invariants are
+/// the energy and the angular momentum about the vertical, `m (x ẏ − y ẋ)`; the discrete motion keeps the second one exactly, since the rotation is a
+/// virtual displacement. The same motion in angles, which have no value on the vertical, is [`SphericalPendulum`](crate::SphericalPendulum)'s.
 #[dsocs {
     coordinates(
         /// The first horizontal position [m].

@@ -32,8 +32,8 @@ pub fn entry() -> crate::Entry {
 /// wheels, a length `base` ahead, one along `θ + steering`. No force drives it: with a steering that is held, it goes on a circle with a
 /// constant speed ([`Vehicle::held`]).
 ///
-/// The steering is an input ([`dsocs_core::Inputs`]), as of a controller that ticks at 20 Hz. Where it changes, the front axle turns the vehicle at once, by
-/// an impulse that takes or gives speed ([`Vehicle::steered`]).
+/// The steering is an input ([`dsocs_core::Inputs`]), for example of a controller at 20 Hz. When it changes, the front axle turns the
+/// vehicle at once, by an impulse that changes the speed ([`Vehicle::steered`]).
 #[dsocs {
     coordinates(
         /// The position of the rear axle along the first axis [m].

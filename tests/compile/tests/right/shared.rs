@@ -70,12 +70,13 @@ struct Written {
 }
 
 /// A struct that is itself made by a macro by example.
+#[rustfmt::skip] // it moves the declaration further with every run
 macro_rules! with_factor {
     ($name:ident, $factor:expr) => {
         #[dsocs {
-                                                                    use oscillator;
-                                                                    external_forces = -$factor * dot(x);
-                                                                }]
+            use oscillator;
+            external_forces = -$factor * dot(x);
+        }]
         struct $name {
             mass: f64,
             stiffness: f64,
