@@ -85,6 +85,7 @@ pub(super) fn go<S: System<N>, const N: usize>(
             observed: &observed,
             multipliers: &vec![f64::NAN; S::FORMS],
             regularity: None,
+            unresolved: None,
             errors: &[],
             uncertainty: 0.0,
         }));
@@ -113,6 +114,7 @@ fn show<const N: usize>(
         observed,
         multipliers: &view.multipliers_of(node),
         regularity: None,
+        unresolved: None,
         errors: &[],
         uncertainty: 0.0,
     });

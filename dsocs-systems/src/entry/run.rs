@@ -228,11 +228,14 @@ pub(super) fn begin<S: System<N> + Clone, const N: usize>(
     then(run, system)
 }
 
+/// Takes a node, with the system as it is there and the steps so far that were too long for the external forces.
+type Take<'t, const N: usize> = dyn FnMut(&Node<N>, &dyn View<N>, Option<Unresolved>) -> ControlFlow<()> + 't;
+
 /// Runs with inputs that change, and hands the nodes on, with the steps so far that were too long for the external forces.
 fn driven<const N: usize>(
     run: &mut dyn Inputs<N>,
     plan: &Plan,
-    take: &mut dyn FnMut(&Node<N>, Option<Unresolved>) -> ControlFlow<()>,
+    take: &mut Take<'_, N>,
 ) -> Result<(), RunError> {
     // the step knows one position more than its node
     let ahead = u64::from(plan.method == Method::Step);
@@ -242,7 +245,9 @@ fn driven<const N: usize>(
         held::set(run, &plan.inputs, (now, plan.h))?;
         let Some(node) = run.next_node() else { break };
         let node = node?;
-        if take(&node, run.unresolved()).is_break() || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
+        if take(&node, run.view(), run.unresolved()).is_break()
+            || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs()
+        {
             break;
         }
     }
@@ -259,8 +264,12 @@ fn hand_on<const N: usize>(
 ) -> Result<(), RunFailure> {
     let mut observed = vec![0.0; system.observables().len()];
     let mut failed = None;
-    let mut take = |node: &Node<N>, regularity: Option<Regularity>, unresolved: Option<Unresolved>| {
-        system.observed(&node.point(), &mut observed);
+    let mut take = |node: &Node<N>,
+                    view: &dyn View<N>,
+                    regularity: Option<Regularity>,
+                    unresolved: Option<Unresolved>| {
+        // with the values that inputs have by now
+        view.observed(&node.point(), &mut observed);
         let mut row = Row {
             index: node.index,
             t: node.t,
@@ -269,7 +278,7 @@ fn hand_on<const N: usize>(
             force: &node.force,
             energy: node.energy,
             observed: &observed,
-            multipliers: &system.multipliers_of(node),
+            multipliers: &view.multipliers_of(node),
             regularity,
             unresolved,
             errors: &[],
@@ -290,13 +299,15 @@ fn hand_on<const N: usize>(
         }
     };
     if forced || !plan.inputs.is_empty() {
-        driven(run, plan, &mut |node, unresolved| take(node, None, unresolved))?;
+        driven(run, plan, &mut |node, view, unresolved| {
+            take(node, view, None, unresolved)
+        })?;
     } else if plan.certify {
         run.certify(plan.until, &mut |node, regularity| {
-            take(node, regularity.or(Some(Regularity::UNKNOWN)), None)
+            take(node, system, regularity.or(Some(Regularity::UNKNOWN)), None)
         })?;
     } else {
-        run.stream(plan.until, &mut |node: &Node<N>| take(node, None, None))?;
+        run.stream(plan.until, &mut |node: &Node<N>| take(node, system, None, None))?;
     }
     match failed {
         Some(error) => Err(RunFailure::Estimate(error)),

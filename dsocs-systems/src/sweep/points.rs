@@ -143,6 +143,7 @@ impl Values {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, clippy::cast_possible_truncation)] // values of a list, and the numbers of cells
 mod tests {
     use super::*;
 

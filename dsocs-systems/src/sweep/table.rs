@@ -205,6 +205,7 @@ fn mixed(name: &str) -> ParquetError {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // written and read back
 mod tests {
     use super::*;
 
