@@ -243,7 +243,7 @@ fn options_that_do_not_go_together_are_refused_with_a_sentence() {
         ),
         (&["particle", "--order", "4", "--until", "-5"], "the other way"),
         (&["particle", "--order", "4", "--v0", "0,0"], "at rest"),
-        (&["chain", "--order", "4"], "--tolerance"),
+        (&["sphere", "--order", "4"], "--tolerance"),
     ] {
         let (code, message) = refused(&[&["run"], options].concat());
         assert_eq!(code, 2, "{options:?}: {message}");
