@@ -204,12 +204,12 @@ use proc_macro::TokenStream;
 ///
 /// # Third order
 ///
-/// The paper remarks that constraints of order `k` are constraints on `k + 1` nodes. A kinematic constraint may contain third derivatives,
-/// `dddot(x)`, also as `dot(ddot(x))` and in the derivative of any expression; it is then imposed on four nodes, at the middle of the
-/// leg from `q1` to `q2`, by the map
-/// `((q1 + q2)/2, (q2 - q1)/h, (q3 - q2 - q1 + q0)/2h², (q3 - 3q2 + 3q1 - q0)/h³)`, which is of second order and symmetric in time. A
-/// time in it is that of this point. Everything else stands beside it as ever, on the last three nodes: the works `⟨u, Q⟩` of the constraint force at `q2`,
-/// constraints of lower order, other kinematic ones.
+/// The paper remarks that constraints of order `k` become constraints on `k + 1` nodes. A kinematic constraint may contain third
+/// derivatives: `dddot(x)`, `dot(ddot(x))`, or the derivative of any expression with accelerations. It is then imposed on four nodes, at the
+/// middle of the leg from `q1` to `q2`. Position, velocity, acceleration and jerk there are
+/// `((q1 + q2)/2, (q2 - q1)/h, (q3 - q2 - q1 + q0)/2h², (q3 - 3q2 + 3q1 - q0)/h³)`. This map is of second order and symmetric in time. If the
+/// constraint depends on the time, the time is that of this point. All other rows are as without it, on the last three nodes: the works
+/// `⟨u, Q⟩` of the constraint force at `q2`, constraints of lower order, and other kinematic constraints.
 ///
 /// ```ignore
 /// /// Enters a bend: the curvature of its path changes with the way.
@@ -228,10 +228,12 @@ use proc_macro::TokenStream;
 /// // the acceleration at the start is free: Start::third_order(q0, v0, a0), or Start::third_order_by_force(q0, v0, force)
 /// ```
 ///
-/// `variational = chetaev` takes `∂c/∂j` of such a constraint. `phi_kinematic` is the map of those of second order; `discrete_kinematic`
-/// and a factor to divide out are refused. The method is the discrete flow (`Flow`): compositions, Taylor series, ensembles, inputs that change at nodes, and the flow
-/// as a map of pairs of nodes know constraints of up to second order, and say so. A stiff constraint bounds the step, because it is
-/// explicit in lower derivatives: `T x''' + x'' + k x' = 0` needs `h` well below `2√(T/k)`.
+/// With `variational = chetaev` the force of such a constraint acts along `∂c/∂j`, where `j` is the jerk. `phi_kinematic` applies only to
+/// constraints of second order. `discrete_kinematic` and a factor to divide out are refused.
+///
+/// The only method is the discrete flow (`Flow`). Compositions, Taylor series, ensembles, inputs that change at nodes, and the flow as a map
+/// of pairs of nodes are refused with an error. A stiff constraint bounds the step, because the rows are explicit in the lower derivatives:
+/// `T x''' + x'' + k x' = 0` needs `h` well below `2√(T/k)`.
 ///
 /// # Errors
 ///

@@ -1,14 +1,14 @@
 //! Legs of different lengths, joined by the momenta at the nodes.
 //!
-//! From a node with the position `q` and the momentum `p`, where the constraint force is `Q`, a leg of the length `h` leads to `q'`, `p'`:
+//! A node has the position `q`, the momentum `p` and the constraint force `Q`. A leg of the length `h` leads from it to `q'`, `p'`:
 //!
 //! ```text
 //! p + h/2 Q  = -D₁L_d(q, q') - f⁻_d,    p' = D₂L_d(q, q') + f⁺_d + h/2 Q'
 //! ```
 //!
-//! with the force `Q'` of the continuous system at `q'` and the velocity `v'` of `p' = ∂L/∂v(q', v')`. That is half a kick, the discrete
-//! flow of `L_d` with the external forces, and the other half: with a symmetric `L_d` it is symmetric in time and of order 2, and
-//! without constraints it is the discrete flow of `L_d` itself, which is symplectic.
+//! Here `Q'` is the constraint force of the continuous system at `q'` and `v'`, and `p' = ∂L/∂v(q', v')` gives the velocity `v'`. So a leg is half
+//! a kick, the discrete flow of `L_d` with the external forces, and another half kick. If `L_d` is symmetric, this map is symmetric in time
+//! and of order 2. Without constraints it is the discrete flow of `L_d` itself, which is symplectic.
 //!
 //! All of it is evaluated on the tape, in code that is compiled once for each number of coordinates.
 
@@ -26,25 +26,25 @@ use crate::step::unknown::Unknown as _;
 use crate::system::{Leg, Point};
 use crate::tangent::{Tangent, Tangent2};
 
-/// How often a leg is improved before it is given up.
+/// The most iterations of Newton's method for a leg.
 const MAX_ITERATIONS: u32 = 25;
 
-/// The evaluations after which a solution is held against the one that the motion leads to.
+/// After so many evaluations, a solution is compared with the one that the motion leads to.
 const MANY: u32 = 6;
 
-/// The smallest part of a leg on the way there.
+/// The smallest part by which a leg is lengthened to find that solution.
 const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
 
-/// Two legs that differ by less, relative to the longer, are the same solution.
+/// Two increments that differ by less than this, relative to the longer, are the same solution.
 const SAME: f64 = 1e-6;
 
-/// An update so small, relative to the unknowns, was the last: iterations double the digits.
+/// The iteration ends after an update this small, relative to the unknowns: each iteration doubles the number of correct digits.
 const LAST: f64 = 1e-11;
 
-/// Rounding leaves updates below this, which do not become smaller any more.
+/// Updates below this that no longer become smaller are rounding.
 const ROUNDING: f64 = 1e-7;
 
-/// The smallest size of a component, relative to the largest: what is less is not looked at in units of its own.
+/// The least scale of a component, relative to the largest one: the updates of smaller components are measured by it.
 const LEAST: f64 = 1e-3;
 
 /// A node.
@@ -62,14 +62,14 @@ pub(super) struct Node<const N: usize> {
     pub(super) a: [f64; N],
     /// The constraint force.
     force: [f64; N],
-    /// The multipliers, where they are unknown.
+    /// The multipliers, if they are unknowns of the equations.
     multipliers: Vec<f64>,
 }
 
 /// Why there is no leg.
 #[derive(Clone, Debug)]
 pub(super) enum Failure {
-    /// Its equations have no solution that was found.
+    /// No solution of its equations was found.
     NotSolved(NewtonFailure),
     /// It is beyond a singularity of its equations.
     Singularity,
@@ -77,7 +77,7 @@ pub(super) enum Failure {
     Jump,
 }
 
-/// The stages' legs in the last steps.
+/// The legs of the stages in the last steps, from which the next ones are extrapolated.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Past<const N: usize>(Predictor<[f64; N]>);
 
@@ -93,7 +93,7 @@ impl<const N: usize> Past<N> {
     }
 }
 
-/// A system, as legs of any length need it.
+/// A system, in the form that legs of any length need.
 #[derive(Clone, Copy)]
 pub(super) struct Momenta<'s, const N: usize> {
     /// The system.
@@ -117,7 +117,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         }
     }
 
-    /// The node with a position and a velocity, with the acceleration looked for near another.
+    /// The node with a position and a velocity. Of several accelerations, the one near a given one is taken.
     pub(super) fn start(
         &self,
         t: f64,
@@ -158,7 +158,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         }
     }
 
-    /// Velocity and acceleration of a node without constraint forces, whose legs do without them.
+    /// Computes velocity and acceleration of a node without constraint forces: legs do not need them there.
     pub(super) fn complete(&self, node: &mut Node<N>) -> Result<(), NewtonFailure> {
         if !self.constrained {
             let at = (node.t, &node.q.hi);
@@ -169,7 +169,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         Ok(())
     }
 
-    /// The leg of the length `h` from a node to the time `t`: the node that it leads to, its increment and the number of evaluations.
+    /// The leg of the length `h` from a node to the time `t`. Returns the next node, the increment and the number of evaluations.
     pub(super) fn leg(
         &self,
         from: &Node<N>,
@@ -190,7 +190,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         }
     }
 
-    /// The leg to which legs lead that become longer little by little.
+    /// The increment of a leg, found by following the solution while the length grows from zero to `h`.
     fn lengthened(&self, from: &Node<N>, (h, t): (f64, f64)) -> Option<[f64; N]> {
         let (mut last, mut reached, mut part) = (from.clone(), 0.0, 0.125);
         let mut increment = [0.0; N];
@@ -212,7 +212,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         Some(increment)
     }
 
-    /// The leg from a guess of its increment, with velocity, acceleration and multipliers at its end near those of a node.
+    /// The leg, from a guess of its increment. Acceleration and multipliers at its end are looked for near those of `near`.
     fn leg_from(
         &self,
         from: &Node<N>,
@@ -257,7 +257,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
             let mut matrix = [[0.0; N]; N];
             let mut left = [f64::NAN; N];
             for j in 0..N {
-                // run back, the leg arrives with minus what it leaves with
+                // the momentum with which a leg leaves is that with which it arrives when run back, with the other sign
                 let back = Leg {
                     t: Tangent::splat(from.t),
                     q: from.q.hi.map(Tangent::splat),
@@ -292,8 +292,8 @@ impl<'s, const N: usize> Momenta<'s, N> {
         Err(not_solved(StepFailure::NotConverged, &d, Vec::new(), Vec::new()))
     }
 
-    /// Momentum, velocity, acceleration and force at the end of a leg, from the momentum with which it arrives, by Newton's iteration
-    /// for the velocity and all else at once; the number of evaluations.
+    /// Computes momentum, velocity, acceleration and force at the end of a leg from the momentum with which it arrives. One Newton iteration
+    /// solves for all of them at once. Returns the number of evaluations.
     fn kicked(&self, node: &mut Node<N>, h: f64, arriving: &[f64; N]) -> Result<u32, Failure> {
         let mut progress = Progress::new();
         for iteration in 1..=MAX_ITERATIONS {
@@ -407,13 +407,13 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// How far the node goes in the time `h`.
+    /// How far the node moves in the time `h`, by its velocity and acceleration.
     fn ahead(&self, h: f64) -> [f64; N] {
         core::array::from_fn(|i| h * (self.v[i] + 0.5 * h * self.a[i]))
     }
 }
 
-/// How Newton's iteration goes.
+/// The progress of Newton's iteration.
 struct Progress {
     /// The updates, relative to the unknowns.
     updates: Vec<f64>,
@@ -424,7 +424,7 @@ impl Progress {
         Self { updates: Vec::new() }
     }
 
-    /// Whether an update was the last.
+    /// Whether the iteration ends after an update.
     fn ends(&mut self, update: f64) -> bool {
         let last = self.updates.last().copied().unwrap_or(f64::INFINITY);
         self.updates.push(update);
@@ -443,7 +443,7 @@ fn relative<const N: usize>(update: &[f64; N], unknown: &[f64; N], rounding: &[f
     parts.fold(0.0, |largest, part| if part <= largest { largest } else { part })
 }
 
-/// Whether two increments are one solution.
+/// Whether two increments are the same solution.
 fn same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
     let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     let apart: [f64; N] = core::array::from_fn(|i| x[i] - y[i]);

@@ -1,13 +1,13 @@
-//! Up to eight steps of a path, linearized side by side.
+//! The linearization of up to eight steps of a path at once.
 
-// work is inlined where it is compiled for the machine's own instructions
+// inlined, so that it is compiled for the instructions of the machine
 #![allow(clippy::inline_always)]
 
 use crate::dispatch::{self, Work};
 use crate::system::Leg;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Source, Sweeps, Tape};
 
-/// A step of a path: its first two nodes and the second difference.
+/// A step of a path: its first two nodes and its second difference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Recorded<const N: usize> {
     /// The middle node and the increment that led to it.
@@ -16,32 +16,32 @@ pub(super) struct Recorded<const N: usize> {
     pub e: [f64; N],
 }
 
-/// What an input of a differential is, for a step.
+/// The meaning of an input of a differential in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Role {
     Node(usize),
     Increment(usize),
     Difference(usize),
     Unknown(usize),
-    /// What the whole run has: a constant, or a parameter after these.
+    /// A constant or a parameter. Constants are numbered first, then parameters.
     Fixed(usize),
-    /// What does not change: time, and the step.
+    /// The time or the step `h`: they are not differentiated by.
     Still,
 }
 
 /// The differentials of the steps of a system.
 #[derive(Clone, Debug)]
 pub(super) struct Equations {
-    /// The rows of a step, then the second difference.
+    /// The rows of a step, followed by the components of the second difference.
     step: Differential,
-    /// The point of a node.
+    /// The point of a node: position, velocity and acceleration.
     point: Differential,
-    /// What is known when the run begins.
+    /// The constants: what is computed once, before the run.
     constants: Differential,
-    /// What the inputs of the first two are.
+    /// The roles of the inputs of `step` and `point`.
     of_step: Vec<Role>,
     of_point: Vec<Role>,
-    /// The derivatives of rows and components: by unknowns, node and increment as a matrix, then by what is fixed.
+    /// The derivatives of rows and components: a matrix by unknowns, node and increment, then those by constants and parameters.
     sweeps: Sweeps,
     by_fixed: Vec<ByFixed>,
     /// How many rows there are.
@@ -52,7 +52,7 @@ pub(super) struct Equations {
     pub parameters: usize,
 }
 
-/// What is computed in.
+/// The working memory of the differentials.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rooms {
     step: Room,
@@ -63,9 +63,9 @@ pub(super) struct Rooms {
 /// The values of the constants and of the parameters, on a stretch of the path.
 pub(super) type Fixed = Vec<f64>;
 
-/// Up to eight steps in a row with the same parameters.
+/// Up to eight consecutive steps with the same parameters.
 pub(super) struct Steps<'p, const N: usize> {
-    /// Where the functions of the user's are.
+    /// The source of the parameters and of the user's functions.
     pub source: &'p dyn Source,
     /// The steps.
     pub recorded: &'p [Recorded<N>],
@@ -73,12 +73,12 @@ pub(super) struct Steps<'p, const N: usize> {
     pub unknowns: &'p [f64],
 }
 
-/// A derivative of a row or of a component of the second difference by what is fixed.
+/// The derivative of a row, or of a component of the second difference, by a constant or a parameter.
 #[derive(Clone, Copy, Debug)]
 struct ByFixed {
     row: usize,
     fixed: usize,
-    /// Where it stands.
+    /// Its index in the entries.
     place: usize,
 }
 
@@ -87,13 +87,13 @@ struct ByFixed {
 pub(super) struct Block<const N: usize> {
     pub by_node: [[Eight; N]; N],
     pub by_increment: [[Eight; N]; N],
-    /// How much of each row is in each component: `δe_i` loses `in_rows[i][r]` times the change of row `r`.
+    /// The weight of each row in each component: a change `δr` of row `r` changes `e_i` by `−in_rows[i][r] δr`.
     in_rows: Vec<Eight>,
-    /// The derivatives, where [`Equations::sweeps`] puts them; the others are zero.
+    /// The derivatives, at the indices that [`Equations::sweeps`] gives. Other entries are zero.
     entries: Vec<Eight>,
-    /// For the elimination.
+    /// Working memory of the elimination.
     right: Vec<Eight>,
-    /// What belongs to each row.
+    /// One number for each row: working memory.
     of_rows: Vec<Eight>,
 }
 
@@ -158,7 +158,7 @@ impl Equations {
             });
     }
 
-    /// How the constants and the parameters change where the parameters do, in up to eight ways.
+    /// The changes of constants and parameters that follow from changes of the parameters: up to eight of them, one in each lane.
     pub fn change_fixed(
         &self,
         source: &dyn Source,
@@ -180,7 +180,7 @@ impl Equations {
         changes
     }
 
-    /// The derivatives by the parameters, from those by the constants and the parameters.
+    /// The total derivatives by the parameters, from the partial ones by constants and parameters.
     pub fn of_parameters(
         &self,
         source: &dyn Source,
@@ -205,7 +205,7 @@ impl Equations {
         sum
     }
 
-    /// Makes ready for the steps of a stretch.
+    /// Prepares the steps of a stretch.
     pub fn enter(&self, fixed: &[f64], h: f64, rooms: &mut Rooms) {
         for (differential, roles, room) in [
             (&self.step, &self.of_step, &mut rooms.step),
@@ -226,7 +226,7 @@ impl Equations {
     ///
     /// # Errors
     ///
-    /// The first step, among these, whose derivatives are not finite.
+    /// The index, among these steps, of the first one whose derivatives are not finite.
     pub fn linearize<const N: usize>(
         &self,
         steps: &Steps<'_, N>,
@@ -251,7 +251,7 @@ impl Equations {
         }
     }
 
-    /// Sets the places of up to eight steps; what is beyond the last is the last once more.
+    /// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
     fn set<const N: usize>(
         &self,
         differential: &Differential,
@@ -284,7 +284,7 @@ impl Equations {
         core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)))
     }
 
-    /// How the points change that were evaluated last.
+    /// The changes of the points that were evaluated last.
     pub fn change_points<const N: usize>(
         &self,
         rooms: &mut Rooms,
@@ -305,7 +305,7 @@ impl Equations {
         points
     }
 
-    /// The derivatives of a sum of components of the points that were evaluated last, each with its weight.
+    /// The derivatives of a weighted sum of the components of the points that were evaluated last.
     pub fn back_from_points<const N: usize>(
         &self,
         rooms: &mut Rooms,
@@ -320,7 +320,7 @@ impl Equations {
     }
 }
 
-/// A number of each step; what is beyond the last is the last once more.
+/// A number of each step. Unused lanes repeat the last step.
 #[inline]
 fn gathered<const N: usize>(recorded: &[Recorded<N>], number: impl Fn(&Recorded<N>) -> f64) -> Eight {
     let last = recorded.len() - 1;
@@ -339,7 +339,7 @@ impl<const N: usize> Block<N> {
         }
     }
 
-    /// What a change of constants and parameters adds to `δe`.
+    /// The part of `δe` that comes from a change of constants and parameters.
     pub fn by_change(&mut self, equations: &Equations, change: &[f64]) -> [Eight; N] {
         dispatch::run_wide(ByChange {
             block: self,
@@ -348,7 +348,7 @@ impl<const N: usize> Block<N> {
         })
     }
 
-    /// Adds the derivatives by constants and parameters, from those by the second difference.
+    /// Adds the derivatives by constants and parameters that follow from those by the second difference.
     pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight; N], sum: &mut [Eight]) {
         dispatch::run_wide(ByFixedOf {
             block: self,
@@ -440,7 +440,7 @@ struct Linearization<'a, const N: usize> {
 }
 
 impl<const N: usize> Work for Linearization<'_, N> {
-    /// Not zero in the lanes of steps whose derivatives are not finite.
+    /// Not zero in the lanes whose step has derivatives that are not finite.
     type Output = Eight;
 
     #[inline(always)]
@@ -512,8 +512,8 @@ impl<const N: usize> Work for Linearization<'_, N> {
     }
 }
 
-/// Solves eight sets of linear equations in place: rows of `size` coefficients and `sides` right-hand sides, each set with its
-/// own pivots. Rows may be of any size.
+/// Solves eight systems of linear equations in place, each with its own pivots. A row has `size` coefficients and `sides` right-hand sides.
+/// The scale of a row does not matter.
 #[inline(always)]
 fn solve(matrix: &mut [Eight], size: usize, sides: usize) {
     let width = size + sides;
@@ -548,7 +548,7 @@ fn solve(matrix: &mut [Eight], size: usize, sides: usize) {
     }
 }
 
-/// Brings the largest entry of column `k` into row `k`, in each lane.
+/// Exchanges rows so that the largest entry of column `k` is in row `k`, in each lane.
 #[inline(always)]
 fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
     for other in k + 1..size {

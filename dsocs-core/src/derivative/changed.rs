@@ -1,4 +1,4 @@
-//! The step about a node where inputs are given other values.
+//! The derivatives of the step whose middle node is where inputs change their values.
 
 use super::block::Recorded;
 use crate::declaration::Declaration;
@@ -9,7 +9,7 @@ use crate::scalar::Scalar as _;
 use crate::system::Leg;
 use crate::tangent::Tangent;
 
-/// So often multipliers are improved.
+/// The number of Newton steps for the multipliers.
 const MAX_ITERATIONS: u32 = 20;
 
 /// The derivatives of the second difference, by columns.
@@ -21,14 +21,14 @@ pub(super) struct Changed<const N: usize> {
     pub by_parameters: [Vec<[f64; N]>; 2],
 }
 
-/// A step between the declarations with the values before the node, and from there on.
+/// A step with two declarations: with the values before its middle node, and with those from there on.
 pub(super) struct Change<'p, const N: usize> {
     pub sides: [Declaration<'p, N>; 2],
     pub h: f64,
     pub step: Recorded<N>,
 }
 
-/// What moves, and how fast.
+/// The variables that change, and their rates.
 struct Rates<'r, const N: usize> {
     node: [f64; N],
     increment: [f64; N],
@@ -69,7 +69,7 @@ impl<const N: usize> Change<'_, N> {
         rows
     }
 
-    /// The derivatives of the second difference; `None` where they are not finite.
+    /// The derivatives of the second difference; `None` if they are not finite.
     pub fn slopes(&self, parameters: usize) -> Option<Changed<N>> {
         let still = Rates {
             node: [0.0; N],
@@ -103,7 +103,7 @@ impl<const N: usize> Change<'_, N> {
             let matrix = Matrix::from_fn(x.len(), x.len(), |i, j| columns[j][i].derivative());
             matrix.is_finite().then(|| (matrix.decomposed(), columns))
         };
-        // the multipliers are those of both sides together
+        // both sides share their multipliers
         let mut solved = by_unknowns(&x)?;
         for _ in 0..if x.len() > N { MAX_ITERATIONS } else { 0 } {
             let rows: Vec<f64> = solved.1[0].iter().map(|row| row.value()).collect();

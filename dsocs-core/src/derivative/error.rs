@@ -11,7 +11,7 @@ pub enum DerivativeError {
     /// The path could not be run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// There is no parameter of that name.
+    /// There is no parameter with that name.
     #[error("no parameter is called `{name}`; expected one of {}", .known.join(", "))]
     Parameter {
         /// The name.
@@ -30,7 +30,7 @@ pub enum DerivativeError {
     /// There is no such coordinate or leg.
     #[error("there is no {what} {index}: there are {count}")]
     Index {
-        /// Of what the number is.
+        /// What is numbered: a coordinate or a leg.
         what: &'static str,
         /// The number.
         index: usize,
@@ -40,7 +40,7 @@ pub enum DerivativeError {
     /// A plan holds no values.
     #[error("a plan needs the values of its inputs on one leg at least")]
     NoLegs,
-    /// The motion has not reached its first node.
+    /// The path has no steps: its end is less than a step from its start.
     #[error("the path ends at its start: its end has to lie a step h = {h} away at least")]
     NoSteps {
         /// The step.
@@ -49,7 +49,7 @@ pub enum DerivativeError {
     /// The start has no such variable.
     #[error("a start by {start} has no {variable}")]
     Variable {
-        /// What the start is given by.
+        /// By what the start is given.
         start: &'static str,
         /// What was asked for.
         variable: &'static str,

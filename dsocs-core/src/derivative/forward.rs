@@ -1,4 +1,4 @@
-//! Forward: the change of every node goes along with the motion.
+//! Forward: the changes of the nodes, from the start to the end.
 
 use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
@@ -7,17 +7,17 @@ use crate::start::StartOrder;
 use crate::system::{Point, System};
 use crate::tape::Eight;
 
-/// What a run is differentiated by; all else stays as it is.
+/// A variable by which a run is differentiated. All other variables stay fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable<'v> {
-    /// A coordinate of the first node, with the velocity fixed, or the second node where the start is
+    /// A coordinate of the first node. The velocity at the start stays fixed, or the second node if the start is
     /// [`Start::nodes`](crate::Start::nodes).
     Position(usize),
-    /// A component of the velocity at the start.
+    /// A component of the velocity at the start; not for [`Start::nodes`](crate::Start::nodes).
     Velocity(usize),
-    /// A coordinate of the second node, with the first one fixed; for [`Start::nodes`](crate::Start::nodes).
+    /// A coordinate of the second node, only for [`Start::nodes`](crate::Start::nodes). The first node stays fixed.
     SecondNode(usize),
-    /// A parameter, by its name: throughout the run, also where it is an input.
+    /// A parameter, by its name. It changes throughout the run, even if it is an input.
     Parameter(&'v str),
     /// An input of a [`Path::plan`], by its name, on one leg.
     Input {
@@ -28,8 +28,8 @@ pub enum Variable<'v> {
     },
 }
 
-/// The derivative of a node by a [`Variable`], in units of the coordinate, its velocity and its acceleration per unit of the
-/// variable.
+/// The derivatives of a node by a [`Variable`]. Their units are those of the coordinate, its velocity and its acceleration, per unit of
+/// the variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeTangent<const N: usize> {
     /// Of the position.
@@ -41,7 +41,7 @@ pub struct NodeTangent<const N: usize> {
 }
 
 impl<const N: usize> NodeTangent<N> {
-    /// Nothing changes.
+    /// No change.
     const ZERO: Self = Self {
         q: [0.0; N],
         v: [0.0; N],
@@ -49,38 +49,37 @@ impl<const N: usize> NodeTangent<N> {
     };
 }
 
-/// A variable, found.
+/// A variable after its name and indices were looked up.
 #[derive(Clone, Copy, Debug)]
 struct Moving<const N: usize> {
     q0: [f64; N],
     /// Of the velocity or of the second node.
     second: [f64; N],
     parameter: Option<usize>,
-    /// The stretch on which it moves; `None` for all.
+    /// The stretch on which the parameter changes; `None` for all.
     stretch: Option<usize>,
 }
 
 impl<const N: usize> Moving<N> {
-    /// The rate of a parameter on a stretch.
+    /// The rate of change of a parameter on a stretch: 1 or 0.
     fn rate(&self, stretch: usize, place: usize) -> f64 {
         let moves = self.parameter == Some(place) && self.stretch.is_none_or(|own| own == stretch);
         f64::from(u8::from(moves))
     }
 
-    /// Whether a parameter moves on a stretch.
+    /// Whether a parameter changes on a stretch.
     fn moves(&self, stretch: usize) -> bool {
         self.parameter.is_some() && self.stretch.is_none_or(|own| own == stretch)
     }
 }
 
-/// Shows a node with its tangents.
+/// A function that gets each node with its tangents.
 type Visit<'a, const N: usize> = dyn FnMut(usize, &Point<f64, N>, &[NodeTangent<N>]) + 'a;
 
 impl<S: System<N>, const N: usize> Path<'_, S, N> {
     /// The derivatives of the last node, one for each variable.
     ///
-    /// It costs about a run for the first variable and little for each further one: what is to be known of the steps is worked out once
-    /// for all.
+    /// The first variable costs about as much as a run, each further one little: the steps are linearized once for all variables.
     ///
     /// # Errors
     ///
@@ -89,8 +88,8 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         forward(&self.motion()?, &self.found(variables)?, None)
     }
 
-    /// Shows every node from the start to the last, with its number, its position, velocity and acceleration, and their derivatives, one
-    /// for each variable.
+    /// Calls `visit` at every node, from the start to the last. It gets the number of the node, its time, position, velocity and
+    /// acceleration, and their derivatives, one for each variable.
     ///
     /// # Errors
     ///
@@ -103,7 +102,7 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         forward(&self.motion()?, &self.found(variables)?, Some(visit)).map(|_| ())
     }
 
-    /// The variables, found.
+    /// The variables after their names and indices were looked up.
     fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<Moving<N>>, DerivativeError> {
         variables.iter().map(|variable| self.find(*variable)).collect()
     }
@@ -179,7 +178,7 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
     }
 }
 
-/// The change of a step's first two nodes.
+/// The changes of the first two nodes of a step.
 #[derive(Clone, Copy)]
 struct State<const N: usize> {
     q: [f64; N],
@@ -196,7 +195,7 @@ impl<const N: usize> State<N> {
     }
 }
 
-/// Carries the changes along.
+/// Computes the changes from the start to the end.
 fn forward<const N: usize>(
     motion: &Motion<'_, N>,
     variables: &[Moving<N>],
@@ -301,7 +300,7 @@ fn forward<const N: usize>(
     Ok(tangents)
 }
 
-/// The change of constants and parameters on a stretch, variable by variable; `None` where nothing changes.
+/// The changes of constants and parameters on a stretch, for each variable; `None` if they do not change.
 fn changes<const N: usize>(
     motion: &Motion<'_, N>,
     variables: &[Moving<N>],
@@ -330,7 +329,7 @@ fn changes<const N: usize>(
     changes
 }
 
-/// Carries a change through a block: that of node, increment and second difference, lane by lane.
+/// Carries a change through a block. Returns the changes of node, increment and second difference, one lane for each step.
 fn along<const N: usize>(
     state: &mut State<N>,
     block: &Block<N>,
@@ -354,7 +353,7 @@ fn along<const N: usize>(
     moved
 }
 
-/// The change of the first step, and of the start.
+/// The changes of the first two nodes, and the tangent at the start.
 fn begin<const N: usize>(motion: &Motion<'_, N>, variable: &Moving<N>) -> (State<N>, NodeTangent<N>) {
     let begun = &motion.begun;
     let parameters: Vec<f64> = (0..motion.equations.parameters)

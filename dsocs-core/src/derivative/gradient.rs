@@ -1,4 +1,4 @@
-//! Backward: the derivative of one cost by everything, through the steps from the last to the first.
+//! Backward (the discrete adjoint): the derivatives of one cost by all variables, from the last step to the first.
 
 use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
@@ -14,29 +14,30 @@ use crate::tape::Eight;
 pub struct Gradient<const N: usize> {
     /// The cost.
     pub cost: f64,
-    /// By the first node, with the velocity fixed, or the second node where the start is
+    /// By the first node. The velocity at the start stays fixed, or the second node if the start is
     /// [`Start::nodes`](crate::Start::nodes).
     pub q0: [f64; N],
-    /// By the velocity at the start; zero where the start is [`Start::nodes`](crate::Start::nodes).
+    /// By the velocity at the start; zero if the start is [`Start::nodes`](crate::Start::nodes).
     pub v0: [f64; N],
-    /// By the second node; zero but where the start is [`Start::nodes`](crate::Start::nodes).
+    /// By the second node; zero unless the start is [`Start::nodes`](crate::Start::nodes).
     pub q1: [f64; N],
-    /// By the parameters, in the order of [`System::PARAMETERS`]: each as it holds throughout the run. Of an input it is the sum over
-    /// the legs.
+    /// By the parameters, in the order of [`System::PARAMETERS`]; each parameter changes throughout the run. For an input this is the sum
+    /// over the legs.
     pub parameters: Vec<f64>,
-    /// By the inputs of a [`Path::plan`]: `inputs[k][j]` by input `j` on the leg from node `k`; empty of other paths.
+    /// By the inputs of a [`Path::plan`]: `inputs[k][j]` is by input `j` on the leg from node `k`. Empty for other paths.
     pub inputs: Vec<Vec<f64>>,
 }
 
-/// A cost of nodes.
+/// The part that a node has in the cost.
 type Cost<'a, const N: usize> = dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64> + 'a;
 
 impl<S: System<N>, const N: usize> Path<'_, S, N> {
-    /// The gradient of a cost that is a sum over the nodes, from the start to the last. The closure gets the number of a node, its time,
-    /// position, velocity and acceleration as dual numbers, and returns its part of the cost.
+    /// The gradient of a cost that is a sum over all nodes, from the start to the last. The closure gets the number of a node, and its time,
+    /// position, velocity and acceleration as dual numbers. It returns the part of this node in the cost. In it, write plain numbers on the
+    /// right of dual numbers: `node.q[0] * 2.0`.
     ///
-    /// It costs two to four runs, with the run itself, whatever the number of parameters; a costly closure comes on top, which is
-    /// called `2 n + 1` times a node, or `3 n + 1` where it depends on the acceleration. Numbers stand on the right of dual ones.
+    /// It takes as long as two to four runs, with the run itself, for any number of parameters. The time of the closure comes on top: with
+    /// `n` coordinates it is called `2 n + 1` times per node, or `3 n + 1` times if it depends on the acceleration.
     ///
     /// ```
     /// # use dsocs_core::prelude::*;
@@ -110,7 +111,7 @@ fn of_node<const N: usize>(index: usize, point: &Point<f64, N>, cost: &mut Cost<
             },
         )
     };
-    // few costs depend on the acceleration: what is no number there comes through if this one does
+    // few costs depend on the acceleration: with NaN as its rate, the result is NaN only if this one does
     let [still, unknown] = [[0.0; N], [f64::NAN; N]];
     let probe = at(&[still, still, unknown]);
     let parts = if probe.eps.is_nan() { 3 } else { 2 };
@@ -130,7 +131,7 @@ fn of_node<const N: usize>(index: usize, point: &Point<f64, N>, cost: &mut Cost<
     }
 }
 
-/// The derivatives of the cost by what a piece begins with, and by what is fixed.
+/// The derivatives of the cost by the first two nodes of a piece, and by the parameters.
 struct Adjoint<const N: usize> {
     /// By the node and by the increment of the step after.
     q: [f64; N],
@@ -141,7 +142,7 @@ struct Adjoint<const N: usize> {
 }
 
 impl<const N: usize> Adjoint<N> {
-    /// Goes back through a step: the derivative by its second difference, beside what its node has.
+    /// Goes back through a step, and returns the derivative by its second difference. `of_node` is the direct one, by its node's cost.
     fn by_e(&mut self, of_node: &[f64; N]) -> [f64; N] {
         let mut by_e = [0.0; N];
         for i in 0..N {
@@ -152,10 +153,10 @@ impl<const N: usize> Adjoint<N> {
     }
 }
 
-/// The weights of a block's points, and what they say of node, increment and second difference.
+/// The derivatives of the costs of a block's nodes by their points.
 type OfPoints<const N: usize> = Option<[[Eight; N]; 3]>;
 
-/// Carries the derivative of the cost back; nodes before `from` cost nothing.
+/// Carries the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
 fn backward<const N: usize>(
     motion: &Motion<'_, N>,
     cost: &mut Cost<'_, N>,
@@ -195,7 +196,7 @@ fn backward<const N: usize>(
         } else {
             None
         };
-        // what the nodes' costs are by node, increment and second difference
+        // the derivatives of the nodes' costs by node, increment and second difference
         let mut of_nodes = [[Eight::ZERO; N]; 3];
         if let Some(weights) = &of_points {
             let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
@@ -266,7 +267,7 @@ fn leave<const N: usize>(
     }
 }
 
-/// Evaluates the costs of some nodes: the derivatives by their points, `None` where there are none.
+/// Evaluates the costs of some nodes. Returns the derivatives by their points, `None` if all are zero.
 fn weights<const N: usize>(
     motion: &Motion<'_, N>,
     sum: &mut f64,

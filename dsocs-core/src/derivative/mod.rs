@@ -1,19 +1,19 @@
-//! Derivatives of a whole run, by its start, its parameters and inputs that are held.
+//! Derivatives of a whole run with respect to its start, its parameters and inputs that are held.
 //!
-//! A [`Path`] is a run of a [`Flow`](crate::Flow) that was kept. What it is differentiated as is the discrete motion itself, exact to
-//! rounding: every step has been solved, and the implicit function theorem says how its solution changes. *Forward*
-//! ([`Path::tangents`]) the change of every node by a few [`Variable`]s goes along with the motion; *backward*
-//! ([`Path::gradient`]) the derivative of one cost by everything at once goes back through the steps (the discrete adjoint).
+//! A [`Path`] is a run of a [`Flow`](crate::Flow) whose steps were kept. The derivatives are those of the discrete motion itself, exact to
+//! rounding: the implicit function theorem gives the change of each step's solution. The *forward* method ([`Path::tangents`]) follows, from
+//! the start to the end, how every node changes with a few [`Variable`]s. The *backward* method ([`Path::gradient`], the discrete adjoint)
+//! goes through the steps from the end to the start, and gives the derivatives of one cost by all variables at once.
 //!
-//! Nothing of this is compiled for a system: the rows' derivatives come from its tape, eight steps of the path side by side.
+//! No code is generated for this. The derivatives of the rows are computed on the system's tape, for eight steps of the path at once.
 //!
 //! # What has derivatives
 //!
-//! Paths of the discrete flow, from a start that is [`Start::paper`](crate::Start::paper),
-//! [`Start::second_order`](crate::Start::second_order) or [`Start::nodes`](crate::Start::nodes). Where holonomic or
-//! nonholonomic constraints bind the start it has to be `nodes`, since its second node is not free. Inputs can be held by systems
-//! without kinematic and nonholonomic constraints. All else is refused with a [`DerivativeError`]. Compositions and Taylor
-//! series have no derivatives.
+//! Only paths of the discrete flow have derivatives; compositions and Taylor series have none. The constraints are of second order at most.
+//! The start is [`Start::paper`](crate::Start::paper), [`Start::second_order`](crate::Start::second_order) or
+//! [`Start::nodes`](crate::Start::nodes). With holonomic or nonholonomic constraints it has to be `nodes`, because these constraints bind
+//! the second node to the first. Inputs can be held in systems without kinematic and nonholonomic constraints. Everything else is refused
+//! with a [`DerivativeError`].
 
 // sums go over components of several arrays, derivatives are *by* something, and closures are written in full for who writes them
 #![allow(

@@ -1,4 +1,4 @@
-//! A run that is kept to be differentiated.
+//! A run whose steps are kept, so that it can be differentiated.
 
 use core::fmt;
 
@@ -19,7 +19,7 @@ use crate::tape::Eight;
 /// A run of a [`Flow`] whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
 /// [`Path::gradient`].
 ///
-/// It takes `8 (3 n + m + 1)` bytes a step, with `n` coordinates and `m` unknowns. The run itself is that of [`Flow`], bit for bit.
+/// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns. The nodes are those of [`Flow`], bit for bit.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -48,13 +48,13 @@ use crate::tape::Eight;
 pub struct Path<'s, S: System<N>, const N: usize> {
     /// The step.
     h: f64,
-    /// What the start is given by.
+    /// The rule that gives the second node.
     order: StartOrder,
-    /// The start, worked out.
+    /// The start, after its rule was applied.
     beginning: Beginning<N>,
-    /// The systems, each with the number of the node from which on it holds.
+    /// The stretches of constant inputs: each system, with the number of the node from which on it holds.
     stretches: Vec<(usize, Held<'s, S>)>,
-    /// The inputs, by their places among the parameters.
+    /// The inputs, as indices of parameters.
     inputs: Vec<usize>,
     /// Step `k` about node `k + 1`.
     steps: Vec<Recorded<N>>,
@@ -64,7 +64,7 @@ pub struct Path<'s, S: System<N>, const N: usize> {
     end: Node<N>,
 }
 
-// by hand, because a derivation would ask the system for as much
+// by hand, because a derived one would require `Debug` of the system
 impl<S: System<N>, const N: usize> fmt::Debug for Path<'_, S, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Path")
@@ -76,7 +76,7 @@ impl<S: System<N>, const N: usize> fmt::Debug for Path<'_, S, N> {
 }
 
 impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
-    /// Runs with the step `h` from a start up to the last node at or before `t`.
+    /// Runs from a start with the step `h`, up to the last node at or before `t`.
     ///
     /// # Errors
     ///
@@ -94,7 +94,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         let end = flow.clock().until(t)?;
         let mut path = Self::begun(&flow, &start);
         if let Some(count) = end.index() {
-            // room for all steps, if that is not more than can be
+            // memory for all steps, up to a limit
             let count = usize::try_from(count).unwrap_or(0).min(1 << 24);
             path.steps.reserve_exact(count);
             path.unknowns.reserve_exact(count * path.unknowns_of_a_step());
@@ -107,10 +107,10 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         path.ended(&flow)
     }
 
-    /// Runs with inputs that are held: `values[k]` are those of the parameters `inputs` on the leg from node `k` to node `k + 1`. The run
-    /// ends at the node after the last leg, whose values hold on there, so that its velocity is that of the last leg.
+    /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
+    /// `k + 1`. The run ends at the node after the last leg. The values of the last leg hold there, too: they give the velocity at the end.
     ///
-    /// Other parameters are the system's; so are the inputs' own values there, which are not used.
+    /// All other parameters are those of the system. The values that the inputs have in the system are not used.
     ///
     /// # Errors
     ///
@@ -179,7 +179,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         }
     }
 
-    /// Takes in the step that was made.
+    /// Keeps the last step of the flow.
     #[inline]
     fn keep(&mut self, flow: &Flow<'s, S, N>) {
         if let Some((leg, e, z)) = flow.last_step() {
@@ -202,7 +202,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         &self.end
     }
 
-    /// The number of steps: nodes are numbered from 0, the start, to this one.
+    /// The number of steps. Nodes are numbered from 0 (the start) to this number.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.steps.len()
@@ -216,7 +216,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
             .collect()
     }
 
-    /// The place of a parameter.
+    /// The index of a parameter.
     pub(super) fn parameter(name: &str) -> Result<usize, DerivativeError> {
         let place = S::PARAMETERS.iter().position(|known| known.name == name);
         place.ok_or_else(|| DerivativeError::Parameter {
@@ -239,7 +239,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         ))
     }
 
-    /// What the start is given by.
+    /// The rule that gives the second node.
     pub(super) fn order(&self) -> StartOrder {
         self.order
     }
@@ -249,13 +249,13 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         self.stretches.len()
     }
 
-    /// The parameters of the inputs.
+    /// The inputs, as indices of parameters.
     pub(super) fn input_places(&self) -> &[usize] {
         &self.inputs
     }
 }
 
-/// A path without the type of its system: what derivatives are computed from.
+/// A path without the type of its system. Derivatives are computed from it.
 pub(super) struct Motion<'p, const N: usize> {
     pub h: f64,
     pub beginning: &'p Beginning<N>,
@@ -266,16 +266,16 @@ pub(super) struct Motion<'p, const N: usize> {
     pub equations: Equations,
 }
 
-/// Some steps in a row, by the numbers of their middle nodes.
+/// Some consecutive steps, by the numbers of their middle nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Piece {
-    /// Up to eight, with the same parameters.
+    /// Up to eight steps with the same parameters.
     Plain {
         first: usize,
         count: usize,
         stretch: usize,
     },
-    /// The one from which on the parameters of a stretch hold.
+    /// The one step at which the parameters change to those of a stretch.
     Changed { at: usize, stretch: usize },
 }
 
@@ -333,7 +333,7 @@ impl<'p, const N: usize> Motion<'p, N> {
         pieces
     }
 
-    /// Makes ready for the steps of a stretch: the values of constants and parameters there.
+    /// Prepares the steps of a stretch; returns the values of its constants and parameters.
     pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
         let source = self.declaration(stretch).source();
         let fixed = self.equations.fixed(source, self.h, rooms);
@@ -341,7 +341,7 @@ impl<'p, const N: usize> Motion<'p, N> {
         fixed
     }
 
-    /// The steps about some nodes.
+    /// The steps with the middle nodes `first`, …, `first + count - 1`.
     pub fn some(&self, first: usize, count: usize, stretch: usize) -> Steps<'_, N> {
         let range = first - 1..first - 1 + count;
         let rows = self.equations.rows;
@@ -352,7 +352,7 @@ impl<'p, const N: usize> Motion<'p, N> {
         }
     }
 
-    /// The derivatives of a step between two stretches.
+    /// The derivatives of the step at which the parameters change.
     pub fn changed(&self, at: usize, stretch: usize) -> Result<Changed<N>, DerivativeError> {
         let change = Change {
             sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],

@@ -1,4 +1,4 @@
-//! How the first leg and the first node change with the start and the parameters.
+//! Derivatives of the first leg, and of the acceleration at the start, by the start and the parameters.
 
 use super::error::DerivativeError;
 use crate::any::AnySystem;
@@ -19,11 +19,11 @@ pub(super) struct Slopes<const N: usize> {
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
 pub(super) struct Begun<const N: usize> {
-    /// What the start is given by.
+    /// The rule that gives the second node.
     pub order: StartOrder,
-    /// Those of the first increment; for given nodes there are none.
+    /// Those of the first increment; zero if two nodes are given.
     pub increment: Slopes<N>,
-    /// The acceleration at the start, with its own; `None` where there is none.
+    /// The acceleration at the start, with its derivatives; `None` if it cannot be computed.
     pub acceleration: Option<([f64; N], Slopes<N>)>,
 }
 
@@ -36,7 +36,7 @@ impl<const N: usize> Slopes<N> {
         }
     }
 
-    /// The change with those of position, velocity and parameters.
+    /// The change that follows from changes of position, velocity and parameters.
     pub fn change(&self, q: &[f64; N], v: &[f64; N], parameters: &[f64]) -> [f64; N] {
         core::array::from_fn(|i| {
             let by_q: f64 = self.by_q[i].iter().zip(q).map(|(slope, q)| slope * q).sum();
@@ -46,7 +46,7 @@ impl<const N: usize> Slopes<N> {
         })
     }
 
-    /// Adds the derivatives of a sum of components, each with its weight.
+    /// Adds the derivatives of a weighted sum of the components.
     pub fn add(&self, weights: &[f64; N], q: &mut [f64; N], v: &mut [f64; N], parameters: &mut [f64]) {
         for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
             for j in 0..N {
@@ -151,7 +151,7 @@ fn acceleration<const N: usize>(
             *entry = slope.0[0];
         });
     }
-    // rows of any size
+    // the scale of a row does not matter
     for row in 0..rows {
         let largest = jacobian.row(row).fold(0.0_f64, |largest, x| largest.max(x.abs()));
         jacobian.divide_row(row, largest);

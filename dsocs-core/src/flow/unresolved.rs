@@ -1,47 +1,49 @@
 //! Whether a step is short enough for the external forces.
 //!
-//! A step takes a force for what it is on its two legs. A switch that is thrown and over between these (dry friction where the velocity
-//! turns) leaves no trace in the rows: they are met, and the motion is off by the first order in the step. It shows between the legs, where a
-//! force that the step resolves goes nearly straight from the one value to the other.
+//! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
+//! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
+//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly.
 
 use super::Flow;
 use crate::declaration::Declaration;
 use crate::system::{Leg, System};
 
-/// How far between the legs the force is looked at, from the first to the second.
+/// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// A step is looked at where its second difference is farther than this from what the past foresaw, relative to itself: a force that has
-/// changed as the past knew it has not been switched.
+/// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
+/// changes as predicted has not been switched.
 const FORESEEN: f64 = 0.1;
 
-/// A force is unresolved if what it does between the legs, over a step, is this part of the change of the momentum.
+/// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;
 
-/// The steps of a run that were too long for the external forces: between their two legs a force departed from the straight line through its
-/// values there by more than a tenth of all that changes the momentum. At each of them the order of the run falls to 1.
+/// The steps of a run that were too long for the external forces. In such a step, a force departs from the straight line between its values on
+/// the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force if that is
+/// larger. Each such step reduces the order of the run to 1.
 ///
-/// Dry friction that turns round within a step is the usual case. The nodes obey the discrete equations all the same, and the run goes on:
-/// a smaller step, a softer switch or [`TaylorFlow`](crate::TaylorFlow), which finds the place, is what helps. The force is looked at in
-/// three places between the legs of steps that the past did not foresee; a pulse that is over within a quarter of a step may lie between them.
+/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on.
+/// A smaller step or a softer switch helps, or [`TaylorFlow`](crate::TaylorFlow), which finds the place of the switch. The force is evaluated
+/// at three places between the legs, and only in steps that differ from their prediction. So a pulse shorter than a quarter of a step may be
+/// missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {
     /// How many steps.
     pub steps: u64,
     /// The time of the middle node of the first of them.
     pub first: f64,
-    /// How far the force departed at the worst of them, over the step and relative to the change of the momentum \[1\].
+    /// The largest departure of the force from the straight line, over the step and relative to the change of the momentum \[1\].
     pub largest: f64,
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// Whether the past foresaw a solution, with which the second difference is `e`.
+    /// Whether a solution is close to its prediction. Its second difference is `e`.
     #[inline]
     pub(super) fn foresees(&self, z: &S::Unknown<f64>, e: &[f64; N]) -> bool {
         if !z.as_ref().is_empty() {
             return self.predictor.foresees(z, FORESEEN);
         }
-        // steps without unknowns have none that are predicted
+        // steps without unknowns have no predictor
         self.solved.is_some_and(|last| {
             let pairs = e.iter().zip(&last.e);
             pairs
@@ -50,13 +52,13 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Looks at the forces between the legs of the step that begins with `leg` and has the second difference `e`.
+    /// Examines the forces between the legs of the step that begins with `leg` and has the second difference `e`.
     #[cold]
     pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N]) {
         let time = self.time();
         let leg = Leg { t: time, ..*leg };
         let part = departure(&Declaration::of(&*self.system), self.h, &leg, e);
-        // false also where the force has no value there
+        // false also if the force is NaN there
         if part > UNRESOLVED {
             let unresolved = self.unresolved.get_or_insert_with(|| {
                 Box::new(Unresolved {
@@ -71,8 +73,8 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     }
 }
 
-/// How far the forces depart from the straight line between the middles of two legs, over a step and relative to the change of the
-/// momentum or to the force, of all components the largest.
+/// How far the forces depart from the straight line between the middles of two legs: the largest of all components. It is relative to the
+/// change of the momentum over a step or to the force, whichever is larger.
 fn departure<const N: usize>(
     declaration: &Declaration<'_, N>,
     h: f64,
@@ -104,7 +106,7 @@ fn departure<const N: usize>(
         },
     );
     let parts = aside.iter().enumerate().map(|(i, aside)| {
-        // L_d is no action but a Lagrangian: its derivatives are momenta over the step
+        // L_d is a Lagrangian, not an action: its derivatives are momenta divided by the step
         let change = (leaves[i] - arrives[i]).abs();
         aside / change.max(first[i].abs()).max(last[i].abs())
     });

@@ -18,7 +18,18 @@
 //! | [Performance](performance) | How fast does it run, and how long does it build? |
 //! | [How it works](how_it_works) | What happens between the declaration and a step? |
 //!
-//! A *node* is a position `q_k` at its time `t_k`; a *leg* is two consecutive nodes, a *triple* three; a *row* is one scalar equation.
+//! Words that the book uses:
+//!
+//! | word | meaning |
+//! |---|---|
+//! | node | a position `q_k` at its time `t_k` |
+//! | leg | two consecutive nodes, or the motion between them |
+//! | triple | three consecutive nodes; the equations of a step of the paper's method are about one triple |
+//! | row | one scalar equation of a step; in a table, one line |
+//! | map | how a position, a velocity and an acceleration are formed from the nodes of a leg or a triple |
+//! | tape | the declaration as a list of operations, evaluated at run time where speed does not matter |
+//! | lane | one of the eight runs, or steps, that are computed side by side with SIMD instructions |
+//! | certificate | two singular values that tell whether the equations of a step determine the next node and the previous one |
 //!
 //! Conventions: `n` coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
 //! In a checkout of the project, write `cargo run --release --` in place of `dsocs`.

@@ -1,4 +1,4 @@
-//! Why a sweep does not begin or go on.
+//! The errors that keep a sweep from beginning or from going on.
 
 use std::fmt::Display;
 use std::io;
@@ -9,14 +9,14 @@ use thiserror::Error;
 
 use crate::entry::UnknownName;
 
-/// A sweep does not begin or go on. A point that fails is none of these: it is a row of the table.
+/// A sweep cannot begin or go on. A point that fails is not such an error: the table has a row that says why.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SweepError {
-    /// A plan is not TOML.
+    /// The plan is not valid TOML.
     #[error("the plan cannot be read: {0}")]
     Syntax(String),
-    /// A plan asks for what makes no sense.
+    /// Something in the plan makes no sense.
     #[error("{at}: {reason}")]
     Plan {
         /// Where in the plan.
@@ -24,21 +24,21 @@ pub enum SweepError {
         /// What is wrong, and what was expected.
         reason: String,
     },
-    /// A plan names what there is not.
+    /// The plan uses an unknown name.
     #[error("{at}: {unknown}")]
     Unknown {
         /// Where in the plan.
         at: String,
-        /// The name, and those that there are.
+        /// The name, and the known ones.
         unknown: UnknownName,
     },
-    /// A plan does not say which of several systems is meant.
+    /// The plan does not say which of several systems is meant.
     #[error("system: which one? known: {}", .known.join(", "))]
     Which {
         /// The systems.
         known: Vec<String>,
     },
-    /// There is no such shard.
+    /// The shard does not exist, or cannot be determined.
     #[error("{0}")]
     Shard(String),
     /// The folder holds the sweep of another plan.
@@ -52,7 +52,7 @@ pub enum SweepError {
         /// The first difference.
         difference: String,
     },
-    /// There is no sweep in a folder.
+    /// The folder contains no sweep.
     #[error("{} holds no sweep: it has no manifest.json", .0.display())]
     NoSweep(PathBuf),
     /// A file cannot be read.
@@ -63,7 +63,7 @@ pub enum SweepError {
         /// Why not.
         cause: String,
     },
-    /// A file cannot be written. Parts that are there stay as they are.
+    /// A file cannot be written. Finished parts stay as they are.
     #[error("cannot write {}: {cause}; what was finished before is whole, and the same command goes on from there", .path.display())]
     Write {
         /// The file.
@@ -71,7 +71,7 @@ pub enum SweepError {
         /// Why not.
         cause: io::Error,
     },
-    /// A thread of the sweep has ended without a result.
+    /// A thread of the sweep ended without a result.
     #[error("a thread of the sweep panicked: {0}")]
     Panicked(String),
 }
@@ -85,7 +85,7 @@ impl SweepError {
         }
     }
 
-    /// A name at a place of a plan that there is not.
+    /// An unknown name at a place of a plan.
     pub(super) fn unknown(at: &str, unknown: UnknownName) -> Self {
         Self::Unknown {
             at: at.to_owned(),
@@ -121,7 +121,7 @@ impl SweepError {
         Self::write(path, cause)
     }
 
-    /// Whether what is wrong is what was asked for, not what happened.
+    /// Whether the request is wrong (and not something that happened during the sweep).
     #[must_use]
     pub fn is_a_question(&self) -> bool {
         !matches!(self, Self::Read { .. } | Self::Write { .. } | Self::Panicked(_))

@@ -1,4 +1,4 @@
-//! The folder of a sweep: a manifest and parts, of which each is whole or not there.
+//! The folder of a sweep: a manifest and parts. Each part is either complete or absent.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -9,7 +9,7 @@ use tempfile::NamedTempFile;
 
 use super::SweepError;
 
-/// What temporary files begin and end with: readers of Parquet leave out names with a dot in front.
+/// How the names of temporary files begin and end. Readers of Parquet ignore names that begin with a dot.
 const TEMPORARY: [&str; 2] = [".dsocs-", ".part"];
 
 /// The folder of a sweep.
@@ -24,7 +24,7 @@ pub struct Folder {
 pub enum Which {
     /// A row for each point.
     Points,
-    /// A row for each node that is kept.
+    /// A row for each kept node.
     Nodes,
 }
 
@@ -39,7 +39,7 @@ impl Which {
 }
 
 impl Folder {
-    /// A folder, which need not be there yet.
+    /// A folder, which need not exist yet.
     pub fn new(path: &Path) -> Self {
         Self {
             path: path.to_owned(),
@@ -60,7 +60,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// [`SweepError::Read`] if it cannot be read or is none.
+    /// [`SweepError::Read`] if it cannot be read or is not a manifest.
     pub fn manifest(&self) -> Result<Option<Value>, SweepError> {
         let path = self.manifest_path();
         let text = match fs::read_to_string(&path) {
@@ -74,7 +74,7 @@ impl Folder {
         }
     }
 
-    /// Makes the folder with its manifest, unless another process is faster.
+    /// Creates the folder with its manifest, unless another process has done so.
     ///
     /// # Errors
     ///
@@ -106,16 +106,16 @@ impl Folder {
             .join(format!("part-{part:06}.parquet"))
     }
 
-    /// Whether a part is there, in all tables.
+    /// Whether a part is complete, in all tables.
     pub fn has(&self, tables: &[Which], part: u64) -> bool {
         tables.iter().all(|&which| self.part(which, part).is_file())
     }
 
-    /// A file for a part in the making.
+    /// Creates the temporary file of a part.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Write`] if there can be none.
+    /// [`SweepError::Write`] if it cannot be created.
     pub fn begin(&self, which: Which, part: u64) -> Result<PartFile, SweepError> {
         let path = self.part(which, part);
         let folder = self.path.join(which.name());
@@ -125,8 +125,8 @@ impl Folder {
         }
     }
 
-    /// Takes temporary files away that processes left which were killed. A process that is still writing one has a part in the making
-    /// that is there already.
+    /// Deletes temporary files that killed processes have left. It is called when all parts are complete: a process that still writes a
+    /// temporary file then computes a part that exists already.
     pub fn tidy(&self, tables: &[Which]) {
         for folder in tables
             .iter()
@@ -137,7 +137,7 @@ impl Folder {
                 let name = entry.file_name();
                 let name = name.to_string_lossy();
                 if name.starts_with(TEMPORARY[0]) && name.ends_with(TEMPORARY[1]) {
-                    // where it cannot be taken away it does no harm
+                    // a file that cannot be deleted does no harm
                     let _ = fs::remove_file(entry.path());
                 }
             }
@@ -145,7 +145,7 @@ impl Folder {
     }
 }
 
-/// A part in the making: what is written has another name until all of it is on the disk.
+/// A part that is being written. It has a temporary name until all of it is on the disk.
 pub struct PartFile {
     /// What is written.
     file: NamedTempFile,
@@ -156,28 +156,28 @@ pub struct PartFile {
 }
 
 impl PartFile {
-    /// The part's own name.
+    /// The final name of the part.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What is written to.
+    /// The temporary file.
     pub fn file(&mut self) -> &mut File {
         self.file.as_file_mut()
     }
 
-    /// Gives the file its name, when all of it is on the disk.
+    /// Waits until all of the file is on the disk, and then gives it its final name.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Write`] if not all of it can be.
+    /// [`SweepError::Write`] if it cannot be written or renamed.
     pub fn finish(self) -> Result<(), SweepError> {
         let Self { file, path, folder } = self;
         let write = || -> io::Result<()> {
             file.as_file().sync_all()?;
             match file.persist(&path) {
                 Ok(_) => {}
-                // another process has finished the part, the last one of the sweep, and tidied up
+                // another process has finished this part, the last of the sweep, and has deleted the temporary files
                 Err(error) if error.error.kind() == io::ErrorKind::NotFound && path.is_file() => {}
                 Err(error) => return Err(error.error),
             }
@@ -199,7 +199,7 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Brings a folder's names to the disk, where that can be asked for.
+/// Waits until the names in a folder are on the disk, on systems that offer this.
 fn sync(folder: &Path) -> io::Result<()> {
     if cfg!(unix) {
         File::open(folder)?.sync_all()?;

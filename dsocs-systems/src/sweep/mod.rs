@@ -1,9 +1,9 @@
 //! Sweeps: many runs of one system, on one machine or on a cluster.
 //!
-//! A *plan* says what varies, what is kept and when a run ends. Its *points* are computed in *parts*, each of which becomes a file of a
-//! folder. What stands in the folder depends on the plan alone: not on how many threads, processes or machines have computed it, nor on
-//! how often they were stopped. So nothing has to be coordinated: every process that is given the plan and the folder computes
-//! parts that are not there. The book's chapter *Many runs and clusters* ([`crate::guide::many_runs`]) begins with examples.
+//! A *plan* says what varies, what is kept and when a run ends. A *point* is one run. The points are computed in *parts*; each part becomes one
+//! file of a folder. The content of the folder depends only on the plan. It does not depend on the number of threads, processes or
+//! machines, or on how often they were stopped. So processes need not talk to each other: each one gets the plan and the folder, and
+//! computes parts that are missing. The book's chapter *Many runs and clusters* ([`crate::guide::many_runs`]) has examples.
 //!
 //! # The plan
 //!
@@ -46,7 +46,7 @@
 //! ends = true                  # the run ends there
 //! ```
 //!
-//! Points by chance instead of a grid: ranges have no `count` then.
+//! For random points instead of a grid, add a section `[sample]`. The ranges then have no `count`.
 //!
 //! ```toml
 //! [sample]
@@ -63,13 +63,16 @@
 //! | `points/part-000000.parquet` | a row for each point: `point`, what varies by its name, `end_…`, `least_…`, `greatest_…`, `count_…`, `first_…`, `last_…` of events, `ended_by`, `error`, `message` |
 //! | `nodes/part-000000.parquet` | a row for each node that is kept: `point`, `node`, columns |
 //!
-//! A run that fails is a row like others: `error` is a word that says why, `message` a sentence, and its end is the last node it had.
+//! A run that fails has a row, too. In it, `error` is a word that says why, `message` is a sentence, and the values at the end are those of the
+//! last node that was computed.
 //!
-//! A part is written under a temporary name, brought to the disk, and then given its name. What is there is whole, and is not computed
-//! again; what was being computed when a process was killed is computed by the next one. A folder that holds another plan's sweep is refused,
-//! and so is one that was begun by another version or in another *numeric mode*: the C library's `sin`, `cos` and `exp` give other last
-//! digits on processors with other instructions. A program that is linked statically with musl has one mode everywhere.
-//! A system that was changed under the same version is not noticed: take a new folder.
+//! A part is first written under a temporary name. It gets its final name when all of it is on the disk. So a part that exists is
+//! complete, and is not computed again. If a process is killed, the next process computes the part that was not finished.
+//!
+//! A folder that holds the sweep of another plan is refused. So is a folder that was begun by another version of the program, or in another
+//! *numeric mode*: the last digits of the C library's `sin`, `cos` and `exp` depend on the instructions that the processor has. A program
+//! that is statically linked with musl has the same mode on all processors of a kind. If you change a system without a new version, this
+//! is not noticed: use a new folder.
 //!
 //! # From a program
 //!
@@ -118,30 +121,30 @@ use folder::Folder;
 use setting::Setting;
 use worker::Worker;
 
-/// The form of folder and manifest.
+/// The version of the format of folder and manifest.
 const FORMAT: u64 = 1;
 
-/// A plan and the system that it is for.
+/// A plan together with its system.
 #[derive(Debug)]
 pub struct Sweep {
     /// The system.
     entry: Entry,
     /// What every point needs.
     setting: Setting,
-    /// All that the content depends on.
+    /// Everything that the content depends on.
     manifest: Value,
 }
 
-/// How a sweep is computed. Nothing of this changes what comes out.
+/// How a sweep is computed. The options do not change the results.
 #[derive(Debug)]
 pub struct Options<'o> {
-    /// Which parts.
+    /// The share of the parts that is computed.
     pub shard: Shard,
-    /// On how many threads, at least one.
+    /// The number of threads, at least one.
     pub threads: usize,
-    /// Where to tell how many points are done.
+    /// A counter to which each finished point is added.
     pub done: Option<&'o AtomicU64>,
-    /// Whether to stop: parts that are not finished are given up.
+    /// A flag that stops the sweep when it is true. Parts that are not finished are given up.
     pub stop: Option<&'o AtomicBool>,
 }
 
@@ -164,22 +167,22 @@ pub struct Report {
     pub parts: u64,
     /// Parts that were computed.
     pub computed: u64,
-    /// Parts of the sweep that are not there yet, be it that others compute them.
+    /// Parts of the sweep that are still missing; other processes may be computing them.
     pub missing: u64,
     /// Points that were computed.
     pub points: u64,
-    /// Points among these whose run failed.
+    /// How many of these points have a run that failed.
     pub failed: u64,
     /// Whether it was stopped before its end.
     pub stopped: bool,
 }
 
 impl Sweep {
-    /// Looks the names of a plan up among some systems.
+    /// Prepares the sweep of a plan: finds its system among the entries, and checks all names.
     ///
     /// # Errors
     ///
-    /// [`SweepError`] that says what in the plan there is not, with the nearest name.
+    /// [`SweepError`] that says what is wrong in the plan. For an unknown name it proposes the nearest known one.
     pub fn new<'e>(plan: &Plan, entries: impl IntoIterator<Item = &'e Entry>) -> Result<Self, SweepError> {
         let entries: Vec<&Entry> = entries.into_iter().collect();
         let known = || entries.iter().map(|entry| entry.name().to_owned());
@@ -243,7 +246,7 @@ impl Sweep {
         self.entry.name()
     }
 
-    /// How many points of a shard are not there yet.
+    /// How many points of a shard are missing in the folder.
     #[must_use]
     pub fn open_points(&self, folder: &Path, shard: &Shard) -> u64 {
         let open = self.open(&Folder::new(folder), shard);
@@ -253,12 +256,12 @@ impl Sweep {
             .sum()
     }
 
-    /// Computes the parts of a shard that are not in the folder yet, which is made if there is none.
+    /// Computes the parts of a shard that are missing in the folder. A folder that does not exist is created.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Another`] if the folder holds another sweep, [`SweepError::Write`] if a part cannot be written. What was finished
-    /// before is whole.
+    /// [`SweepError::Another`] if the folder holds another sweep, [`SweepError::Write`] if a part cannot be written. Parts that were
+    /// finished before stay complete.
     pub fn run(&self, folder: &Path, options: &Options<'_>) -> Result<Report, SweepError> {
         let folder = Folder::new(folder);
         self.claim(&folder)?;
@@ -289,7 +292,7 @@ impl Sweep {
                     Ok(None) => break,
                     Err(error) => {
                         broken.store(true, Ordering::Relaxed);
-                        // the first one says what is wrong
+                        // the first error is reported
                         if let Ok(mut failed) = failed.lock() {
                             failed.get_or_insert(error);
                         }
@@ -342,7 +345,7 @@ impl Sweep {
         Ok(report)
     }
 
-    /// Makes the folder this sweep's, unless it is another's.
+    /// Writes the manifest of this sweep into the folder, or checks that it is there already.
     fn claim(&self, folder: &Folder) -> Result<(), SweepError> {
         if folder.manifest()?.is_none() {
             folder.create(&self.manifest, self.setting.tables())?;
@@ -358,7 +361,7 @@ impl Sweep {
         }
     }
 
-    /// The parts of a shard that are not there.
+    /// The parts of a shard that are missing.
     fn open(&self, folder: &Folder, shard: &Shard) -> Vec<u64> {
         (0..self.parts())
             .filter(|&part| shard.has(part) && !folder.has(self.setting.tables(), part))
@@ -366,15 +369,15 @@ impl Sweep {
     }
 }
 
-/// Tells that points are done.
+/// Adds finished points to the counter.
 fn add(done: Option<&AtomicU64>, count: u64) {
     if let Some(done) = done {
         done.fetch_add(count, Ordering::Relaxed);
     }
 }
 
-/// What the last digits of results depend on beside the plan: the processor's kind, and the C library's functions, which glibc chooses by
-/// the instructions that the processor has.
+/// What the last digits of the results depend on, besides the plan. It is the kind of processor and the functions of the C library: glibc
+/// chooses them by the instructions that the processor has.
 fn numeric_mode() -> String {
     let library = if cfg!(target_env = "musl") {
         "musl"
@@ -395,7 +398,7 @@ fn numeric_mode() -> String {
     mode
 }
 
-/// The first place where two manifests differ, but for their hashes, which always do.
+/// The first place where two manifests differ. Their hashes always differ and are left out.
 fn difference(at: &str, there: &Value, here: &Value) -> Option<String> {
     match (there, here) {
         (Value::Object(there), Value::Object(here)) => {

@@ -1,4 +1,4 @@
-//! A plan: what a sweep runs, as it is written down, before its names are looked up.
+//! A plan as it is written down: what a sweep runs. Its names are not looked up yet.
 
 use std::fmt;
 
@@ -9,42 +9,42 @@ use super::SweepError;
 use crate::cli::expression;
 use crate::entry::{Method, UnknownName};
 
-/// What a sweep runs. It is read from TOML ([`Plan::read`]); the module's page has the whole of it.
+/// What a sweep runs. It is read from TOML ([`Plan::read`]). The documentation of the module shows all keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The system's name; may be left out where there is one.
+    /// The name of the system. It may be left out if there is only one.
     pub system: Option<String>,
-    /// The step `h`, in s, unless the entry's own.
+    /// The step `h`, in s. By default it is the entry's.
     pub step: Option<f64>,
-    /// The end, in s, unless the entry's own.
+    /// The end of each run, in s. By default it is the entry's.
     pub until: Option<f64>,
-    /// How a run is computed.
+    /// The method.
     pub method: Method,
-    /// Where runs begin.
+    /// The start of the runs.
     pub start: PlannedStart,
     /// Parameters with values other than the entry's.
     pub set: Vec<(String, f64)>,
-    /// Parameters that are held from time to time: times, which ascend, each with the value from then on.
+    /// Parameters whose value changes at given times: pairs of a time and the value from then on. The times ascend.
     pub inputs: Vec<(String, Vec<[f64; 2]>)>,
-    /// What varies: `x` is the start of a coordinate, `v_x` that of its velocity, `mass` a parameter, `push@2` the value that the
-    /// parameter `push` has from the time 2 on.
+    /// The quantities that vary. For example, `x` is the value of a coordinate at the start, `v_x` that of its velocity, and `mass` is a
+    /// parameter. `push@2` is the value that the parameter `push` has from the time 2 on.
     pub vary: Vec<(String, Values)>,
-    /// Points by chance instead of a grid.
+    /// Random points instead of a grid.
     pub sample: Option<Sample>,
     /// What is kept of a run.
     pub keep: Keep,
-    /// What is watched.
+    /// The events that are counted.
     pub events: Vec<PlannedEvent>,
-    /// How many points a part has, unless the 256th of all of them.
+    /// The number of points in a part. By default it is 1/256 of all points, at most 65536.
     pub part: Option<u64>,
 }
 
-/// Where runs begin, as far as it does not vary.
+/// The start of the runs, as far as it does not vary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlannedStart {
-    /// The position, unless the entry's own.
+    /// The position. By default it is the entry's.
     pub q0: Option<Vec<f64>>,
-    /// The velocity, unless the entry's own.
+    /// The velocity. By default it is the entry's.
     pub v0: Option<Vec<f64>>,
     /// The time, in s.
     pub t0: f64,
@@ -57,73 +57,73 @@ pub struct PlannedStart {
 /// The values of what varies.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// These.
+    /// A list of values.
     List(Vec<f64>),
-    /// From one to another, ends included: `count` of them on a grid, anywhere between where points are by chance.
+    /// A range with both ends: `count` values on a grid, or any values in it for random points.
     Range {
         /// The first.
         from: f64,
         /// The last.
         to: f64,
-        /// How many; `None` where points are by chance.
+        /// How many; `None` for random points.
         count: Option<u64>,
-        /// Whether they lie in a geometric progression instead of an arithmetic one.
+        /// Whether the values are a geometric progression instead of an arithmetic one.
         logarithmic: bool,
     },
 }
 
-/// Points by chance. Each is computed from the seed and its number alone.
+/// Random points. Each is computed from the seed and its number only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// By which rule.
+    /// The rule.
     pub kind: SampleKind,
     /// How many points.
     pub count: u64,
-    /// Another seed gives other points.
+    /// The seed: another seed gives other points.
     pub seed: u64,
 }
 
-/// Rules for points by chance.
+/// Rules for random points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
-    /// Each quantity has one value in each of `count` equal parts of its range, in an order of its own (`McKay`, Beckman and
-    /// Conover 1979).
+    /// A Latin hypercube: the range of each quantity is divided into `count` equal parts, and each part contains one value. Each quantity has
+    /// its own random order (`McKay`, Beckman and Conover 1979).
     LatinHypercube,
-    /// Sobol's sequence, scrambled as Owen does it; of at most [`SOBOL`] points.
+    /// Sobol's sequence with Owen's scrambling; at most [`SOBOL`] points.
     Sobol,
-    /// Independent of one another.
+    /// Independent points.
     Random,
 }
 
-/// The most points of [`SampleKind::Sobol`].
+/// The largest number of points of [`SampleKind::Sobol`].
 pub const SOBOL: u64 = 1 << 16;
 
 /// What is kept of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Keep {
-    /// Columns at the end; all coordinates and velocities with the time unless given.
+    /// The columns that are kept at the end. By default: the time, all coordinates and all velocities.
     pub end: Option<Vec<String>>,
-    /// Columns of which the least and the greatest value over the nodes are kept.
+    /// The columns whose least and greatest value over all nodes are kept.
     pub extremes: Vec<String>,
-    /// Nodes, in a table of their own.
+    /// The nodes that are kept, in a table of their own.
     pub nodes: Option<KeptNodes>,
 }
 
 /// Nodes that are kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptNodes {
-    /// Every so many.
+    /// The distance between two kept nodes, in nodes.
     pub every: u64,
-    /// The columns; all coordinates with the time unless given.
+    /// The columns. By default: the time and all coordinates.
     pub columns: Option<Vec<String>>,
 }
 
-/// A change of sign that is watched.
+/// An event: a quantity passes a value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedEvent {
     /// Its name.
     pub name: String,
-    /// What changes: `t`, a coordinate, a velocity, an observed expression.
+    /// The quantity: `t`, a coordinate, a velocity or an observed expression.
     pub quantity: String,
     /// The value that it passes.
     pub value: f64,
@@ -138,8 +138,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`SweepError::Syntax`] if it is not TOML, [`SweepError::Plan`] with the place of what is wrong, and the nearest word that there
-    /// is for one that there is not.
+    /// [`SweepError::Syntax`] if it is not TOML. [`SweepError::Plan`] names the place of a mistake, and for an unknown word the nearest known
+    /// one.
     pub fn read(text: &str) -> Result<Self, SweepError> {
         let table: Table = text
             .parse()
@@ -200,7 +200,7 @@ impl Plan {
         Ok(read)
     }
 
-    /// Looks for what no system could make good.
+    /// Checks what does not depend on the system.
     fn check(&self) -> Result<(), SweepError> {
         if self.vary.is_empty() {
             return fail("vary", "nothing varies; one run is `dsocs run`");
@@ -296,7 +296,7 @@ fn values(at: &str, value: Value) -> Result<Values, SweepError> {
     }
 }
 
-/// The points by chance.
+/// The random points.
 fn sample(plan: &mut Section) -> Result<Option<Sample>, SweepError> {
     let Some(mut section) = plan.optional_section("sample")? else {
         return Ok(None);
@@ -376,7 +376,7 @@ fn events(plan: &mut Section) -> Result<Vec<PlannedEvent>, SweepError> {
     Ok(events)
 }
 
-/// A table of a plan, of which what is read is taken; what is left at the end is unknown.
+/// A table of a plan. What is read is taken out of it; what is left at the end is unknown.
 struct Section {
     /// Where it stands.
     at: String,
@@ -473,7 +473,7 @@ impl Section {
         }
     }
 
-    /// Whether something is so; it is not unless it is said.
+    /// A flag, false by default.
     fn flag(&mut self, key: &'static str) -> Result<bool, SweepError> {
         let at = self.place(key);
         match self.take(key) {
@@ -564,7 +564,7 @@ fn wrong<T>(at: &str, expected: &str, found: &Value) -> Result<T, SweepError> {
     fail(at, &format!("expected {expected}, found {}", Found(found)))
 }
 
-/// A value as a message tells it.
+/// A value as messages show it.
 struct Found<'v>(&'v Value);
 
 impl fmt::Display for Found<'_> {

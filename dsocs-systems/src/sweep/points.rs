@@ -1,4 +1,4 @@
-//! The points of a sweep: which values what varies has, by the point's number.
+//! The points of a sweep: the values of what varies, computed from the number of the point.
 
 use super::plan::{Plan, Sample, SampleKind, Values};
 use super::{SweepError, random};
@@ -8,7 +8,7 @@ use super::{SweepError, random};
 pub struct Points {
     /// What varies, in the order of the plan.
     axes: Vec<Axis>,
-    /// By chance, instead of a grid.
+    /// Random points, instead of a grid.
     sample: Option<Sample>,
     /// How many there are.
     count: u64,
@@ -19,7 +19,7 @@ pub struct Points {
 struct Axis {
     /// Its values.
     values: Values,
-    /// How many points have the same value before the next one comes.
+    /// How many consecutive points have the same value.
     stride: u64,
 }
 
@@ -79,7 +79,7 @@ impl Points {
 }
 
 impl Sample {
-    /// The place of a point in a dimension, in `[0, 1)`.
+    /// The position of a point in the range of a dimension, in `[0, 1)`.
     fn place(&self, point: u64, dimension: u64) -> f64 {
         let Self { kind, count, seed } = *self;
         match kind {
@@ -91,7 +91,7 @@ impl Sample {
                 place.min(1.0 - f64::EPSILON / 2.0)
             }
             #[allow(clippy::cast_possible_truncation)]
-            // the plan has been checked; of the seed both halves count
+            // the plan has been checked; both halves of the seed are used
             SampleKind::Sobol => f64::from(sobol_burley::sample(
                 point as u32,
                 dimension as u32,
@@ -102,7 +102,7 @@ impl Sample {
 }
 
 impl Values {
-    /// How many values a grid has; `None` of a range without a count.
+    /// How many values a grid has; `None` for a range without a count.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match self {
@@ -124,7 +124,7 @@ impl Values {
         }
     }
 
-    /// The value at `place` of `last`, or the item of the list that stands there.
+    /// The value at the fraction `place/last` of a range, or the item of a list there.
     #[allow(clippy::float_cmp)] // the ends are met exactly
     fn at(&self, place: f64, last: f64) -> f64 {
         match *self {

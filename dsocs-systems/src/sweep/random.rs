@@ -1,8 +1,8 @@
-//! Numbers by chance that are computed from a seed and their place alone: the same on every machine, in any order.
+//! Random numbers, each computed only from a seed and its place. They are the same on every machine and in any order.
 
 use twox_hash::XxHash3_64;
 
-/// A number of 64 bits by a seed and a place.
+/// A number of 64 bits, from a seed and a place.
 fn bits(seed: u64, place: [u64; 3]) -> u64 {
     let mut bytes = [0; 24];
     for (bytes, number) in bytes.chunks_exact_mut(8).zip(place) {
@@ -11,12 +11,12 @@ fn bits(seed: u64, place: [u64; 3]) -> u64 {
     XxHash3_64::oneshot_with_seed(seed, &bytes)
 }
 
-/// What is meant by a number: streams do not touch each other.
+/// The use of a number. Different uses have independent numbers.
 #[derive(Clone, Copy)]
 enum Stream {
-    /// A place in a cell.
+    /// A position in a cell.
     Place = 1,
-    /// A round of a permutation.
+    /// A round of the network of a permutation.
     Permutation = 2,
 }
 
@@ -28,8 +28,8 @@ pub fn uniform(seed: u64, point: u64, dimension: u64) -> f64 {
 
 /// The image of `place` under a permutation of `0..count` that belongs to a seed and a dimension.
 ///
-/// A Feistel network over the next even number of bits, walked until it comes back below `count` (Black and Rogaway 2002): no table,
-/// so that every point of a Latin hypercube can be computed alone.
+/// It is a Feistel network over the next even number of bits. It is applied again until the result is below `count` (cycle walking: Black and
+/// Rogaway 2002). It needs no table, so every point of a Latin hypercube can be computed without the others.
 pub fn permuted(seed: u64, dimension: u64, place: u64, count: u64) -> u64 {
     let half = (u64::BITS - (count.max(2) - 1).leading_zeros()).div_ceil(2);
     let mask = (1_u64 << half) - 1;

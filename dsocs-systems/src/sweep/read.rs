@@ -1,4 +1,4 @@
-//! A folder that is read: what is missing, and what stands in its tables.
+//! Reads a folder: what is missing, and what its tables contain.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,20 +9,20 @@ use super::folder::{Folder, Which};
 use super::table::{self, Cells};
 use super::{SweepError, UnknownName};
 
-/// How far a sweep is.
+/// The progress of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Status {
     /// How many points the sweep has.
     pub points: u64,
     /// How many parts.
     pub parts: u64,
-    /// The parts that are not there, in order.
+    /// The missing parts, in order.
     pub missing: Vec<u64>,
-    /// How many points failed in the parts that are there, by the word that says why.
+    /// How many points failed in the existing parts, by the word that says why.
     pub failed: BTreeMap<String, u64>,
 }
 
-/// Says how far the sweep in a folder is.
+/// Reads the progress of the sweep in a folder.
 ///
 /// # Errors
 ///
@@ -51,7 +51,7 @@ pub fn status(folder: &Path) -> Result<Status, SweepError> {
     })
 }
 
-/// The sweep in a folder, as far as it is there.
+/// The content of the sweep in a folder, as far as it is computed.
 #[derive(Clone, Debug)]
 pub struct Content {
     /// The folder.
@@ -60,7 +60,7 @@ pub struct Content {
     points: u64,
     /// How many parts.
     parts: u64,
-    /// The parts that are there, in order.
+    /// The existing parts, in order.
     there: Vec<u64>,
     /// What varies.
     axes: Vec<Axis>,
@@ -75,7 +75,7 @@ pub struct Content {
 /// A quantity that varies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Its name, which is that of its column.
+    /// Its name, which is also the name of its column.
     pub name: String,
     /// Its unit, as far as it is known.
     pub unit: Option<String>,
@@ -86,11 +86,11 @@ pub struct Axis {
 }
 
 impl Content {
-    /// Reads the manifest of a folder and looks which parts are there.
+    /// Reads the manifest of a folder and finds the existing parts.
     ///
     /// # Errors
     ///
-    /// [`SweepError`] if there is no sweep, or none that this version writes.
+    /// [`SweepError`] if there is no sweep, or if it has another format than that of this version.
     pub fn open(path: &Path) -> Result<Self, SweepError> {
         let folder = Folder::new(path);
         let Some(manifest) = folder.manifest()? else {
@@ -154,7 +154,7 @@ impl Content {
         &self.columns
     }
 
-    /// The parts of the sweep, and how many of them are there.
+    /// The number of parts of the sweep, and how many of them exist.
     #[must_use]
     pub fn parts(&self) -> (u64, u64) {
         (self.parts, self.there.len() as u64)
@@ -182,11 +182,11 @@ impl Content {
         }
     }
 
-    /// Columns of numbers of the table of points, over all parts that are there. A null is NaN; so are all numbers of points that failed.
+    /// Columns of numbers of the table of points, over all existing parts. A null becomes NaN. All numbers of points that failed are NaN, too.
     ///
     /// # Errors
     ///
-    /// [`SweepError`] if there is no such column, it has no numbers, or a part cannot be read.
+    /// [`SweepError`] if a column does not exist or has no numbers, or if a part cannot be read.
     pub fn numbers(&self, names: &[&str]) -> Result<Vec<Vec<f64>>, SweepError> {
         for name in names {
             if !self.columns.iter().any(|known| known == name) {

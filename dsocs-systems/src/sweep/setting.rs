@@ -1,4 +1,4 @@
-//! A plan whose names have been looked up: what every point of a sweep needs.
+//! A plan after its names were looked up: what every point of a sweep needs.
 
 use std::ops::Range;
 
@@ -11,12 +11,12 @@ use super::points::Points;
 use super::table::Kind;
 use crate::entry::{self, Beginning, Column, Entry, HeldInput, Method, UnknownName, Watchable, Watched};
 
-/// No part has more points than this, unless the plan says so.
+/// The largest number of points in a part, unless the plan gives one.
 const LARGEST: u64 = 1 << 16;
-/// So many parts there are, unless the plan says others.
+/// The number of parts, unless the plan gives the points of a part.
 const PARTS: u64 = 256;
 
-/// What every point of a sweep needs, but the system.
+/// What every point of a sweep needs, except the system.
 #[derive(Clone, Debug)]
 pub struct Setting {
     /// The points.
@@ -37,7 +37,7 @@ pub struct Setting {
     pub end: Vec<usize>,
     /// The columns whose extremes are kept.
     pub extremes: Vec<usize>,
-    /// Every so many nodes are kept, and of these the columns.
+    /// The distance between two kept nodes, in nodes, and the columns that are kept.
     pub nodes: Option<(u64, Vec<usize>)>,
     /// The columns of the tables: of points, and of nodes if they are kept.
     pub columns: [Vec<(String, Kind)>; 2],
@@ -54,16 +54,16 @@ pub enum Target {
     Velocity(usize),
     /// To a parameter.
     Parameter(&'static str),
-    /// To an input, from one of its times on.
+    /// To an input, at one of its times.
     Input(usize, usize),
 }
 
 impl Setting {
-    /// Looks the names of a plan up, and says what the sweep is: all that its content depends on.
+    /// Looks up the names of a plan. Also returns the manifest: everything that the content of the sweep depends on.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Unknown`] for a name that there is not, [`SweepError::Plan`] for what is missing or makes no sense.
+    /// [`SweepError::Unknown`] for an unknown name, [`SweepError::Plan`] for what is missing or makes no sense.
     pub fn new(plan: &Plan, entry: &mut Entry) -> Result<(Self, Value), SweepError> {
         for (name, value) in &plan.set {
             let set = entry.set(name, *value);
@@ -137,7 +137,7 @@ impl Setting {
         Ok((setting, told))
     }
 
-    /// The tables that the sweep writes; what is written last says that a part is there.
+    /// The tables that the sweep writes, in the order in which the files of a part are finished.
     pub fn tables(&self) -> &'static [Which] {
         if self.nodes.is_some() {
             &[Which::Nodes, Which::Points]
@@ -219,7 +219,7 @@ impl Setting {
         Ok([points, nodes])
     }
 
-    /// What the sweep is.
+    /// The manifest.
     fn told(&self, plan: &Plan, entry: &mut Entry, all: &[Column]) -> Value {
         let method = match plan.method {
             Method::Step => json!({"order": 2}),
@@ -299,7 +299,7 @@ impl Setting {
     }
 }
 
-/// The unit of what varies, as far as the declaration tells it.
+/// The unit of what varies, if the declaration gives it.
 fn unit(name: &str, entry: &Entry, all: &[Column]) -> Option<String> {
     let column = all.iter().find(|column| column.name == name);
     let parameter = name.split_once('@').map_or(name, |(parameter, _)| parameter);
@@ -313,7 +313,7 @@ fn unit(name: &str, entry: &Entry, all: &[Column]) -> Option<String> {
     }
 }
 
-/// The places of some columns.
+/// The indices of some columns.
 fn places(at: &str, names: &[String], all: &[Column]) -> Result<Vec<usize>, SweepError> {
     let place = |name: &String| {
         all.iter().position(|column| column.name == *name).ok_or_else(|| {

@@ -5,30 +5,30 @@ use std::str::FromStr;
 
 use super::SweepError;
 
-/// One of some shares of a sweep. Which there are has no influence on what is computed.
+/// One of several shares of a sweep. The number of shares has no influence on the results.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shard {
     /// Its number, from 0.
     index: u64,
     /// How many there are.
     count: u64,
-    /// The variables that told it.
+    /// The environment variables that it was read from.
     from: Vec<&'static str>,
 }
 
 impl Shard {
-    /// All of a sweep.
+    /// The whole sweep.
     pub const WHOLE: Self = Self {
         index: 0,
         count: 1,
         from: Vec::new(),
     };
 
-    /// The share `number` of `count`, from 1.
+    /// The share `number` of `count`; the first is number 1.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Shard`] if there is no such share.
+    /// [`SweepError::Shard`] if `number` is 0 or greater than `count`.
     pub fn new(number: u64, count: u64) -> Result<Self, SweepError> {
         if number == 0 || number > count {
             return Err(SweepError::Shard(format!(
@@ -42,7 +42,8 @@ impl Shard {
         })
     }
 
-    /// Whether a part belongs to it. Parts are dealt out like cards: neighbours, which often take equally long, go to different ones.
+    /// Whether a part belongs to the shard. Parts are dealt out like cards: neighbouring parts, which often take equally long, go to different
+    /// shards.
     #[must_use]
     pub fn has(&self, part: u64) -> bool {
         part % self.count == self.index
@@ -54,21 +55,21 @@ impl Shard {
         self.count
     }
 
-    /// The variables of the environment that told it; none if it was given.
+    /// The environment variables that it was read from; empty if it was given.
     #[must_use]
     pub fn origin(&self) -> &[&'static str] {
         &self.from
     }
 
-    /// The share that the environment of a scheduler tells, as `variable` reads it; `None` if there is none. `count` is how many tasks
-    /// an array has, for schedulers that do not tell their tasks (PBS, Kubernetes).
+    /// The share that a scheduler gives by its environment variables; `None` if there is no scheduler. `variable` reads a variable. `count` is the
+    /// number of tasks of an array, for schedulers that do not tell it to their tasks (PBS, Kubernetes).
     ///
-    /// An array (SLURM, PBS, LSF, Grid Engine, AWS Batch, Kubernetes) and ranks within its tasks (`srun`, Open MPI, PMI, AWS Batch's nodes)
-    /// multiply.
+    /// The tasks of an array (SLURM, PBS, LSF, Grid Engine, AWS Batch, Kubernetes) may have several ranks each (`srun`, Open MPI, PMI, AWS
+    /// Batch's nodes). Then the number of shares is the number of tasks times the number of ranks.
     ///
     /// # Errors
     ///
-    /// [`SweepError::Shard`] if a variable is no number, or the number of tasks is not known.
+    /// [`SweepError::Shard`] if a variable is not a number, or if the number of tasks is not known.
     pub fn of_environment(
         variable: &dyn Fn(&str) -> Option<String>,
         count: Option<u64>,
@@ -112,7 +113,7 @@ impl FromStr for Shard {
     }
 }
 
-/// How a scheduler tells its tasks which they are.
+/// How a scheduler tells its tasks their number.
 struct Scheduler {
     /// The variable of the task's number.
     index: &'static str,
@@ -124,7 +125,7 @@ struct Scheduler {
 enum Size {
     /// By a variable.
     Count(&'static str),
-    /// By the first number, the last one, and the distance between two. A name that is empty stands for 1.
+    /// By the first number, the last number and the step between two. An empty name stands for 1.
     Range([&'static str; 3]),
     /// Not at all.
     Unknown,
@@ -167,7 +168,7 @@ const ARRAYS: &[Scheduler] = &[
     },
 ];
 
-/// Ranks within a task. A batch script of SLURM has a rank without being one of several: a step tells how many there are.
+/// Ranks within a task. A batch script of SLURM has a rank, but is not one of several. Only a step of SLURM has the number of ranks.
 const RANKS: &[Scheduler] = &[
     Scheduler {
         index: "OMPI_COMM_WORLD_RANK",
@@ -188,7 +189,7 @@ const RANKS: &[Scheduler] = &[
 ];
 
 impl Scheduler {
-    /// The task's number, from 0, and how many there are; `None` if it is no task of this scheduler's.
+    /// The number of the task, from 0, and how many tasks there are; `None` if this scheduler did not start the process.
     fn read(
         &self,
         variable: &dyn Fn(&str) -> Option<String>,
@@ -237,10 +238,10 @@ impl Scheduler {
         }
     }
 
-    /// The task's number where the number of tasks has to be given.
+    /// The number of the task, if the number of tasks has to be given.
     fn counted(&self, index: u64, given: Option<u64>) -> Result<Option<(u64, u64)>, SweepError> {
         match given {
-            // whether tasks are numbered from 0 or from 1, each has another remainder
+            // the remainders differ, whether tasks are numbered from 0 or from 1
             Some(count) if count > 0 => Ok(Some((index % count, count))),
             _ => Err(SweepError::Shard(format!(
                 "{} = {index} says which task this is, and nothing says how many there are: give `--shards n`, or `--shard 1/1` for all",

@@ -1,4 +1,4 @@
-//! Tables of numbers as Parquet, with the same bytes for the same numbers.
+//! Parquet tables. The same values give the same bytes.
 
 use std::fs::File;
 use std::io::Write;
@@ -74,7 +74,7 @@ impl<W: Write + Send> Writer<W> {
             })
             .collect::<Result<_, _>>()?;
         let schema = Type::group_type_builder("sweep").with_fields(fields).build()?;
-        // what is written depends on the numbers alone, not on the version of the crate that writes them
+        // the bytes depend only on the values, not on the version of the crate `parquet`
         let properties = WriterProperties::builder()
             .set_created_by(CREATED_BY.to_owned())
             .build();
@@ -131,10 +131,10 @@ impl<W: Write + Send> Writer<W> {
     }
 }
 
-/// Who has written a table, as readers of Parquet know it.
+/// The name of the writer in the Parquet files.
 const CREATED_BY: &str = concat!("dsocs-systems version ", env!("CARGO_PKG_VERSION"));
 
-/// Reads some columns of a table; a name that it does not have gives an error.
+/// Reads some columns of a table. An unknown name is an error.
 ///
 /// # Errors
 ///
@@ -199,7 +199,7 @@ pub fn read(path: &Path, names: &[&str]) -> Result<Vec<Cells>, ParquetError> {
     Ok(all)
 }
 
-/// A column of another kind than a sweep writes.
+/// The error for a column of a kind that sweeps do not write.
 fn mixed(name: &str) -> ParquetError {
     ParquetError::General(format!("its column `{name}` is of no kind that a sweep writes"))
 }

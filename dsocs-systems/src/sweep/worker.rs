@@ -1,4 +1,4 @@
-//! What a thread does: the points of a part, and their tables.
+//! The work of a thread: it computes the points of a part and writes their tables.
 
 use std::ops::Range;
 use std::sync::atomic::AtomicU64;
@@ -9,7 +9,7 @@ use super::table::{Cells, Kind, Writer};
 use super::{SweepError, add};
 use crate::entry::{self, Entry, Row, Shown, code};
 
-/// So many rows of nodes are in memory at most, but for the last run's.
+/// The rows of nodes are written when there are this many. The last run may exceed it.
 const ROWS: usize = 1 << 17;
 
 /// A thread with a system of its own.
@@ -27,7 +27,7 @@ pub struct Worker<'s> {
 }
 
 impl<'s> Worker<'s> {
-    /// A thread's.
+    /// The worker of a thread.
     pub fn new(entry: Entry, setting: &'s Setting) -> Self {
         Self {
             entry,
@@ -38,7 +38,7 @@ impl<'s> Worker<'s> {
         }
     }
 
-    /// Computes a part and writes it. Gives the number of points that failed, or nothing if `end` came before the end.
+    /// Computes a part and writes it. Returns the number of points that failed, or `None` if `end` stopped it.
     ///
     /// # Errors
     ///
@@ -172,12 +172,12 @@ struct Kept {
     end: Vec<f64>,
     /// The least and the greatest.
     extremes: [Vec<f64>; 2],
-    /// Of each event how often it happened, and when first and last.
+    /// For each event: how often it happened, and the first and the last time.
     events: Vec<(i64, f64, f64)>,
 }
 
 impl Kept {
-    /// Takes what a run shows.
+    /// Takes in what a run shows: a node, an event or its end.
     fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, shown: &Shown<'_>) {
         match *shown {
             Shown::Event(event, t) => {
@@ -217,11 +217,11 @@ impl Kept {
         self.values.extend(row.values());
     }
 
-    /// Looks at the extremes.
+    /// Updates the extremes.
     fn extremes(&mut self, setting: &Setting) {
         let [least, greatest] = &mut self.extremes;
         for ((least, greatest), &column) in least.iter_mut().zip(greatest).zip(&setting.extremes) {
-            // what is not a number is no extreme
+            // NaN is never an extreme
             (*least, *greatest) = (least.min(self.values[column]), greatest.max(self.values[column]));
         }
     }
@@ -250,7 +250,7 @@ impl Rows {
         }
     }
 
-    /// The next cell, a whole number.
+    /// Writes a whole number into the next cell.
     fn whole(&mut self, value: i64) {
         if let Some(Cells::Whole(cells)) = self.cells.get_mut(self.next) {
             cells.push(value);
@@ -258,7 +258,7 @@ impl Rows {
         self.next += 1;
     }
 
-    /// The next cell, a number; NaN is null.
+    /// Writes a number into the next cell; NaN is null.
     fn number(&mut self, value: f64) {
         if let Some(Cells::Number(cells)) = self.cells.get_mut(self.next) {
             cells.push(value);
@@ -266,7 +266,7 @@ impl Rows {
         self.next += 1;
     }
 
-    /// The next cell, a text.
+    /// Writes a text into the next cell.
     fn text(&mut self, value: Option<String>) {
         if let Some(Cells::Text(cells)) = self.cells.get_mut(self.next) {
             cells.push(value);
@@ -274,12 +274,12 @@ impl Rows {
         self.next += 1;
     }
 
-    /// The row is whole.
+    /// Ends the row.
     fn end(&mut self) {
         (self.next, self.count) = (0, self.count + 1);
     }
 
-    /// Writes the rows, and has none.
+    /// Writes the rows to the file, and removes them from memory.
     fn write<W: std::io::Write + Send>(
         &mut self,
         writer: &mut Writer<W>,

@@ -1,8 +1,8 @@
-//! The clothoid: the curve along which a road or a railway goes from straight to bent.
+//! The clothoid: the curve between a straight and a bend of a road or a railway.
 
 use dsocs_core::dsocs;
 
-/// A vehicle enters a bend: its curvature grows in proportion to the way.
+/// A vehicle enters a bend: the curvature grows in proportion to the distance travelled.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
@@ -18,11 +18,11 @@ pub fn entry() -> crate::Entry {
 /// A particle in the plane, steered so that the curvature `κ` of its path changes by `c` per unit of length, `dκ/dt = c |v|`: a constraint of
 /// third order.
 ///
-/// The force of the constraint is across the path, as that of rails, so that the speed stays. Then the path is Euler's spiral,
-/// `κ(s) = κ0 + c s`, and the position an integral of Fresnel's kind ([`Clothoid::exact`]). The curvature at the start is free: an
-/// acceleration across the path says it.
+/// The constraint force is orthogonal to the path, like that of rails, so the speed is constant. The path is Euler's spiral with the curvature
+/// `κ(s) = κ0 + c s`. The position is a Fresnel integral ([`Clothoid::exact`]). The curvature at the start is free; the acceleration at the start
+/// gives it.
 ///
-/// The discrete path has legs of equal length `l`, and from one to the next it turns by angles with
+/// The legs of the discrete path have the same length `l`. The angles `a`, `b` by which it turns at two consecutive nodes obey
 /// `sin b − sin a − ¾ (sin b + sin a)(cos b − cos a) = c l²` ([`Clothoid::turn_after`]).
 #[dsocs {
     coordinates(
@@ -49,13 +49,13 @@ pub struct Clothoid {
 }
 
 impl Default for Clothoid {
-    /// One kilogram; the curvature grows by 0.1 per metre and metre.
+    /// A mass of one kilogram. The curvature grows by 0.1 1/m per metre.
     fn default() -> Self {
         Self { mass: 1.0, rate: 0.1 }
     }
 }
 
-/// Points and weights of Gauss's quadrature with eight points on the interval from −1 to 1, for one sign.
+/// Points and weights of Gauss's quadrature with eight points on the interval from −1 to 1: the four positive points.
 const GAUSS: [[f64; 2]; 4] = [
     [0.183_434_642_495_649_8, 0.362_683_783_378_362],
     [0.525_532_409_916_329, 0.313_706_645_877_887_3],
@@ -63,11 +63,12 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.960_289_856_497_536_3, 0.101_228_536_290_376_26],
 ];
 
-/// The integral is taken in so many pieces for each radian that the path turns by, at least.
+/// The least number of pieces of the integral for each radian by which the path turns.
 const PIECES: f64 = 4.0;
 
 impl Clothoid {
-    /// The exact position, in m, after the way `s`, in m, from the origin along the first axis with the curvature `curvature`, in 1/m.
+    /// The exact position, in m, after the distance `s`, in m. The path begins at the origin along the first axis, with the curvature
+    /// `curvature`, in 1/m.
     #[must_use]
     pub fn exact(&self, curvature: f64, s: f64) -> [f64; 2] {
         let heading = |s: f64| s * (curvature + self.rate * s / 2.0);
@@ -90,8 +91,8 @@ impl Clothoid {
         position
     }
 
-    /// The angle by which the discrete path turns at a node, after the angle `before` at the node before, both small, with legs of the length
-    /// `leg`, in m: the closed form of a step.
+    /// The angle by which the discrete path turns at a node, in rad: the closed form of a step. `before` is the angle at the previous node, in
+    /// rad, and `leg` the length of a leg, in m. Both angles have to be small.
     #[must_use]
     pub fn turn_after(&self, before: f64, leg: f64) -> f64 {
         let (sin, cos) = before.sin_cos();
@@ -106,5 +107,5 @@ impl Clothoid {
     }
 }
 
-/// So often Newton's iteration for a turn is repeated.
+/// The number of Newton's iterations for a turn.
 const ITERATIONS: u32 = 8;

@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use dsocs_core::dsocs;
 
-/// So many steps are made in each phase of the jerk: it jumps at nodes.
+/// The number of steps in each phase of the jerk. It is a whole number, so the jerk jumps at nodes.
 #[cfg(feature = "dsocs")]
 const STEPS: f64 = 120.0;
 
-/// A load is moved by some metres, from rest to rest.
+/// Moves a load by some metres, from rest to rest.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
@@ -31,15 +31,16 @@ pub fn entry() -> crate::Entry {
         })
 }
 
-/// A trolley with a load on a massless rope of fixed length. The third derivative of the trolley's position is prescribed, as drives do that
-/// spare mechanics: the jerk is `J`, `−J`, then zero, then `−J`, `J`, in phases of the length `T` (the third one lasts twice as long). A force on the trolley keeps it.
+/// A trolley with a load on a massless rope of fixed length. The jerk of the trolley (the third derivative of its position) is prescribed, as by
+/// drives that limit the jerk. It is `J`, `−J`, zero, `−J`, `J` in five phases. A phase lasts `T`, the one with zero jerk `2T`. A force on the
+/// trolley enforces this motion.
 ///
-/// The load swings freely, `l θ̈ + g sin θ + ẍ cos θ = 0`, where `x(t)` is a polynomial of third degree in each phase
-/// ([`Crane::trolley`]). For small angles a phase of the length of the load's period, `T = 2π √(l/g)`, leaves no sway behind; what
-/// is left of the sway here is that of the nonlinear pendulum.
+/// The load swings freely, `l θ̈ + g sin θ + ẍ cos θ = 0`. In each phase `x(t)` is a polynomial of third degree ([`Crane::trolley`]). If a phase
+/// lasts as long as the load's period, `T = 2π √(l/g)`, no sway is left in the linear approximation. The small sway that is left here comes from
+/// the nonlinearity of the pendulum.
 ///
-/// The jerk of a leg is that in its middle: with phases of whole numbers of steps its jumps leave the step of second order. Within a phase
-/// the trolley's path is exact.
+/// Each leg takes the jerk at its middle. If a phase has a whole number of steps, the jerk jumps at nodes, and the method keeps its second order.
+/// Within a phase the trolley's path is exact.
 #[dsocs {
     coordinates(
         /// The position of the trolley [m].
@@ -77,7 +78,7 @@ pub struct Crane {
 }
 
 impl Default for Crane {
-    /// A rope of one and a half metres, and phases as long as the load's period.
+    /// A rope of 1.5 m, and phases as long as the load's period.
     fn default() -> Self {
         let (length, gravity) = (1.5_f64, 9.81);
         Self {
@@ -92,7 +93,7 @@ impl Default for Crane {
 }
 
 impl Crane {
-    /// The exact position, velocity and acceleration of the trolley, in m, m/s and m/s², at a time, in s, after a start at rest at the
+    /// The exact position, velocity and acceleration of the trolley, in m, m/s and m/s², at the time `t`, in s. It starts at rest at the
     /// origin.
     #[must_use]
     pub fn trolley(&self, t: f64) -> [f64; 3] {

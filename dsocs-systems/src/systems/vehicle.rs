@@ -1,8 +1,8 @@
-//! A rolling vehicle with two axles, whose steering is an input.
+//! A rolling vehicle with two axles. Its steering is an input.
 
 use dsocs_core::dsocs;
 
-/// A circle, as long as nobody steers: `--input steering=plan.csv` does.
+/// The path is a circle unless the steering changes, such as by `--input steering=plan.csv`.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
@@ -26,14 +26,14 @@ pub fn entry() -> crate::Entry {
         .symmetry("translation along y", |_: &[f64; 3]| [0.0, 1.0, 0.0])
 }
 
-/// A vehicle in the plane that rolls without slipping, by its rear and its front axle.
+/// A vehicle in the plane with a rear and a front axle. Its wheels roll without slipping.
 ///
-/// `(x, y)` is the middle of the rear axle, which is the centre of mass, and `θ` the direction. The rear wheels allow a motion along `θ`, the front
-/// wheels, a length `base` ahead, one along `θ + steering`. No force drives it: with a steering that is held, it goes on a circle with a
-/// constant speed ([`Vehicle::held`]).
+/// `(x, y)` is the middle of the rear axle and the centre of mass; `θ` is the direction of the vehicle. The rear wheels can only move along `θ`.
+/// The front wheels, a length `base` ahead, can only move along `θ + steering`. There is no driving force. While the steering is constant, the
+/// vehicle moves on a circle with constant speed ([`Vehicle::held`]).
 ///
-/// The steering is an input ([`dsocs_core::Inputs`]), for example of a controller at 20 Hz. When it changes, the front axle turns the
-/// vehicle at once, by an impulse that changes the speed ([`Vehicle::steered`]).
+/// The steering is an input ([`dsocs_core::Inputs`]), for example of a controller at 20 Hz. When its value jumps, the angular velocity of the
+/// vehicle jumps, too: the constraint forces have an impulse, which also changes the speed ([`Vehicle::steered`]).
 #[dsocs {
     coordinates(
         /// The position of the rear axle along the first axis [m].
@@ -59,14 +59,14 @@ pub struct Vehicle {
     pub mass: f64,
     /// The moment of inertia about the rear axle [kg m²].
     pub inertia: f64,
-    /// The distance of the axles \[m\].
+    /// The distance between the axles \[m\].
     pub base: f64,
-    /// The angle of the front wheels with the vehicle \[rad\].
+    /// The angle between the front wheels and the vehicle \[rad\].
     pub steering: f64,
 }
 
 impl Default for Vehicle {
-    /// A car that turns on a circle with a radius of 25 m.
+    /// A car on a circle with a radius of 25 m.
     fn default() -> Self {
         Self {
             mass: 1200.0,
@@ -78,28 +78,28 @@ impl Default for Vehicle {
 }
 
 impl Vehicle {
-    /// The velocity `(ẋ, ẏ, θ̇)` with which it rolls at the speed `speed` [m/s] of its rear axle, at the position `(x, y, θ)` [m, m, rad].
+    /// The velocity `(ẋ, ẏ, θ̇)` at the position `(x, y, θ)` [m, m, rad], if the rear axle has the speed `speed` [m/s].
     #[must_use]
     pub fn rolling(&self, [_, _, theta]: [f64; 3], speed: f64) -> [f64; 3] {
         let rate = speed * self.steering.tan() / self.base;
         [speed * theta.cos(), speed * theta.sin(), rate]
     }
 
-    /// Position and speed after the time `t` \[s\] with the steering as it is: an arc of a circle.
+    /// The position `(x, y, θ)` after the time `t` \[s\] with constant steering. The path is an arc of a circle.
     #[must_use]
     pub fn held(&self, [x, y, theta]: [f64; 3], speed: f64, t: f64) -> [f64; 3] {
         let turned = t * self.rolling([x, y, theta], speed)[2];
-        // the chord, in the direction of its middle
+        // the chord has the direction that the vehicle has at the middle of the arc
         let half = 0.5 * turned;
         let chord = speed * t * if half == 0.0 { 1.0 } else { half.sin() / half };
         let middle = theta + half;
         [x + chord * middle.cos(), y + chord * middle.sin(), theta + turned]
     }
 
-    /// The speed [m/s] after the steering of a vehicle has changed from its value to `self.steering`.
+    /// The speed [m/s] after the steering of a vehicle has jumped from `from` \[rad\] to `self.steering`; `speed` is the speed before.
     ///
-    /// With `k = tan(steering)/base` the velocity before is `s (1, k₀)` in the directions of motion and turning, and the velocity after that
-    /// multiple of `(1, k)` which is nearest to it in the metric of the kinetic energy: `s (m + I k₀ k)/(m + I k²)`.
+    /// Let `k = tan(steering)/base`. Before the jump, the velocity along the vehicle and the angular velocity are `s (1, k₀)`. After it, they are
+    /// a multiple of `(1, k)`: the one nearest to `s (1, k₀)` in the metric of the kinetic energy. Its speed is `s (m + I k₀ k)/(m + I k²)`.
     #[must_use]
     pub fn steered(&self, from: f64, speed: f64) -> f64 {
         let [before, after] = [from, self.steering].map(|angle| angle.tan() / self.base);
