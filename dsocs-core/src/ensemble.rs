@@ -117,7 +117,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     ///
     /// [`SetupError`] if the step or a parameter of the system is not usable.
     pub fn new(system: &'a S, h: f64) -> Result<Self, SetupError> {
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return Err(SetupError::ThirdOrder {
                 method: "an ensemble (Ensemble)",
             });

@@ -147,7 +147,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if !h.is_finite() || h == 0.0 {
             return Err(SetupError::Step { h });
         }
-        let smallest = if S::ORDER > 2 { h * h * h } else { h * h };
+        let smallest = if const { S::ORDER > 2 } { h * h * h } else { h * h };
         if !smallest.is_normal() {
             return Err(SetupError::StepRange { h });
         }
@@ -235,7 +235,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         if let Some(before) = self.before.take() {
             return self.solve_changed(before);
         }
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return self.solve_third();
         }
         let (past_is_short, begins) = self.near_the_start();
@@ -269,7 +269,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
 
     /// The middle node of a step.
     fn node_of(&self, Solved { leg, e, report }: Solved<N>) -> Node<N> {
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             let mut constants = self.constants;
             S::remember(&mut constants, &self.third.before);
             return self.node_with(&constants, Solved { leg, e, report });
@@ -405,7 +405,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         turned.d = self.d.negated();
         turned.q = self.q.plus(&turned.d);
         turned.predictor.turn();
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             turned.turn_third(self.solved.is_some());
         }
         turned.clock.turn();
@@ -423,7 +423,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
 
     fn regularity(&self) -> Option<Regularity> {
         let solved = self.solved?;
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return self.regularity_of_third(&solved);
         }
         Some(Regularity::of(&*self.system, self.h, &solved.leg, &solved.e))

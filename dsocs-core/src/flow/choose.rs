@@ -33,7 +33,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let node = |z| {
             let e = step.second_difference(&z);
             let mut d = self.d;
-            if S::ORDER > 2 {
+            if const { S::ORDER > 2 } {
                 d = self.arriving(&e).1;
             } else {
                 d.add(&e);
@@ -52,7 +52,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found from there. The flow stays where it was.
     pub fn advance_to(&mut self, q2: &[f64; N]) -> Result<StepReport, StepError> {
-        if S::ORDER > 2 && self.third.given.is_some() {
+        if const { S::ORDER > 2 } && self.third.given.is_some() {
             // the start has it
             let report = self.solve_third()?;
             self.clock.tick();
@@ -71,7 +71,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         let e = step.second_difference(&z);
         let mut d = self.d;
         let mut second = self.third.e;
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             (second, d) = self.arriving(&e);
         } else {
             d.add(&e);
@@ -84,7 +84,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         self.predictor = predictor;
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             self.go_on(second);
         }
         self.clock.tick();

@@ -71,7 +71,7 @@ pub trait Solvable<const N: usize>: Declared<N> {
 
 impl<S: System<N>, const N: usize> Solvable<N> for S {
     fn check_step(&self, h: f64) -> Result<(), SetupError> {
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return Err(SetupError::ThirdOrder {
                 method: "the flow as a map of pairs of nodes (geometry::DiscreteFlow)",
             });

@@ -46,7 +46,7 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     /// [`SetupError`] if the tolerance, the start or a parameter cannot be used, if the start gives no velocity, or if the system
     /// has no Taylor series there.
     pub fn new(system: &'s S, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return Err(SetupError::ThirdOrder {
                 method: "the Taylor series (TaylorFlow)",
             });

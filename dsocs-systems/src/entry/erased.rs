@@ -192,7 +192,7 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
             array("q0", settings.q0, &S::COORDINATES)?,
             array("v0", settings.v0, &S::COORDINATES)?,
         );
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
             let start = (start.0, start.1, array("a0", a0, &S::COORDINATES)?);
             return check::third::check_to(&self.system, expected, settings, start, own);
