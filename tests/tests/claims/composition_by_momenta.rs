@@ -1,5 +1,7 @@
 //! Composed steps whose legs are joined by momenta: where the mass matrix varies, and beside external forces of any kind.
 
+use std::time::Instant;
+
 use dsocs_core::{
     ComposedFlow, Composition, Flow, Inputs, RunError, StageFailure, Start, Stepper, Symmetry, System, dsocs,
 };
@@ -319,4 +321,61 @@ fn a_leg_without_solution_is_told() {
     let text = failure.error.to_string();
     println!("{text}");
     assert!(text.contains("stage") && text.contains("smaller h"), "{text}");
+}
+
+/// The time of a stage of order 6, over that of a generated step.
+fn cost_of<S: System<2>>(name: &str, system: &S) {
+    const STEPS: u32 = 500;
+    let start = Start::second_order([0.5, 0.2], [0.0, 0.5]);
+    let mut all = [Vec::new(), Vec::new()];
+    for _ in 0..7 {
+        let mut step = Flow::new(system, 0.01, start).unwrap();
+        let begun = Instant::now();
+        for _ in 0..10 * STEPS {
+            step.advance().unwrap();
+        }
+        all[0].push(begun.elapsed().as_secs_f64() / f64::from(10 * STEPS));
+        let method = Composition::KAHAN_LI_6;
+        let mut composed = ComposedFlow::new(system, 0.01, method, start).unwrap();
+        let begun = Instant::now();
+        for _ in 0..STEPS {
+            composed.advance().unwrap();
+        }
+        let stages = f64::from(STEPS) * method.stages() as f64;
+        all[1].push(begun.elapsed().as_secs_f64() / stages);
+    }
+    let [step, stage] = all.map(|mut times| {
+        times.sort_unstable_by(f64::total_cmp);
+        1e6 * times[times.len() / 2]
+    });
+    println!(
+        "{name}: a step {step:.2} µs, a leg {stage:.1} µs, ratio {:.0}",
+        stage / step
+    );
+}
+
+/// `cargo test --release -p dsocs-tests --test claims composition_by_momenta::what_a_leg_costs -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn what_a_leg_costs() {
+    let (ratio, gravity) = (0.5, 1.0);
+    cost_of("double pendulum", &DoublePendulumMidpoint { ratio, gravity });
+    cost_of(
+        "the same with a torque by a constraint",
+        &Servo { ratio, gravity },
+    );
+}
+
+/// Two links, the upper of which is held back by a servo.
+#[dsocs {
+    coordinates(alpha, beta);
+    lagrangian = (1 + ratio) / 2 * dot(alpha).powi(2) + ratio / 2 * dot(beta).powi(2)
+        + ratio * dot(alpha) * dot(beta) * (alpha - beta).cos()
+        + gravity * ((1 + ratio) * alpha.cos() + ratio * beta.cos());
+    kinematic = ddot(alpha) + dot(alpha) + alpha;
+    constraint_forces = [(1, 0)];
+}]
+struct Servo {
+    ratio: f64,
+    gravity: f64,
 }
