@@ -89,6 +89,21 @@ impl Matrix {
         product
     }
 
+    /// Square equations with rows and columns of a common size: decomposed, with the right-hand sides scaled along with their rows, and the lengths
+    /// by which a solution is to be divided. `None` where they are not finite, or a column is zero.
+    pub(crate) fn equilibrated(mut self, right: &mut [f64]) -> Option<(Singular, Vec<f64>)> {
+        for (i, right) in right.iter_mut().enumerate() {
+            let largest = self.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            if largest > 0.0 {
+                self.divide_row(i, largest);
+                *right /= largest;
+            }
+        }
+        let lengths = self.normalize_columns();
+        let finite = self.is_finite() && right.iter().all(|x| x.is_finite());
+        finite.then(|| (self.decomposed(), lengths))
+    }
+
     /// The singular values with their vectors. The matrix has to be finite.
     pub(crate) fn decomposed(&self) -> Singular {
         if self.rows < self.columns.len() {

@@ -72,14 +72,8 @@ impl Regularity {
     ) -> Self {
         let triple = Triple::new(declaration, h, leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
-        let [forward, largest_forward] = triple.extremes([0.0, 1.0], false);
-        let [backward, largest_backward] = triple.extremes([-1.0, 1.0], true);
-        Self {
-            forward,
-            backward,
-            largest_forward,
-            largest_backward,
-        }
+        let forward = triple.extremes([0.0, 1.0], false);
+        Self::measured(forward, triple.extremes([-1.0, 1.0], true))
     }
 
     /// The regularity of a step of third order, with the equations by the last of four nodes; and, for the inverse flow, the constraints of
@@ -94,8 +88,12 @@ impl Regularity {
         e: &[f64; N],
     ) -> Self {
         let triple = Triple::new(declaration, h, leg, e);
-        let [forward, largest_forward] = triple.extremes([0.0, 1.0], false);
-        let [backward, largest_backward] = triple.extremes_of_four(past, third);
+        let forward = triple.extremes([0.0, 1.0], false);
+        Self::measured(forward, triple.extremes_of_four(past, third))
+    }
+
+    /// The regularity with the smallest and the largest singular value forward and backward.
+    fn measured([forward, largest_forward]: [f64; 2], [backward, largest_backward]: [f64; 2]) -> Self {
         Self {
             forward,
             backward,

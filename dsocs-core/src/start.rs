@@ -671,6 +671,14 @@ pub(crate) fn velocity_of<const N: usize>(
     velocity
 }
 
+/// The mass matrix at `(t, q, v)`, row by row.
+pub(crate) fn mass_matrix<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
+) -> [[f64; N]; N] {
+    consistency::mass_matrix(declaration, t, q, v)
+}
+
 /// The inverse of the mass matrix at `(t, q, v)`, row by row; the identity where there is none.
 pub(crate) fn inverse_mass<const N: usize>(
     declaration: &Declaration<'_, N>,

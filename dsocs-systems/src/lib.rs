@@ -40,6 +40,8 @@ pub mod stability;
 #[cfg(feature = "sweep")]
 pub mod sweep;
 pub mod systems;
+#[cfg(feature = "cli")]
+mod temporary;
 
 #[cfg(feature = "cli")]
 pub use entry::Entry;

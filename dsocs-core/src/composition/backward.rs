@@ -19,7 +19,7 @@ use crate::system::{Leg, Point};
 const SHORT: f64 = 1.0 / (1 << 20) as f64;
 
 /// The evaluations after which a solution is held against the one that the motion leads to.
-const MANY: u32 = 6;
+pub(super) const MANY: u32 = 6;
 
 /// On the way from a node an iteration that takes so many evaluations has not left its branch.
 const FEW: u32 = 4;
@@ -27,7 +27,7 @@ const FEW: u32 = 4;
 /// The smallest part of a leg on that way.
 const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
 
-/// Two accelerations that differ by less, relative to the larger, are the same solution.
+/// Two vectors that differ by less, relative to the larger, are the same solution.
 const SAME: f64 = 1e-6;
 
 /// How far a velocity is moved, relative to itself, to see where it leads.
@@ -48,10 +48,9 @@ pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
     from: &Point<f64, N>,
     found: &[f64; N],
 ) -> bool {
-    let (mut a, mut reached, mut part) = (from.a, 0.0, 0.125);
-    while reached < 1.0 {
-        let next = f64::min(1.0, reached + part);
-        let h = next * h;
+    let mut a = from.a;
+    let is_passable = little_by_little(|_, part| {
+        let h = part * h;
         let v: [f64; N] = core::array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
         let leg = Leg {
             t: from.t + h,
@@ -61,15 +60,36 @@ pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
         match solved(steps, h, &leg, &a, FEW) {
             Some((e, report)) if report.iterations <= FEW => {
                 a = e.map(|e| e / (h * h));
-                (reached, part) = (next, 2.0 * part);
+                true
             }
-            _ if part <= SMALLEST_PART => return false,
-            _ => part *= 0.5,
+            _ => false,
+        }
+    });
+    is_passable && is_same(&a, found)
+}
+
+/// Makes a leg in parts that become longer, from the part that was reached to the next, until it is whole; with smaller parts where one
+/// cannot be made. False where the smallest cannot.
+pub(super) fn little_by_little(mut make: impl FnMut(f64, f64) -> bool) -> bool {
+    let (mut reached, mut part) = (0.0, 0.125);
+    while reached < 1.0 {
+        let next = f64::min(1.0, reached + part);
+        if make(reached, next) {
+            (reached, part) = (next, 2.0 * part);
+        } else if part <= SMALLEST_PART {
+            return false;
+        } else {
+            part *= 0.5;
         }
     }
-    let size = |a: &[f64; N]| a.iter().fold(0.0_f64, |size, a| size.max(a.abs()));
-    let apart: [f64; N] = core::array::from_fn(|i| a[i] - found[i]);
-    size(&apart) <= SAME * size(&a).max(size(found))
+    true
+}
+
+/// Whether two vectors are the same solution.
+pub(super) fn is_same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
+    let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let apart: [f64; N] = core::array::from_fn(|i| x[i] - y[i]);
+    size(&apart) <= SAME * size(x).max(size(y))
 }
 
 /// The second difference of the step that begins with a leg, from the guess that an acceleration is.

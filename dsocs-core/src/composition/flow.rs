@@ -394,11 +394,11 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         let Some(joined) = &self.joined else {
             return Ok(START); // there is one where this is called
         };
-        let (mut node, mut past) = (joined.now.clone(), joined.past.clone());
-        let mut iterations = 0;
+        let mut node = joined.now.clone();
+        let (mut iterations, mut done) = (0, 0.0);
+        let mut increments = Vec::with_capacity(joined.past.len());
         let legs = Momenta::of(&*self.system);
-        let mut done = 0.0;
-        for (place, fraction) in self.method.fractions().enumerate() {
+        for (place, (fraction, past)) in self.method.fractions().zip(&joined.past).enumerate() {
             let h = fraction * self.h;
             done += h;
             // the last stage ends where the step does
@@ -408,10 +408,9 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             } else {
                 self.clock.time() + done
             };
-            let (next, d, count) = legs
-                .leg(&node, (h, t), &past[place])
-                .map_err(|failure| self.unjoined(place, failure))?;
-            past[place].push(&d);
+            let leg = legs.leg(&node, (h, t), past);
+            let (next, d, count) = leg.map_err(|failure| self.unjoined(place, failure))?;
+            increments.push(d);
             iterations += count;
             node = next;
         }
@@ -419,7 +418,12 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         complete
             .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
         self.now = State::of(&node);
-        self.joined = Some(Box::new(Joined { now: node, past }));
+        if let Some(joined) = &mut self.joined {
+            for (past, d) in joined.past.iter_mut().zip(&increments) {
+                past.push(d);
+            }
+            joined.now = node;
+        }
         self.report = StepReport { iterations, ..USUAL };
         self.clock.tick();
         Ok(self.report)

@@ -14,6 +14,7 @@
 
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
+use super::backward::{MANY, is_same, little_by_little};
 use crate::any::AnySystem;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
@@ -24,19 +25,10 @@ use crate::start;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown as _;
 use crate::system::{Leg, Point};
-use crate::tangent::{Tangent, Tangent2};
+use crate::tangent::Tangent;
 
 /// The most iterations of Newton's method for a leg.
 const MAX_ITERATIONS: u32 = 25;
-
-/// After so many evaluations, a solution is compared with the one that the motion leads to.
-const MANY: u32 = 6;
-
-/// The smallest part by which a leg is lengthened to find that solution.
-const SMALLEST_PART: f64 = 1.0 / (1 << 12) as f64;
-
-/// Two increments that differ by less than this, relative to the longer, are the same solution.
-const SAME: f64 = 1e-6;
 
 /// The iteration ends after an update this small, relative to the unknowns: each iteration doubles the number of correct digits.
 const LAST: f64 = 1e-11;
@@ -183,7 +175,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         let found = self.leg_from(from, (h, t), guess, from);
         match found {
             Ok((node, d, iterations)) if iterations >= MANY => match self.lengthened(from, (h, t)) {
-                Some(other) if same(&d, &other) => Ok((node, d, iterations)),
+                Some(other) if is_same(&d, &other) => Ok((node, d, iterations)),
                 _ => Err(Failure::Jump),
             },
             other => other,
@@ -192,24 +184,20 @@ impl<'s, const N: usize> Momenta<'s, N> {
 
     /// The increment of a leg, found by following the solution while the length grows from zero to `h`.
     fn lengthened(&self, from: &Node<N>, (h, t): (f64, f64)) -> Option<[f64; N]> {
-        let (mut last, mut reached, mut part) = (from.clone(), 0.0, 0.125);
-        let mut increment = [0.0; N];
-        while reached < 1.0 {
-            let next = f64::min(1.0, reached + part);
+        let (mut last, mut increment) = (from.clone(), [0.0; N]);
+        let is_passable = little_by_little(|reached, next| {
             let time = if next < 1.0 { from.t + next * h } else { t };
-            let ahead = (next - reached) * h;
-            let beyond = last.ahead(ahead);
+            let beyond = last.ahead((next - reached) * h);
             let guess = core::array::from_fn(|i| increment[i] + beyond[i]);
             match self.leg_from(from, (next * h, time), guess, &last) {
                 Ok((node, d, iterations)) if iterations < MANY => {
                     (last, increment) = (node, d);
-                    (reached, part) = (next, 2.0 * part);
+                    true
                 }
-                _ if part <= SMALLEST_PART => return None,
-                _ => part *= 0.5,
+                _ => false,
             }
-        }
-        Some(increment)
+        });
+        is_passable.then_some(increment)
     }
 
     /// The leg, from a guess of its increment. Acceleration and multipliers at its end are looked for near those of `near`.
@@ -316,7 +304,8 @@ impl<'s, const N: usize> Momenta<'s, N> {
                 return Err(unsolved(reason::<N>(&[], rows), progress));
             };
             // what a change of the velocity does to accelerations and multipliers, and to the momentum that is left
-            let (mut matrix, mut mass) = ([[0.0; N]; N], [[0.0; N]; N]);
+            let mass = start::mass_matrix(&self.declaration, (node.t, &node.q.hi, &node.v));
+            let mut matrix = [[0.0; N]; N];
             let mut columns = Vec::with_capacity(N);
             for j in 0..N {
                 let moved = moving(&point, |k| if k == j { 1.0 } else { 0.0 }, |_| 0.0);
@@ -335,7 +324,6 @@ impl<'s, const N: usize> Momenta<'s, N> {
                 );
                 let force = self.declaration.continuous_force(&along);
                 for i in 0..N {
-                    mass[i][j] = if i < j { mass[j][i] } else { self.mass(node, i, j) };
                     matrix[i][j] = mass[i][j] - 0.5 * h * force[i].derivative();
                 }
                 columns.push(column);
@@ -384,16 +372,6 @@ impl<'s, const N: usize> Momenta<'s, N> {
             Vec::new(),
         ))
     }
-
-    /// An entry of the mass matrix `∂²L/∂v∂v`.
-    fn mass(&self, node: &Node<N>, i: usize, j: usize) -> f64 {
-        let unit = |k: usize, moves: usize| if k == moves { 1.0 } else { 0.0 };
-        let q = node.q.hi.map(Tangent2::splat);
-        let v = core::array::from_fn(|k| Tangent2::second(node.v[k], [unit(k, i), unit(k, j)]));
-        self.declaration
-            .lagrangian(Tangent2::splat(node.t), &q, &v)
-            .mixed()
-    }
 }
 
 impl<const N: usize> Node<N> {
@@ -441,13 +419,6 @@ fn relative<const N: usize>(update: &[f64; N], unknown: &[f64; N], rounding: &[f
         update => update / unknown[i].abs().max(LEAST * most).max(rounding[i] / LAST),
     });
     parts.fold(0.0, |largest, part| if part <= largest { largest } else { part })
-}
-
-/// Whether two increments are the same solution.
-fn same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
-    let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    let apart: [f64; N] = core::array::from_fn(|i| x[i] - y[i]);
-    size(&apart) <= SAME * size(x).max(size(y))
 }
 
 /// A point that moves.

@@ -216,14 +216,7 @@ fn forward<const N: usize>(
     let (mut moved, mut shown) = (Vec::with_capacity(variables.len()), Vec::new());
     let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
     for (number, piece) in pieces.iter().enumerate() {
-        let (first, count, stretch) = match *piece {
-            Piece::Plain {
-                first,
-                count,
-                stretch,
-            } => (first, count, stretch),
-            Piece::Changed { at, stretch } => (at, 1, stretch),
-        };
+        let (first, count, stretch) = piece.steps();
         if entered.as_ref().is_none_or(|(own, _)| *own != stretch) {
             motion.enter(stretch, &mut rooms);
             entered = Some((stretch, changes(motion, variables, stretch, &mut rooms)));

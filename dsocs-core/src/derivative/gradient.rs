@@ -173,14 +173,7 @@ fn backward<const N: usize>(
     };
     let mut current: Option<(usize, Vec<Eight>)> = None;
     for piece in motion.pieces().iter().rev() {
-        let (first, count, stretch) = match *piece {
-            Piece::Plain {
-                first,
-                count,
-                stretch,
-            } => (first, count, stretch),
-            Piece::Changed { at, stretch } => (at, 1, stretch),
-        };
+        let (first, count, stretch) = piece.steps();
         if current.as_ref().is_none_or(|(own, ..)| *own != stretch) {
             leave(motion, current.take(), &mut rooms, &mut adjoint);
             let values = motion.enter(stretch, &mut rooms);

@@ -86,7 +86,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         if !t.is_finite() {
             return Err(RunError::Until { until: t }.into());
         }
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             let method = "the derivative of a run (Path)";
             return Err(RunError::from(SetupError::ThirdOrder { method }).into());
         }
@@ -277,6 +277,20 @@ pub(super) enum Piece {
     },
     /// The one step at which the parameters change to those of a stretch.
     Changed { at: usize, stretch: usize },
+}
+
+impl Piece {
+    /// The first of its steps, how many they are, and the stretch that they belong to.
+    pub(super) fn steps(&self) -> (usize, usize, usize) {
+        match *self {
+            Self::Plain {
+                first,
+                count,
+                stretch,
+            } => (first, count, stretch),
+            Self::Changed { at, stretch } => (at, 1, stretch),
+        }
+    }
 }
 
 impl<'p, const N: usize> Motion<'p, N> {

@@ -50,7 +50,7 @@ impl<S, const N: usize> Clone for Changed<'_, S, N> {
 impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
         let place = inputs::place::<S, N>(parameter, value)?;
-        if S::ORDER > 2 {
+        if const { S::ORDER > 2 } {
             return Err(RunError::Input(Box::new(InputError::ThirdOrder {
                 parameter: S::PARAMETERS[place].name,
             })));
@@ -374,22 +374,12 @@ fn update(columns: &[Vec<Tangent>], residual: &[f64]) -> Option<Vec<f64>> {
     if residual.len() != size {
         return None;
     }
-    let mut matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
+    let matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
     let mut right = residual.to_vec();
-    for (i, right) in right.iter_mut().enumerate() {
-        let scale = matrix.row(i).fold(0.0_f64, |scale, x| scale.max(x.abs()));
-        if scale > 0.0 {
-            matrix.divide_row(i, scale);
-            *right /= scale;
-        }
-    }
-    let sizes = matrix.normalize_columns();
-    if !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
-        return None;
-    }
-    let mut update = matrix.decomposed().solve(&right, f64::EPSILON);
-    for (update, size) in update.iter_mut().zip(&sizes) {
-        *update /= size;
+    let (singular, lengths) = matrix.equilibrated(&mut right)?;
+    let mut update = singular.solve(&right, f64::EPSILON);
+    for (update, length) in update.iter_mut().zip(&lengths) {
+        *update /= length;
     }
     update.iter().all(|x| x.is_finite()).then_some(update)
 }

@@ -329,25 +329,32 @@ pub(super) fn inverse_mass<const N: usize>(
     q: &[f64; N],
     v: &[f64; N],
 ) -> Matrix {
-    let columns: Vec<[f64; N]> = (0..N)
-        .map(|j| {
-            let point = Point {
-                t: Tangent::splat(t),
-                q: q.map(|q| Tangent::new(q, 0.0)),
-                v: v.map(|v| Tangent::new(v, 0.0)),
-                a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),
-            };
-            declaration.continuous_force(&point).map(Tangent::derivative)
-        })
-        .collect();
-    let mass: [[f64; N]; N] = core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]));
-    let inverse = elimination::inverse::<false, N>(&mass);
+    let inverse = elimination::inverse::<false, N>(&mass_matrix(declaration, t, q, v));
     let inverse = Matrix::from_fn(N, N, |i, j| inverse[j][i]);
     if inverse.is_finite() {
         inverse
     } else {
         Matrix::from_fn(N, N, |i, j| if i == j { 1.0 } else { 0.0 })
     }
+}
+
+/// The mass matrix `∂²L/∂v²`.
+pub(super) fn mass_matrix<const N: usize>(
+    declaration: &Declaration<'_, N>,
+    t: f64,
+    q: &[f64; N],
+    v: &[f64; N],
+) -> [[f64; N]; N] {
+    let columns: [[f64; N]; N] = core::array::from_fn(|j| {
+        let point = Point {
+            t: Tangent::splat(t),
+            q: q.map(|q| Tangent::new(q, 0.0)),
+            v: v.map(|v| Tangent::new(v, 0.0)),
+            a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),
+        };
+        declaration.continuous_force(&point).map(Tangent::derivative)
+    });
+    core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]))
 }
 
 /// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass

@@ -552,20 +552,9 @@ fn free_directions<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
 /// The solution of linear equations that are given by their columns; `None` where they are singular.
 fn solved(columns: &[Vec<Tangent>], right: &[f64]) -> Option<Vec<f64>> {
     let size = right.len();
-    let mut matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
-    if !matrix.is_finite() {
-        return None;
-    }
+    let matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
     let mut right = right.to_vec();
-    for (i, right) in right.iter_mut().enumerate() {
-        let largest = matrix.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        if largest > 0.0 {
-            matrix.divide_row(i, largest);
-            *right /= largest;
-        }
-    }
-    let lengths = matrix.normalize_columns();
-    let singular = matrix.decomposed();
+    let (singular, lengths) = matrix.equilibrated(&mut right)?;
     let [smallest, largest] = singular.extremes();
     if smallest <= NO_FORM * largest || smallest.is_nan() {
         return None;

@@ -8,6 +8,7 @@
 //! Derivatives are exact to rounding, those of functions of the user's too ([`Source::call_dual`]).
 
 use super::eight::Eight;
+use super::link::{self, Register};
 use super::read::{Binary, Body, Comparison, Function, Op};
 use super::{Leaf, Part, Segment, Source, Tape};
 use crate::dispatch::{self, Work};
@@ -25,26 +26,10 @@ pub(crate) enum Input {
 }
 
 /// Where a number stands.
-type Place = u32;
+type Place = Register;
 
-/// What is computed at a place, from places before it.
-#[derive(Clone, Copy, Debug)]
-enum Kind {
-    Number(f64),
-    Input,
-    Neg(Place),
-    Recip(Place),
-    Powi(Place, i32),
-    Function(Function, Place),
-    Binary(Binary, [Place; 2]),
-    Select(Comparison, [Place; 4]),
-    /// Which function; where its arguments stand among all, and how many they are.
-    Call {
-        which: u32,
-        first: u32,
-        count: u32,
-    },
-}
+/// What is computed at a place, from places before it. Which leaf is read there stands among the inputs.
+type Kind = link::Kind<()>;
 
 /// An operation, and where its slopes stand that are no numbers of other places.
 #[derive(Clone, Copy, Debug)]
@@ -225,7 +210,7 @@ impl Differential {
         let of = |part: &usize| places[*part];
         let kind = match op {
             Op::Number(value) => Kind::Number(*value),
-            Op::Leaf(_) | Op::Stored(..) => Kind::Input,
+            Op::Leaf(_) | Op::Stored(..) => Kind::Leaf(()),
             Op::Neg(a) => Kind::Neg(of(a)),
             Op::Recip(a) => Kind::Recip(of(a)),
             Op::Powi(a, power) => Kind::Powi(of(a), *power),
@@ -258,7 +243,7 @@ impl Differential {
         let Step { kind, slopes } = self.steps[at];
         let own = |k: u32| Slope::Own(slopes.unwrap_or(0) + k);
         match kind {
-            Kind::Number(_) | Kind::Input => Vec::new(),
+            Kind::Number(_) | Kind::Leaf(()) => Vec::new(),
             Kind::Neg(a) => vec![(a, Slope::Minus)],
             Kind::Recip(a) | Kind::Powi(a, _) | Kind::Function(_, a) => vec![(a, own(0))],
             Kind::Binary(Binary::Add, [a, b]) => vec![(a, Slope::One), (b, Slope::One)],
@@ -519,7 +504,7 @@ fn evaluate(of: &Differential, source: &dyn Source, room: &mut Room, count: usiz
         };
         let value = match step.kind {
             Kind::Number(value) => Eight::splat(value),
-            Kind::Input => continue,
+            Kind::Leaf(()) => continue,
             Kind::Neg(a) => -at(a),
             Kind::Recip(a) => {
                 let value = Eight::splat(1.0) / at(a);

@@ -15,11 +15,11 @@ pub(super) struct Instruction {
     pub(super) kind: Kind,
 }
 
-/// What is computed.
+/// What is computed, with what a leaf is.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(super) enum Kind<L = Leaf> {
     Number(f64),
-    Leaf(Leaf),
+    Leaf(L),
     Neg(Register),
     Recip(Register),
     Powi(Register, i32),

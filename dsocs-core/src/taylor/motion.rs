@@ -79,13 +79,6 @@ fn at<const N: usize>(
     }
 }
 
-/// Tolerance and order of the two motions that errors are measured against: how far they are apart says how well the motion
-/// is known. A low order rounds less.
-const REFERENCES: [Tolerance; 2] = [
-    Tolerance::relative(1e-16).order(18),
-    Tolerance::relative(1e-17).order(22),
-];
-
 /// The global error of a motion: its distance from the continuous motion with the same start, which is computed by Taylor series to nearly
 /// all digits.
 ///
@@ -122,13 +115,20 @@ pub struct GlobalError<'s, S: System<N>, const N: usize> {
 }
 
 impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
+    /// Tolerance and order of the two motions that errors are measured against: how far they are apart says how well the motion
+    /// is known. A low order rounds less.
+    pub const REFERENCES: [Tolerance; 2] = [
+        Tolerance::relative(1e-16).order(18),
+        Tolerance::relative(1e-17).order(22),
+    ];
+
     /// The error of motions from a start up to the time `until`.
     ///
     /// # Errors
     ///
     /// As [`Motion::new`].
     pub fn new(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
-        let [first, second] = REFERENCES;
+        let [first, second] = Self::REFERENCES;
         Ok(Self {
             motions: [
                 Motion::new(system, start, until, first)?,

@@ -4,10 +4,13 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident};
 
+use crate::emit::jets;
+
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.
 #[allow(clippy::too_many_lines)] // one trait, quoted
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
+    let jets = jets::none(ident, generics, n);
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
@@ -101,26 +104,6 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             }
         }
 
-        #[automatically_derived]
-        #[allow(unused_variables, clippy::all, clippy::pedantic)]
-        impl #generics ::dsocs_core::__private::Jets<#n> for #ident #arguments #bounds {
-            type Fixed = [f64; 0];
-            type Table = ::dsocs_core::__private::Table<0, 0, 0>;
-
-            fn fixed(
-                &self,
-                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
-            ) -> Self::Fixed {
-                ::core::unreachable!()
-            }
-            fn expand<const __DSOCS_FUSED: bool>(
-                &self,
-                fixed: &Self::Fixed,
-                series: &mut ::dsocs_core::taylor::Series<#n>,
-                table: &mut Self::Table,
-            ) {
-                ::core::unreachable!()
-            }
-        }
+        #jets
     }
 }

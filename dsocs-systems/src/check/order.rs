@@ -287,6 +287,14 @@ fn scales<const N: usize>(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64; N]) -> V
         .collect()
 }
 
+/// The last of some points, smaller ones after larger ones, that are above the plateau of rounding; `None` where they are too few for a
+/// slope.
+pub fn above(plateau: f64, mut points: Vec<[f64; 2]>) -> Option<Vec<[f64; 2]>> {
+    points.retain(|[_, value]| *value > plateau || value.is_nan());
+    let last = points.split_off(points.len().saturating_sub(FITTED));
+    (last.len() > 2).then_some(last)
+}
+
 /// The slope of the line through the logarithms of some points.
 pub fn fitted(points: &[[f64; 2]]) -> f64 {
     let count = points.len() as f64;

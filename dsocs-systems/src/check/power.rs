@@ -7,7 +7,7 @@
 use dsocs_core::geometry::{Triple, discrete_power, power};
 use dsocs_core::{Leg, Point};
 
-use super::order::fitted;
+use super::order::{above, fitted};
 use super::probe::{Probe, State};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::stability::Bar;
@@ -17,9 +17,6 @@ const IDENTITY: f64 = 1e-11;
 
 /// Each of so many steps is half of the one before.
 const HALVINGS: u32 = 6;
-
-/// The order is fitted to so many of the smallest defects that are above rounding.
-const FITTED: usize = 4;
 
 /// A defect below this part of the energy's terms may be rounding.
 const PLATEAU: f64 = 1e-10;
@@ -61,12 +58,8 @@ pub fn balance<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             return;
         }
     };
-    let told: Vec<[f64; 2]> = points
-        .into_iter()
-        .filter(|[_, defect]| *defect > PLATEAU || defect.is_nan())
-        .collect();
-    let points = &told[told.len().saturating_sub(FITTED)..];
-    let ([[first, _], .., [least, _]], true) = (points, points.len() > 2) else {
+    let fit = above(PLATEAU, points);
+    let Some(points @ [[first, _], .., [least, _]]) = fit.as_deref() else {
         report.note("the discrete balance is met to rounding: no order is fitted");
         return;
     };

@@ -3,7 +3,7 @@
 use dsocs_core::geometry::{Declared, Triple, discrete_power, rows_of_four_written, rows_of_written};
 use dsocs_core::{Flow, Leg, Node, Point, Regularity, Start, Stepper, System};
 
-use super::order::fitted;
+use super::order::{above, fitted};
 use super::{Expected, Finding, Measured, Report, Settings, larger};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
@@ -16,9 +16,6 @@ const REVERSED: f64 = 1e-9;
 
 /// Each of so many steps is half of the one before.
 const HALVINGS: usize = 6;
-
-/// The order is fitted to so many of the smallest changes that are above rounding.
-const FITTED: usize = 4;
 
 /// A change below this part of the motion's extent may be rounding.
 const PLATEAU: f64 = 1e-10;
@@ -297,12 +294,8 @@ fn push_slope(what: &str, measured: Measured<Vec<[f64; 2]>>, bar: Bar, report: &
             return;
         }
     };
-    let told: Vec<[f64; 2]> = points
-        .into_iter()
-        .filter(|[_, value]| *value > PLATEAU || value.is_nan())
-        .collect();
-    let points = &told[told.len().saturating_sub(FITTED)..];
-    let ([[first, _], .., [least, _]], true) = (points, points.len() > 2) else {
+    let fit = above(PLATEAU, points);
+    let Some(points @ [[first, _], .., [least, _]]) = fit.as_deref() else {
         report.push(what, Bar::Reported, Ok(0.0));
         report.note("what is measured is rounding: no order is fitted");
         return;

@@ -8,6 +8,7 @@ use std::sync::Once;
 use tempfile::NamedTempFile;
 
 use super::CliError;
+use crate::temporary::temporary;
 
 /// A file in the making. It is written beside its target and takes the target's name at the end, so that a target never
 /// holds half a file.
@@ -52,7 +53,7 @@ impl OutputFile {
                 fs::create_dir_all(folder).map_err(failed)?;
                 // before the first file of this process: its own parts are no news
                 TOLD.call_once(|| tell_of_parts(folder));
-                Place::Beside(BufWriter::new(temporary(folder).map_err(failed)?))
+                Place::Beside(BufWriter::new(temporary(folder, PART).map_err(failed)?))
             }
         };
         Ok(Self { path: target, place })
@@ -128,18 +129,6 @@ fn tell_of_parts(folder: &Path) {
     }
 }
 
-/// A temporary file with the permissions that a new file has.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(PART[0]).suffix(PART[1]);
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666)); // the umask takes its part off
-    }
-    builder.tempfile_in(folder)
-}
-
 /// Writes a whole file.
 ///
 /// # Errors
@@ -160,7 +149,7 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), CliError> {
 /// [`CliError::Write`] if not.
 pub fn check_folder(folder: &Path) -> Result<(), CliError> {
     fs::create_dir_all(folder)
-        .and_then(|()| temporary(folder)?.write_all(b"test"))
+        .and_then(|()| temporary(folder, PART)?.write_all(b"test"))
         .map_err(|cause| CliError::Write {
             path: folder.to_owned(),
             cause,

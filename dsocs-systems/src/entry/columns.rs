@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{Regularity, Unresolved};
+use dsocs_core::{Node, Regularity, Unresolved};
 
 use super::{Description, Plan};
 
@@ -33,7 +33,25 @@ pub struct Row<'a> {
     pub uncertainty: f64,
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    /// The row of a node, with what is observed there and the multipliers; without regularity and errors.
+    pub(super) fn of<const N: usize>(node: &'a Node<N>, observed: &'a [f64], multipliers: &'a [f64]) -> Self {
+        Self {
+            index: node.index,
+            t: node.t,
+            q: &node.q,
+            v: &node.v,
+            force: &node.force,
+            energy: node.energy,
+            observed,
+            multipliers,
+            regularity: None,
+            unresolved: None,
+            errors: &[],
+            uncertainty: 0.0,
+        }
+    }
+
     /// The value of each column, in the order of [`columns`].
     pub fn values(&self) -> impl Iterator<Item = f64> {
         let vectors = [self.q, self.v, self.force].into_iter().flatten();

@@ -1,6 +1,7 @@
 //! Inputs that are held: their values over time, and the continuous motion under them that errors are measured against.
 
-use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow, Tolerance};
+use dsocs_core::taylor::GlobalError;
+use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow};
 
 use super::run::Errors;
 
@@ -15,12 +16,6 @@ pub struct HeldInput {
 
 /// Times that differ by less than this part of a step are the same.
 const ROUNDING: f64 = 1e-6;
-
-/// Tolerance and order of the two motions that errors are measured against, as those of [`dsocs_core::taylor::GlobalError`].
-const REFERENCES: [Tolerance; 2] = [
-    Tolerance::relative(1e-16).order(18),
-    Tolerance::relative(1e-17).order(22),
-];
 
 impl HeldInput {
     /// The value at a time. A time that is one of the plan's to within rounding is that time.
@@ -66,7 +61,7 @@ impl<'s, S: System<N> + Clone, const N: usize> HeldErrors<'s, S, N> {
         start: Start<N>,
         inputs: &'s [HeldInput],
     ) -> Result<Self, SetupError> {
-        let [first, second] = REFERENCES;
+        let [first, second] = GlobalError::<S, N>::REFERENCES;
         let motion = |tolerance| TaylorFlow::new(system, start, tolerance)?.every(h);
         Ok(Self {
             motions: [motion(first)?, motion(second)?],

@@ -104,20 +104,7 @@ fn show<const N: usize>(
     sink: &mut dyn FnMut(&Row<'_>),
 ) {
     view.observed(&node.point(), observed);
-    sink(&Row {
-        index: node.index,
-        t: node.t,
-        q: &node.q,
-        v: &node.v,
-        force: &node.force,
-        energy: node.energy,
-        observed,
-        multipliers: &view.multipliers_of(node),
-        regularity: None,
-        unresolved: None,
-        errors: &[],
-        uncertainty: 0.0,
-    });
+    sink(&Row::of(node, observed, &view.multipliers_of(node)));
 }
 
 /// Makes the steps.

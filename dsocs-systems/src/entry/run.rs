@@ -270,19 +270,11 @@ fn hand_on<const N: usize>(
                     unresolved: Option<Unresolved>| {
         // with the values that inputs have by now
         view.observed(&node.point(), &mut observed);
+        let multipliers = view.multipliers_of(node);
         let mut row = Row {
-            index: node.index,
-            t: node.t,
-            q: &node.q,
-            v: &node.v,
-            force: &node.force,
-            energy: node.energy,
-            observed: &observed,
-            multipliers: &view.multipliers_of(node),
             regularity,
             unresolved,
-            errors: &[],
-            uncertainty: 0.0,
+            ..Row::of(node, &observed, &multipliers)
         };
         let Some(error) = &mut error else {
             return sink(&row);

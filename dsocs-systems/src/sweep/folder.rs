@@ -8,6 +8,7 @@ use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use super::SweepError;
+use crate::temporary::temporary;
 
 /// How the names of temporary files begin and end. Readers of Parquet ignore names that begin with a dot.
 const TEMPORARY: [&str; 2] = [".dsocs-", ".part"];
@@ -86,7 +87,7 @@ impl Folder {
         }
         let path = self.manifest_path();
         let write = || -> io::Result<()> {
-            let mut file = temporary(&self.path)?;
+            let mut file = temporary(&self.path, TEMPORARY)?;
             file.write_all(format!("{manifest:#}\n").as_bytes())?;
             file.as_file().sync_all()?;
             match file.persist_noclobber(&path) {
@@ -119,7 +120,7 @@ impl Folder {
     pub fn begin(&self, which: Which, part: u64) -> Result<PartFile, SweepError> {
         let path = self.part(which, part);
         let folder = self.path.join(which.name());
-        match temporary(&folder) {
+        match temporary(&folder, TEMPORARY) {
             Ok(file) => Ok(PartFile { file, path, folder }),
             Err(cause) => Err(SweepError::write(&path, cause)),
         }
@@ -185,18 +186,6 @@ impl PartFile {
         };
         write().map_err(|cause| SweepError::write(&path, cause))
     }
-}
-
-/// A temporary file with the permissions that a new file has.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY[0]).suffix(TEMPORARY[1]);
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666)); // the umask takes its part off
-    }
-    builder.tempfile_in(folder)
 }
 
 /// Waits until the names in a folder are on the disk, on systems that offer this.

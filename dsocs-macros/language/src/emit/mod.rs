@@ -8,7 +8,7 @@
 mod cold;
 mod functions;
 mod hot;
-mod jets;
+pub(crate) mod jets;
 mod program;
 mod stages;
 
@@ -27,7 +27,7 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     let item = &model.item;
     let system = system(model);
     let jets = if model.order() > 2 {
-        jets::none(model)
+        jets::none(&model.item.ident, &model.item.generics, model.coordinates.len())
     } else {
         jets::jets(model)
     };

@@ -12,6 +12,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
+use syn::{Generics, Ident};
 
 use self::lower::Lower;
 use self::sequence::{Op, Sequence, Sequences};
@@ -75,15 +76,14 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     }
 }
 
-/// The `impl Jets` of a declaration of third order, which has no Taylor series: nothing calls it.
-pub(super) fn none(model: &Model) -> TokenStream {
-    let name = &model.item.ident;
-    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
-    let n = Literal::usize_unsuffixed(model.coordinates.len());
+/// The `impl Jets` of what has no Taylor series, a declaration of third order or a wrong one: nothing calls it.
+pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
+    let (generics, arguments, bounds) = generics.split_for_impl();
+    let n = Literal::usize_unsuffixed(n);
     quote! {
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
-        impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
+        impl #generics ::dsocs_core::__private::Jets<#n> for #ident #arguments #bounds {
             type Fixed = [f64; 0];
             type Table = ::dsocs_core::__private::Table<0, 0, 0>;
 
@@ -94,7 +94,7 @@ pub(super) fn none(model: &Model) -> TokenStream {
                 []
             }
 
-            fn expand<const __FUSED: bool>(
+            fn expand<const __DSOCS_FUSED: bool>(
                 &self,
                 fixed: &Self::Fixed,
                 series: &mut ::dsocs_core::taylor::Series<#n>,
