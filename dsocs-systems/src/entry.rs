@@ -471,18 +471,52 @@ impl Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PlanarPendulum, RodAndWheel};
+    use dsocs_core::dsocs;
+
+    /// A mass on a rod,
+    /// in a plane.
+    ///
+    /// Not part of the summary.
+    #[dsocs {
+        coordinates(
+            /// The position [m]
+            x,
+            /// The height [m]
+            y
+        );
+        lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) - mass * gravity * y;
+        holonomic = x.powi(2) + y.powi(2) - length.powi(2);
+    }]
+    #[derive(Clone)]
+    struct PlanarPendulum {
+        mass: f64,
+        length: f64,
+        gravity: f64,
+    }
+
+    const PENDULUM: PlanarPendulum = PlanarPendulum {
+        mass: 1.0,
+        length: 1.0,
+        gravity: 9.81,
+    };
+
+    /// A rod whose one end slides along itself.
+    #[dsocs {
+        coordinates(x, y, u, w);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(u).powi(2) + dot(w).powi(2)) / 2;
+        holonomic = (x - u).powi(2) + (y - w).powi(2) - 1;
+        nonholonomic = dot(x) * (w - y) - dot(y) * (u - x);
+    }]
+    #[derive(Clone)]
+    struct RodAndWheel {}
 
     #[test]
     fn an_entry_says_what_its_declaration_says() {
-        let mut entry = Entry::new(PlanarPendulum::default());
+        let mut entry = Entry::new(PENDULUM);
         assert_eq!(entry.name(), "planar-pendulum");
-        assert_eq!(
-            entry.summary(),
-            "A point mass on a massless rod, in a vertical plane"
-        );
+        assert_eq!(entry.summary(), "A mass on a rod, in a plane");
         assert_eq!(entry.kind(), Kind::Holonomic);
-        assert_eq!(Entry::new(RodAndWheel::default()).kind(), Kind::Mixed);
+        assert_eq!(Entry::new(RodAndWheel {}).kind(), Kind::Mixed);
         let units: Vec<_> = entry
             .description()
             .coordinates
@@ -506,7 +540,7 @@ mod tests {
 
     #[test]
     fn what_contradicts_the_declaration_is_told() {
-        let entry = || Entry::new(PlanarPendulum::default());
+        let entry = || Entry::new(PENDULUM);
         assert_eq!(entry().verify(), Ok(()));
         for (entry, expected) in [
             (

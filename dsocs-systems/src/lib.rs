@@ -10,7 +10,7 @@
 //!
 //! | module | feature | |
 //! |---|---|---|
-//! | [`systems`] | | a file for each system: its declaration, exact solutions or invariants, and entry |
+//! | `systems` | `systems` | a file for each system: its declaration, exact solutions or invariants, and entry |
 //! | `entry` | `cli` | what the command line knows of a system: a value made of it |
 //! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list` |
 //! | `check` | `cli` | measures whether the paper's theorems hold on a motion |
@@ -19,6 +19,9 @@
 //! | `sweep` | `sweep` | many runs by a plan, on one machine or on a cluster |
 //! | `guide` | `cli` | the book |
 //! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
+//!
+//! The unit tests do without the systems and without what is made of them (`not(test)`): to build all of them a second time takes as long
+//! as the first time. Tests that need a system of this crate stand in the folder `tests`.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cli")]
@@ -27,28 +30,31 @@ pub mod check;
 pub mod cli;
 #[cfg(feature = "cli")]
 pub mod entry;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 pub mod experiment;
 #[cfg(feature = "cli")]
 pub mod figure;
 #[cfg(feature = "cli")]
 pub mod guide;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 pub mod reference;
 #[cfg(feature = "cli")]
 pub mod stability;
 #[cfg(feature = "sweep")]
 pub mod sweep;
+#[cfg(all(feature = "systems", not(test)))]
 pub mod systems;
 #[cfg(feature = "cli")]
 mod temporary;
 
 #[cfg(feature = "cli")]
 pub use entry::Entry;
+#[cfg(all(feature = "systems", not(test)))]
 pub use systems::{
     Arm, CartPole, Clothoid, Constant, ContactOscillator, Crane, Curvature, CurvedParticle, ExactDecrease,
     FrictionPendulum, GravityTurn, HeavyTop, InertiaWheelPendulum, Kapitza, KnifeEdge, MagneticParticle,
     NonholonomicParticle, PlanarChain2, PlanarChain8, PlanarPendulum, RodAndWheel, RollingDisk, Sleigh,
     Snakeboard, Sphere, SphericalPendulum, StalledPendulum, Train, Vehicle, Wavy,
 };
+#[cfg(all(feature = "systems", not(test)))]
 pub use systems::{chain, particle, pendulum};

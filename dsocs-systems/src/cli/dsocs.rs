@@ -58,13 +58,3 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
             }),
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        super::Arguments::command().debug_assert();
-    }
-}

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use thiserror::Error;
 
 use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
 use dsocs_core::{RunError, SetupError, Symmetry};
@@ -253,7 +253,7 @@ pub enum CliError {
         missed: usize,
     },
     /// An experiment of the paper failed.
-    #[cfg(feature = "dsocs")]
+    #[cfg(all(feature = "dsocs", not(test)))]
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     /// A figure could not be drawn.

@@ -35,7 +35,7 @@
 mod accuracy;
 mod check;
 mod destination;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 pub mod dsocs;
 mod energy;
 mod error;
@@ -49,16 +49,16 @@ mod manual;
 mod map;
 mod moments;
 mod motion;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 mod new;
 mod number;
 mod output;
 mod page;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 mod paper;
 mod plot;
 mod progress;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 mod report;
 mod run;
 mod stability;
@@ -142,7 +142,7 @@ struct Program {
     /// The syntax of its arguments.
     syntax: fn() -> clap::Command,
     /// Whether it is `dsocs`, whose systems have hard cases with known answers.
-    #[cfg(feature = "dsocs")]
+    #[cfg(all(feature = "dsocs", not(test)))]
     is_dsocs: bool,
 }
 
@@ -176,7 +176,7 @@ impl Program {
         let called = std::env::args_os().next();
         let stem = called.as_deref().and_then(|path| Path::new(path).file_stem());
         Self {
-            #[cfg(feature = "dsocs")]
+            #[cfg(all(feature = "dsocs", not(test)))]
             is_dsocs: false,
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),

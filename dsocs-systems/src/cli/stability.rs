@@ -10,12 +10,12 @@ use serde_json::{Value, json};
 use super::start::StartArguments;
 use super::{CliError, Program, expression, output, progress, terminal};
 use crate::check::{Begin, Settings};
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 use crate::stability::CASES;
 use crate::stability::{Bar, Row, any};
 
 /// The case whose rival is not built unless the feature `peers` is on.
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 const BESIDE: u8 = 11;
 
 /// What `stability` takes.
@@ -52,7 +52,7 @@ pub struct StabilityArguments {
 /// [`CliError`] if a system or a case does not exist, the folder cannot be written (which is tried before anything is computed),
 /// or if a bar is missed.
 pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Result<(), CliError> {
-    #[cfg(feature = "dsocs")]
+    #[cfg(all(feature = "dsocs", not(test)))]
     if program.is_dsocs && arguments.systems.is_empty() {
         return library(arguments);
     }
@@ -94,7 +94,7 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
 }
 
 /// Measures the hard cases of the library's systems.
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 fn library(arguments: &StabilityArguments) -> Result<(), CliError> {
     arguments.for_systems_alone()?;
     let chosen = arguments.chosen(CASES, |case| case.number)?;
@@ -136,7 +136,7 @@ impl StabilityArguments {
     }
 
     /// Refuses options that are meant for the motion of a system where none is named.
-    #[cfg(feature = "dsocs")]
+    #[cfg(all(feature = "dsocs", not(test)))]
     fn for_systems_alone(&self) -> Result<(), CliError> {
         self.from.for_systems(usize::MAX)?;
         for (option, given) in [("--step", self.step), ("--until", self.until)] {

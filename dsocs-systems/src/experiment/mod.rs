@@ -125,21 +125,3 @@ fn max_error<S: System<N>, const N: usize>(
         flow.advance()?;
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_power_law_has_its_exponent_as_slope() {
-        let rows: Vec<_> = [0.1, 0.05, 0.01]
-            .map(|h: f64| ErrorRow {
-                h,
-                start: StartRule::Paper,
-                max_error: 3.0 * h.powf(1.5),
-            })
-            .to_vec();
-        let (slope, intercept) = fit(&rows, StartRule::Paper);
-        assert!((slope - 1.5).abs() < 1e-12 && (intercept - 3f64.ln()).abs() < 1e-12);
-    }
-}

@@ -7,13 +7,13 @@
 //! from a generator with a fixed seed, so the figures are the same in every run on one kind of machine.
 
 pub mod any;
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 mod library;
 
 use std::error::Error;
 use std::time::Instant;
 
-#[cfg(feature = "dsocs")]
+#[cfg(all(feature = "dsocs", not(test)))]
 pub use library::{CASES, Case};
 
 /// The limit that a figure has to meet.
@@ -92,7 +92,7 @@ impl Report<'_> {
     }
 
     /// Measures several figures in one go; the time is told of each.
-    #[cfg(feature = "dsocs")]
+    #[cfg(all(feature = "dsocs", not(test)))]
     fn measure_all<const K: usize>(
         &mut self,
         whats: [(String, Bar); K],

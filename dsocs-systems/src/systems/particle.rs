@@ -140,36 +140,3 @@ fn rotated([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     let (sin, cos) = angle.sin_cos();
     [cos * x - sin * y, sin * x + cos * y]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_exact_solution_is_the_papers() {
-        for t in [0.0, 0.3, 7.0, 123.4, 500.0] {
-            let (q, v) = CurvedParticle::default().exact([0.0, 0.0], [1.0, 1.0], t);
-            let phase = 2f64.sqrt() * t - std::f64::consts::FRAC_PI_4;
-            let x = phase.cos() - 0.5f64.sqrt();
-            let y = phase.sin() + 0.5f64.sqrt();
-            assert!((q[0] - x).abs() < 1e-12 && (q[1] - y).abs() < 1e-12, "{t}");
-            let speed = 2f64.sqrt();
-            assert!((v[0] + speed * phase.sin()).abs() < 1e-12 && (v[1] - speed * phase.cos()).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn a_small_curvature_is_nearly_a_straight_line() {
-        let at = |curvature| CurvedParticle {
-            mass: 1.0,
-            curvature: Constant(curvature),
-        };
-        let (straight, _) = at(0.0).exact([1.0, 2.0], [3.0, 4.0], 5.0);
-        assert!((straight[0] - 16.0).abs() < 1e-14 && (straight[1] - 22.0).abs() < 1e-14);
-        // the sagitta of the arc: κ s² / 2 with the length s = 25
-        let (bent, _) = at(1e-12).exact([1.0, 2.0], [3.0, 4.0], 5.0);
-        let sagitta = 1e-12 * 625.0 / 2.0;
-        assert!((bent[0] - straight[0] + 0.8 * sagitta).abs() < 1e-14);
-        assert!((bent[1] - straight[1] - 0.6 * sagitta).abs() < 1e-14);
-    }
-}
