@@ -3,6 +3,7 @@
 use crate::error::NewtonFailure;
 use crate::geometry::Declared;
 use crate::start;
+use crate::start::third::OfThirdOrder;
 use crate::system::{Quantity, System};
 
 /// An acceleration and multipliers.
@@ -22,6 +23,9 @@ pub(crate) trait AnySystem<const N: usize>: Declared<N> {
 
     /// The places of the constraints of third order among all constraints.
     fn third_order(&self) -> &'static [usize];
+
+    /// What only constraints of third order need; `None` where there are none, and then it is not compiled.
+    fn of_third_order(&self) -> Option<&dyn OfThirdOrder<N>>;
 
     /// Whether time comes in anywhere.
     fn depends_on_time(&self) -> bool;
@@ -58,6 +62,10 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
 
     fn third_order(&self) -> &'static [usize] {
         S::THIRD_ORDER
+    }
+
+    fn of_third_order(&self) -> Option<&dyn OfThirdOrder<N>> {
+        if const { S::ORDER > 2 } { Some(self) } else { None }
     }
 
     fn depends_on_time(&self) -> bool {

@@ -253,7 +253,10 @@ impl<const N: usize> Start<N> {
             Rule::ThirdOrder { v0, free } => {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                let began = third::begin(system, (t0, h), (&q0, &v0), free, self.projected)?;
+                let third = system
+                    .of_third_order()
+                    .ok_or(SetupError::DeterminedAcceleration)?;
+                let began = third.begin((t0, h), (&q0, &v0), free, self.projected)?;
                 e = Some(began.e);
                 (q0, v0, Some(began.a0), began.d)
             }

@@ -13,7 +13,7 @@ use crate::error::{SetupError, Violation};
 use crate::multipliers;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, Point};
+use crate::system::{Leg, Point, System};
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
@@ -31,7 +31,7 @@ const NO_FORM: f64 = 1e-12;
 
 /// What is said of the start beside position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Free<const N: usize> {
+pub(crate) enum Free<const N: usize> {
     /// The acceleration.
     Acceleration([f64; N]),
     /// The generalized constraint force, from which it follows.
@@ -39,7 +39,7 @@ pub(super) enum Free<const N: usize> {
 }
 
 /// How the motion begins.
-pub(super) struct Began<const N: usize> {
+pub(crate) struct Began<const N: usize> {
     /// The acceleration.
     pub(super) a0: [f64; N],
     /// The increment from the first node to the second.
@@ -48,13 +48,44 @@ pub(super) struct Began<const N: usize> {
     pub(super) e: Compensated<N>,
 }
 
+/// What is done with constraints of third order at the start of a motion.
+pub(crate) trait OfThirdOrder<const N: usize> {
+    /// See [`begin`].
+    fn begin(
+        &self,
+        at: (f64, f64),
+        state: (&[f64; N], &[f64; N]),
+        free: Free<N>,
+        projected: bool,
+    ) -> Result<Began<N>, SetupError>;
+
+    /// The third derivative of the continuous motion at `[q, v, a]`, looked for near another; `None` where it cannot be solved for.
+    fn jerk(&self, t: f64, point: [&[f64; N]; 3], near: &[f64; N]) -> Option<[f64; N]>;
+}
+
+impl<S: System<N>, const N: usize> OfThirdOrder<N> for S {
+    fn begin(
+        &self,
+        at: (f64, f64),
+        state: (&[f64; N], &[f64; N]),
+        free: Free<N>,
+        projected: bool,
+    ) -> Result<Began<N>, SetupError> {
+        begin(self, at, state, free, projected)
+    }
+
+    fn jerk(&self, t: f64, point: [&[f64; N]; 3], near: &[f64; N]) -> Option<[f64; N]> {
+        jerk(self, t, point, near)
+    }
+}
+
 /// The first three nodes: `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, moved onto constraints of lower order; then the second difference with
 /// which all equations of the triple hold but those of third order: the nearest to `h² a0 + h³ j0`, by the mass matrix. Where the start says
 /// the force, and the forms of the constraint forces are known, it is that with the multipliers `λ0 + h λ̇0` of the constraints of third order.
 ///
 /// The jerk `j0` comes from the constraints of third order and from the other equations, differentiated. Without it the whole motion would
 /// be of first order: the second difference would be that of another force than the one that the motion has arrived at.
-pub(super) fn begin<const N: usize>(
+fn begin<const N: usize>(
     system: &dyn AnySystem<N>,
     (t0, h): (f64, f64),
     (q0, v0): (&[f64; N], &[f64; N]),
@@ -104,8 +135,8 @@ pub(super) fn begin<const N: usize>(
     Ok(Began { a0, d, e })
 }
 
-/// The third derivative of the continuous motion at `[q, v, a]`, looked for near another; `None` where it cannot be solved for.
-pub(crate) fn jerk<const N: usize>(
+/// See [`OfThirdOrder::jerk`].
+fn jerk<const N: usize>(
     system: &dyn AnySystem<N>,
     t: f64,
     [q, v, a]: [&[f64; N]; 3],

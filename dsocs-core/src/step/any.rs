@@ -11,7 +11,6 @@ use crate::deficiency::{self, DependentRow};
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
-use crate::start::third;
 use crate::system::{Leg, System};
 
 /// The equations of one step of a system of any type with `N` coordinates.
@@ -344,10 +343,11 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let q = core::array::from_fn(|i| leg.q[i] - 0.5 * leg.d[i]);
         let v = leg.d.map(|d| d / h);
         let cube = h * h * h;
+        let third_order = self.system().of_third_order()?;
         let improved = |third: &[f64; N], near: &[f64; N]| -> Option<[f64; N]> {
             let a = core::array::from_fn(|i| (before[i] + 0.5 * third[i]) / (h * h));
             let near = near.map(|near| near / cube);
-            let j = third::jerk(self.system(), leg.t - 0.5 * h, [&q, &v, &a], &near)?;
+            let j = third_order.jerk(leg.t - 0.5 * h, [&q, &v, &a], &near)?;
             Some(j.map(|j| j * cube))
         };
         // with the acceleration of one of them, whatever is near
