@@ -5,6 +5,7 @@
 
 use core::f64::consts::FRAC_2_PI;
 use core::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::LazyLock;
 
 use dsocs_core::__private::Scalar;
 
@@ -31,6 +32,20 @@ pub const PRECISION: f64 = 1.0 / (1_u128 << 102) as f64;
 
 /// Terms of the series of sine and cosine, for arguments of at most `π/4`.
 const TERMS: u32 = 30;
+
+/// A term of the cosine below this one, and those after it, change nothing: they are a part `2⁻¹¹⁰` of the sums at most.
+const LAST: f64 = 1.0 / (1_u128 << 110) as f64;
+
+/// By what a term of the cosine and one of the sine are less than those before, beside the square of the argument: `1/k(k+1)` and
+/// `1/(k+1)(k+2)` for odd `k`. To divide anew at each term takes two thirds of all the time of random scenes.
+static PARTS: LazyLock<Vec<[Double; 2]>> = LazyLock::new(|| {
+    let part = |product: f64| Double::exact(1.0) / Double::exact(product);
+    (1..TERMS)
+        .step_by(2)
+        .map(f64::from)
+        .map(|k| [part(k * (k + 1.0)), part((k + 1.0) * (k + 2.0))])
+        .collect()
+});
 
 impl Double {
     /// Zero.
@@ -70,11 +85,13 @@ impl Double {
         let square = -(x * x);
         let (mut sine, mut cosine) = (x, Self::exact(1.0));
         let (mut odd, mut even) = (x, Self::exact(1.0));
-        for k in (1..TERMS).step_by(2) {
-            let k = f64::from(k);
-            even = even * square / Self::exact(k * (k + 1.0));
-            odd = odd * square / Self::exact((k + 1.0) * (k + 2.0));
+        for [of_even, of_odd] in PARTS.iter() {
+            even = even * square * *of_even;
+            odd = odd * square * *of_odd;
             (sine, cosine) = (sine + odd, cosine + even);
+            if even.high.abs() < LAST {
+                break;
+            }
         }
         match turns.rem_euclid(4.0) {
             0.0 => (sine, cosine),

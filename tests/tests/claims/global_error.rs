@@ -108,10 +108,11 @@ fn all_runs<S: System<2>>(
     start: ([f64; 2], [f64; 2]),
     truth: &[[f64; 2]],
     rounding: Rounding,
+    sizes: usize,
 ) -> [u32; 3] {
     let mut totals = [0; 3];
     for (method, parts) in RUNS {
-        for parts in parts {
+        for parts in parts.into_iter().take(sizes) {
             let [taylor, richardson] = scores(system, method, parts, start, truth, rounding);
             assert!(taylor.all > 0 && taylor.worst < 1.5, "{method}: {taylor:?}");
             totals[0] += taylor.within;
@@ -130,16 +131,27 @@ fn all_runs<S: System<2>>(
 fn of_the_particle_over_the_papers_time() {
     let truth: Vec<_> = (1..=500).map(|t| closed_form::particle(f64::from(t))).collect();
     let start = ([0.0, 0.0], [1.0, 1.0]);
-    let [taylor, richardson, all] = all_runs(&CurvedParticle::default(), start, &truth, [5e-12; 2]);
+    let [taylor, richardson, all] = all_runs(&CurvedParticle::default(), start, &truth, [5e-12; 2], 3);
     assert!(taylor == all && richardson < all);
 }
 
 #[test]
 fn of_the_pendulum_over_the_papers_time() {
+    of_the_pendulum(2);
+}
+
+#[test]
+#[ignore = "long: the smallest steps too"]
+fn of_the_pendulum_in_long_runs() {
+    of_the_pendulum(3);
+}
+
+/// With so many of the sizes of steps.
+fn of_the_pendulum(sizes: usize) {
     let table = Table::read("pendulum_continuous_every1.csv");
     let truth = &table.pairs(["theta", "psi"])[1..];
     let rounding = [2e-12, 5e-10];
-    let [taylor, richardson, all] = all_runs(&InertiaWheelPendulum::default(), START, truth, rounding);
+    let [taylor, richardson, all] = all_runs(&InertiaWheelPendulum::default(), START, truth, rounding, sizes);
     assert!(taylor == all && richardson < all);
 }
 
