@@ -1,8 +1,8 @@
 //! Nanoseconds per step and per residual with Jacobian, generated code beside hand-written code.
 //!
 //! Criterion measures the steps of each alone. Then both are measured in turn, batch by batch, and the table shows the
-//! median of each and the median of the batches' ratios: what a noisy machine does to one it does to the other. The
-//! same is measured in a crate of its own under cargo's default release profile. Last, ensembles.
+//! median of each and the median of the batches' ratios: what a noisy machine does to one it does to the other. Last,
+//! ensembles. All is built under cargo's release profile, as a user's crate is.
 //!
 //! The table is also written to `target/report/step.json`.
 
@@ -67,15 +67,10 @@ fn main() {
         (false, true) => 400,
         (false, false) => 4000,
     };
-    let here = measure::lines(batches);
-    let elsewhere = if is_test {
-        Vec::new()
-    } else {
-        report::default_release(batches)
-    };
-    report::show(&here, &elsewhere);
+    let lines = measure::lines(batches);
+    report::show(&lines);
     if !is_test {
-        report::write(&here, &elsewhere);
+        report::write(&lines);
     }
 
     let rounds = (batches / 20).max(2);

@@ -11,6 +11,8 @@ pub struct Candidate {
     pub setting: String,
     /// What solves the problem.
     pub run: Run,
+    /// What tells the mean time of so many solutions in s, where another process solves the problem.
+    pub clock: Option<Box<dyn Fn(u32) -> f64>>,
 }
 
 impl Candidate {
@@ -24,6 +26,7 @@ impl Candidate {
             solver,
             setting: format!("tolerance {tolerance:.0e}"),
             run: Box::new(run),
+            clock: None,
         }
     }
 }

@@ -31,7 +31,7 @@ where
             };
             let times = grid(P::END);
             flow.sample(&times, &mut |_, point| {
-                out.extend_from_slice(&point.q[..P::MEASURED])
+                out.extend_from_slice(&point.q[..P::MEASURED]);
             })
             .is_ok()
         })
@@ -71,6 +71,7 @@ where
                 }
                 true
             }),
+            clock: None,
         }
     })
 }
@@ -129,6 +130,7 @@ where
                     }
                     true
                 }),
+                clock: None,
             }
         })
 }

@@ -1,16 +1,21 @@
-//! Speed against error: our solvers and other crates on the same problems with the same output.
+//! Speed against error: our solvers and other codes on the same problems with the same output.
 //!
-//! `cargo bench --bench work_precision` measures all (below 15 minutes), with `-- --quick` a part (below 2). It prints
-//! tables and writes `target/report/work_precision.csv` and a picture of each problem beside it. Names of problems
-//! (`-- sphere contact`) measure these alone and write nothing.
+//! `cargo bench --bench work_precision` measures our methods, the crate `ode_solvers` and RK4 by hand on the two systems of the paper; with
+//! `-- --all` on all six problems. With the feature `peers` two more crates are measured, and with `-- --with-heyoka` heyoka, where Python
+//! has it. Names of
+//! problems (`-- sphere contact`) measure these alone; `-- --quick` measures less. It prints tables and writes
+//! `target/report/work_precision.csv` and a picture of each problem beside it.
 
 #![allow(missing_docs)] // a bench is no library
 
 mod candidate;
 mod constrained;
+#[cfg(feature = "peers")]
 mod differential_equations_peer;
+#[cfg(feature = "peers")]
 mod diffsol_peer;
 mod dsocs;
+mod heyoka;
 mod measure;
 mod ode_solvers_peer;
 mod problem;
@@ -21,35 +26,38 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use criterion::Criterion;
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
 use dsocs_core::{RunError, Start, Stepper, System};
 
+use candidate::Candidate;
 use constrained::{Contact, Sphere};
-use measure::{Effort, Point, Reference, sweep};
+use measure::{Chosen, Effort, Point, Reference, choose, measure};
 use problem::{Called, Chain, Declared, Particle, ParticleField, Pendulum, Problem, grid};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().collect();
-    if !arguments.iter().any(|argument| argument == "--bench") {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let given = |option: &str| arguments.iter().any(|argument| argument == option);
+    if !given("--bench") {
         return Ok(()); // run as a test, there is nothing to do
     }
-    let quick = arguments.iter().any(|argument| argument == "--quick");
-    let effort = Effort {
-        longest: Duration::from_millis(if quick { 50 } else { 600 }),
-        measured: Duration::from_millis(if quick { 30 } else { 150 }),
-        every: if quick { 2 } else { 1 },
-    };
+    let quick = given("--quick");
+    let names = arguments.iter().filter(|argument| !argument.starts_with("--"));
+    let mut wanted: Vec<String> = names.cloned().collect();
+    if wanted.is_empty() && !given("--all") {
+        wanted = [Particle::NAME, Pendulum::NAME].map(str::to_owned).to_vec();
+    }
     let mut bench = Bench {
-        criterion: Criterion::default().without_plots(),
-        effort,
-        wanted: arguments
-            .into_iter()
-            .skip(1)
-            .filter(|argument| !argument.starts_with("--"))
-            .collect(),
+        effort: Effort {
+            longest: Duration::from_millis(if quick { 50 } else { 600 }),
+            sample: Duration::from_millis(if quick { 3 } else { 15 }),
+            rounds: 11,
+            every: if quick { 2 } else { 1 },
+        },
+        wanted,
+        with_heyoka: given("--with-heyoka"),
         points: Vec::new(),
     };
+    println!("{}", report::conditions());
     if bench.wants(Particle::NAME) {
         let exact: Vec<f64> = grid(Particle::END)
             .into_iter()
@@ -59,47 +67,41 @@ fn main() -> Result<(), Box<dyn Error>> {
             independent: exact.clone(),
             ours: exact,
         };
-        bench.measure(Particle, &reference);
-        bench.called(Called(Particle), &reference);
+        let mut chosen = bench.chosen(Particle, &reference);
+        chosen.extend(bench.called(Called(Particle), &reference));
+        bench.measure(Particle::NAME, &chosen);
     }
-    if let Some(reference) = bench.compare(ParticleField) {
-        bench.called(Called(ParticleField), &reference);
+    if bench.wants(ParticleField::NAME) {
+        let reference = references(ParticleField);
+        let mut chosen = bench.chosen(ParticleField, &reference);
+        chosen.extend(bench.called(Called(ParticleField), &reference));
+        bench.measure(ParticleField::NAME, &chosen);
     }
     bench.compare(Pendulum::default());
     bench.compare(Chain);
     bench.compare(Sphere);
     bench.compare(Contact);
 
-    let Bench { wanted, points, .. } = bench;
-    println!("\nms, median of the whole solution with output every 0.1; in brackets, times our best.");
+    let points = bench.points;
     for problem in report::problems(&points) {
         println!("{}", report::table(problem, &points));
-        for (target, ratio) in report::ratios(problem, &points) {
-            match ratio {
-                Some(ratio) => {
-                    println!("{target:.0e}: the fastest of the others takes {ratio:.2} times our best");
-                }
-                None => println!("{target:.0e}: not reached by both"),
-            }
-        }
     }
-    // a part is no report
-    if wanted.is_empty() {
-        let directory = target().join("report");
-        report::write(&directory, &points)?;
-        println!("\n{} points in {}", points.len(), directory.display());
-    }
+    println!("{}", report::ratios(&points));
+    println!("{}", report::spread(&points));
+    let directory = target().join("report");
+    report::write(&directory, &points)?;
+    println!("{} points in {}", points.len(), directory.display());
     Ok(())
 }
 
 /// The measurements.
 struct Bench {
-    /// What measures.
-    criterion: Criterion,
     /// How long it may all take.
     effort: Effort,
     /// The names of the problems that are asked for; none for all.
     wanted: Vec<String>,
+    /// Whether heyoka is measured, too.
+    with_heyoka: bool,
     /// What was measured.
     points: Vec<Point>,
 }
@@ -110,34 +112,38 @@ impl Bench {
         self.wanted.is_empty() || self.wanted.iter().any(|wanted| wanted == problem)
     }
 
-    /// Works out the reference of a problem and measures all solvers, if it is asked for.
-    fn compare<P, const N: usize, const D: usize>(&mut self, problem: P) -> Option<Reference>
+    /// Measures all solvers on a problem, if it is asked for.
+    fn compare<P, const N: usize, const D: usize>(&mut self, problem: P)
     where
         P: Problem<D> + Declared<N>,
         P::System: System<N> + 'static,
     {
-        if !self.wants(P::NAME) {
-            return None;
+        if self.wants(P::NAME) {
+            let chosen = self.chosen(problem, &references(problem));
+            self.measure(P::NAME, &chosen);
         }
-        let reference = references(problem);
+    }
+
+    /// Measures candidates in turn.
+    fn measure(&mut self, problem: &'static str, chosen: &[Chosen]) {
+        eprintln!("{problem}: {} settings of solvers in turn", chosen.len());
+        self.points.extend(measure(self.effort, problem, chosen));
+    }
+
+    /// All solvers on one problem.
+    fn chosen<P, const N: usize, const D: usize>(&self, problem: P, reference: &Reference) -> Vec<Chosen>
+    where
+        P: Problem<D> + Declared<N>,
+        P::System: System<N> + 'static,
+    {
         println!(
             "{}: the references differ by {:.1e}",
             P::NAME,
             reference.difference()
         );
-        self.measure(problem, &reference);
-        Some(reference)
-    }
-
-    /// All solvers on one problem.
-    fn measure<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
-    where
-        P: Problem<D> + Declared<N>,
-        P::System: System<N> + 'static,
-    {
-        let mut take = |candidates: Box<dyn Iterator<Item = candidate::Candidate>>| {
-            let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
-            self.points.extend(points);
+        let mut chosen = Vec::new();
+        let mut take = |candidates: Box<dyn Iterator<Item = Candidate>>| {
+            chosen.extend(choose(self.effort, reference, candidates));
         };
         take(Box::new(dsocs::taylor(dsocs::TAYLOR, problem)));
         take(Box::new(dsocs::order2(problem)));
@@ -146,22 +152,31 @@ impl Bench {
         }
         take(Box::new(ode_solvers_peer::dop853(problem)));
         take(Box::new(ode_solvers_peer::dopri5(problem)));
-        take(Box::new(differential_equations_peer::dop853(problem)));
-        take(Box::new(differential_equations_peer::rkv98(problem)));
-        take(Box::new(diffsol_peer::tsit45(problem)));
-        take(Box::new(diffsol_peer::bdf(problem)));
+        #[cfg(feature = "peers")]
+        {
+            take(Box::new(differential_equations_peer::dop853(problem)));
+            take(Box::new(differential_equations_peer::rkv98(problem)));
+            take(Box::new(diffsol_peer::tsit45(problem)));
+            take(Box::new(diffsol_peer::bdf(problem)));
+        }
+        if self.with_heyoka {
+            take(Box::new(heyoka::taylor(problem).into_iter()));
+        }
         take(Box::new(runge_kutta::rk4(problem)));
+        chosen
     }
 
     /// Our continuous flow where the generated code calls a function.
-    fn called<P, const N: usize, const D: usize>(&mut self, problem: P, reference: &Reference)
+    fn called<P, const N: usize, const D: usize>(&self, problem: P, reference: &Reference) -> Vec<Chosen>
     where
         P: Problem<D> + Declared<N>,
         P::System: System<N> + 'static,
     {
-        let candidates = dsocs::taylor(dsocs::TAYLOR_CALLED, problem);
-        let points = sweep(&mut self.criterion, self.effort, P::NAME, reference, candidates);
-        self.points.extend(points);
+        choose(
+            self.effort,
+            reference,
+            dsocs::taylor(dsocs::TAYLOR_CALLED, problem),
+        )
     }
 }
 

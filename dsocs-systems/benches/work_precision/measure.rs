@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use criterion::{BenchmarkId, Criterion, SamplingMode};
-
 use crate::candidate::Candidate;
 use crate::dsocs::TAYLOR;
 
@@ -20,6 +18,8 @@ pub struct Point {
     pub max_error: f64,
     /// The median time of a whole solution with its output, in s.
     pub seconds: f64,
+    /// The shortest and the longest of the times, in s.
+    pub between: [f64; 2],
 }
 
 /// How long it may all take.
@@ -27,8 +27,10 @@ pub struct Point {
 pub struct Effort {
     /// Solutions that take longer are left out, with all finer settings of the same solver.
     pub longest: Duration,
-    /// How long a candidate is measured.
-    pub measured: Duration,
+    /// A sample is made of as many solutions as take so long.
+    pub sample: Duration,
+    /// How many samples each candidate gets.
+    pub rounds: usize,
     /// Of so many candidates one is measured.
     pub every: usize,
 }
@@ -62,65 +64,86 @@ fn distance(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(difference).fold(0.0, larger)
 }
 
-/// Measures the candidates of one solver, from the coarsest setting on, until they take too long.
-pub fn sweep(
-    criterion: &mut Criterion,
+/// A candidate that is worth its time.
+pub struct Chosen {
+    candidate: Candidate,
+    max_error: f64,
+    /// How many solutions make a sample.
+    solutions: u32,
+}
+
+/// Runs the candidates of one solver once each, from the coarsest setting on, until they take too long, and keeps those that solve the
+/// problem.
+pub fn choose(
     effort: Effort,
-    problem: &'static str,
     reference: &Reference,
     candidates: impl Iterator<Item = Candidate>,
-) -> Vec<Point> {
-    let mut points = Vec::new();
-    let mut group = criterion.benchmark_group(problem);
-    group
-        .sample_size(10)
-        .sampling_mode(SamplingMode::Flat)
-        .warm_up_time(effort.measured / 4)
-        .measurement_time(effort.measured);
+) -> Vec<Chosen> {
+    let mut chosen = Vec::new();
     for candidate in candidates.step_by(effort.every) {
         let mut out = Vec::with_capacity(reference.ours.len());
         let start = Instant::now();
         let solved = (candidate.run)(&mut out);
-        let once = start.elapsed();
+        let once = match &candidate.clock {
+            Some(clock) => Duration::try_from_secs_f64(clock(1)).unwrap_or(Duration::MAX),
+            None => start.elapsed(),
+        };
+        if once > effort.longest {
+            break;
+        }
         let truth = if candidate.solver.starts_with(TAYLOR) {
             &reference.independent
         } else {
             &reference.ours
         };
         let max_error = distance(&out, truth);
-        if once > effort.longest {
-            break;
-        }
         if !solved || !max_error.is_finite() {
             continue;
         }
-        let mut times = Vec::new();
-        group.bench_function(
-            BenchmarkId::new(candidate.solver, &candidate.setting),
-            |bencher| {
-                bencher.iter_custom(|iterations| {
-                    let start = Instant::now();
-                    for _ in 0..iterations {
-                        out.clear();
-                        std::hint::black_box((candidate.run)(&mut out));
-                    }
-                    let elapsed = start.elapsed();
-                    times.push(elapsed.as_secs_f64() / iterations as f64);
-                    elapsed
-                });
-            },
-        );
-        // the last ten are the samples, those before warmed up
-        let mut samples = times.split_off(times.len().saturating_sub(10));
-        samples.sort_by(f64::total_cmp);
-        points.push(Point {
-            problem,
-            solver: candidate.solver,
-            setting: candidate.setting,
+        let solutions = effort.sample.as_nanos() / once.as_nanos().max(1);
+        chosen.push(Chosen {
+            candidate,
             max_error,
-            seconds: f64::midpoint(samples[(samples.len() - 1) / 2], samples[samples.len() / 2]),
+            solutions: u32::try_from(solutions).unwrap_or(u32::MAX).max(1),
         });
     }
-    group.finish();
-    points
+    chosen
+}
+
+/// Measures all that was chosen for a problem in turn, round by round: what a noisy machine does to one it does to the others. In a
+/// sample all solutions but the first find their code and data in the caches.
+pub fn measure(effort: Effort, problem: &'static str, chosen: &[Chosen]) -> Vec<Point> {
+    let mut times = vec![Vec::with_capacity(effort.rounds); chosen.len()];
+    let mut out = Vec::new();
+    for _ in 0..effort.rounds {
+        for (times, one) in times.iter_mut().zip(chosen) {
+            let time = if let Some(clock) = &one.candidate.clock {
+                clock(one.solutions)
+            } else {
+                let start = Instant::now();
+                for _ in 0..one.solutions {
+                    out.clear();
+                    std::hint::black_box((one.candidate.run)(&mut out));
+                }
+                start.elapsed().as_secs_f64() / f64::from(one.solutions)
+            };
+            times.push(time);
+        }
+    }
+    chosen
+        .iter()
+        .zip(times)
+        .map(|(one, mut times)| {
+            times.sort_by(f64::total_cmp);
+            let last = times.len() - 1;
+            Point {
+                problem,
+                solver: one.candidate.solver,
+                setting: one.candidate.setting.clone(),
+                max_error: one.max_error,
+                seconds: f64::midpoint(times[last / 2], times[times.len() / 2]),
+                between: [times[0], times[last]],
+            }
+        })
+        .collect()
 }

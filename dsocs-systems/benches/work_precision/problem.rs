@@ -17,6 +17,11 @@ pub trait Problem<const D: usize>: Copy + 'static {
 
     /// The right-hand side.
     fn rate(&self, state: &[f64; D]) -> [f64; D];
+
+    /// The right-hand side as Python writes it, in `y0`, `y1`, …; for `heyoka`.
+    fn equations(&self) -> Option<[String; D]> {
+        None
+    }
 }
 
 /// The grid of the output, in s.
@@ -90,6 +95,16 @@ impl Problem<4> for Particle {
         let speed = (vx * vx + vy * vy).sqrt();
         [vx, vy, -speed * vy, speed * vx]
     }
+
+    fn equations(&self) -> Option<[String; 4]> {
+        let speed = "sqrt(y2**2 + y3**2)";
+        Some([
+            "y2".to_owned(),
+            "y3".to_owned(),
+            format!("-{speed} * y3"),
+            format!("{speed} * y2"),
+        ])
+    }
 }
 
 impl Declared<2> for Particle {
@@ -124,6 +139,16 @@ impl Problem<4> for ParticleField {
     fn rate(&self, &[x, y, vx, vy]: &[f64; 4]) -> [f64; 4] {
         let turn = (1.0 + 0.5 * x.sin() * y.cos()) * (vx * vx + vy * vy).sqrt();
         [vx, vy, -turn * vy, turn * vx]
+    }
+
+    fn equations(&self) -> Option<[String; 4]> {
+        let turn = "(1.0 + 0.5 * sin(y0) * cos(y1)) * sqrt(y2**2 + y3**2)";
+        Some([
+            "y2".to_owned(),
+            "y3".to_owned(),
+            format!("-{turn} * y3"),
+            format!("{turn} * y2"),
+        ])
     }
 }
 
@@ -250,6 +275,29 @@ impl Problem<4> for Pendulum {
             self.m * sine,
             torque - self.rho * w.tanh(),
         ]
+    }
+
+    fn equations(&self) -> Option<[String; 4]> {
+        let Self {
+            inverse_i,
+            inverse_j,
+            m,
+            n,
+            rho,
+            w: [w0, w1],
+            spring,
+            weight,
+        } = *self;
+        let theta_rate = format!("(y2 - y3) * {inverse_i:e}");
+        Some([
+            theta_rate.clone(),
+            format!("y3 * {inverse_j:e} - {theta_rate}"),
+            format!("{m:e} * sin(y0)"),
+            format!(
+                "{spring:e} * sin(y1 - {n:e} * y0) - ({weight:e}) * sin(y0) \
+                 - {rho:e} * tanh(({w0:e}) * y2 + ({w1:e}) * y3)"
+            ),
+        ])
     }
 }
 

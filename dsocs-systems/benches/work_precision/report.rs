@@ -9,7 +9,7 @@ use dsocs_systems::figure::{Axis, BLUE, Curve, Figure, GREEN, Legend, PURPLE, Pa
 use crate::measure::Point;
 
 /// Solutions with a larger error, which have nothing to do with the motion any more, are left out of the pictures.
-const LARGEST: f64 = 1e2;
+const LARGEST: f64 = 1.0;
 
 /// The errors that are asked for.
 fn targets() -> impl Iterator<Item = f64> {
@@ -78,32 +78,95 @@ pub fn table(problem: &str, points: &[Point]) -> String {
     text
 }
 
-/// For each target, how many times our best the fastest of the others takes.
-pub fn ratios(problem: &str, points: &[Point]) -> Vec<(f64, Option<f64>)> {
-    let of = |own: bool, target: f64| {
+/// What was measured on: what a reader has to know to compare.
+pub fn conditions() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let processor = cpuinfo
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(": "))
+        .map_or(std::env::consts::ARCH, |(_, model)| model);
+    let flags = option_env!("RUSTFLAGS").map_or_else(
+        || "no flags of its own".to_owned(),
+        |flags| format!("RUSTFLAGS={flags}"),
+    );
+    format!(
+        "{processor}, {cores} cores, of which one is used; cargo's release profile, {flags}.\n\
+         Each time is the median of 11 samples, which are taken in turn; within a sample caches are warm."
+    )
+}
+
+/// How many times our best the fastest of the others takes, for each problem and target, in Markdown.
+pub fn ratios(points: &[Point]) -> String {
+    let of = |problem: &str, own: bool, target: f64| {
         let points = points
             .iter()
             .filter(move |point| point.problem == problem && ours(point) == own);
-        fastest(points, target).map(|point| point.seconds)
+        fastest(points, target)
     };
-    targets()
-        .map(|target| {
-            let ratio = of(true, target)
-                .zip(of(false, target))
-                .map(|(ours, theirs)| theirs / ours);
-            (target, ratio)
-        })
-        .collect()
+    let heads: Vec<String> = targets().map(|target| format!("{target:.0e}")).collect();
+    let mut lines = vec![
+        "\n### The fastest of the others, over our best\n".to_owned(),
+        format!("| problem | {} |", heads.join(" | ")),
+        format!("|---{}|", "|---".repeat(heads.len())),
+    ];
+    for problem in problems(points) {
+        let cells: Vec<String> = targets()
+            .map(
+                |target| match (of(problem, true, target), of(problem, false, target)) {
+                    (Some(own), Some(other)) => {
+                        format!("{:.2}, {}", other.seconds / own.seconds, other.solver)
+                    }
+                    (Some(_), None) => "ours alone".to_owned(),
+                    (None, Some(other)) => format!("{} alone", other.solver),
+                    (None, None) => "not reached".to_owned(),
+                },
+            )
+            .collect();
+        lines.push(format!("| {problem} | {} |", cells.join(" | ")));
+    }
+    lines.join("\n")
+}
+
+/// How far apart the samples of one point lie.
+pub fn spread(points: &[Point]) -> String {
+    let mut spreads: Vec<f64> = points
+        .iter()
+        .map(|point| point.between[1] / point.between[0])
+        .collect();
+    spreads.sort_by(f64::total_cmp);
+    let (Some(middle), Some(worst)) = (spreads.get(spreads.len() / 2), spreads.last()) else {
+        return String::new();
+    };
+    format!("Longest over shortest time of a point: {middle:.2} in the middle, {worst:.2} at worst.")
 }
 
 /// Writes all points, and a picture of each problem.
 pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(directory)?;
     let mut writer = csv::Writer::from_path(directory.join("work_precision.csv"))?;
-    writer.write_record(["problem", "solver", "setting", "max_error", "seconds"])?;
+    writer.write_record([
+        "problem",
+        "solver",
+        "setting",
+        "max_error",
+        "seconds",
+        "shortest",
+        "longest",
+    ])?;
     for point in points {
-        let (error, seconds) = (format!("{:e}", point.max_error), format!("{:e}", point.seconds));
-        writer.write_record([point.problem, point.solver, &point.setting, &error, &seconds])?;
+        let [shortest, longest] = point.between;
+        let [error, seconds, shortest, longest] =
+            [point.max_error, point.seconds, shortest, longest].map(|number| format!("{number:e}"));
+        writer.write_record([
+            point.problem,
+            point.solver,
+            &point.setting,
+            &error,
+            &seconds,
+            &shortest,
+            &longest,
+        ])?;
     }
     writer.flush()?;
     for problem in problems(points) {
@@ -116,6 +179,15 @@ pub fn write(directory: &Path, points: &[Point]) -> Result<(), Box<dyn Error>> {
         fs::write(directory.join(format!("work_precision_{problem}.svg")), svg)?;
     }
     Ok(())
+}
+
+/// The unit of what is measured in a problem.
+fn unit(problem: &str) -> &'static str {
+    if ["pendulum", "chain8"].contains(&problem) {
+        "rad"
+    } else {
+        "m"
+    }
 }
 
 /// Error against time, both logarithmic.
@@ -147,14 +219,14 @@ fn picture(problem: &str, points: &[Point]) -> Figure {
         })
         .collect();
     Figure {
-        size: [820.0, 440.0],
+        size: [820.0, 520.0],
         columns: 1,
         panels: vec![Panel {
             x: Axis::logarithmic(format!("{problem}: time of the whole solution [ms]")),
-            y: Axis::logarithmic("largest error"),
+            y: Axis::logarithmic(format!("largest error [{}]", unit(problem))),
             curves,
-            legend: Legend::Right,
-            equal_aspect: false,
+            legend: Legend::Ends,
+            ..Panel::default()
         }],
     }
 }

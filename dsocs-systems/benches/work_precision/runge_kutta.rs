@@ -25,6 +25,7 @@ pub fn rk4<P: Problem<D>, const D: usize>(problem: P) -> impl Iterator<Item = Ca
                 }
                 y.iter().all(|y| y.is_finite())
             }),
+            clock: None,
         }
     })
 }
