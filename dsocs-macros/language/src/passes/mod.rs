@@ -17,6 +17,7 @@ mod quotient;
 mod rotate;
 pub(crate) mod share;
 mod simplify;
+pub(crate) mod sparse;
 
 use clear::Cleared;
 use collapse::{Collapse, Variables};
