@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::graph::{Graph, Leaf};
+use crate::graph::{Graph, Leaf, NodeId};
 use crate::passes::Unknowns;
 
 /// Fewer rows are eliminated as a dense matrix, in registers.
@@ -24,20 +24,23 @@ pub(crate) struct Order {
     pub(crate) pivots: Vec<[usize; 2]>,
 }
 
+/// Row and column of the entries that are not zero everywhere, row by row.
+pub(crate) fn entries(graph: &Graph, jacobian: &[Vec<NodeId>]) -> Vec<[usize; 2]> {
+    let mut entries = Vec::new();
+    for (row, slopes) in jacobian.iter().enumerate() {
+        let there = (0..slopes.len()).filter(|&column| !graph.is_zero(slopes[column]));
+        entries.extend(there.map(|column| [row, column]));
+    }
+    entries
+}
+
 /// The order for the rows of a step; `None` where a dense elimination costs less, or every order meets a pivot that is zero.
 pub(crate) fn order(graph: &Graph, unknowns: &Unknowns) -> Option<Order> {
     let size = unknowns.rows.len();
     if size < FEWEST_ROWS || u16::try_from(size).is_err() {
         return None;
     }
-    let entries: Vec<[usize; 2]> = unknowns
-        .jacobian
-        .iter()
-        .enumerate()
-        .flat_map(|(row, entries)| entries.iter().enumerate().map(move |(column, &entry)| (row, column, entry)))
-        .filter(|&(_, _, entry)| !graph.is_zero(entry))
-        .map(|(row, column, _)| [row, column])
-        .collect();
+    let entries = entries(graph, &unknowns.jacobian);
     let accelerations = unknowns.kept.iter().filter(|leaf| matches!(leaf, Leaf::E(_))).count();
     let mut matrix = Matrix::new(size, &entries, accelerations);
     let mut operations = 2 * entries.len();
