@@ -162,15 +162,27 @@ impl Plan {
         let mut order = Vec::new();
         for &[row, column] in pivots {
             let [row, column] = [row, column].map(u32::from);
-            let right: Vec<u32> = rows[row as usize].iter().copied().filter(|&j| j != column).collect();
-            let below: Vec<u32> = columns[column as usize].iter().copied().filter(|&i| i != row).collect();
+            let right: Vec<u32> = rows[row as usize]
+                .iter()
+                .copied()
+                .filter(|&j| j != column)
+                .collect();
+            let below: Vec<u32> = columns[column as usize]
+                .iter()
+                .copied()
+                .filter(|&i| i != row)
+                .collect();
             let mut place = |row: u32, column: u32| {
                 slots.insert((row, column), plan.count);
                 plan.count += 1;
             };
             place(row, column);
-            right.iter().for_each(|&j| place(row, j));
-            below.iter().for_each(|&i| place(i, column));
+            for &j in &right {
+                place(row, j);
+            }
+            for &i in &below {
+                place(i, column);
+            }
             for &j in &right {
                 columns[j as usize].remove(&row);
                 columns[j as usize].extend(&below);
@@ -191,7 +203,9 @@ impl Plan {
             plan.indices.extend(right);
             for &i in below {
                 plan.indices.push(i);
-                let changed = right.iter().map(|&j| slots.get(&(i, j)).map_or(0, |slot| slot - end));
+                let changed = right
+                    .iter()
+                    .map(|&j| slots.get(&(i, j)).map_or(0, |slot| slot - end));
                 plan.indices.extend(changed.map(saturated));
             }
         }

@@ -76,7 +76,10 @@ fn rods_keep_their_lengths_and_the_chain_its_energy() {
         }
     }
     println!("energy {energy:e} of {}, lengths {length:e}", start - lowest);
-    assert!(energy < 1e-4 * (start - lowest) && length < 1e-14, "{energy:e} {length:e}");
+    assert!(
+        energy < 1e-4 * (start - lowest) && length < 1e-14,
+        "{energy:e} {length:e}"
+    );
     // the first update is so good that nearly always the second is the last
     assert!(evaluations < 6100, "{evaluations}");
 }

@@ -82,14 +82,22 @@ fn both_eliminations_agree() {
             .iter()
             .map(|entry| {
                 let is_pivot = sparse.pivots.contains(entry);
-                random.number() + if is_pivot { 9.0_f64.copysign(random.number()) } else { 0.0 }
+                random.number()
+                    + if is_pivot {
+                        9.0_f64.copysign(random.number())
+                    } else {
+                        0.0
+                    }
             })
             .collect();
         let rows = core::array::from_fn(|_| random.number());
         let (update, determinant) = solved(&sparse, &entries, rows);
         let (expected, reference) = densely(&sparse, &entries, rows);
         for (found, expected) in update.iter().zip(expected.expect("a regular matrix")) {
-            assert!((found - expected).abs() < 1e-14, "round {round}: {found} {expected}");
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "round {round}: {found} {expected}"
+            );
         }
         let ratio = determinant.in_units_of(reference.exponent) / reference.value;
         assert!((ratio - 1.0).abs() < 1e-12, "round {round}: {ratio}");
@@ -136,7 +144,13 @@ fn a_singular_matrix_has_no_solution() {
         let entries: Vec<f64> = sparse
             .entries
             .iter()
-            .map(|&[row, _]| if usize::from(row) == empty { 0.0 } else { random.number() })
+            .map(|&[row, _]| {
+                if usize::from(row) == empty {
+                    0.0
+                } else {
+                    random.number()
+                }
+            })
             .collect();
         let (update, _) = solved(&sparse, &entries, [1.0; M]);
         assert!(update.iter().all(|x| x.is_nan()));

@@ -236,7 +236,10 @@ mod tests {
 
     fn slopes(rows: &[Vec<NodeId>]) -> Slopes {
         Slopes {
-            rows: rows.iter().map(|row| row.iter().copied().enumerate().collect()).collect(),
+            rows: rows
+                .iter()
+                .map(|row| row.iter().copied().enumerate().collect())
+                .collect(),
             columns: rows.first().map_or(0, Vec::len),
         }
     }

@@ -116,7 +116,8 @@ impl Elimination {
             if !found.as_ref().is_some_and(holds) {
                 let mut candidates = Vec::new();
                 if equation.divide.is_none() {
-                    candidates = Self::candidates(graph, rule, equation.value, only_early, (&places, &mut sizes));
+                    candidates =
+                        Self::candidates(graph, rule, equation.value, only_early, (&places, &mut sizes));
                 }
                 *found = Some(Found {
                     row: equation.value,
@@ -136,7 +137,9 @@ impl Elimination {
             let (row, best) = candidates
                 .filter(|(_, candidate)| safe.get(&candidate.coefficient) != Some(&false))
                 .min_by_key(|(_, candidate)| candidate.order)?;
-            let Candidate { unknown, coefficient, .. } = *best;
+            let Candidate {
+                unknown, coefficient, ..
+            } = *best;
             let is_safe = *safe.entry(coefficient).or_insert_with(|| {
                 let (graph, slopes) = copy.get_or_insert_with(|| {
                     let mut copy = graph.clone();
@@ -187,7 +190,9 @@ impl Elimination {
     fn slopes(&self, graph: &mut Graph, places: &HashMap<Leaf, usize>) -> Slopes {
         let rows = self.rows.iter().map(|row| {
             let unknown = unknowns(graph, row.value, places).into_iter();
-            unknown.map(|(place, leaf)| (place, graph.derivative(row.value, leaf))).collect()
+            unknown
+                .map(|(place, leaf)| (place, graph.derivative(row.value, leaf)))
+                .collect()
         });
         Slopes {
             rows: rows.collect(),

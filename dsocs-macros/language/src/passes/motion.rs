@@ -79,7 +79,10 @@ fn two_by_two(graph: &mut Graph, [a, b]: [NodeId; 2], [c, d]: [NodeId; 2]) -> No
 pub(super) fn affine(graph: &mut Graph, system: &Elimination) -> bool {
     let unknown: HashSet<Leaf> = system.unknown.iter().copied().collect();
     system.rows.iter().all(|row| {
-        let own: Vec<Leaf> = graph.leaves(row.value).filter(|leaf| unknown.contains(leaf)).collect();
+        let own: Vec<Leaf> = graph
+            .leaves(row.value)
+            .filter(|leaf| unknown.contains(leaf))
+            .collect();
         own.into_iter().all(|leaf| {
             let slope = graph.derivative(row.value, leaf);
             graph.leaves(slope).all(|other| !unknown.contains(&other))

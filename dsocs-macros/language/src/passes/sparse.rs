@@ -41,7 +41,11 @@ pub(crate) fn order(graph: &Graph, unknowns: &Unknowns) -> Option<Order> {
         return None;
     }
     let entries = entries(graph, &unknowns.jacobian);
-    let accelerations = unknowns.kept.iter().filter(|leaf| matches!(leaf, Leaf::E(_))).count();
+    let accelerations = unknowns
+        .kept
+        .iter()
+        .filter(|leaf| matches!(leaf, Leaf::E(_)))
+        .count();
     let mut matrix = Matrix::new(size, &entries, accelerations);
     let mut operations = 2 * entries.len();
     let mut pivots = Vec::with_capacity(size);

@@ -106,7 +106,9 @@ impl Segment {
         number(&mut bytes, self.head);
         for run in self.results.chunk_by(|one, next| one == next) {
             if run.len() < SHORTEST_RUN {
-                run.iter().for_each(|&result| number(&mut bytes, result));
+                for &result in run {
+                    number(&mut bytes, result);
+                }
             } else {
                 number(&mut bytes, run[0]);
                 number(&mut bytes, self.count);
