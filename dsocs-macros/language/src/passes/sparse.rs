@@ -138,3 +138,51 @@ impl Matrix {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The pivots, and how many entries they change in all.
+    fn eliminated(size: usize, entries: &[[usize; 2]], accelerations: usize) -> (Vec<[usize; 2]>, usize) {
+        let mut matrix = Matrix::new(size, entries, accelerations);
+        let mut changes = 0;
+        let pivots = (0..size).map(|_| {
+            let (pivot, changed) = matrix.next().expect("a regular pattern");
+            changes += changed;
+            matrix.take_out(pivot);
+            pivot
+        });
+        (pivots.collect(), changes)
+    }
+
+    #[test]
+    fn what_has_many_neighbours_comes_last() {
+        // unknown 0 stands in every row, and row 0 has every unknown
+        let arrow: Vec<[usize; 2]> = (0..20)
+            .flat_map(|i| [[i, i], [0, i], [i, 0]])
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .collect();
+        let (pivots, changes) = eliminated(20, &arrow, 0);
+        assert!(pivots[..18].iter().all(|pivot| *pivot != [0, 0]), "{pivots:?}");
+        assert!(changes < 80, "{changes}");
+    }
+
+    #[test]
+    fn a_multiplier_has_no_pivot_before_its_coordinates() {
+        // two masses on a rod: works, which belong to accelerations 0 and 1, stand behind the constraint
+        let entries = [[0, 0], [0, 1], [1, 0], [1, 2], [2, 1], [2, 2]];
+        let (pivots, _) = eliminated(3, &entries, 2);
+        assert_ne!(pivots[0], [0, 2]);
+        assert!(pivots.contains(&[0, 2]), "the pairs are taken: {pivots:?}");
+    }
+
+    #[test]
+    fn a_row_without_a_pivot_is_found() {
+        let mut matrix = Matrix::new(2, &[[0, 0], [1, 0]], 0);
+        let (pivot, _) = matrix.next().expect("an entry");
+        matrix.take_out(pivot);
+        assert!(matrix.next().is_none());
+    }
+}
