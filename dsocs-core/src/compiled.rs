@@ -1,6 +1,7 @@
 //! The hot form of a declaration: what a run evaluates often, as straight-line code.
 
 use crate::scalar::Scalar;
+use crate::step::sparse::Sparse;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Leg, Point};
 use crate::tape::Source;
@@ -32,6 +33,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// Whether the declaration names a factor to be divided out of a row. It has then said which root is wanted, and steps
     /// are not watched for a second root nearby.
     const DIVIDED: bool = false;
+
+    /// Whether so much of the Jacobian is zero that it is eliminated as a sparse matrix.
+    const SPARSE: bool = false;
 
     /// The places of the constraints of third order among all constraints.
     const THIRD_ORDER: &'static [usize] = &[];
@@ -67,6 +71,23 @@ pub trait Compiled<const N: usize>: Source + Sized {
         known: &Self::Known<T>,
         z: &Self::Unknown<T>,
     ) -> Linearization<T, Self::Unknown<T>>;
+
+    /// The entries of the Jacobian that are not zero everywhere, and the order of their elimination, where [`Compiled::SPARSE`].
+    fn sparse(&self) -> Option<&'static Sparse> {
+        None
+    }
+
+    /// The rows of the step at `z`; `entries` are set to those of [`Compiled::sparse`].
+    fn entries<T: Scalar>(
+        &self,
+        constants: &Self::Constants<T>,
+        known: &Self::Known<T>,
+        z: &Self::Unknown<T>,
+        entries: &mut [T],
+    ) -> Self::Unknown<T> {
+        let _ = entries;
+        self.linearize(constants, known, z).rows
+    }
 
     /// What each row of [`Compiled::linearize`] is, divided by the declared row: denominators that were multiplied out, and
     /// factors of the parameters and of `h` that were dropped.

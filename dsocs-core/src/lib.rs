@@ -143,6 +143,7 @@ pub mod __private {
     pub use crate::lanes::Lanes;
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::scalar::Scalar;
+    pub use crate::step::sparse::Sparse;
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};
     pub use crate::tape::{Number, Source, Tape};

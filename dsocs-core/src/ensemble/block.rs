@@ -76,6 +76,24 @@ impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
     }
 
     #[inline]
+    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes)> {
+        if const { !S::SPARSE } {
+            return None;
+        }
+        let sparse = self.system.sparse()?;
+        let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
+        let mut scale = &self.scales[0];
+        let found = sparse.update(
+            |entries| self.system.entries(self.constants, self.known, z, entries),
+            |pivot| {
+                determinants = determinants * (pivot * *scale);
+                scale = &self.scales[1];
+            },
+        );
+        Some((found.update, determinants))
+    }
+
+    #[inline]
     fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32 {
         if !S::SCALED {
             return u32::MAX;

@@ -63,6 +63,10 @@ pub(super) trait Equations {
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
 
+    /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
+    /// (see [`crate::step::newton::Equations::sparse_update`]).
+    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes)>;
+
     /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::step::newton::Equations`]).
     fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32;
 }
@@ -93,15 +97,9 @@ pub(super) fn solve<E: Equations>(
     let mut converging = u32::MAX;
     // one loop, so that the generated rows stand in it once and are inlined
     for evaluation in 1..=limit {
-        let at = equations.linearize(&z);
-        let (update, determinants) = if E::LINEAR {
-            // where a lane has no solution each looks for its own
-            let nowhere = at.rows.zip(&at.rows, |_, _| Lanes::splat(f64::NAN));
-            (at.update().unwrap_or(nowhere), found.determinants)
-        } else {
-            let (update, determinants) = E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales());
-            (update.zip(&update, |x, _| -x), determinants)
-        };
+        let (update, determinants) = equations
+            .sparse_update(&z)
+            .unwrap_or_else(|| dense_update(equations, &z));
         let next = z.zip(&update, |z, update| z + update);
         let now = Iterate {
             update,
@@ -163,6 +161,22 @@ pub(super) fn solve<E: Equations>(
         z = continued(found.left, &z, &next);
     }
     found
+}
+
+/// Newton's update by the whole Jacobian, and the determinants.
+#[inline(always)]
+#[allow(clippy::inline_always)] // part of every step
+fn dense_update<E: Equations>(equations: &E, z: &E::Z) -> (E::Z, Lanes) {
+    let at = equations.linearize(z);
+    if E::LINEAR {
+        // where a lane has no solution each looks for its own
+        let nan = Lanes::splat(f64::NAN);
+        let nowhere = at.rows.zip(&at.rows, |_, _| nan);
+        (at.update().unwrap_or(nowhere), nan)
+    } else {
+        let (update, determinants) = E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales());
+        (update.zip(&update, |x, _| -x), determinants)
+    }
 }
 
 /// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of

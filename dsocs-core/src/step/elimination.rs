@@ -140,13 +140,17 @@ impl Determinant {
             value: if odd { -1.0 } else { 1.0 },
             exponent: 0,
         };
-        pivots.fold(first, |product, pivot| {
-            let (mantissa, exponent) = split(pivot);
-            Self {
-                value: product.value * mantissa,
-                exponent: product.exponent + exponent,
-            }
-        })
+        pivots.fold(first, Self::times)
+    }
+
+    /// The product with another pivot.
+    #[inline]
+    pub(super) fn times(self, pivot: f64) -> Self {
+        let (mantissa, exponent) = split(pivot);
+        Self {
+            value: self.value * mantissa,
+            exponent: self.exponent + exponent,
+        }
     }
 
     /// Where it is not known.

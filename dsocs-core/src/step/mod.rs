@@ -1,6 +1,6 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`unknown`] says what is looked for and [`elimination`] solves linear rows, [`newton`] iterates from the guess of [`predictor`] until
+//! [`unknown`] says what is looked for and [`elimination`] solves linear rows, many of them by [`sparse`], [`newton`] iterates from the guess of [`predictor`] until
 //! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart. What is done seldom stands in [`any`].
 
 mod any;
@@ -9,6 +9,7 @@ pub(crate) mod elimination;
 pub(crate) mod newton;
 pub(crate) mod pair;
 pub(crate) mod predictor;
+pub(crate) mod sparse;
 pub(crate) mod unknown;
 
 use crate::any::AnySystem;
@@ -17,9 +18,10 @@ use crate::error::NewtonFailure;
 use crate::rounding;
 use crate::system::{Leg, System};
 pub(crate) use any::{AnyStep, Failing, Steps};
-use newton::{Equations, Root, Stop};
+use newton::{Equations, Evaluation, Root, Stop};
 use pair::Found;
 use predictor::{Continuation, Predictor};
+use sparse::{Product, Update};
 use unknown::{Linearization, Unknown};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
@@ -111,6 +113,37 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     #[inline]
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
         self.system.linearize(self.constants, &self.known, z)
+    }
+
+    #[inline]
+    fn sparse_update(&self, z: &Self::Z) -> Option<Evaluation<Self::Z>> {
+        if const { !S::SPARSE } {
+            return None;
+        }
+        let sparse = self.system.sparse()?;
+        let mut product = Product::new(sparse.is_odd());
+        let Update { rows, update } = sparse.update(
+            |entries| self.system.entries(self.constants, &self.known, z, entries),
+            |pivot| product.take(pivot),
+        );
+        let finite = update.as_ref().iter().all(|x| x.is_finite());
+        finite.then(|| Evaluation {
+            rows,
+            update,
+            safe: true,
+            determinant: product.value(),
+        })
+    }
+
+    #[inline]
+    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
+        if const { S::SPARSE } {
+            return match self.sparse_update(z) {
+                Some(evaluation) => evaluation,
+                None => Evaluation::apart(self, z),
+            };
+        }
+        Evaluation::dense(self, z)
     }
 
     #[inline]

@@ -67,6 +67,18 @@ pub(crate) trait Equations {
     /// The rows and their Jacobian.
     fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
 
+    /// The rows and Newton's update, where most of the Jacobian is zero and the update found without the rest is a good one.
+    fn sparse_update(&self, z: &Self::Z) -> Option<Evaluation<Self::Z>> {
+        let _ = z;
+        None
+    }
+
+    /// The same by the whole Jacobian where that is needed.
+    #[inline]
+    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
+        Evaluation::dense(self, z)
+    }
+
     /// Whether what the declared rows were multiplied by is anything but zero at `z`, by comparison with a point
     /// `nearby`: a root where it is zero is none of the declared rows.
     fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
@@ -76,6 +88,47 @@ pub(crate) trait Equations {
 
     /// Bounds of the rounding errors in the rows.
     fn rounding(&self, z: &Self::Z) -> Self::Z;
+}
+
+/// The rows at a point, and Newton's update from there.
+pub(crate) struct Evaluation<Z> {
+    /// The rows.
+    pub rows: Z,
+    /// The update.
+    pub update: Z,
+    /// Whether the update is what Newton's iteration asks for, if it is finite.
+    pub safe: bool,
+    /// The determinant of the Jacobian.
+    pub determinant: Determinant,
+}
+
+impl<Z: Unknown<f64>> Evaluation<Z> {
+    /// The same, where it is not part of every step: a large matrix needs room that every call would touch.
+    #[cold]
+    #[inline(never)]
+    pub fn apart<E: Equations<Z = Z> + ?Sized>(equations: &E, z: &Z) -> Self {
+        Self::dense(equations, z)
+    }
+
+    /// By the whole Jacobian.
+    #[inline]
+    pub fn dense<E: Equations<Z = Z> + ?Sized>(equations: &E, z: &Z) -> Self {
+        let linearization = equations.linearize(z);
+        let rows = linearization.rows;
+        let (update, safe, determinant) = if equations.are_linear() {
+            // the only update has to be a good one
+            let update = linearization.update();
+            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
+        } else {
+            linearization.quick_update()
+        };
+        Self {
+            rows,
+            update,
+            safe,
+            determinant,
+        }
+    }
 }
 
 /// Equations for the unknowns `Z`, whatever their type.
@@ -192,15 +245,12 @@ struct Trial<Z> {
 impl<Z: Unknown<f64>> Trial<Z> {
     #[inline]
     fn new<E: Equations<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
-        let linearization = equations.linearize(&z);
-        let rows = linearization.rows;
-        let (update, safe, determinant) = if equations.are_linear() {
-            // the only update has to be a good one
-            let update = linearization.update();
-            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
-        } else {
-            linearization.quick_update()
-        };
+        let Evaluation {
+            rows,
+            update,
+            safe,
+            determinant,
+        } = equations.evaluate(&z);
         Self {
             at: Iterate { z, rows, update },
             safe,
@@ -303,6 +353,14 @@ impl<Z: Unknown<f64>> Equations for Apart<'_, Z> {
 
     fn linearize(&self, z: &Z) -> Linearization<f64, Z> {
         self.0.linearize(z)
+    }
+
+    fn sparse_update(&self, z: &Z) -> Option<Evaluation<Z>> {
+        self.0.sparse_update(z)
+    }
+
+    fn evaluate(&self, z: &Z) -> Evaluation<Z> {
+        self.0.evaluate(z)
     }
 
     fn is_declared(&self, z: &Z, nearby: &Z) -> bool {
@@ -451,6 +509,9 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
             return Ok(trial.at);
         }
         self.evaluations += 1;
+        if let Some(Evaluation { rows, update, .. }) = self.equations.sparse_update(&z) {
+            return Ok(Iterate { z, rows, update });
+        }
         let linearization = self.equations.linearize(&z);
         let rows = linearization.rows;
         match linearization.update() {

@@ -11,7 +11,8 @@
 //! begins with [`VERSION`]; then come the [`SEGMENTS`], in their order, each as its length in bytes and its body. A body is the
 //! number of operations, the operations, the number of results, how many of them belong to the [`Part::Head`], and
 //! the results. Whole numbers are unsigned LEB128. An operand is the place of an operation in the same segment, before the
-//! one that reads it; a result is the place of an operation. An operation is a byte, and what it reads:
+//! one that reads it; a result is the place of an operation. In place of a result, the number of operations says that the last result comes
+//! again, and a number follows that says how often: a large Jacobian is mostly zero. An operation is a byte, and what it reads:
 //!
 //! | byte | operation | followed by |
 //! |---|---|---|
@@ -49,7 +50,7 @@ use crate::dual::Dual;
 use read::Body;
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 2;
+pub(crate) const VERSION: u8 = 3;
 
 /// What an expression is made of in the end, besides numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

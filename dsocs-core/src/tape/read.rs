@@ -157,6 +157,9 @@ impl Body {
     }
 }
 
+/// No segment has more results: bytes that are no tape are not to take the machine's memory.
+const MOST_RESULTS: usize = 1 << 24;
+
 /// The segments of a tape; `None` if it is malformed.
 pub(super) fn read(bytes: &[u8]) -> Option<Vec<Body>> {
     let mut reader = Reader { rest: bytes };
@@ -184,9 +187,21 @@ fn body(reader: &mut Reader<'_>, before: &[Body]) -> Option<Body> {
     }
     let count = reader.number()?;
     let head = reader.number()?;
+    if count > MOST_RESULTS {
+        return None;
+    }
     let mut results = Vec::with_capacity(count.min(reader.rest.len()));
-    for _ in 0..count {
-        results.push(reader.place(ops.len())?);
+    while results.len() < count {
+        let place = reader.place(ops.len() + 1)?;
+        if place < ops.len() {
+            results.push(place);
+            continue;
+        }
+        let (last, more) = (*results.last()?, reader.number()?);
+        if more == 0 || more > count - results.len() {
+            return None;
+        }
+        results.resize(results.len() + more, last);
     }
     let complete = reader.rest.is_empty() && head <= results.len();
     complete.then_some(Body { ops, results, head })

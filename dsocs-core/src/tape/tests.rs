@@ -249,3 +249,30 @@ fn derivatives_go_back_and_forward_as_tangents_do() {
         }
     }
 }
+
+#[test]
+fn a_result_may_come_many_times() {
+    let of = |results: &[u8], count: u8| {
+        let mut body = vec![2, 1, 9, 0, 1, 9, 1, count, 0];
+        body.extend(results);
+        let mut own = vec![u8::try_from(body.len()).unwrap()];
+        own.extend(body);
+        let tape = tape(&[(Segment::Energy, own)]);
+        let mut results = Vec::new();
+        f64::walk(
+            tape.program(Segment::Energy, Part::All),
+            &Hand(tape),
+            &|leaf| match leaf {
+                Leaf::Parameter(place) => place as f64,
+                _ => f64::NAN,
+            },
+            &mut |_, value| results.push(value),
+        );
+        results
+    };
+    // the second operation once, and then three times more, then the first
+    assert_eq!(of(&[1, 2, 3, 0], 5), [1.0, 1.0, 1.0, 1.0, 0.0]);
+    for wrong in [&[2, 3, 0][..], &[1, 2, 5, 0], &[1, 2, 0, 0], &[1, 3, 0]] {
+        assert!(of(wrong, 5).is_empty(), "{wrong:?}");
+    }
+}

@@ -33,6 +33,7 @@ mod run;
 mod scenes;
 mod scenes_table;
 mod scenes_written;
+mod sparse;
 mod stability;
 mod start;
 mod start_on_constraints;

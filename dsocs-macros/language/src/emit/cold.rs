@@ -14,7 +14,7 @@ use crate::model::{Kind, Model};
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
 /// Expressions of a step as it was declared.
 pub(super) struct Declared {

@@ -11,6 +11,7 @@ use super::stages::Stages;
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 use crate::passes::Unknowns;
+use crate::passes::sparse::Order;
 
 /// Where a leaf stands in the arguments of the generated methods.
 fn argument(leaf: Leaf) -> Place {
@@ -184,9 +185,10 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
 
 /// `linearize`, `scales`, `unknown` and `second_difference`.
 fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
-    let (rows_code, results) = later(stages, &stages.residual());
-    let (rows, jacobian) = results.split_at(stages.rows.len());
-    let jacobian = matrix(jacobian, rows.len());
+    let linearize = match &stages.sparse {
+        Some(order) => sparse_methods(stages, order),
+        None => linearize_method(stages),
+    };
     let scales = scales_method(stages);
     let (difference_code, difference) = later(stages, &stages.second_difference);
     let kept = stages.kept.iter().map(|&leaf| match leaf {
@@ -198,16 +200,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
     });
     let n = Literal::usize_unsuffixed(n);
     quote! {
-        #[inline]
-        fn linearize<__T: ::dsocs_core::__private::Scalar>(
-            &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
-        ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
-            #rows_code
-            ::dsocs_core::__private::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
-        }
+        #linearize
 
         #scales
 
@@ -229,6 +222,75 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
         ) -> [__T; #n] {
             #difference_code
             [#(#difference),*]
+        }
+    }
+}
+
+/// `linearize`: the rows and their Jacobian.
+fn linearize_method(stages: &Stages) -> TokenStream {
+    let (code, results) = later(stages, &stages.residual());
+    let (rows, jacobian) = results.split_at(stages.rows.len());
+    let jacobian = matrix(jacobian, rows.len());
+    quote! {
+        #[inline]
+        fn linearize<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
+            #code
+            ::dsocs_core::__private::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
+        }
+    }
+}
+
+/// The same where most of the Jacobian is zero: `entries` computes the rest.
+fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
+    let (code, results) = later(stages, &stages.entries(order));
+    let (rows, entries) = results.split_at(stages.rows.len());
+    let [size, count] = [rows.len(), entries.len()].map(Literal::usize_unsuffixed);
+    let places = |places: &[[usize; 2]]| {
+        let places = places.iter().map(|place| {
+            let [row, column] = place.map(Literal::usize_unsuffixed);
+            quote!([#row, #column])
+        });
+        quote!(&[#(#places),*])
+    };
+    let (where_entries, pivots) = (places(&order.entries), places(&order.pivots));
+    quote! {
+        const SPARSE: bool = true;
+
+        fn sparse(&self) -> ::core::option::Option<&'static ::dsocs_core::__private::Sparse> {
+            static SPARSE: ::dsocs_core::__private::Sparse =
+                ::dsocs_core::__private::Sparse::new(#size, #where_entries, #pivots);
+            ::core::option::Option::Some(&SPARSE)
+        }
+
+        fn entries<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+            entries: &mut [__T],
+        ) -> Self::Unknown<__T> {
+            #code
+            entries.copy_from_slice(&[#(#entries),*]);
+            [#(#rows),*]
+        }
+
+        fn linearize<__T: ::dsocs_core::__private::Scalar>(
+            &self,
+            constants: &Self::Constants<__T>,
+            known: &Self::Known<__T>,
+            z: &Self::Unknown<__T>,
+        ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
+            let mut entries = [__T::splat(0.0); #count];
+            let rows = self.entries(constants, known, z, &mut entries);
+            let jacobian = ::dsocs_core::__private::Compiled::sparse(self)
+                .map(|sparse| sparse.dense::<__T, Self::Unknown<__T>>(&entries))
+                .unwrap_or_else(<Self::Unknown<__T> as ::dsocs_core::__private::Unknown<__T>>::zeros);
+            ::dsocs_core::__private::Linearization { rows, jacobian }
         }
     }
 }

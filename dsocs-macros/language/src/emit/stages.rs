@@ -6,6 +6,7 @@ use super::program::{Given, Program, Stored, Value};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::{PointNodes, StepEquations};
 use crate::passes::Unknowns;
+use crate::passes::sparse::{self, Order};
 
 /// Known when the run begins.
 const RUN: usize = 0;
@@ -41,6 +42,8 @@ pub(super) struct Stages<'g> {
     pub(super) rows: Vec<Value>,
     pub(super) scales: Vec<Value>,
     pub(super) jacobian: Vec<Value>,
+    /// How the Jacobian is eliminated, where most of it is zero.
+    pub(super) sparse: Option<Order>,
     pub(super) second_difference: Vec<Value>,
     /// Position, velocity, acceleration, and the time.
     pub(super) point: Vec<Value>,
@@ -127,6 +130,7 @@ impl<'g> Stages<'g> {
             rows,
             scales,
             jacobian,
+            sparse: sparse::order(graph, unknowns),
             second_difference,
             point,
             force,
@@ -141,6 +145,13 @@ impl<'g> Stages<'g> {
     /// The rows, then their Jacobian.
     pub(super) fn residual(&self) -> Vec<Value> {
         [self.rows.as_slice(), &self.jacobian].concat()
+    }
+
+    /// The rows, then those entries of their Jacobian that are not zero everywhere.
+    pub(super) fn entries(&self, order: &Order) -> Vec<Value> {
+        let entries = order.entries.iter();
+        let entries = entries.map(|&[row, column]| self.jacobian[row * self.rows.len() + column]);
+        self.rows.iter().copied().chain(entries).collect()
     }
 
     /// The point of a node, then the force.

@@ -26,6 +26,7 @@ use std::collections::{HashMap, HashSet};
 use proc_macro2::{Ident, Span, TokenStream};
 
 pub(crate) use difference::Change;
+pub(crate) use nonzero::Slopes;
 pub(crate) use rewrite::{Memory, Pass, Substitution};
 
 /// What a [`Node::Param`] is.
@@ -223,6 +224,18 @@ impl Dependence {
             .is_some_and(|word| word >> (bit % 64) & 1 == 1)
     }
 
+    /// The bits that are set, in order.
+    fn bits(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().enumerate().flat_map(|(place, &word)| {
+            let mut left = word;
+            std::iter::from_fn(move || {
+                let bit = (left != 0).then(|| left.trailing_zeros() as usize)?;
+                left &= left - 1;
+                Some(64 * place + bit)
+            })
+        })
+    }
+
     fn extend(&mut self, other: &Self) {
         if self.0.len() < other.0.len() {
             self.0.resize(other.0.len(), 0);
@@ -320,7 +333,8 @@ impl Graph {
 
     /// Whether an expression depends on the parameters alone.
     pub(crate) fn is_fixed(&self, id: NodeId) -> bool {
-        self.leaves(id).next().is_none()
+        // no bit is ever taken away, and a word is there for the sake of a bit
+        self.dependence[id.index()].0.is_empty()
     }
 
     /// Whether any expression has a leaf.
@@ -337,11 +351,7 @@ impl Graph {
     /// Every leaf that a node depends on.
     pub(crate) fn leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
         let dependence = &self.dependence[id.index()];
-        self.leaves
-            .iter()
-            .enumerate()
-            .filter(|&(bit, _)| dependence.contains(bit))
-            .map(|(_, &leaf)| leaf)
+        dependence.bits().map(|bit| self.leaves[bit])
     }
 
     /// The highest derivative of a coordinate that a node depends on; `None` if it depends on no coordinate.

@@ -6,7 +6,7 @@
 //! rows' slopes, and their determinant is evaluated modulo the prime. What is evaluated to be zero at random points is
 //! zero; where it is not, or where not all zeros of the coefficient are found, the answer is no.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::identity::{Known, POINTS, add, invert, multiply, random, signed_power, subtract};
 use super::{Graph, Node, NodeId, Unary};
@@ -16,12 +16,20 @@ const PLACES: [u64; 3] = [3, 5, 7];
 /// Powers of a parameter that are recognised.
 const HIGHEST_POWER: i32 = 8;
 
+/// The derivatives of rows by unknowns.
+pub(crate) struct Slopes {
+    /// Row by row those that there are, with the unknown's place.
+    pub(crate) rows: Vec<Vec<(usize, NodeId)>>,
+    /// How many unknowns there are.
+    pub(crate) columns: usize,
+}
+
 /// An expression of the parameters, and a value for it.
 type Place = (NodeId, u64);
 
 impl Graph {
     /// Whether the determinant of `slopes` is zero wherever the coefficient, an expression of the parameters and `h`, is.
-    pub(crate) fn has_to_be_nonzero(&mut self, coefficient: NodeId, slopes: &[Vec<NodeId>]) -> bool {
+    pub(crate) fn has_to_be_nonzero(&mut self, coefficient: NodeId, slopes: &Slopes) -> bool {
         if let Node::Product(factors) = self.node(coefficient).clone() {
             return factors
                 .into_iter()
@@ -143,18 +151,20 @@ impl Graph {
     }
 
     /// Whether the determinant is zero, or does not exist, where an atom has a value.
-    fn singular(&mut self, slopes: &[Vec<NodeId>], point: usize, (atom, value): Place) -> bool {
-        let n = slopes.len();
+    fn singular(&mut self, slopes: &Slopes, point: usize, (atom, value): Place) -> bool {
         let mut known: Known = HashMap::from([(atom, Some(value))]);
-        let mut matrix = Vec::with_capacity(n);
-        for row in slopes {
-            if row.len() != n {
-                return false;
-            }
-            let mut residues = Vec::with_capacity(n);
-            for &slope in row {
+        if slopes.columns != slopes.rows.len() {
+            return false;
+        }
+        let mut matrix = Vec::with_capacity(slopes.columns);
+        for row in &slopes.rows {
+            let mut residues = BTreeMap::new();
+            for &(place, slope) in row {
                 match self.residue_with(slope, point, &mut known) {
-                    Some(residue) => residues.push(residue),
+                    Some(0) => {}
+                    Some(residue) => {
+                        residues.insert(place, residue);
+                    }
                     // a denominator that is zero here and not elsewhere: the rows do not exist where the atom is so
                     None => return self.residue(slope, point).is_some(),
                 }
@@ -181,23 +191,38 @@ impl Line {
     }
 }
 
-/// Whether the determinant is zero modulo the prime.
-fn determinant_is_zero(mut rows: Vec<Vec<u64>>) -> bool {
-    let n = rows.len();
-    for column in 0..n {
-        let Some(pivot) = (column..n).find(|&row| rows[row][column] != 0) else {
+/// Whether the determinant is zero modulo the prime, of rows without the zeros that are in them.
+fn determinant_is_zero(mut rows: Vec<BTreeMap<usize, u64>>) -> bool {
+    let mut columns: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); rows.len()];
+    for (place, row) in rows.iter().enumerate() {
+        for &column in row.keys() {
+            columns[column].insert(place);
+        }
+    }
+    for column in 0..rows.len() {
+        // the row that brings the fewest entries into the others
+        let Some(&pivot) = columns[column].iter().min_by_key(|&&row| rows[row].len()) else {
             return true;
         };
-        rows.swap(column, pivot);
-        let top = rows[column].clone();
-        let inverse = invert(top[column]);
-        for row in &mut rows[column + 1..] {
-            if row[column] == 0 {
-                continue;
-            }
-            let factor = multiply(row[column], inverse);
-            for (entry, &above) in row.iter_mut().zip(&top).skip(column) {
-                *entry = subtract(*entry, multiply(factor, above));
+        let top = std::mem::take(&mut rows[pivot]);
+        for &place in top.keys() {
+            columns[place].remove(&pivot);
+        }
+        let inverse = invert(top[&column]);
+        for row in columns[column].clone() {
+            let factor = multiply(rows[row][&column], inverse);
+            for (&place, &above) in &top {
+                let entry = rows[row].get(&place).copied().unwrap_or_default();
+                match subtract(entry, multiply(factor, above)) {
+                    0 => {
+                        rows[row].remove(&place);
+                        columns[place].remove(&row);
+                    }
+                    entry => {
+                        rows[row].insert(place, entry);
+                        columns[place].insert(row);
+                    }
+                }
             }
         }
     }
@@ -209,6 +234,16 @@ mod tests {
     use super::*;
     use quote::quote;
 
+    fn slopes(rows: &[Vec<NodeId>]) -> Slopes {
+        Slopes {
+            rows: rows
+                .iter()
+                .map(|row| row.iter().copied().enumerate().collect())
+                .collect(),
+            columns: rows.first().map_or(0, Vec::len),
+        }
+    }
+
     fn parameters(graph: &mut Graph) -> [NodeId; 3] {
         [quote!(a), quote!(b), quote!(k)].map(|name| graph.param(name))
     }
@@ -218,7 +253,7 @@ mod tests {
         let mut graph = Graph::new();
         let [a, b, k] = parameters(&mut graph);
         let (off, sum) = (graph.neg(k), graph.add(b, k));
-        let slopes = [vec![a, off], vec![off, sum]];
+        let slopes = slopes(&[vec![a, off], vec![off, sum]]);
         for coefficient in [a, b, k, sum, off] {
             assert!(!graph.has_to_be_nonzero(coefficient, &slopes));
         }
@@ -235,7 +270,7 @@ mod tests {
         let mut graph = Graph::new();
         let [a, b, k] = parameters(&mut graph);
         let zero = graph.constant(0.0);
-        let slopes = [vec![a, zero], vec![zero, b]];
+        let slopes = slopes(&[vec![a, zero], vec![zero, b]]);
         let (power, ratio) = (graph.product(&[(a, 2), (b, 1)]), graph.div(a, k));
         for coefficient in [a, b, power, ratio] {
             assert!(graph.has_to_be_nonzero(coefficient, &slopes));
@@ -256,15 +291,15 @@ mod tests {
         let pair = squares.map(|square| graph.mul(a, square));
         for terms in [high, pair] {
             let sum = graph.sum(&terms);
-            assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+            assert!(!graph.has_to_be_nonzero(sum, &slopes(&[vec![a]])));
         }
         // a k² + a² k² is zero where `a` is 0 or -1, and where `k` is 0
         let terms = [graph.mul(a, squares[0]), graph.product(&[(a, 2), (k, 2)])];
         let sum = graph.sum(&terms);
-        assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+        assert!(!graph.has_to_be_nonzero(sum, &slopes(&[vec![a]])));
         // a + k² is irreducible
         let sum = graph.sum(&[a, squares[0]]);
-        assert!(graph.has_to_be_nonzero(sum, &[vec![sum]]));
-        assert!(!graph.has_to_be_nonzero(sum, &[vec![a]]));
+        assert!(graph.has_to_be_nonzero(sum, &slopes(&[vec![sum]])));
+        assert!(!graph.has_to_be_nonzero(sum, &slopes(&[vec![a]])));
     }
 }

@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use super::Merge;
-use crate::graph::{Graph, Leaf, NodeId, Substitution};
+use crate::graph::{Graph, Leaf, NodeId, Slopes, Substitution};
 use crate::mechanics::Equation;
 
 /// Which rows are solved.
@@ -28,6 +28,33 @@ pub(super) struct Elimination {
     pub(super) solved: Vec<(Leaf, NodeId)>,
 }
 
+/// What was found of a row.
+struct Found {
+    /// The row as it was then.
+    row: NodeId,
+    /// Whether it was asked for coefficients that are all known early.
+    only_early: bool,
+    candidates: Vec<Candidate>,
+}
+
+/// An unknown for which a row may be solved.
+struct Candidate {
+    /// Whether parameters are in the coefficient, and how long it is.
+    order: (bool, u32),
+    unknown: Leaf,
+    coefficient: NodeId,
+}
+
+/// The unknowns that an expression depends on, with their places, in order.
+fn unknowns(graph: &Graph, id: NodeId, places: &HashMap<Leaf, usize>) -> Vec<(usize, Leaf)> {
+    let leaves = graph.leaves(id);
+    let mut unknown: Vec<_> = leaves
+        .filter_map(|leaf| Some((*places.get(&leaf)?, leaf)))
+        .collect();
+    unknown.sort_unstable_by_key(|&(place, _)| place);
+    unknown
+}
+
 impl Elimination {
     /// Nothing is solved yet.
     pub(super) fn new(rows: &[Equation], unknown: impl Iterator<Item = Leaf>) -> Self {
@@ -43,8 +70,10 @@ impl Elimination {
         // what has been found of coefficients: it does not change with what is solved, because the determinant of the rows that
         // are left is that of all rows, divided by coefficients that are not zero
         let mut safe = HashMap::new();
-        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule, &mut safe) {
+        let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
+        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule, &mut safe, &mut found) {
             let equation = self.rows.remove(row);
+            found.remove(row);
             let zero = graph.constant(0.0);
             let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
             let quotient = graph.div(rest, coefficient);
@@ -58,77 +87,117 @@ impl Elimination {
         let places = solutions.iter().copied().collect();
         let earlier = self.solved.iter_mut().map(|(_, solution)| solution);
         let rows = self.rows.iter_mut().flat_map(Equation::parts);
-        graph.rewrite_all(rows.chain(earlier), &mut Substitution::new(&places));
+        let affected = rows.chain(earlier).filter(|part| {
+            solutions
+                .iter()
+                .any(|&(solved, _)| graph.depends_on(**part, solved))
+        });
+        let affected: Vec<_> = affected.collect();
+        graph.rewrite_all(affected, &mut Substitution::new(&places));
         self.solved.extend(solutions);
         self.unknown
             .retain(|leaf| solutions.iter().all(|(solved, _)| solved != leaf));
     }
 
-    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is, and without parameters if possible.
+    /// A row, an unknown in which it is linear, and the coefficient: the simplest there is, and without parameters if possible. What was
+    /// found of rows stays, as long as they do: most of them do not depend on what is solved.
     fn linear_row(
         &self,
         graph: &mut Graph,
         rule: Rule,
         safe: &mut HashMap<NodeId, bool>,
+        found: &mut [Option<Found>],
     ) -> Option<(usize, Leaf, NodeId)> {
-        let mut candidates = Vec::new();
-        let mut merge = Merge::default();
-        for (row, equation) in self.rows.iter().enumerate() {
-            if equation.divide.is_some() {
-                continue;
-            }
-            let equation = equation.value;
-            if self.unknown.len() > rule.most_unknowns && !self.all_early(graph, rule, equation) {
-                continue;
-            }
-            for &unknown in self.unknown.iter().rev() {
-                if !graph.depends_on(equation, unknown) {
-                    continue;
+        let mut sizes = Merge::default();
+        let places: HashMap<Leaf, usize> = self.unknown.iter().copied().zip(0..).collect();
+        let only_early = self.unknown.len() > rule.most_unknowns;
+        for (equation, found) in self.rows.iter().zip(found.iter_mut()) {
+            let holds = |found: &Found| found.row == equation.value && found.only_early == only_early;
+            if !found.as_ref().is_some_and(holds) {
+                let mut candidates = Vec::new();
+                if equation.divide.is_none() {
+                    candidates =
+                        Self::candidates(graph, rule, equation.value, only_early, (&places, &mut sizes));
                 }
-                let coefficient = graph.derivative(equation, unknown);
-                // a zero that the normal form does not see would be divided by
-                if !(rule.early)(graph, coefficient) || graph.vanishes(coefficient) {
-                    continue;
-                }
-                let size = merge.size(graph, coefficient);
-                let order = (graph.has_parameters(coefficient), size);
-                candidates.push((order, (row, unknown, coefficient)));
+                *found = Some(Found {
+                    row: equation.value,
+                    only_early,
+                    candidates,
+                });
             }
         }
-        // stable: of equal ones the first
-        candidates.sort_by_key(|&(order, _)| order);
         // on a copy: the order of terms is that in which nodes were made, and a question should not change it
         let mut copy = None;
+        loop {
+            let candidates = found.iter().enumerate().flat_map(|(row, found)| {
+                let candidates = found.iter().flat_map(|found| &found.candidates);
+                candidates.map(move |candidate| (row, candidate))
+            });
+            // of equal ones the first
+            let (row, best) = candidates
+                .filter(|(_, candidate)| safe.get(&candidate.coefficient) != Some(&false))
+                .min_by_key(|(_, candidate)| candidate.order)?;
+            let Candidate {
+                unknown, coefficient, ..
+            } = *best;
+            let is_safe = *safe.entry(coefficient).or_insert_with(|| {
+                let (graph, slopes) = copy.get_or_insert_with(|| {
+                    let mut copy = graph.clone();
+                    let slopes = self.slopes(&mut copy, &places);
+                    (copy, slopes)
+                });
+                graph.has_to_be_nonzero(coefficient, slopes)
+            });
+            if is_safe {
+                return Some((row, unknown, coefficient));
+            }
+        }
+    }
+
+    /// The unknowns for which a row may be solved.
+    fn candidates(
+        graph: &mut Graph,
+        rule: Rule,
+        row: NodeId,
+        only_early: bool,
+        (places, sizes): (&HashMap<Leaf, usize>, &mut Merge),
+    ) -> Vec<Candidate> {
+        let unknown = unknowns(graph, row, places);
+        let is_early = |graph: &mut Graph, leaf| {
+            let slope = graph.derivative(row, leaf);
+            (rule.early)(graph, slope)
+        };
+        if only_early && !unknown.iter().all(|&(_, leaf)| is_early(graph, leaf)) {
+            return Vec::new();
+        }
+        let mut candidates = Vec::new();
+        for &(_, unknown) in unknown.iter().rev() {
+            let coefficient = graph.derivative(row, unknown);
+            // a zero that the normal form does not see would be divided by
+            if !(rule.early)(graph, coefficient) || graph.vanishes(coefficient) {
+                continue;
+            }
+            candidates.push(Candidate {
+                order: (graph.has_parameters(coefficient), sizes.size(graph, coefficient)),
+                unknown,
+                coefficient,
+            });
+        }
         candidates
-            .into_iter()
-            .map(|(_, candidate)| candidate)
-            .find(|&(_, _, coefficient)| {
-                *safe.entry(coefficient).or_insert_with(|| {
-                    let (graph, slopes) = copy.get_or_insert_with(|| {
-                        let mut copy = graph.clone();
-                        let slopes = self.slopes(&mut copy);
-                        (copy, slopes)
-                    });
-                    graph.has_to_be_nonzero(coefficient, slopes)
-                })
-            })
     }
 
     /// The derivatives of the rows by the unknowns.
-    fn slopes(&self, graph: &mut Graph) -> Vec<Vec<NodeId>> {
+    fn slopes(&self, graph: &mut Graph, places: &HashMap<Leaf, usize>) -> Slopes {
         let rows = self.rows.iter().map(|row| {
-            let unknown = self.unknown.iter();
-            unknown.map(|&leaf| graph.derivative(row.value, leaf)).collect()
+            let unknown = unknowns(graph, row.value, places).into_iter();
+            unknown
+                .map(|(place, leaf)| (place, graph.derivative(row.value, leaf)))
+                .collect()
         });
-        rows.collect()
-    }
-
-    /// Whether a row is linear in the unknowns, with coefficients that are all known early.
-    fn all_early(&self, graph: &mut Graph, rule: Rule, row: NodeId) -> bool {
-        self.unknown.iter().all(|&leaf| {
-            let slope = graph.derivative(row, leaf);
-            (rule.early)(graph, slope)
-        })
+        Slopes {
+            rows: rows.collect(),
+            columns: self.unknown.len(),
+        }
     }
 
     /// What has become of some unknowns: the solution for each that is solved, itself for the others.

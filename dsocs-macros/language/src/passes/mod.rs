@@ -17,6 +17,7 @@ mod quotient;
 mod rotate;
 pub(crate) mod share;
 mod simplify;
+pub(crate) mod sparse;
 
 use clear::Cleared;
 use collapse::{Collapse, Variables};
@@ -160,6 +161,8 @@ pub(crate) struct Motion {
     pub(crate) rows: Vec<NodeId>,
     /// `∂rows[i]/∂unknown[j]`.
     pub(crate) jacobian: Vec<Vec<NodeId>>,
+    /// Row and column of its entries that are not zero everywhere.
+    pub(crate) entries: Vec<[usize; 2]>,
     /// How many multipliers there are in all.
     pub(crate) multipliers: usize,
     /// Whether the rows are affine in them.
@@ -212,7 +215,7 @@ pub(crate) fn motion(
     // horner: rows that stay are multiplied out and gathered, where that leaves fewer products
     let rows = motion::gathered(graph, &all[n..], cost);
     all.truncate(n);
-    let jacobian = rows
+    let jacobian: Vec<Vec<NodeId>> = rows
         .iter()
         .map(|&row| {
             let unknown = system.unknown.iter();
@@ -220,6 +223,7 @@ pub(crate) fn motion(
         })
         .collect();
     Motion {
+        entries: sparse::entries(graph, &jacobian),
         accelerations: all,
         unknown: system.unknown,
         rows,

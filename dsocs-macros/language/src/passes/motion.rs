@@ -1,5 +1,7 @@
 //! What only the continuous motion needs: declared factors divided out, one or two rows solved by Cramer's rule.
 
+use std::collections::HashSet;
+
 use super::eliminate::Elimination;
 use super::horner::Horner;
 use super::quotient::quotient;
@@ -75,11 +77,15 @@ fn two_by_two(graph: &mut Graph, [a, b]: [NodeId; 2], [c, d]: [NodeId; 2]) -> No
 
 /// Whether every row is affine in the unknowns.
 pub(super) fn affine(graph: &mut Graph, system: &Elimination) -> bool {
-    let unknown = &system.unknown;
+    let unknown: HashSet<Leaf> = system.unknown.iter().copied().collect();
     system.rows.iter().all(|row| {
-        unknown.iter().all(|&leaf| {
+        let own: Vec<Leaf> = graph
+            .leaves(row.value)
+            .filter(|leaf| unknown.contains(leaf))
+            .collect();
+        own.into_iter().all(|leaf| {
             let slope = graph.derivative(row.value, leaf);
-            unknown.iter().all(|&other| !graph.depends_on(slope, other))
+            graph.leaves(slope).all(|other| !unknown.contains(&other))
         })
     })
 }

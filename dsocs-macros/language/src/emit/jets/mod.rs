@@ -28,6 +28,9 @@ use crate::passes::{self, Motion};
 /// all of them.
 const MOST_EAGER: usize = 16;
 
+/// Of a Jacobian with fewer entries than one in so many, those are written alone.
+const MOSTLY_ZERO: usize = 4;
+
 /// The `impl Jets` of the declaration.
 pub(super) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
@@ -183,6 +186,26 @@ impl Plan {
             .collect()
     }
 
+    /// The Jacobian at order 0. Where most of it is zero the rest is written entry by entry: the compiler looks at every one.
+    fn matrix(&self, motion: &Motion, m: usize) -> TokenStream {
+        if motion.entries.len() * MOSTLY_ZERO >= m * m {
+            let entries: Vec<_> = self.jacobian.iter().map(|&entry| zeroth(entry)).collect();
+            return matrix(&entries, m);
+        }
+        let jacobian = local("jacobian");
+        let size = Literal::usize_unsuffixed(m);
+        let entries = motion.entries.iter().map(|&[row, column]| {
+            let entry = zeroth(self.jacobian[row * m + column]);
+            let [row, column] = [row, column].map(Literal::usize_unsuffixed);
+            quote!(#jacobian[#row][#column] = #entry;)
+        });
+        quote!({
+            let mut #jacobian = [[0.0_f64; #size]; #size];
+            #(#entries)*
+            #jacobian
+        })
+    }
+
     /// The body of `expand`.
     #[allow(clippy::too_many_lines)] // one quotation: the whole of what is generated
     fn body(&self, writer: &mut Writer<'_>, motion: &Motion) -> TokenStream {
@@ -233,8 +256,7 @@ impl Plan {
             let l = local("l");
             let m = unknown.len();
             let places: Vec<_> = (0..m).map(Literal::usize_unsuffixed).collect();
-            let jacobian: Vec<_> = self.jacobian.iter().map(|&entry| zeroth(entry)).collect();
-            let jacobian = matrix(&jacobian, m);
+            let jacobian = self.matrix(motion, m);
             let (zeroth_rows, kth_rows) = (
                 self.rows.iter().map(|&row| zeroth(row)),
                 self.rows.iter().map(|&row| kth(row)),

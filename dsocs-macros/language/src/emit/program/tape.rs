@@ -93,6 +93,9 @@ pub(crate) struct Segment {
     head: usize,
 }
 
+/// So many results in a row that are the same, zeros of a large Jacobian, are written as one and their number.
+const SHORTEST_RUN: usize = 16;
+
 impl Segment {
     /// The bytes of the segment.
     pub(crate) fn bytes(&self) -> Vec<u8> {
@@ -101,8 +104,16 @@ impl Segment {
         bytes.extend(&self.operations);
         number(&mut bytes, self.results.len());
         number(&mut bytes, self.head);
-        for &result in &self.results {
-            number(&mut bytes, result);
+        for run in self.results.chunk_by(|one, next| one == next) {
+            if run.len() < SHORTEST_RUN {
+                for &result in run {
+                    number(&mut bytes, result);
+                }
+            } else {
+                number(&mut bytes, run[0]);
+                number(&mut bytes, self.count);
+                number(&mut bytes, run.len() - 1);
+            }
         }
         bytes
     }
