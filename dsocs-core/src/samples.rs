@@ -124,7 +124,7 @@ impl Samples {
     /// The value at a place. Where two pieces meet, the right one is used.
     #[must_use]
     pub fn at<R: Real>(&self, x: R) -> R {
-        let place = self.places.partition_point(|&place| place <= x.re());
+        let place = x.piece(&self.places);
         // before the first sample its value is held, as the last one's is
         let Some(index) = place.checked_sub(1) else {
             return R::from(self.pieces.first().map_or(f64::NAN, |piece| piece[0]));

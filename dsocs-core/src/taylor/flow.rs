@@ -79,7 +79,13 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     ///
     /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
     pub fn every(mut self, h: f64) -> Result<Self, SetupError> {
+        let forward = self.motion.clock.is_forward();
         self.motion.every(h)?;
+        if self.motion.watch.is_some() && forward != self.motion.clock.is_forward() {
+            // at a switch the motion back is that of the other piece
+            self.motion.begin(&mut self.equations);
+            self.motion.on_grid = Some(self.motion.point());
+        }
         Ok(self)
     }
 

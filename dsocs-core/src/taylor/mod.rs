@@ -76,6 +76,8 @@ mod motion;
 mod order;
 mod projection;
 mod series;
+mod switch;
+mod watch;
 pub(crate) mod solve;
 
 pub use control::Tolerance;

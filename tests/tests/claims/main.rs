@@ -36,6 +36,7 @@ mod scenes_written;
 mod stability;
 mod start;
 mod start_on_constraints;
+mod switches;
 mod systems;
 mod taylor_events;
 mod taylor_flow;
