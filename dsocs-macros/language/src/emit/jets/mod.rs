@@ -227,6 +227,7 @@ impl Plan {
             self.next(writer, accelerated);
         }
         writer.eager = writer.sequences.products.len() <= MOST_EAGER;
+        writer.sequences.fill(write::LANES);
         let eager = writer.eager;
         let (start, next) = (self.start(writer, false), self.next(writer, false));
         let (remember, declare) = if eager {

@@ -285,6 +285,19 @@ impl Sequences {
         }
     }
 
+    /// Puts squares into the lanes that products leave free in blocks of so many, if all of them find a place: a loop less.
+    pub(super) fn fill(&mut self, lanes: usize) {
+        let free = self.products.len().next_multiple_of(lanes) - self.products.len();
+        if self.squares.len() > free {
+            return;
+        }
+        for square in core::mem::take(&mut self.squares) {
+            let key = [square, square];
+            self.places.insert(key, Lane::Product(self.products.len()));
+            self.products.push(key);
+        }
+    }
+
     /// Notes that an argument decides between pieces.
     pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
         let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));

@@ -8,7 +8,7 @@ use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, NodeId};
 
 /// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/taylor/kernel.rs`.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Longer sums are formed by a function, in several sums side by side.
 const SHORT_SUM: usize = 4;
