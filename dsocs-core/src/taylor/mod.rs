@@ -78,9 +78,9 @@ mod motion;
 mod order;
 mod projection;
 mod series;
+pub(crate) mod solve;
 mod switch;
 mod watch;
-pub(crate) mod solve;
 
 pub use control::Tolerance;
 pub use error::{FailedSeries, SeriesError, SeriesFailure};

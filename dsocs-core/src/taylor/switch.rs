@@ -180,9 +180,7 @@ impl Switch {
             }
             tau *= 0.3;
         }
-        let leading = terms
-            .iter()
-            .position(|term| term.abs() > ROUNDING * largest);
+        let leading = terms.iter().position(|term| term.abs() > ROUNDING * largest);
         match leading {
             Some(leading) if largest.is_finite() => (leading, terms[leading].signum()),
             _ => (ROWS, 0.0),
@@ -203,7 +201,10 @@ impl Switch {
         if self.side == 0.0 && first <= limits.visible + FLAT {
             return Reach::Whole;
         }
-        let rest = known[1..].iter().rev().fold(0.0, |rest, c| (rest + c.abs()) * size);
+        let rest = known[1..]
+            .iter()
+            .rev()
+            .fold(0.0, |rest, c| (rest + c.abs()) * size);
         let least = if self.side == 0.0 {
             limits.visible
         } else {
@@ -275,7 +276,9 @@ impl Switch {
                 } else {
                     0.0
                 };
-                let largest = terms.iter().fold(0.0_f64, |largest, term| largest.max(term.abs()));
+                let largest = terms
+                    .iter()
+                    .fold(0.0_f64, |largest, term| largest.max(term.abs()));
                 let allowed = limits.tail * largest;
                 if tail > allowed {
                     part *= (0.9 * (allowed / tail).powf(1.0 / (last - from) as f64)).max(SHORTEST);
@@ -319,7 +322,11 @@ impl Switch {
                 break;
             }
             // a sum that overflows says nothing of how much
-            part *= if rest.is_finite() { (first / rest).max(1e-3) } else { 1e-3 };
+            part *= if rest.is_finite() {
+                (first / rest).max(1e-3)
+            } else {
+                1e-3
+            };
         }
         if part > 1e-300 { part } else { 1.0 }
     }

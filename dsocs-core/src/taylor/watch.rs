@@ -234,7 +234,12 @@ impl<const N: usize> Integrator<N> {
             if switch.touches() {
                 let (_, leads) = switch.leads(order, tau);
                 let side = switch.side();
-                watch.touched.push(Touched { group, place, side, leads });
+                watch.touched.push(Touched {
+                    group,
+                    place,
+                    side,
+                    leads,
+                });
             }
         });
         self.is_new = true;
@@ -258,7 +263,12 @@ impl<const N: usize> Integrator<N> {
             if switch.is_zero() {
                 let (_, leads) = switch.leads(order, tau);
                 let side = switch.side();
-                watch.touched.push(Touched { group, place, side, leads });
+                watch.touched.push(Touched {
+                    group,
+                    place,
+                    side,
+                    leads,
+                });
             }
         });
         if !watch.touched.is_empty() {

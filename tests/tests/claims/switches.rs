@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use dsocs_core::{
-    Event, Events, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, System, TaylorFlow,
-    Tolerance, dsocs, on_event,
-};
 use dsocs_core::taylor::GlobalError;
+use dsocs_core::{
+    Event, Events, Node, Occurrence, Real, RunError, Samples, SeriesFailure, Start, Stepper, System,
+    TaylorFlow, Tolerance, dsocs, on_event,
+};
 use dsocs_tests::scenes::random::Random;
 
 /// A mass on a spring with dry friction.
@@ -67,7 +67,12 @@ impl Friction {
 
 fn flow<S: System<1>>(system: &S, start: [f64; 2], tolerance: f64) -> TaylorFlow<'_, S, 1> {
     let [q, v] = start;
-    TaylorFlow::new(system, Start::second_order([q], [v]), Tolerance::relative(tolerance)).unwrap()
+    TaylorFlow::new(
+        system,
+        Start::second_order([q], [v]),
+        Tolerance::relative(tolerance),
+    )
+    .unwrap()
 }
 
 /// Where a motion sticks: the time, the position, and the switch.
@@ -83,7 +88,11 @@ fn stuck(error: &RunError) -> (f64, f64, &'static str) {
 
 #[test]
 fn the_scene_that_went_wrong_in_silence() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     let exact = friction.at(0.2, 2.0).unwrap();
     assert!((exact - 0.099_701).abs() < 1e-6);
     for k in 3..=14 {
@@ -127,11 +136,17 @@ fn random_scenes_of_dry_friction_lose_what_they_have_to() {
             let t = part * end;
             let x = run.to(t).unwrap().q[0];
             let exact = friction.at(start, t).unwrap();
-            assert!((x - exact).abs() <= allowed, "{start} {tolerance:e} {t}: {x} {exact}");
+            assert!(
+                (x - exact).abs() <= allowed,
+                "{start} {tolerance:e} {t}: {x} {exact}"
+            );
         }
         let (t, x, _) = stuck(&run.to(2.0 * end).unwrap_err());
         assert!((x - place).abs() <= allowed, "{start} {tolerance:e}: {x} {place}");
-        assert!((t - end).abs() <= 30.0 * allowed.max(1e-12 * start.abs()) / start.abs() * end, "{t} {end}");
+        assert!(
+            (t - end).abs() <= 30.0 * allowed.max(1e-12 * start.abs()) / start.abs() * end,
+            "{t} {end}"
+        );
         assert!(run.steps() < 60 + 12 * count as u64, "{run:?} {count}");
     }
     println!("{swings} half-swings");
@@ -140,7 +155,11 @@ fn random_scenes_of_dry_friction_lose_what_they_have_to() {
 
 #[test]
 fn back_in_time_it_gains_what_it_has_lost() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     for tolerance in [1e-4, 1e-9, 1e-14] {
         let mut flow = flow(&friction, [0.2, 0.0], tolerance);
         // also from the very place of a switch
@@ -149,7 +168,10 @@ fn back_in_time_it_gains_what_it_has_lost() {
             flow.reverse().unwrap();
             let node = flow.to(0.0).unwrap();
             // at a turning point the velocity has an error of the root of that of the energy
-            assert!((node.q[0] - 0.2).abs() < 1e3 * tolerance.max(1e-15), "{tolerance:e}: {node:?}");
+            assert!(
+                (node.q[0] - 0.2).abs() < 1e3 * tolerance.max(1e-15),
+                "{tolerance:e}: {node:?}"
+            );
             flow.reverse().unwrap();
         }
     }
@@ -157,22 +179,36 @@ fn back_in_time_it_gains_what_it_has_lost() {
 
 #[test]
 fn nodes_on_a_grid_samples_and_events_know_of_it() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     let exact = |t: f64| friction.at(0.2, t).unwrap();
-    let trajectory = flow(&friction, [0.2, 0.0], 1e-12).every(0.01).unwrap().until(3.9).unwrap();
+    let trajectory = flow(&friction, [0.2, 0.0], 1e-12)
+        .every(0.01)
+        .unwrap()
+        .until(3.9)
+        .unwrap();
     for node in &trajectory {
         assert!((node.q[0] - exact(node.t)).abs() < 1e-12, "{node:?}");
     }
     let times: Vec<f64> = (0..=1000).map(|k| 3.9e-3 * f64::from(k)).collect();
     flow(&friction, [0.2, 0.0], 1e-12)
-        .sample(&times, &mut |t, point| assert!((point.q[0] - exact(t)).abs() < 1e-12))
+        .sample(&times, &mut |t, point| {
+            assert!((point.q[0] - exact(t)).abs() < 1e-12)
+        })
         .unwrap();
     // the events are the switches themselves
     let mut turns = Vec::new();
     let mut events = Events::new(vec![Event::function(|point| point.v[0])]);
     let mut run = flow(&friction, [0.2, 0.0], 1e-12);
-    run.watch(3.9, &mut events, &mut on_event(|event: &Occurrence<1>| turns.push(event.t)))
-        .unwrap();
+    run.watch(
+        3.9,
+        &mut events,
+        &mut on_event(|event: &Occurrence<1>| turns.push(event.t)),
+    )
+    .unwrap();
     turns.retain(|t| *t > 0.0);
     assert_eq!(turns.len(), 7, "{turns:?}");
     for (k, t) in turns.iter().enumerate() {
@@ -182,14 +218,21 @@ fn nodes_on_a_grid_samples_and_events_know_of_it() {
 
 #[test]
 fn what_sticks_from_the_beginning_says_so_and_goes_on_when_it_is_let_go() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     let mut held = flow(&friction, [0.01, 0.0], 1e-9);
     let error = held.to(1.0).unwrap_err();
     assert_eq!(stuck(&error), (0.0, 0.01, "dot(x)"));
     let text = error.to_string();
     assert!(text.contains("sticks") && text.contains("tanh"), "{text}");
     // the advice can be followed
-    let smooth = Smooth { dry: 0.5, width: 1e-3 };
+    let smooth = Smooth {
+        dry: 0.5,
+        width: 1e-3,
+    };
     let end = flow(&smooth, [0.2, 0.0], 1e-9).to(8.0).unwrap();
     assert!(end.v[0].abs() < 1e-3 && (end.q[0]).abs() <= 0.0125, "{end:?}");
 }
@@ -232,7 +275,10 @@ fn a_steep_smooth_switch_is_not_jumped_over() {
                 flow(&function, [0.2, 0.0], tolerance).to(3.9).unwrap().q[0],
             ];
             for x in runs {
-                assert!((x - exact).abs() < (3.0 * tolerance).max(1e-13), "{width} {tolerance:e}: {x} {exact}");
+                assert!(
+                    (x - exact).abs() < (3.0 * tolerance).max(1e-13),
+                    "{width} {tolerance:e}: {x} {exact}"
+                );
             }
         }
     }
@@ -295,17 +341,28 @@ fn a_corner_of_the_potential_makes_parabolas() {
             let [x, v] = parabolas(sides, speed, end);
             let size = speed * period;
             assert!((node.q[0] - x).abs() < 1e-12 * size, "{k}: {node:?} {x}");
-            assert!((node.v[0] - v).abs() < 1e-12 * (speed + (left + right) * period), "{k}: {node:?} {v}");
+            assert!(
+                (node.v[0] - v).abs() < 1e-12 * (speed + (left + right) * period),
+                "{k}: {node:?} {v}"
+            );
         };
-        check([left, right], flow(&Corner { left, right }, [0.0, speed], tolerance).to(end));
+        check(
+            [left, right],
+            flow(&Corner { left, right }, [0.0, speed], tolerance).to(end),
+        );
         check(
             [left, right],
             flow(&CornerFunction { left, right }, [0.0, speed], tolerance).to(end),
         );
         let end = end.min(20.0 * speed / right);
-        let node = flow(&Vee { force: right }, [0.0, speed], tolerance).to(end).unwrap();
+        let node = flow(&Vee { force: right }, [0.0, speed], tolerance)
+            .to(end)
+            .unwrap();
         let [x, _] = parabolas([right; 2], speed, end);
-        assert!((node.q[0] - x).abs() < 1e-12 * speed * speed / right, "{node:?} {x}");
+        assert!(
+            (node.q[0] - x).abs() < 1e-12 * speed * speed / right,
+            "{node:?} {x}"
+        );
     }
 }
 
@@ -321,7 +378,10 @@ struct Springs {
 
 #[test]
 fn a_corner_of_the_force_costs_no_order() {
-    let springs = Springs { left: 3.0, right: 70.0 };
+    let springs = Springs {
+        left: 3.0,
+        right: 70.0,
+    };
     let period = PI / 3_f64.sqrt() + PI / 70_f64.sqrt();
     for k in 3..=14 {
         let tolerance = 0.1_f64.powi(k);
@@ -331,8 +391,14 @@ fn a_corner_of_the_force_costs_no_order() {
                 run.reverse().unwrap();
             }
             let node = run.to(direction * 20.0 * period).unwrap();
-            assert!(node.q[0].abs() < (100.0 * tolerance).max(1e-12), "{tolerance:e}: {node:?}");
-            assert!((node.v[0] - 1.0).abs() < (100.0 * tolerance).max(1e-12), "{tolerance:e}: {node:?}");
+            assert!(
+                node.q[0].abs() < (100.0 * tolerance).max(1e-12),
+                "{tolerance:e}: {node:?}"
+            );
+            assert!(
+                (node.v[0] - 1.0).abs() < (100.0 * tolerance).max(1e-12),
+                "{tolerance:e}: {node:?}"
+            );
         }
     }
 }
@@ -349,7 +415,11 @@ struct Two {
 
 #[test]
 fn switches_at_the_same_time_do_not_disturb_each_other() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     for other in [-0.2, 0.2, 0.2 + 1e-13, 0.31] {
         for tolerance in [1e-5, 1e-9, 1e-14] {
             let two = Two { dry: 0.5 };
@@ -358,7 +428,10 @@ fn switches_at_the_same_time_do_not_disturb_each_other() {
             let node = run.to(3.9).unwrap();
             for (x, start) in node.q.iter().zip([0.2, other]) {
                 let exact = friction.at(start, 3.9).unwrap();
-                assert!((x - exact).abs() < (10.0 * tolerance).max(1e-13), "{other} {tolerance:e}: {x} {exact}");
+                assert!(
+                    (x - exact).abs() < (10.0 * tolerance).max(1e-13),
+                    "{other} {tolerance:e}: {x} {exact}"
+                );
             }
         }
     }
@@ -380,13 +453,20 @@ fn a_sliding_motion_is_told() {
     // x = 1 - 2 t², x' = -4 t: on the line where 2 t² + 4 t = 1
     let t = 1.5_f64.sqrt() - 1.0;
     for tolerance in [1e-3, 1e-8, 1e-14] {
-        let error = flow(&Sliding { force: 4.0 }, [1.0, 0.0], tolerance).to(3.0).unwrap_err();
+        let error = flow(&Sliding { force: 4.0 }, [1.0, 0.0], tolerance)
+            .to(3.0)
+            .unwrap_err();
         let (time, x, switch) = stuck(&error);
-        assert!((time - t).abs() < 1e-14 && (x - (1.0 - 2.0 * t * t)).abs() < 1e-14, "{error}");
+        assert!(
+            (time - t).abs() < 1e-14 && (x - (1.0 - 2.0 * t * t)).abs() < 1e-14,
+            "{error}"
+        );
         assert!(["x + dot(x)", "dot(x) + x"].contains(&switch), "{switch}");
     }
     // a weaker force goes through the line, and is told where it comes back to it for good
-    let error = flow(&Sliding { force: 0.5 }, [1.0, 0.0], 1e-10).to(30.0).unwrap_err();
+    let error = flow(&Sliding { force: 0.5 }, [1.0, 0.0], 1e-10)
+        .to(30.0)
+        .unwrap_err();
     let root = 5_f64.sqrt();
     let (time, x, _) = stuck(&error);
     assert!((time - (3.0 * root - 5.0)).abs() < 1e-14, "{error}");
@@ -408,7 +488,10 @@ struct Law {
 
 #[test]
 fn a_jump_in_a_control_law_is_met() {
-    let law = Law { slow: 0.25, fast: 1.5 };
+    let law = Law {
+        slow: 0.25,
+        fast: 1.5,
+    };
     // v' = -rate v
     let cross = -(1.0_f64 - 0.25 / 2.0).ln() / 0.25;
     let speed = 2.0 * (1.0_f64 - 0.25 / 2.0);
@@ -417,7 +500,10 @@ fn a_jump_in_a_control_law_is_met() {
         let mut run = TaylorFlow::new(&law, start, Tolerance::relative(tolerance)).unwrap();
         let node = run.to(cross + 1.0).unwrap();
         let exact = 1.0 + speed * (1.0 - (-1.5_f64).exp()) / 1.5;
-        assert!((node.q[0] - exact).abs() < (10.0 * tolerance).max(1e-14), "{tolerance:e}: {node:?} {exact}");
+        assert!(
+            (node.q[0] - exact).abs() < (10.0 * tolerance).max(1e-14),
+            "{tolerance:e}: {node:?} {exact}"
+        );
     }
 }
 
@@ -453,11 +539,17 @@ fn pieces_of_samples_end_where_they_end() {
         let start = Start::second_order([1.5, 0.0], [0.0; 2]);
         let mut run = TaylorFlow::new(&pushed, start, Tolerance::relative(tolerance)).unwrap();
         let node = run.to(2.0 * half).unwrap();
-        assert!((node.q[0] - 1.5).abs() < (50.0 * tolerance).max(1e-13), "{tolerance:e}: {node:?}");
+        assert!(
+            (node.q[0] - 1.5).abs() < (50.0 * tolerance).max(1e-13),
+            "{tolerance:e}: {node:?}"
+        );
         // the push gives 1, the saw 9/32 a tooth
         let teeth = (node.t / 0.75).floor();
         let speed = 1.0 + teeth * 9.0 / 32.0 + (node.t - 0.75 * teeth).powi(2) / 2.0;
-        assert!((node.v[1] - speed).abs() < 1e-13, "{tolerance:e}: {node:?} {speed}");
+        assert!(
+            (node.v[1] - speed).abs() < 1e-13,
+            "{tolerance:e}: {node:?} {speed}"
+        );
         assert!(run.steps() < 400, "{run:?}");
     }
 }
@@ -480,13 +572,20 @@ fn switches_that_the_motion_does_not_foresee_are_found() {
     let both = 2.0 * (top - 1.0) / 3.0;
     for tolerance in [1e-3, 1e-8, 1e-14] {
         let node = flow(&hills, [0.0, 1.0], tolerance).to(40.0 * both).unwrap();
-        assert!((node.q[0] - 80.0 * length).abs() < 1e-12, "{tolerance:e}: {node:?}");
+        assert!(
+            (node.q[0] - 80.0 * length).abs() < 1e-12,
+            "{tolerance:e}: {node:?}"
+        );
     }
 }
 
 #[test]
 fn the_error_of_another_method_is_measured_across_switches() {
-    let friction = Friction { mass: 1.0, stiffness: 40.0, dry: 0.5 };
+    let friction = Friction {
+        mass: 1.0,
+        stiffness: 40.0,
+        dry: 0.5,
+    };
     let mut error = GlobalError::new(&friction, Start::second_order([0.2], [0.0]), 3.95).unwrap();
     for k in 0..=39 {
         let t = 0.1 * f64::from(k);

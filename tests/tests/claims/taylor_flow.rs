@@ -350,11 +350,17 @@ fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     let mut seen = 0;
     let error = few().sample(&[0.1, 0.2, 1e6], &mut |_, _| seen += 1).unwrap_err();
     assert_eq!(seen, 2);
-    assert!(matches!(cause(&error), SeriesFailure::TooManySteps { steps: 5, .. }));
+    assert!(matches!(
+        cause(&error),
+        SeriesFailure::TooManySteps { steps: 5, .. }
+    ));
     // the start and the ends of five steps; on a grid, what they reach
     let failure = few().until(1e6).unwrap_err();
     assert_eq!(failure.trajectory.len(), 6);
-    assert!(matches!(cause(&failure.error), SeriesFailure::TooManySteps { steps: 5, .. }));
+    assert!(matches!(
+        cause(&failure.error),
+        SeriesFailure::TooManySteps { steps: 5, .. }
+    ));
     let reached = failure.trajectory.last().unwrap().t;
     let failure = few().every(0.125).unwrap().until(1e6).unwrap_err();
     assert_eq!(failure.trajectory.len() as f64, (reached / 0.125).floor() + 1.0);

@@ -178,7 +178,12 @@ pub(super) fn note(node: u32, value: f64, own: f64) -> f64 {
 
 /// Whether the next switch has to have a given sign.
 pub(super) fn is_held() -> bool {
-    RECORDING.with_borrow(|recording| recording.switches.get(recording.noted).is_some_and(Switch::is_held))
+    RECORDING.with_borrow(|recording| {
+        recording
+            .switches
+            .get(recording.noted)
+            .is_some_and(Switch::is_held)
+    })
 }
 
 /// Writes down that a choice between many pieces depends on `x`: `own` is the piece that its value belongs to, and `ends` are the ends of
@@ -189,7 +194,10 @@ pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -
     }
     let base = RECORDING.with_borrow(|recording| {
         let place = recording.noted;
-        let known = recording.arguments.get(place).and_then(|argument| argument.pieces);
+        let known = recording
+            .arguments
+            .get(place)
+            .and_then(|argument| argument.pieces);
         let held = recording.switches.get(place).is_some_and(Switch::is_held);
         known.filter(|_| held).map_or(own, |[base, _]| base)
     });
@@ -314,7 +322,11 @@ impl Tape {
             k,
             inputs,
         });
-        let coefficient = |entry: u32| entries.get(entry as usize).map_or(f64::NAN, |entry| entry.plain[k]);
+        let coefficient = |entry: u32| {
+            entries
+                .get(entry as usize)
+                .map_or(f64::NAN, |entry| entry.plain[k])
+        };
         for (switch, argument) in switches.iter_mut().zip(arguments).take(*noted) {
             switch.push(k, argument.node.map_or(0.0, coefficient));
         }
@@ -341,7 +353,9 @@ impl Tape {
                 continue;
             };
             let (Some([lower, upper]), true) = (
-                switches.get_mut(place..place + 2).and_then(|pair| <&mut [Switch; 2]>::try_from(pair).ok()),
+                switches
+                    .get_mut(place..place + 2)
+                    .and_then(|pair| <&mut [Switch; 2]>::try_from(pair).ok()),
                 base != piece,
             ) else {
                 continue;
