@@ -97,7 +97,11 @@ impl<const P: usize, const S: usize, const C: usize, const W: usize> Switches fo
     }
 
     fn enter(&mut self) -> bool {
-        self.calls.iter_mut().fold(false, |any, call| call.enter() || any)
+        let mut any = false;
+        for call in self.calls.iter_mut() {
+            any |= call.enter();
+        }
+        any
     }
 }
 

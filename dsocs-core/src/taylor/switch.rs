@@ -227,7 +227,7 @@ impl Switch {
             return Reach::Whole;
         };
         let mut whole = 1.0;
-        let mut part = self.near_start(&known[from..=last], h);
+        let mut part = near_start(&known[from..=last], h);
         loop {
             let mut terms = [0.0; ROWS];
             let mut power = 1.0;
@@ -301,35 +301,35 @@ impl Switch {
             }
         }
     }
+}
 
-    /// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are
-    /// found to rounding in units of the part that is searched.
-    fn near_start(&self, known: &[f64], h: f64) -> f64 {
-        let first = known[0].abs();
-        let rest = |part: f64| {
-            let mut power = (h * part).abs();
-            let mut sum = 0.0;
-            for c in &known[1..] {
-                sum += c.abs() * power;
-                power *= (h * part).abs();
-            }
-            sum
-        };
-        let mut part = 1.0;
-        while part > 1e-300 {
-            let rest = rest(part);
-            if rest <= FARTHER * first {
-                break;
-            }
-            // a sum that overflows says nothing of how much
-            part *= if rest.is_finite() {
-                (first / rest).max(1e-3)
-            } else {
-                1e-3
-            };
+/// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are
+/// found to rounding in units of the part that is searched.
+fn near_start(known: &[f64], h: f64) -> f64 {
+    let first = known[0].abs();
+    let rest = |part: f64| {
+        let mut power = (h * part).abs();
+        let mut sum = 0.0;
+        for c in &known[1..] {
+            sum += c.abs() * power;
+            power *= (h * part).abs();
         }
-        if part > 1e-300 { part } else { 1.0 }
+        sum
+    };
+    let mut part = 1.0;
+    while part > 1e-300 {
+        let rest = rest(part);
+        if rest <= FARTHER * first {
+            break;
+        }
+        // a sum that overflows says nothing of how much
+        part *= if rest.is_finite() {
+            (first / rest).max(1e-3)
+        } else {
+            1e-3
+        };
     }
+    if part > 1e-300 { part } else { 1.0 }
 }
 
 /// The switches of a system: those of the declaration, and those of each of the user's functions.

@@ -185,7 +185,7 @@ impl<const N: usize> Integrator<N> {
             let [a, b] = values;
             // the method of Illinois, and halving where it is slow or the values are of no use
             let secant = before + (beyond - before) * (a / (a - b));
-            let inside = secant > before && secant < beyond && a > 0.0 && left % 4 != 0;
+            let inside = secant > before && secant < beyond && a > 0.0 && !left.is_multiple_of(4);
             let middle = if inside { secant } else { 0.5 * (before + beyond) };
             if middle <= before || middle >= beyond {
                 break;

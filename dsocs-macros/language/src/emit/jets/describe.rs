@@ -32,6 +32,7 @@ fn short(tokens: &str) -> String {
 }
 
 /// The text, in parentheses if it is a part of a product and a sum itself.
+#[allow(clippy::float_cmp)] // a coefficient of one is not written
 fn text(graph: &Graph, coordinates: &[Ident], id: NodeId, is_factor: bool) -> String {
     let part = |id: NodeId, is_factor: bool| text(graph, coordinates, id, is_factor);
     let coordinate = |i: usize| coordinates.get(i).map_or_else(String::new, ToString::to_string);

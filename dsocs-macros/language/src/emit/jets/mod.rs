@@ -91,7 +91,11 @@ fn switches(model: &Model, graph: &Graph, writer: &Writer<'_>) -> (TokenStream, 
         })
         .collect();
     let count = Literal::usize_unsuffixed(names.len());
-    let count = (!names.is_empty()).then(|| quote!(, #count)).unwrap_or_default();
+    let count = if names.is_empty() {
+        TokenStream::new()
+    } else {
+        quote!(, #count)
+    };
     names.extend(writer.calls.iter().map(|&call| match writer.sequences.op(call) {
         Op::Call { callee, .. } => format!("a comparison in {}", describe::function(graph, *callee)),
         _ => String::new(),

@@ -298,10 +298,9 @@ impl<'g> Writer<'g> {
     /// The sign of a sequence at order 0, or that of the piece that is continued.
     fn sign(&self, u: Sequence) -> TokenStream {
         let value = zeroth(u);
-        match self.switch(Argument::Sign(u)) {
-            Some(switch) => quote!(#switch.start(#value, f64::signum(#value))),
-            None => quote!(f64::signum(#value)),
-        }
+        let own = quote!(f64::signum(#value));
+        self.switch(Argument::Sign(u))
+            .map_or_else(|| own.clone(), |switch| quote!(#switch.start(#value, #own)))
     }
 
     /// Hands the coefficients of order `k` of their arguments to the switches.
