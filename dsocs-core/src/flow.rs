@@ -68,6 +68,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     changed: Option<Box<Changed<'s, S, N>>>,
     /// The steps that were too long for the external forces.
     unresolved: Option<Box<Unresolved>>,
+    /// Whether the last step was examined for that.
+    looked: bool,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -139,6 +141,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             before: None,
             changed: None,
             unresolved: None,
+            looked: true,
         })
     }
 
@@ -261,6 +264,9 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self.predictor.push(&z);
         if !foreseen {
             self.look_between(&leg, &e);
+        }
+        if S::EXTERNAL_FORCES {
+            self.looked = !foreseen;
         }
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);

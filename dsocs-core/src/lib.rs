@@ -57,8 +57,7 @@
 //!    1e-4, order 6 around 1e-7, order 8 below. The only constraints that it allows are those of second order ([`Symmetry`] says why
 //!    a system cannot be composed). It is slow where the mass matrix varies. Some of its stages go back in time, so with a damping `k`
 //!    it needs `h < 3/k`.
-//! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, for every declaration without jumps:
-//!    [`TaylorFlow`]. The constraints hold to rounding, everything else to the tolerance.
+//! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, also across jumps and corners: [`TaylorFlow`]. The constraints hold to rounding, everything else to the tolerance.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures the error of any of these methods against the continuous motion.
 //! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
 //! 6. *Fits and plans* want derivatives of a run: those of a [`Flow`] come from a [`Path`].

@@ -90,6 +90,13 @@ pub trait Real:
         if self < other { other } else { self }
     }
 
+    /// How many of some places, in ascending order, are not beyond the number.
+    ///
+    /// A function that is given by pieces chooses between them by this. Then a Taylor series knows where the next piece begins.
+    fn piece(self, places: &[f64]) -> usize {
+        places.partition_point(|&place| place <= self.re())
+    }
+
     /// The reciprocal.
     fn recip(self) -> Self;
     /// `self · factor + term`.

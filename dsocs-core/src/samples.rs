@@ -10,8 +10,7 @@ use crate::real::Real;
 /// last sample the function is constant.
 ///
 /// Where two pieces meet, a derivative jumps: the first derivative of straight lines, the third of a spline. This does not lower the
-/// order 2 of the step. A [`TaylorFlow`](crate::TaylorFlow) needs many short steps to pass such a place, unless
-/// [`TaylorFlow::knots`](crate::TaylorFlow::knots) makes a step end there.
+/// order 2 of the step. A step of a [`TaylorFlow`](crate::TaylorFlow) ends at such a place.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -32,7 +31,7 @@ use crate::real::Real;
 /// let push = Samples::linear([(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)])?;
 /// let mass = Mass { mass: 1.0, push };
 /// let start = Start::second_order([0.0], [0.0]);
-/// let mut flow = TaylorFlow::new(&mass, start, Tolerance::relative(1e-14))?.knots(mass.push.places().iter().copied());
+/// let mut flow = TaylorFlow::new(&mass, start, Tolerance::relative(1e-14))?;
 /// let node = flow.to(2.0)?;
 /// assert!((node.v[0] - 1.0).abs() < 1e-15 && (node.q[0] - 1.0).abs() < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -124,7 +123,7 @@ impl Samples {
     /// The value at a place. Where two pieces meet, the right one is used.
     #[must_use]
     pub fn at<R: Real>(&self, x: R) -> R {
-        let place = self.places.partition_point(|&place| place <= x.re());
+        let place = x.piece(&self.places);
         // before the first sample its value is held, as the last one's is
         let Some(index) = place.checked_sub(1) else {
             return R::from(self.pieces.first().map_or(f64::NAN, |piece| piece[0]));

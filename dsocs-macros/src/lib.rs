@@ -160,7 +160,7 @@ use proc_macro::TokenStream;
 ///
 /// A force that jumps within a step (dry friction, `if`) lowers the order to 1, for every method with fixed steps: after the jump, the
 /// velocity has an error of up to `h` times half the jump of the acceleration. A corner leaves an error of the order `h²`. A Taylor flow
-/// finds the place by shorter steps. If you know the times of jumps, give them to `TaylorFlow::knots`, and it stops there.
+/// ends a step at each of them and begins anew beyond.
 ///
 /// # Maps
 ///

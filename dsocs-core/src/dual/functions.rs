@@ -44,7 +44,12 @@ impl<D: Part> Real for Dual<D> {
     }
 
     fn abs(self) -> Self {
-        if self.re().is_sign_positive() { self } else { -self }
+        // a jet notes that the sign decides
+        if self.re.signum().re() < 0.0 { -self } else { self }
+    }
+
+    fn piece(self, places: &[f64]) -> usize {
+        self.re.piece(places)
     }
 
     fn signum(self) -> Self {

@@ -4,7 +4,7 @@
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
 //! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly.
 
-use super::Flow;
+use super::{Flow, Solved};
 use crate::declaration::Declaration;
 use crate::system::{Leg, System};
 
@@ -23,7 +23,7 @@ const UNRESOLVED: f64 = 0.1;
 /// larger. Each such step reduces the order of the run to 1.
 ///
 /// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on.
-/// A smaller step or a softer switch helps, or [`TaylorFlow`](crate::TaylorFlow), which finds the place of the switch. The force is evaluated
+/// A smaller step or a softer switch helps, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the switch. The force is evaluated
 /// at three places between the legs, and only in steps that differ from their prediction. So a pulse shorter than a quarter of a step may be
 /// missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,10 +52,19 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Examines the forces between the legs of the step that begins with `leg` and has the second difference `e`.
+    /// Examines the forces between the legs of the step that begins with `leg` and has the second difference `e`, and of the step before, if
+    /// that was not examined: one half of a jump shows in its second difference, which may be too little to be noticed.
     #[cold]
     pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N]) {
-        let time = self.time();
+        if let (Some(Solved { leg, e, .. }), false) = (self.solved, self.looked) {
+            let before = self.clock.time_of(self.index().saturating_sub(1));
+            self.look_at(before, &leg, &e);
+        }
+        self.look_at(self.time(), leg, e);
+    }
+
+    /// Examines one step, whose middle node has the time given.
+    fn look_at(&mut self, time: f64, leg: &Leg<f64, N>, e: &[f64; N]) {
         let leg = Leg { t: time, ..*leg };
         let part = departure(&Declaration::of(&*self.system), self.h, &leg, e);
         // false also if the force is NaN there

@@ -17,7 +17,7 @@ pub(crate) mod inputs;
 mod node;
 mod observer;
 mod polynomial;
-mod roots;
+pub(crate) mod roots;
 mod trajectory;
 mod view;
 

@@ -15,15 +15,15 @@ type Bernstein = [f64; ROWS];
 
 /// A change of sign: where, in `(0, 1]`, and whether it is upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Crossing {
-    pub(super) at: f64,
+pub(crate) struct Crossing {
+    pub(crate) at: f64,
     /// Where it is known to be, for other evaluations of the same function.
     pub(super) bracket: [f64; 2],
     pub(super) rising: bool,
 }
 
 /// The changes of sign of `Σ c_k s^k` for `s` in `(0, 1)`, in order.
-pub(super) fn crossings(coefficients: &[f64], found: &mut Vec<Crossing>) {
+pub(crate) fn crossings(coefficients: &[f64], found: &mut Vec<Crossing>) {
     found.clear();
     let degree = coefficients.len().min(ROWS).saturating_sub(1);
     let bernstein = bernstein(&coefficients[..=degree]);

@@ -3,6 +3,7 @@
 
 use super::kernel::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
+use super::switch::Limits;
 use crate::error::SetupError;
 
 /// How exact a step is to be.
@@ -81,6 +82,8 @@ pub(super) struct Control<const N: usize> {
     log: f64,
     /// What the components are multiplied with before they are compared.
     weights: [f64; N],
+    /// For steps that end at switches.
+    pub(super) limits: Limits,
 }
 
 impl<const N: usize> Control<N> {
@@ -90,6 +93,7 @@ impl<const N: usize> Control<N> {
             absolute: tolerance.absolute,
             log: tolerance.relative.log2(),
             weights: [1.0; N],
+            limits: Limits::new(tolerance.relative),
         }
     }
 

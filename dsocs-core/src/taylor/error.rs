@@ -24,8 +24,21 @@ pub enum SeriesFailure {
     TooManySteps {
         /// How many were made.
         steps: u64,
+        /// The length of the last one.
+        last: f64,
+        /// The mean length.
+        mean: f64,
+    },
+    /// The motion has come to a switch, and from both of its sides it leads back there.
+    #[error("the motion sticks where `{switch}` is zero")]
+    Sticks {
+        /// The switch, as it stands in the declaration or, for a comparison in one of your functions, the function's name.
+        switch: &'static str,
     },
 }
+
+/// A last step below this part of the mean tells that steps have become shorter and shorter.
+const COLLAPSED: f64 = 1e-3;
 
 /// Everything known about a run by Taylor series that failed.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,9 +97,24 @@ impl fmt::Display for SeriesError {
                 "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to \
                  a singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
             ),
-            SeriesFailure::TooManySteps { steps } => write!(
+            SeriesFailure::TooManySteps { steps, last, mean } if *last < COLLAPSED * mean => write!(
+                f,
+                "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
+                 {mean:e}. More steps would hardly help: the motion comes close to a singularity or to a place where the system is \
+                 not smooth (q = {q:?}, v = {v:?}). If a function of your own branches there, let it compare the numbers that it is \
+                 given, not their values"
+            ),
+            SeriesFailure::TooManySteps { steps, .. } => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
+            ),
+            SeriesFailure::Sticks { switch } => write!(
+                f,
+                "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
+                 both of its sides lead back. The declaration does not say what happens then. Replace the jump by a steep smooth \
+                 function, such as `(v / 0.001).tanh()` for `v.signum()`, or go on from here with a system in which sticking is a \
+                 constraint",
+                coordinates.join(", ")
             ),
         }
     }

@@ -20,7 +20,8 @@ use crate::system::{Point, System};
 /// the step. Position, velocity and time are compensated sums, so rounding errors do not add up over a million steps.
 ///
 /// A step is accepted if, at its end, the acceleration of its series is that of the system. Otherwise the step is made shorter. This happens
-/// where the series cannot foresee the motion, for example at a switch that was far away, or at the corner of an `if`.
+/// where the series cannot foresee the motion. At a jump or a corner of the declared functions a step ends, and the next one begins beyond
+/// (see [`crate::taylor`]).
 ///
 /// The functions that drive it are those of [`crate::Stepper`]. Nodes lie at the ends of the steps, and the last node of [`crate::Stepper::until`]
 /// lies at the requested time. With [`TaylorFlow::every`] nodes lie on a grid of times and are computed from the series.
@@ -79,12 +80,18 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     ///
     /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
     pub fn every(mut self, h: f64) -> Result<Self, SetupError> {
+        let forward = self.motion.clock.is_forward();
         self.motion.every(h)?;
+        if self.motion.watch.is_some() && forward != self.motion.clock.is_forward() {
+            // at a switch the motion back is that of the other piece
+            self.motion.begin(&mut self.equations);
+            self.motion.on_grid = Some(self.motion.point());
+        }
         Ok(self)
     }
 
-    /// Makes steps end at the given times, in any order. Give the times at which the system is not smooth, such as the places of
-    /// [`Samples`](crate::Samples) of a force. Then no step crosses such a time.
+    /// Makes steps end at the given times, in any order. Give times at which the system is not smooth where the series cannot know it:
+    /// in a function that looks at the values of its arguments ([`crate::Real::re`]). Then no step crosses such a time.
     #[must_use]
     pub fn knots(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.motion.add_knots(times);

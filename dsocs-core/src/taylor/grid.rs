@@ -49,8 +49,8 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
 
     fn reverse(&mut self) -> Result<(), RunError> {
         self.motion.clock.turn();
-        // at a knot the motion back is that of the other piece
-        if !self.motion.knots.is_empty() {
+        // at a knot or a switch the motion back is that of the other piece
+        if !self.motion.knots.is_empty() || self.motion.watch.is_some() {
             self.motion.begin(self.equations);
         }
         Ok(())

@@ -44,6 +44,9 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         let after = start::velocity_after(&sides, (t, &q, &v))?;
         let old = core::mem::replace(&mut self.equations, Recurrences::held(system));
         let before = self.motion.v;
+        if let Some(projection) = &mut self.motion.projection {
+            projection.forget();
+        }
         if after != v {
             self.motion.v = Compensated::exact(after);
         }

@@ -8,6 +8,7 @@ use super::jets::Equations;
 use super::order::Order;
 use super::projection::Projection;
 use super::series::Series;
+use super::watch::{self, End, Watch};
 use crate::compensated::Compensated;
 use crate::dispatch::{self, Work};
 use crate::error::SetupError;
@@ -26,9 +27,9 @@ const SHORTER: f64 = 0.5;
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(super) struct Integrator<const N: usize> {
     /// The series of the last step.
-    series: Box<Series<N>>,
+    pub(super) series: Box<Series<N>>,
     /// The series at the current point; both change places with every step.
-    next: Box<Series<N>>,
+    pub(super) next: Box<Series<N>>,
     /// The control of the steps.
     pub(super) control: Control<N>,
     /// The choice of the order.
@@ -55,6 +56,12 @@ pub(super) struct Integrator<const N: usize> {
     pub(super) knots: Vec<f64>,
     /// What brings it back onto constraints of lower order.
     pub(super) projection: Option<Projection<N>>,
+    /// What a system with switches needs.
+    pub(super) watch: Option<Box<Watch>>,
+    /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
+    pub(super) is_new: bool,
+    /// The time where the motion began.
+    began: f64,
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// The motion at the current node, where nodes lie on a grid.
@@ -104,6 +111,9 @@ impl<const N: usize> Integrator<N> {
             clock: Clock::free(t0),
             knots: Vec::new(),
             projection: Projection::new(&equations.declaration(), (t0, &q0, &v0)),
+            watch: Watch::new(equations),
+            is_new: true,
+            began: t0,
             expansions: 0,
             on_grid: None,
             shown: t0,
@@ -125,7 +135,16 @@ impl<const N: usize> Integrator<N> {
     pub(super) fn begin(&mut self, equations: &mut dyn Equations<N>) {
         let t = self.side(self.t.hi[0], true);
         self.next.begin(t, &self.q.hi, &self.v.hi);
+        if self.watch.is_some() {
+            watch::each(equations, |_, _, switch| {
+                switch.set(0.0);
+                switch.begins_with(0);
+            });
+        }
         equations.expand(&mut self.next);
+        if self.watch.is_some() {
+            self.begin_at_switch(equations);
+        }
     }
 
     /// Puts the nodes on a grid of times.
@@ -244,10 +263,16 @@ impl<const N: usize> Integrator<N> {
         };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
         if self.steps >= self.max_steps {
-            let steps = self.steps;
-            return Err(self
-                .failed(equations, SeriesFailure::TooManySteps { steps })
-                .into());
+            let (steps, span) = (self.steps, self.t.hi[0] - self.began);
+            let cause = SeriesFailure::TooManySteps {
+                steps,
+                last: self.last.map_or(0.0, |(_, h)| h.abs()),
+                mean: span.abs() / steps.max(1) as f64,
+            };
+            return Err(self.failed(equations, cause).into());
+        }
+        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck) {
+            return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
         }
         let smallest = self.smallest.max(f64::EPSILON / 4.0 * scale);
         let rejected = self.rejected;
@@ -288,7 +313,7 @@ impl<const N: usize> Integrator<N> {
 
     /// A time as it is seen from ahead of it or from behind, in the direction of the run: what is known by pieces belongs to the
     /// right one at a knot.
-    fn side(&self, t: f64, ahead: bool) -> f64 {
+    pub(super) fn side(&self, t: f64, ahead: bool) -> f64 {
         let is_knot =
             !self.knots.is_empty() && self.knots.binary_search_by(|knot| knot.total_cmp(&t)).is_ok();
         if is_knot && ahead != self.clock.is_forward() {
@@ -353,7 +378,7 @@ impl<const N: usize> Work for Advance<'_, N> {
         } = self;
         core::mem::swap(&mut motion.series, &mut motion.next);
         let wanted = match motion.last {
-            Some((_, last)) => {
+            Some((_, last)) if !motion.is_new => {
                 let log_size = motion.control.log_size(&motion.series, last);
                 motion.order.learn(&motion.control, &motion.series, log_size);
                 exp2(
@@ -362,7 +387,7 @@ impl<const N: usize> Work for Advance<'_, N> {
                         .log_step(&motion.series, motion.order.current(), log_size),
                 )
             }
-            None => motion.control.first_step(&motion.series, motion.order.current()),
+            _ => motion.control.first_step(&motion.series, motion.order.current()),
         };
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
@@ -374,20 +399,21 @@ impl<const N: usize> Work for Advance<'_, N> {
                 Outcome::NotFinite
             };
         }
+        let mut at_switch = false;
+        let mut has_pieces = false;
+        if let Some(watch) = &motion.watch {
+            has_pieces = watch.has_pieces;
+            End { size, at_switch } = motion.foresee::<FUSED>(equations, size.copysign(left));
+        }
         loop {
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
-            let [dq, dv, a] = motion.series.increments::<FUSED>(h);
-            let (mut q, mut v) = (motion.q, motion.v);
-            q.add(&dq);
-            v.add(&dv);
             let t = if whole { until } else { motion.t.hi[0] + h };
-            if let Some(projection) = &mut motion.projection {
-                projection.apply(&equations.declaration(), t, &mut q, &mut v);
+            let (q, v, a) = motion.arrive::<FUSED>(equations, h, t);
+            if has_pieces && !at_switch && Integrator::is_beyond(equations, size) {
+                End { size, at_switch } = motion.locate::<FUSED>(equations, left.signum(), [0.0, size]);
+                continue;
             }
-            motion.next.begin(motion.side(t, false), &q.hi, &v.hi);
-            motion.next.expect(&a);
-            equations.expand(&mut motion.next);
             let good = motion.control.good(&motion.series, &motion.next, &a, size);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && motion.next.is_finite()) {
@@ -398,6 +424,12 @@ impl<const N: usize> Work for Advance<'_, N> {
                     motion.t.add(&[h]);
                 }
                 (motion.q, motion.v) = (q, v);
+                if at_switch {
+                    let tau = if wanted < 1e100 { wanted } else { size };
+                    motion.go_over(equations, tau.copysign(left), size <= smallest);
+                } else if motion.is_new || has_pieces {
+                    motion.go_on(equations);
+                }
                 // beyond a knot the system may be another
                 if motion.side(t, true) != motion.side(t, false) {
                     motion.begin(equations);
@@ -411,6 +443,7 @@ impl<const N: usize> Work for Advance<'_, N> {
                 return Outcome::NotFinite;
             }
             size = (SHORTER * size).max(smallest);
+            at_switch = false;
         }
     }
 }

@@ -58,6 +58,11 @@ impl Jet {
         }
     }
 
+    /// The sign that decides for a piece of a function: that of the value, or the one that is continued.
+    fn decides(self, own: f64) -> f64 {
+        self.node.map_or(own, |node| tape::note(node, self.value, own))
+    }
+
     /// A function of one argument.
     fn unary(self, op: impl FnOnce(u32) -> Op, value: f64) -> Self {
         match self.node {

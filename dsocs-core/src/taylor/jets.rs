@@ -4,6 +4,7 @@
 //! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
 
 use super::series::Series;
+use super::switch::{Switch, Switches};
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
@@ -16,7 +17,11 @@ pub trait Jets<const N: usize>: Compiled<N> {
     /// Expressions of the parameters, an array of a literal size.
     type Fixed: Copy;
     /// What the recurrences keep of the orders before.
-    type Table: Default;
+    type Table: Default + Switches;
+
+    /// What the switches are, as the declaration says it; then the user's functions, in the order of their calls. Those where a smooth
+    /// function is steep have no names.
+    const SWITCHES: &'static [&'static str] = &[];
 
     /// What the parameters alone decide.
     fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
@@ -34,6 +39,21 @@ pub trait Jets<const N: usize>: Compiled<N> {
 pub(super) trait Equations<const N: usize> {
     /// The Taylor coefficients of the motion from the point where the series begins.
     fn expand(&mut self, series: &mut Series<N>);
+
+    /// How many groups of switches there are.
+    fn groups(&self) -> usize;
+
+    /// A group of switches.
+    fn group(&mut self, group: usize) -> &mut [Switch];
+
+    /// Whether a sign may decide between pieces.
+    fn has_pieces(&self) -> bool;
+
+    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    fn enter(&mut self) -> bool;
+
+    /// What a switch is.
+    fn switch(&self, group: usize, place: usize) -> &'static str;
 
     /// The declaration.
     fn declaration(&self) -> Declaration<'_, N>;
@@ -74,6 +94,32 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
             recurrences: self,
             series,
         });
+    }
+
+    fn groups(&self) -> usize {
+        S::Table::GROUPS
+    }
+
+    fn group(&mut self, group: usize) -> &mut [Switch] {
+        self.table.group(group)
+    }
+
+    fn has_pieces(&self) -> bool {
+        S::SWITCHES.iter().any(|name| !name.is_empty())
+    }
+
+    fn enter(&mut self) -> bool {
+        self.table.enter()
+    }
+
+    fn switch(&self, group: usize, place: usize) -> &'static str {
+        // functions stand at the end, one for each group but the first
+        let functions = S::Table::GROUPS.saturating_sub(1);
+        let place = match group {
+            0 => place,
+            _ => S::SWITCHES.len().saturating_sub(functions) + group - 1,
+        };
+        S::SWITCHES.get(place).copied().unwrap_or("an expression")
     }
 
     fn declaration(&self) -> Declaration<'_, N> {

@@ -5,6 +5,7 @@
 //! stand side by side, so that neither stream of a convolution has to be reversed.
 
 use super::jet::Tape;
+use super::switch::{Switch, Switches};
 
 /// The highest order of a series.
 pub const MAX_ORDER: usize = 40;
@@ -48,18 +49,20 @@ pub struct Squares {
 }
 
 /// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
-/// user's functions.
+/// user's functions, `W` switches.
 #[derive(Debug)]
-pub struct Table<const P: usize, const S: usize, const C: usize> {
+pub struct Table<const P: usize, const S: usize, const C: usize, const W: usize = 0> {
     /// Operands of products.
     pub products: Box<[Products; P]>,
     /// Operands of squares.
     pub squares: Box<[Squares; S]>,
     /// The functions of the user's, recorded.
     pub calls: Box<[Tape; C]>,
+    /// What decides between pieces.
+    pub switches: Box<[Switch; W]>,
 }
 
-impl<const P: usize, const S: usize, const C: usize> Default for Table<P, S, C> {
+impl<const P: usize, const S: usize, const C: usize, const W: usize> Default for Table<P, S, C, W> {
     fn default() -> Self {
         let zero = [[0.0; LANES]; ROWS];
         Self {
@@ -69,6 +72,7 @@ impl<const P: usize, const S: usize, const C: usize> Default for Table<P, S, C> 
             }),
             squares: boxed(&Squares { rows: zero }),
             calls: boxed(&Tape::default()),
+            switches: boxed(&Switch::default()),
         }
     }
 }
@@ -82,7 +86,26 @@ fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
     }
 }
 
-impl<const P: usize, const S: usize, const C: usize> Table<P, S, C> {
+impl<const P: usize, const S: usize, const C: usize, const W: usize> Switches for Table<P, S, C, W> {
+    const GROUPS: usize = if W + C == 0 { 0 } else { 1 + C };
+
+    fn group(&mut self, group: usize) -> &mut [Switch] {
+        match group.checked_sub(1) {
+            None => &mut *self.switches,
+            Some(call) => self.calls.get_mut(call).map_or(&mut [], Tape::switches),
+        }
+    }
+
+    fn enter(&mut self) -> bool {
+        let mut any = false;
+        for call in self.calls.iter_mut() {
+            any |= call.enter();
+        }
+        any
+    }
+}
+
+impl<const P: usize, const S: usize, const C: usize, const W: usize> Table<P, S, C, W> {
     /// The inner sums of products of order `k`; if `EAGER` and `k > 2`, without the terms of the orders 1 and `k-1`.
     #[inline(always)]
     #[must_use]

@@ -50,8 +50,10 @@
 //!
 //! # Limits
 //!
-//! A function with a jump or a corner (`if`, `abs`, `min`) has no series across it. The steps around it become short, and
-//! the motion passes it to within the tolerance. Constraints on positions and velocities are differentiated until accelerations
+//! A function with a jump or a corner (`if`, `abs`, `signum`, `min`) has no series across it. A step ends where the argument that decides
+//! changes its sign, found to rounding, and the next series belongs to the piece beyond. Where the motion leads back from both sides, as
+//! dry friction does that sticks, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Branches that depend on the
+//! values of numbers ([`crate::Real::re`]) are not seen: steps become short there. Constraints on positions and velocities are differentiated until accelerations
 //! appear. After each step position and velocity are projected onto these constraints by the smallest change. So the nodes obey them to
 //! rounding, and the motion in between to within the tolerance. High orders make long steps, in which large terms of opposite signs cancel.
 //! If the last two digits matter, set a lower [`Tolerance::order`].
@@ -77,6 +79,8 @@ mod order;
 mod projection;
 mod series;
 pub(crate) mod solve;
+mod switch;
+mod watch;
 
 pub use control::Tolerance;
 pub use error::{FailedSeries, SeriesError, SeriesFailure};

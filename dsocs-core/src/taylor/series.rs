@@ -55,9 +55,11 @@ impl<const N: usize> Series<N> {
     }
 
     /// The order of the velocity.
+    #[inline]
     #[must_use]
     pub fn order(&self) -> usize {
-        self.order
+        // as it is already: so the compiler knows, too, and rows of a table need no check
+        self.order.min(MAX_ORDER)
     }
 
     /// Sets the point of expansion.

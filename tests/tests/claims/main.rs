@@ -37,6 +37,7 @@ mod sparse;
 mod stability;
 mod start;
 mod start_on_constraints;
+mod switches;
 mod systems;
 mod taylor_events;
 mod taylor_flow;

@@ -104,3 +104,32 @@ fn a_wall_is_a_switch_too() {
     assert!(run(1000.0).is_some_and(|steps| steps >= 1));
     assert_eq!(run(2.0), None);
 }
+
+/// A mass on a spring with dry friction, which jumps.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
+    external_forces = -dry * dot(x).signum();
+}]
+struct Jump {
+    dry: f64,
+}
+
+#[test]
+fn jumps_between_two_nodes_are_counted_each_once() {
+    // it turns three times until then
+    for h in [0.02, 0.01, 0.003, 0.001] {
+        let run = |dry: f64| {
+            let jump = Jump { dry };
+            let mut flow = Flow::new(&jump, h, Start::second_order([0.2], [0.0])).unwrap();
+            flow.to(1.9).unwrap();
+            flow.unresolved()
+        };
+        let found = run(1.0).unwrap();
+        assert_eq!(found.steps, 3, "{h}: {found:?}");
+        let turn = std::f64::consts::PI / 40_f64.sqrt();
+        assert!((found.first - turn).abs() <= 1.01 * h, "{h}: {found:?}");
+        // a friction that hardly matters
+        assert_eq!(run(0.1), None);
+    }
+}

@@ -6,7 +6,8 @@ use core::iter::{Product, Sum};
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
 use super::Jet;
-use super::tape::Op;
+use super::functions::compare;
+use super::tape::{self, Op};
 
 impl Add for Jet {
     type Output = Self;
@@ -76,7 +77,22 @@ impl Rem for Jet {
     type Output = Self;
 
     fn rem(self, other: Self) -> Self {
-        self - other * Self::from((self.value / other.value).trunc())
+        let ratio = self / other;
+        let own = ratio.value.trunc();
+        // larger numbers have no fraction
+        if own.is_nan() || own.abs() >= 1e15 {
+            return self - other * Self::from(own);
+        }
+        #[allow(clippy::cast_possible_truncation)] // a whole number that is small enough
+        let whole = tape::choose(ratio, own as i64, |whole| {
+            let ends = match whole {
+                0 => [-1, 1],
+                1.. => [whole, whole + 1],
+                _ => [whole - 1, whole],
+            };
+            ends.map(|end| Some(end as f64))
+        });
+        self - other * Self::from(whole as f64)
     }
 }
 
@@ -155,7 +171,7 @@ impl PartialEq for Jet {
 
 impl PartialOrd for Jet {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        self.value.partial_cmp(&other.value)
+        compare(*self, *other)
     }
 }
 
@@ -167,7 +183,7 @@ impl PartialEq<f64> for Jet {
 
 impl PartialOrd<f64> for Jet {
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
-        self.value.partial_cmp(other)
+        compare(*self, Self::from(*other))
     }
 }
 

@@ -1,7 +1,9 @@
 //! The functions of jets: what [`Real`] asks for.
 
+use core::cmp::Ordering;
+
 use super::Jet;
-use super::tape::Op;
+use super::tape::{self, Op};
 use crate::dual::Part;
 use crate::real::Real;
 
@@ -80,18 +82,48 @@ impl Jet {
     }
 }
 
+/// Comparisons decide between pieces of a function.
+pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
+    let own = left.value.partial_cmp(&right.value)?;
+    let difference = left - right;
+    if difference.node.is_none() {
+        return Some(own);
+    }
+    let free = !tape::is_held();
+    let side = difference.decides(match own {
+        Ordering::Less => -1.0,
+        // as `signum` has it
+        Ordering::Equal | Ordering::Greater => 1.0,
+    });
+    Some(match own {
+        own if free => own,
+        _ if side < 0.0 => Ordering::Less,
+        _ => Ordering::Greater,
+    })
+}
+
 impl Real for Jet {
     fn re(self) -> f64 {
         self.value
     }
 
-    /// With the sign of order 0.
     fn abs(self) -> Self {
-        self.affine(self.value.signum(), 0.0)
+        self.affine(self.decides(self.value.signum()), 0.0)
     }
 
     fn signum(self) -> Self {
-        Self::from(self.value.signum())
+        Self::from(self.decides(self.value.signum()))
+    }
+
+    fn piece(self, places: &[f64]) -> usize {
+        let own = places.partition_point(|&place| place <= self.value);
+        // there are fewer places than numbers
+        let number = |index: usize| i64::try_from(index).unwrap_or(i64::MAX);
+        let index = |number: i64| usize::try_from(number).ok();
+        let piece = tape::choose(self, number(own), |piece| {
+            [piece - 1, piece].map(|end| index(end).and_then(|end| places.get(end).copied()))
+        });
+        index(piece).unwrap_or(0)
     }
 
     fn mul_add(self, factor: Self, term: Self) -> Self {
@@ -243,6 +275,8 @@ impl Real for Jet {
 
     fn tanh(self) -> Self {
         let value = self.value.tanh();
+        // steep: no sign is to be kept
+        let _ = self.decides(0.0);
         self.tangent(value, (1.0 - value) * (1.0 + value), -1.0)
     }
 

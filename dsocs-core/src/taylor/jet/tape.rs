@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use super::Jet;
 use crate::dispatch::{self, Work};
 use crate::taylor::kernel::{RECIPROCALS, ROWS, add_product};
+use crate::taylor::switch::Switch;
 
 /// An operation on former entries of the tape; primes are derivatives by time.
 #[derive(Clone, Copy, Debug)]
@@ -117,11 +118,37 @@ impl Entry {
     }
 }
 
-/// Entries, of which those from `length` on are left from before and will be written over.
+/// What a switch of a function is made of.
+#[derive(Clone, Copy, Debug, Default)]
+struct Argument {
+    /// Its entry; a number that does not move has none.
+    node: Option<u32>,
+    /// The piece that a choice between many began with, and the one that was taken. It stands beside the first of two switches.
+    pieces: Option<[i64; 2]>,
+}
+
+/// Entries, of which those from `length` on are left from before and will be written over, and in the same way switches.
 #[derive(Clone, Debug, Default)]
 struct Recording {
     entries: Vec<Entry>,
     length: usize,
+    switches: Vec<Switch>,
+    arguments: Vec<Argument>,
+    noted: usize,
+}
+
+impl Recording {
+    /// Writes a switch down, and returns the sign that it is to have.
+    fn note(&mut self, node: Option<u32>, value: f64, own: f64, pieces: Option<[i64; 2]>) -> f64 {
+        if self.noted == self.switches.len() {
+            self.switches.push(Switch::default());
+            self.arguments.push(Argument::default());
+        }
+        let place = self.noted;
+        self.noted += 1;
+        self.arguments[place] = Argument { node, pieces };
+        self.switches[place].start(value, own)
+    }
 }
 
 /// A function of the user's, recorded at a point.
@@ -137,8 +164,56 @@ thread_local! {
         RefCell::new(Recording {
             entries: Vec::new(),
             length: 0,
+            switches: Vec::new(),
+            arguments: Vec::new(),
+            noted: 0,
         })
     };
+}
+
+/// Writes down that the sign of an entry decides; `own` is its sign. Returns the sign that decides.
+pub(super) fn note(node: u32, value: f64, own: f64) -> f64 {
+    RECORDING.with_borrow_mut(|recording| recording.note(Some(node), value, own, None))
+}
+
+/// Whether the next switch has to have a given sign.
+pub(super) fn is_held() -> bool {
+    RECORDING.with_borrow(|recording| {
+        recording
+            .switches
+            .get(recording.noted)
+            .is_some_and(Switch::is_held)
+    })
+}
+
+/// Writes down that a choice between many pieces depends on `x`: `own` is the piece that its value belongs to, and `ends` are the ends of
+/// a piece. Returns the piece that is taken.
+pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -> i64 {
+    if x.node.is_none() {
+        return own;
+    }
+    let base = RECORDING.with_borrow(|recording| {
+        let place = recording.noted;
+        let known = recording
+            .arguments
+            .get(place)
+            .and_then(|argument| argument.pieces);
+        let held = recording.switches.get(place).is_some_and(Switch::is_held);
+        known.filter(|_| held).map_or(own, |[base, _]| base)
+    });
+    let sides = ends(base).map(|end| end.map(|end| x - Jet::from(end)));
+    RECORDING.with_borrow_mut(|recording| {
+        let place = recording.noted;
+        let mut side = |argument: Option<Jet>, own: f64| match argument {
+            Some(Jet { value, node }) => recording.note(node, value, own, None),
+            None => recording.note(None, own, own, None),
+        };
+        let [from, to] = sides;
+        let (lower, upper) = (side(from, 1.0), side(to, -1.0));
+        let piece = base + i64::from(upper > 0.0) - i64::from(lower < 0.0);
+        recording.arguments[place].pieces = Some([base, piece]);
+        piece
+    })
 }
 
 /// Writes an operation down; `None` if the tape is at its end, which 2³² operations would take.
@@ -176,7 +251,7 @@ impl Tape {
 
     /// Writes down what a function does that makes its jets by [`Jet::input`].
     pub(crate) fn written(&mut self, function: impl FnOnce() -> Jet) -> f64 {
-        self.recording.length = 0;
+        (self.recording.length, self.recording.noted) = (0, 0);
         let outer = RECORDING.replace(core::mem::take(&mut self.recording));
         let result = function();
         self.recording = RECORDING.replace(outer);
@@ -185,14 +260,25 @@ impl Tape {
         result.value
     }
 
-    /// Marks what the result is made of.
+    /// Marks what the result and the switches are made of.
     fn mark(&mut self) {
-        let Recording { entries, length } = &mut self.recording;
-        let Some(result) = self.result else {
+        let Recording {
+            entries,
+            length,
+            arguments,
+            noted,
+            ..
+        } = &mut self.recording;
+        let arguments = arguments[..*noted].iter().filter_map(|argument| argument.node);
+        let mut none = true;
+        for root in self.result.into_iter().chain(arguments) {
+            none = false;
+            if let Some(entry) = entries.get_mut(root as usize) {
+                entry.live = true;
+            }
+        }
+        if none {
             return;
-        };
-        if let Some(entry) = entries.get_mut(result as usize) {
-            entry.live = true;
         }
         // a partner may come later: until nothing is added any more
         let mut added = true;
@@ -219,20 +305,73 @@ impl Tape {
 
     /// As [`Tape::coefficient`], for arguments that are asked for by their place.
     pub(crate) fn next(&mut self, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
-        let Some(result) = self.result else {
+        let Recording {
+            entries,
+            length,
+            switches,
+            arguments,
+            noted,
+        } = &mut self.recording;
+        if self.result.is_none() && *noted == 0 {
             return 0.0;
-        };
+        }
         let k = k.clamp(1, ROWS - 1);
-        let Recording { entries, length } = &mut self.recording;
         let live = *length;
         dispatch::run(Next {
             entries: &mut entries[..live],
             k,
             inputs,
         });
-        entries
-            .get(result as usize)
-            .map_or(f64::NAN, |entry| entry.plain[k])
+        let coefficient = |entry: u32| {
+            entries
+                .get(entry as usize)
+                .map_or(f64::NAN, |entry| entry.plain[k])
+        };
+        for (switch, argument) in switches.iter_mut().zip(arguments).take(*noted) {
+            switch.push(k, argument.node.map_or(0.0, coefficient));
+        }
+        self.result.map_or(0.0, coefficient)
+    }
+
+    /// The switches that the function has met.
+    pub(crate) fn switches(&mut self) -> &mut [Switch] {
+        let noted = self.recording.noted;
+        &mut self.recording.switches[..noted]
+    }
+
+    /// Begins the pieces that choices have gone over to. Returns whether there are any.
+    pub(crate) fn enter(&mut self) -> bool {
+        let Recording {
+            switches,
+            arguments,
+            noted,
+            ..
+        } = &mut self.recording;
+        let mut any = false;
+        for (place, argument) in arguments.iter_mut().enumerate().take(*noted) {
+            let Some([base, piece]) = &mut argument.pieces else {
+                continue;
+            };
+            let (Some([lower, upper]), true) = (
+                switches
+                    .get_mut(place..place + 2)
+                    .and_then(|pair| <&mut [Switch; 2]>::try_from(pair).ok()),
+                base != piece,
+            ) else {
+                continue;
+            };
+            // the place where the pieces meet is the other end of the next one
+            if piece > base {
+                lower.begins_as(upper);
+            } else {
+                upper.begins_as(lower);
+            }
+            lower.set(1.0);
+            upper.set(-1.0);
+            *base = *piece;
+            any = true;
+        }
+        any
     }
 }
 

@@ -166,13 +166,14 @@ impl Graph {
     }
 
     /// A square root without the squares of parameters and of the step that all terms of its argument share:
-    /// `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`.
+    /// `√(x²/4h² + y²/4h²)` is `√(x² + y²)/2|h|`. A single term gives all of its squares: `√x²` is `|x|`, which has a derivative where
+    /// it changes its sign but for a jump.
     fn sqrt(&mut self, a: NodeId) -> NodeId {
         let (terms, constant) = self.terms(a);
-        let common = if constant == 0.0 {
-            self.common_factors(&terms)
-        } else {
-            Vec::new()
+        let common = match terms.as_slice() {
+            _ if constant != 0.0 => Vec::new(),
+            &[(term, _)] => self.factors(term),
+            terms => self.common_factors(terms),
         };
         let size = terms[0].1.abs();
         let root = size.sqrt();
@@ -195,7 +196,13 @@ impl Graph {
         let rest = self.linear(constant, &rest);
         let mut factors = vec![(self.unary(Unary::Sqrt, rest), 1)];
         for (base, n) in squares {
-            factors.push((self.unary(Unary::Abs, base), n));
+            // an even power has no sign
+            let base = if n % 2 == 0 {
+                base
+            } else {
+                self.unary(Unary::Abs, base)
+            };
+            factors.push((base, n));
         }
         let product = self.product(&factors);
         self.scale(root, product)

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::sequence::{Inverse, Op, Sequence, Sequences};
+use super::sequence::{Argument, Inverse, Op, Sequence, Sequences};
 use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::passes::share::{Factor, Product, Shared};
 
@@ -70,8 +70,13 @@ impl<'g> Lower<'g> {
                 self.sum(constant.get(), &terms)
             }
             Node::Product(_) => self.sum(0.0, &[(id, 1.0)]),
-            Node::Unary(op, a) => {
-                let a = self.lower(a);
+            Node::Unary(op, node) => {
+                let a = self.lower(node);
+                match op {
+                    Unary::Abs | Unary::Signum => self.sequences.switch(Argument::Sign(a), vec![node]),
+                    Unary::Tanh => self.sequences.switch(Argument::Steep(a), vec![node]),
+                    _ => {}
+                }
                 self.unary(op, a)
             }
             Node::Powf(base, exponent) => self.powf(base, exponent),
@@ -82,8 +87,10 @@ impl<'g> Lower<'g> {
                 let radius = self.lower(radius);
                 self.sequences.push(Op::Atan2(y, x, radius))
             }
-            Node::Select(op, parts) => {
-                let parts = parts.map(|part| self.lower(part));
+            Node::Select(op, nodes) => {
+                let parts = nodes.map(|part| self.lower(part));
+                let difference = Argument::Difference(parts[0], parts[1]);
+                self.sequences.switch(difference, nodes[..2].to_vec());
                 self.sequences.push(Op::Select(op, parts))
             }
             Node::Call { callee, args, wrt } => {

@@ -4,6 +4,7 @@
 //! system for the accelerations, [`lower`] makes of them sequences of coefficients ([`sequence`]), [`write`] the code of
 //! order 0 and of any other order. The orders are a loop, so the code is as long as the declaration, whatever the order.
 
+mod describe;
 mod lower;
 mod sequence;
 mod write;
@@ -15,7 +16,7 @@ use quote::quote;
 use syn::{Generics, Ident};
 
 use self::lower::Lower;
-use self::sequence::{Op, Sequence, Sequences};
+use self::sequence::{Argument, Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
 use super::program::{Place, Program, Value};
@@ -41,6 +42,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
 
     let [products, squares] = writer.blocks().map(Literal::usize_unsuffixed);
     let calls = Literal::usize_unsuffixed(writer.calls.len());
+    let (switches, names) = switches(model, &graph, &writer);
     let (constants_code, constants) = constants(&graph, &writer.constants);
     let count = Literal::usize_unsuffixed(constants.len());
     let name = &model.item.ident;
@@ -53,7 +55,8 @@ pub(super) fn jets(model: &Model) -> TokenStream {
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
             type Fixed = [f64; #count];
-            type Table = ::dsocs_core::__private::Table<#products, #squares, #calls>;
+            type Table = ::dsocs_core::__private::Table<#products, #squares, #calls #switches>;
+            #names
 
             #[inline]
             fn fixed(
@@ -77,6 +80,36 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             }
         }
     }
+}
+
+/// How many switches there are, behind a comma, and what they are called; nothing if there are none.
+fn switches(model: &Model, graph: &Graph, writer: &Writer<'_>) -> (TokenStream, TokenStream) {
+    let text = |&node: &NodeId| describe::describe(graph, &model.coordinates, node);
+    let declared = writer.sequences.switches().iter();
+    let mut names: Vec<String> = declared
+        .map(|(argument, nodes)| match argument {
+            // no motion ends there
+            Argument::Steep(_) => String::new(),
+            _ => nodes.iter().map(text).collect::<Vec<_>>().join(" - "),
+        })
+        .collect();
+    let count = Literal::usize_unsuffixed(names.len());
+    let count = if names.is_empty() {
+        TokenStream::new()
+    } else {
+        quote!(, #count)
+    };
+    names.extend(writer.calls.iter().map(|&call| match writer.sequences.op(call) {
+        Op::Call { callee, .. } => format!("a comparison in {}", describe::function(graph, *callee)),
+        _ => String::new(),
+    }));
+    if names.is_empty() {
+        return (count, TokenStream::new());
+    }
+    (
+        count,
+        quote!(const SWITCHES: &'static [&'static str] = &[#(#names),*];),
+    )
 }
 
 /// The `impl Jets` of what has no Taylor series, a declaration of third order or a wrong one: nothing calls it.
@@ -143,7 +176,7 @@ impl Plan {
                 .ops()
                 .map(|(sequence, op)| (sequence, op.clone()))
                 .collect(),
-            lasting: sequences.needed(&[accelerations.as_slice(), &rows].concat()),
+            lasting: sequences.needed(&[accelerations.as_slice(), &rows, &sequences.switched()].concat()),
             accelerated: sequences.accelerated(),
             accelerations,
             rows,
@@ -178,6 +211,7 @@ impl Plan {
             .map(|operand| operand.sequence())
             .collect();
         outputs.extend(&self.accelerations);
+        outputs.extend(writer.sequences.switched());
         let needed = writer.sequences.needed(&outputs);
         self.ops
             .iter()
@@ -220,6 +254,7 @@ impl Plan {
             self.next(writer, accelerated);
         }
         writer.eager = writer.sequences.products.len() <= MOST_EAGER;
+        writer.sequences.fill(write::LANES);
         let eager = writer.eager;
         let (start, next) = (self.start(writer, false), self.next(writer, false));
         let (remember, declare) = if eager {
@@ -291,7 +326,7 @@ impl Plan {
                 },
             )
         };
-        let store = writer.store();
+        let (store, watch) = (writer.store(), writer.watch());
         quote! {
             let (mut #q, mut #v) = #series.start();
             let mut #z = [0.0_f64; #length];
@@ -309,6 +344,7 @@ impl Plan {
                 let mut #s = [0.0_f64; #length];
                 #next
                 #solve_next
+                #watch
                 #store
                 #remember
                 #series.push(#k, &mut #q, &mut #v, [#(#later),*]);

@@ -168,6 +168,17 @@ pub(super) enum Lane {
     Square(usize),
 }
 
+/// What decides between pieces, or is steep: an argument.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Argument {
+    /// Of a function that depends on a sign.
+    Sign(Sequence),
+    /// Of a smooth function that is flat but for a neighbourhood of zero.
+    Steep(Sequence),
+    /// The first without the second.
+    Difference(Sequence, Sequence),
+}
+
 /// All sequences of a system in the order in which they are computed, each once.
 #[derive(Default)]
 pub(super) struct Sequences {
@@ -178,6 +189,8 @@ pub(super) struct Sequences {
     /// The operands of the square lanes.
     pub(super) squares: Vec<Operand>,
     places: HashMap<[Operand; 2], Lane>,
+    /// The arguments that decide between pieces, and the expressions that they are; of a difference, both sides.
+    switches: Vec<(Argument, Vec<NodeId>)>,
 }
 
 impl Sequences {
@@ -238,7 +251,7 @@ impl Sequences {
             .map(|(place, op)| (Sequence(u32::try_from(place).unwrap_or(u32::MAX)), op))
     }
 
-    fn op(&self, sequence: Sequence) -> &Op {
+    pub(super) fn op(&self, sequence: Sequence) -> &Op {
         &self.ops[sequence.index()]
     }
 
@@ -270,6 +283,50 @@ impl Sequences {
                 return found;
             }
         }
+    }
+
+    /// Puts squares into the lanes that products leave free in blocks of so many, if all of them find a place: a loop less.
+    pub(super) fn fill(&mut self, lanes: usize) {
+        let free = self.products.len().next_multiple_of(lanes) - self.products.len();
+        if self.squares.len() > free {
+            return;
+        }
+        for square in core::mem::take(&mut self.squares) {
+            let key = [square, square];
+            self.places.insert(key, Lane::Product(self.products.len()));
+            self.products.push(key);
+        }
+    }
+
+    /// Notes that an argument decides between pieces.
+    pub(super) fn switch(&mut self, argument: Argument, nodes: Vec<NodeId>) {
+        let moves = |sequence: Sequence| !matches!(self.op(sequence), Op::Constant(_));
+        let any = match argument {
+            Argument::Sign(u) | Argument::Steep(u) => moves(u),
+            Argument::Difference(u, v) => moves(u) || moves(v),
+        };
+        if any && self.place(argument).is_none() {
+            self.switches.push((argument, nodes));
+        }
+    }
+
+    /// The place of a switch; `None` if its argument does not move.
+    pub(super) fn place(&self, argument: Argument) -> Option<usize> {
+        self.switches.iter().position(|(known, _)| *known == argument)
+    }
+
+    /// All switches.
+    pub(super) fn switches(&self) -> &[(Argument, Vec<NodeId>)] {
+        &self.switches
+    }
+
+    /// The sequences that switches are made of.
+    pub(super) fn switched(&self) -> Vec<Sequence> {
+        let arguments = self.switches.iter().flat_map(|(argument, _)| match *argument {
+            Argument::Sign(u) | Argument::Steep(u) => [Some(u), None],
+            Argument::Difference(u, v) => [Some(u), Some(v)],
+        });
+        arguments.flatten().collect()
     }
 
     /// The lane of an inner sum.

@@ -3,12 +3,12 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 
-use super::sequence::{Constant, Lane, Op, Operand, Sequence, Sequences};
+use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence, Sequences};
 use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, NodeId};
 
 /// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/taylor/kernel.rs`.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Longer sums are formed by a function, in several sums side by side.
 const SHORT_SUM: usize = 4;
@@ -219,7 +219,11 @@ impl<'g> Writer<'g> {
             Op::Sinh(u, _) => method("sinh", u),
             Op::Cosh(u, _) => method("cosh", u),
             Op::Tan(u, _) => method("tan", u),
-            Op::Tanh(u, _) => method("tanh", u),
+            Op::Tanh(u, _) => {
+                let (value, switch, u) = (method("tanh", u), self.switch(Argument::Steep(*u)), z(u));
+                let steep = switch.map(|switch| quote!(#switch.steep(#u);));
+                quote!(#value #steep)
+            }
             Op::Conjugate(u, _) => {
                 let u = z(u);
                 quote!(#to = (1.0 - #u) * (1.0 + #u);)
@@ -234,15 +238,25 @@ impl<'g> Writer<'g> {
             }
             Op::Abs(u) => {
                 // its sign serves in every order
-                let (value, y, u) = (method("abs", u), inverse(sequence), z(u));
-                quote!(#value #y = f64::signum(#u);)
+                let (value, y, sign) = (method("abs", u), inverse(sequence), self.sign(*u));
+                quote!(#value #y = #sign;)
             }
-            Op::Signum(u) => method("signum", u),
+            Op::Signum(u) => {
+                let sign = self.sign(*u);
+                quote!(#to = #sign;)
+            }
             Op::Select(op, [left, right, then, otherwise]) => {
+                let switch = self.switch(Argument::Difference(*left, *right));
                 let [left, right, then, otherwise] = [left, right, then, otherwise].map(z);
                 let condition = match op {
                     Comparison::Lt => quote!(#left < #right),
                     Comparison::Le => quote!(#left <= #right),
+                };
+                let condition = match switch {
+                    Some(switch) => {
+                        quote!(#switch.start(#left - #right, if #condition { -1.0 } else { 1.0 }) < 0.0)
+                    }
+                    None => condition,
                 };
                 let y = inverse(sequence);
                 quote! {
@@ -273,6 +287,39 @@ impl<'g> Writer<'g> {
                 }
             }
         }
+    }
+
+    /// A switch, if its argument moves.
+    fn switch(&self, argument: Argument) -> Option<TokenStream> {
+        let (table, place) = (local("table"), at(self.sequences.place(argument)?));
+        Some(quote!(#table.switches[#place]))
+    }
+
+    /// The sign of a sequence at order 0, or that of the piece that is continued.
+    fn sign(&self, u: Sequence) -> TokenStream {
+        let value = zeroth(u);
+        let own = quote!(f64::signum(#value));
+        self.switch(Argument::Sign(u))
+            .map_or_else(|| own.clone(), |switch| quote!(#switch.start(#value, #own)))
+    }
+
+    /// Hands the coefficients of order `k` of their arguments to the switches.
+    pub(super) fn watch(&self) -> TokenStream {
+        let (table, k) = (local("table"), local("k"));
+        let switches = self.sequences.switches().iter().enumerate();
+        switches
+            .map(|(place, &(argument, _))| {
+                let place = at(place);
+                let value = match argument {
+                    Argument::Sign(u) | Argument::Steep(u) => kth(u),
+                    Argument::Difference(left, right) => {
+                        let (left, right) = (kth(left), kth(right));
+                        quote!(#left - #right)
+                    }
+                };
+                quote!(#table.switches[#place].push(#k, #value);)
+            })
+            .collect()
     }
 
     /// The place of a call among all.

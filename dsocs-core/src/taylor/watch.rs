@@ -1,0 +1,356 @@
+//! Steps that end at switches.
+//!
+//! All steps are tried with the pieces that their series began with. If an argument changes its sign within a step, the step ends at the
+//! first place where it is beyond zero, found to rounding by evaluating the declaration there. The next series belongs to the pieces
+//! beyond, if its motion goes there. If it leads back, and the motion from the other side leads here, then no piece continues the motion.
+
+use super::integrator::Integrator;
+use super::jets::Equations;
+use super::switch::{Reach, Switch};
+use crate::compensated::Compensated;
+use crate::run::roots::Crossing;
+
+/// So many switches at one place are tried in all combinations.
+const TOGETHER: usize = 4;
+
+/// So many changes in a row may come without any time between them.
+const AT_ONCE: u32 = 64;
+
+/// Evaluations on the way to the place of a switch.
+const EVALUATIONS: u32 = 200;
+
+/// How far beyond the place that the series of an argument tells the true one is looked for, as a part of the step.
+const BEYOND: f64 = 1e-3;
+
+/// What a motion needs whose system has switches.
+#[derive(Debug, Default)]
+pub(super) struct Watch {
+    /// Whether a sign may decide between pieces; else there are steep functions alone.
+    pub has_pieces: bool,
+    crossings: Vec<Crossing>,
+    touched: Vec<Touched>,
+    /// How many steps in a row were too short for a clock.
+    short: u32,
+    /// The switch where no piece continues the motion.
+    pub stuck: Option<&'static str>,
+}
+
+impl Watch {
+    /// For a system; `None` if it has no switches.
+    pub(super) fn new<const N: usize>(equations: &dyn Equations<N>) -> Option<Box<Self>> {
+        (equations.groups() > 0).then(|| {
+            Box::new(Self {
+                has_pieces: equations.has_pieces(),
+                ..Self::default()
+            })
+        })
+    }
+}
+
+/// A switch where the motion is.
+#[derive(Clone, Copy, Debug)]
+struct Touched {
+    group: usize,
+    place: usize,
+    /// The sign of the piece that led here, and the sign that its argument has from here on.
+    side: f64,
+    leads: f64,
+}
+
+/// Asks something of every switch.
+pub(super) fn each<const N: usize>(
+    equations: &mut dyn Equations<N>,
+    mut ask: impl FnMut(usize, usize, &mut Switch),
+) {
+    for group in 0..equations.groups() {
+        for (place, switch) in equations.group(group).iter_mut().enumerate() {
+            ask(group, place, switch);
+        }
+    }
+}
+
+/// How far the nearest switch is a time `s` after the beginning of a step, in units of the size of its argument; negative beyond.
+fn margin<const N: usize>(equations: &mut dyn Equations<N>, s: f64) -> f64 {
+    let mut least = f64::INFINITY;
+    each(equations, |_, _, switch| least = least.min(switch.margin(s)));
+    least
+}
+
+/// How far a step may go, and whether it ends at a switch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    pub size: f64,
+    pub at_switch: bool,
+}
+
+impl<const N: usize> Integrator<N> {
+    /// The position, the velocity and the acceleration of the series a time `h` later, where the next series begins.
+    #[inline(always)]
+    pub(super) fn arrive<const FUSED: bool>(
+        &mut self,
+        equations: &mut dyn Equations<N>,
+        h: f64,
+        t: f64,
+    ) -> (Compensated<N>, Compensated<N>, [f64; N]) {
+        let [dq, dv, a] = self.series.increments::<FUSED>(h);
+        let (mut q, mut v) = (self.q, self.v);
+        q.add(&dq);
+        v.add(&dv);
+        if let Some(projection) = &mut self.projection {
+            projection.apply(&equations.declaration(), t, &mut q, &mut v);
+        }
+        self.next.begin(self.side(t, false), &q.hi, &v.hi);
+        self.next.expect(&a);
+        equations.expand(&mut self.next);
+        (q, v, a)
+    }
+
+    /// Whether an argument is beyond zero at the end of the step that has been tried.
+    pub(super) fn is_beyond(equations: &mut dyn Equations<N>, size: f64) -> bool {
+        margin(equations, size) < 0.0
+    }
+
+    /// How far a step of the length `|h|` may go. From here on the pieces are held.
+    pub(super) fn foresee<const FUSED: bool>(&mut self, equations: &mut dyn Equations<N>, h: f64) -> End {
+        let (order, limits) = (self.series.order(), self.control.limits);
+        let mut crossings = self
+            .watch
+            .as_mut()
+            .map_or_else(Vec::new, |watch| core::mem::take(&mut watch.crossings));
+        let (mut part, mut at_switch) = (1.0, false);
+        each(equations, |_, _, switch| {
+            match switch.reach(order, h * part, &limits, &mut crossings) {
+                Reach::Whole => {}
+                Reach::Shorter(shorter) => (part, at_switch) = (part * shorter, false),
+                Reach::Crossing(place) => (part, at_switch) = (part * place, true),
+            }
+            switch.hold();
+        });
+        if let Some(watch) = &mut self.watch {
+            watch.crossings = crossings;
+        }
+        let (whole, size) = (h.abs(), part * h.abs());
+        if at_switch {
+            self.near::<FUSED>(equations, h.signum(), [size, whole])
+        } else {
+            End { size, at_switch }
+        }
+    }
+
+    /// The place of a switch, looked for near a place that the series of an argument tells.
+    fn near<const FUSED: bool>(
+        &mut self,
+        equations: &mut dyn Equations<N>,
+        direction: f64,
+        [place, whole]: [f64; 2],
+    ) -> End {
+        let farthest = (place + BEYOND * whole).min(whole);
+        let mut width = 64.0 * f64::EPSILON * place + f64::EPSILON * BEYOND * whole;
+        let (mut before, mut beyond) = ((place - width).max(0.0), (place + width).min(farthest));
+        let mut left = EVALUATIONS;
+        loop {
+            if self.margin_at::<FUSED>(equations, direction * beyond) < 0.0 {
+                break;
+            }
+            if beyond >= farthest {
+                // the argument turns back
+                return End {
+                    size: beyond,
+                    at_switch: false,
+                };
+            }
+            width *= 8.0;
+            (before, beyond) = (beyond, (beyond + width).min(farthest));
+        }
+        while before > 0.0 && left > 0 && self.margin_at::<FUSED>(equations, direction * before) < 0.0 {
+            width *= 8.0;
+            left -= 1;
+            (before, beyond) = ((before - width).max(0.0), before);
+        }
+        self.locate::<FUSED>(equations, direction, [before, beyond])
+    }
+
+    /// The first time at which an argument is beyond zero, between one at which none is and one at which one is.
+    pub(super) fn locate<const FUSED: bool>(
+        &mut self,
+        equations: &mut dyn Equations<N>,
+        direction: f64,
+        [mut before, mut beyond]: [f64; 2],
+    ) -> End {
+        let order = self.next.order();
+        let mut values = [before, beyond].map(|s| self.margin_at::<FUSED>(equations, direction * s));
+        let mut left = EVALUATIONS;
+        while left > 0 && beyond - before > f64::EPSILON * beyond {
+            left -= 1;
+            let [a, b] = values;
+            // the method of Illinois, and halving where it is slow or the values are of no use
+            let secant = before + (beyond - before) * (a / (a - b));
+            let inside = secant > before && secant < beyond && a > 0.0 && !left.is_multiple_of(4);
+            let middle = if inside { secant } else { 0.5 * (before + beyond) };
+            if middle <= before || middle >= beyond {
+                break;
+            }
+            let value = self.margin_at::<FUSED>(equations, direction * middle);
+            if value < 0.0 {
+                (beyond, values) = (middle, [0.5 * a, value]);
+            } else {
+                (before, values) = (middle, [value, 0.5 * b]);
+            }
+        }
+        self.next.set_order(order);
+        End {
+            size: beyond,
+            at_switch: true,
+        }
+    }
+
+    /// How far the nearest switch is a time `h` later.
+    fn margin_at<const FUSED: bool>(&mut self, equations: &mut dyn Equations<N>, h: f64) -> f64 {
+        let order = self.next.order();
+        self.next.set_order(2);
+        self.arrive::<FUSED>(equations, h, self.time() + h);
+        self.next.set_order(order);
+        margin(equations, h.abs())
+    }
+
+    /// Goes on after a step: its end belongs to the same pieces.
+    pub(super) fn go_on(&mut self, equations: &mut dyn Equations<N>) {
+        each(equations, |_, _, switch| switch.begins_with(0));
+        self.is_new = false;
+        if let Some(watch) = &mut self.watch {
+            watch.short = 0;
+        }
+    }
+
+    /// Goes over to other pieces at a switch; `tau` is a time in which the motion changes, in its direction.
+    pub(super) fn go_over(&mut self, equations: &mut dyn Equations<N>, tau: f64, is_short: bool) {
+        let order = self.next.order();
+        let Some(mut watch) = self.watch.take() else {
+            return;
+        };
+        watch.touched.clear();
+        each(equations, |group, place, switch| {
+            switch.begins_with(0);
+            if switch.touches() {
+                let (_, leads) = switch.leads(order, tau);
+                let side = switch.side();
+                watch.touched.push(Touched {
+                    group,
+                    place,
+                    side,
+                    leads,
+                });
+            }
+        });
+        self.is_new = true;
+        watch.short = if is_short { watch.short + 1 } else { 0 };
+        self.decide(equations, &mut watch, tau);
+        self.watch = Some(watch);
+    }
+
+    /// Begins at a point where nothing is known of what led there.
+    pub(super) fn begin_at_switch(&mut self, equations: &mut dyn Equations<N>) {
+        let Some(mut watch) = self.watch.take() else {
+            return;
+        };
+        watch.stuck = None;
+        watch.touched.clear();
+        let order = self.next.order();
+        let step = self.control.first_step(&self.next, self.order().min(order));
+        let step = if step > 0.0 && step < 1e100 { step } else { 1.0 };
+        let tau = if self.clock.is_forward() { step } else { -step };
+        each(equations, |group, place, switch| {
+            if switch.is_zero() {
+                let (_, leads) = switch.leads(order, tau);
+                let side = switch.side();
+                watch.touched.push(Touched {
+                    group,
+                    place,
+                    side,
+                    leads,
+                });
+            }
+        });
+        if !watch.touched.is_empty() {
+            each(equations, |_, _, switch| switch.hold());
+            equations.expand(&mut self.next);
+            for touched in &mut watch.touched {
+                if let Some(switch) = equations.group(touched.group).get(touched.place) {
+                    (_, touched.leads) = switch.leads(order, tau);
+                }
+            }
+            self.decide(equations, &mut watch, tau);
+        }
+        self.watch = Some(watch);
+    }
+
+    /// Finds the pieces whose motion goes on in them, first those where the motion so far leads to.
+    fn decide(&mut self, equations: &mut dyn Equations<N>, watch: &mut Watch, tau: f64) {
+        let order = self.next.order();
+        let count = watch.touched.len().min(TOGETHER);
+        let first = watch
+            .touched
+            .iter()
+            .map(|touched| touched.leads == -touched.side)
+            .collect::<Vec<_>>();
+        if first.contains(&true) {
+            let others = (0..1_usize << count).map(|mask| {
+                let mut over = first.clone();
+                for (place, over) in over.iter_mut().enumerate().take(count) {
+                    *over = mask >> place & 1 == 1;
+                }
+                over
+            });
+            let goes_on = core::iter::once(first.clone())
+                .chain(others)
+                .any(|over| self.goes_over(equations, &watch.touched, &over, tau));
+            if !goes_on || watch.short > AT_ONCE {
+                // as it came here
+                self.goes_over(equations, &watch.touched, &vec![false; first.len()], tau);
+                let over = watch.touched.iter().zip(&first).find(|(_, over)| **over);
+                watch.stuck = over.map(|(touched, _)| equations.switch(touched.group, touched.place));
+            }
+        }
+        for touched in &watch.touched {
+            if let Some(switch) = equations.group(touched.group).get_mut(touched.place) {
+                let (leading, _) = switch.leads(order, tau);
+                switch.begins_with(leading);
+            }
+        }
+        each(equations, |_, _, switch| switch.hold());
+        if equations.enter() {
+            equations.expand(&mut self.next);
+        }
+    }
+
+    /// Expands the motion on the other side of some switches; tells whether it stays there.
+    fn goes_over(
+        &mut self,
+        equations: &mut dyn Equations<N>,
+        touched: &[Touched],
+        over: &[bool],
+        tau: f64,
+    ) -> bool {
+        for (touched, &over) in touched.iter().zip(over) {
+            let group = equations.group(touched.group);
+            // what a function compares later may be something else on the other side
+            if over && touched.group > 0 {
+                for later in group.iter_mut().skip(touched.place + 1) {
+                    later.set(0.0);
+                }
+            }
+            if let Some(switch) = group.get_mut(touched.place) {
+                switch.set(if over { -touched.side } else { touched.side });
+            }
+        }
+        equations.expand(&mut self.next);
+        let order = self.next.order();
+        touched.iter().all(|touched| {
+            let switch = equations.group(touched.group).get(touched.place);
+            switch.is_none_or(|switch| {
+                let (_, leads) = switch.leads(order, tau);
+                leads == 0.0 || leads == switch.side()
+            })
+        })
+    }
+}
