@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
+use crate::instructions::Instructions;
 use crate::lanes::LANES;
 use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::Start;
@@ -18,7 +19,9 @@ use crate::system::System;
 
 mod block;
 mod determinants;
+mod engine;
 mod newton;
+mod state;
 #[cfg(test)]
 mod tests;
 
@@ -63,11 +66,9 @@ use block::Run;
 ///
 /// # Speed
 ///
-/// The crate `wide` chooses the SIMD instructions when it is compiled. Without a flag it uses SSE2 on x86-64, with two numbers
-/// in a register. With `RUSTFLAGS="-C target-cpu=x86-64-v3"` (AVX2) or `target-cpu=native` there are four. The bench
-/// `step` of `dsocs-systems` measures how much faster lanes are than single flows on one core: with the paper's systems at
-/// `h = 0.1`, 1.4 to 2.1 times without the flag and 2.5 to 4.9 times with it. The results do not depend on the
-/// instructions.
+/// The steps are compiled for several sets of instructions, and the machine is asked when the program runs: AVX-512 (eight numbers in
+/// a register), AVX2 (four), or what the program was compiled for (on x86-64 without a flag SSE2, two). The bits of the results
+/// are the same with all of them, because no product is fused with a sum. The chapter *Many runs and clusters* has the measured gains.
 ///
 /// Parameters that vary ([`Ensemble::varied`]) lie in lanes as the nodes do, and cost nothing more.
 #[must_use]
@@ -84,6 +85,8 @@ pub struct Ensemble<'a, S, const N: usize> {
     copy: Option<fn(&S) -> S>,
     /// How often the rows of a step may be evaluated from one guess.
     max_iterations: u32,
+    /// The instructions of the steps, if not the widest.
+    instructions: Instructions,
     /// Told how many trajectories have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
     /// The threads, if not rayon's own.
@@ -130,6 +133,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             varied: Vec::new(),
             copy: None,
             max_iterations: MAX_ITERATIONS,
+            instructions: Instructions::best(),
             progress: None,
             #[cfg(feature = "rayon")]
             pool: None,
@@ -195,6 +199,13 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`].
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
+        self
+    }
+
+    /// Sets the widest instructions that may be used, to compare them: unless set, the widest that the machine has. The results
+    /// do not depend on them.
+    pub fn instructions(mut self, widest: Instructions) -> Self {
+        self.instructions = widest;
         self
     }
 
@@ -278,6 +289,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             t,
             every,
             max_iterations: self.max_iterations,
+            instructions: self.instructions,
         };
         let finished = AtomicUsize::new(0);
         let block = |(number, starts): (usize, &[Start<N>])| {

@@ -4,21 +4,14 @@ use core::array;
 use core::num::NonZeroU64;
 
 use super::Observed;
-use super::determinants::Determinants;
-use super::newton::{self, Roots};
-use crate::compensated::Compensated;
-use crate::compiled::Report;
-use crate::flow::{Flow, SHORT_PAST, State};
+use super::engine::{Common, Engine, Kept, Task, Told, engine};
+use crate::flow::Flow;
 use crate::held::Held;
-use crate::lanes::{LANES, Lanes};
+use crate::instructions::Instructions;
+use crate::lanes::LANES;
 use crate::run::{self, Node, Observer, RunError, Stepper as _};
-use crate::scalar::Scalar;
 use crate::start::Start;
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::unknown::{Linearization, Unknown};
-use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
-use crate::system::{Leg, System};
+use crate::system::System;
 
 /// What all blocks have in common.
 #[derive(Debug)]
@@ -37,75 +30,8 @@ pub(super) struct Run<'s, S> {
     pub every: Option<NonZeroU64>,
     /// How often the rows of a step may be evaluated from one guess.
     pub max_iterations: u32,
-}
-
-/// The rows of a step, in lanes.
-struct Rows<'a, S: System<N>, const N: usize> {
-    /// The system.
-    system: &'a S,
-    /// What is known since the run began.
-    constants: &'a S::Constants<Lanes>,
-    /// What is known since the step began.
-    known: &'a S::Known<Lanes>,
-    /// In which units determinants are wanted.
-    scales: &'a [Lanes; 2],
-    /// Whether the past is too short to tell two roots apart by it.
-    past_is_short: bool,
-}
-
-impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
-    type Z = S::Unknown<Lanes>;
-
-    const LINEAR: bool = S::LINEAR;
-
-    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
-
-    #[inline]
-    fn past_is_short(&self) -> bool {
-        self.past_is_short
-    }
-
-    #[inline]
-    fn scales(&self) -> &[Lanes; 2] {
-        self.scales
-    }
-
-    #[inline]
-    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
-        self.system.linearize(self.constants, self.known, z)
-    }
-
-    #[inline]
-    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes)> {
-        if const { !S::SPARSE } {
-            return None;
-        }
-        let sparse = self.system.sparse()?;
-        let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
-        let mut scale = &self.scales[0];
-        let found = sparse.update(
-            |entries| self.system.entries(self.constants, self.known, z, entries),
-            |pivot| {
-                determinants = determinants * (pivot * *scale);
-                scale = &self.scales[1];
-            },
-        );
-        Some((found.update, determinants))
-    }
-
-    #[inline]
-    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32 {
-        if !S::SCALED {
-            return u32::MAX;
-        }
-        let here = self.system.scales(self.constants, self.known, z);
-        let there = self.system.scales(self.constants, self.known, nearby);
-        let scales = here.as_ref().iter().zip(there.as_ref());
-        scales.fold(u32::MAX, |declared, (&here, &there)| {
-            let change = (here - there).abs();
-            declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs()).bits()
-        })
-    }
+    /// The instructions of the steps.
+    pub instructions: Instructions,
 }
 
 /// A trajectory with its lane.
@@ -130,32 +56,12 @@ struct Block<'r, 's, S: System<N>, O, const N: usize> {
     ended: Vec<Option<Result<Node<N>, RunError>>>,
     /// The lanes whose trajectories go on, as bits.
     active: u32,
-    /// What is known since the run began.
-    constants: S::Constants<Lanes>,
-    /// The last nodes.
-    q: Compensated<N, Lanes>,
-    /// The increments that led to them.
-    d: Compensated<N, Lanes>,
-    /// The past solutions.
-    predictor: Predictor<S::Unknown<Lanes>, Lanes>,
-    /// The determinants there.
-    determinants: Determinants,
+    /// What their next steps depend on.
+    kept: Kept<S, N>,
+    /// The steps.
+    engine: Box<dyn Engine<S, N> + 's>,
     /// The number of the next step's middle node.
     index: u64,
-}
-
-/// A step of all lanes.
-struct Solved<S: System<N>, const N: usize> {
-    /// Its first two nodes.
-    leg: Leg<Lanes, N>,
-    /// What was known since it began.
-    known: S::Known<Lanes>,
-    /// The second difference.
-    e: [Lanes; N],
-    /// The solution.
-    roots: Roots<S::Unknown<Lanes>>,
-    /// The lanes that were solved for themselves.
-    alone: u32,
 }
 
 /// The numbers of the lanes whose bits are set.
@@ -273,43 +179,52 @@ enum Begun<'s, S: System<N>, const N: usize> {
 impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
     fn new(run: &'r Run<'s, S>, members: Vec<Member<'s, S, O, N>>) -> Self {
-        let zero = [Lanes::splat(0.0); N];
-        let mut parameters = run.system.parameters::<Lanes>();
-        if run.copy.is_some() {
-            for (place, parameter) in parameters.as_mut().iter_mut().enumerate() {
-                for lane in 0..LANES {
-                    let own = members[lane % members.len()].flow.system();
-                    parameter.set_lane(lane, own.parameter(place).unwrap_or(f64::NAN));
-                }
+        let of_lane = |lane: usize| &members[lane % members.len()].flow;
+        let common = Common {
+            system: run.system,
+            h: run.h,
+            max_iterations: run.max_iterations,
+            clocks: array::from_fn(|lane| *of_lane(lane).clock()),
+        };
+        let mut engine = engine(run.instructions, common);
+        let mut kept = Kept::<S, N>::new();
+        for lane in 0..LANES {
+            if run.copy.is_some() {
+                engine.set_parameters(lane, of_lane(lane).system());
             }
+            kept.set_lane(lane, &of_lane(lane).state());
         }
-        let mut block = Self {
+        Self {
             run,
             ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
-            constants: run.system.constants(&parameters, Lanes::splat(run.h)),
-            q: Compensated::exact(zero),
-            d: Compensated::exact(zero),
-            predictor: Predictor::new(),
-            determinants: Determinants::new(),
+            kept,
+            engine,
             index: 2,
             members,
-        };
-        for lane in 0..LANES {
-            let state = block.members[lane % block.members.len()].flow.state();
-            block.set_state(lane, &state);
         }
-        block
     }
 
     /// Runs all trajectories to their ends; each comes with its place among the starts.
-    #[inline(never)]
     fn run(mut self) -> impl Iterator<Item = (usize, Observed<O, N>)> {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {
-            let solved = self.step();
-            if self.index == wanted {
-                self.hand_out(&solved);
+            let task = Task {
+                index: self.index,
+                last: wanted,
+                active: self.active,
+                elsewhere: 0,
+                since: [0; LANES],
+            };
+            let made = self.engine.steps(&mut self.kept, &task);
+            self.index = made.index;
+            if let Some(held_back) = &made.held_back {
+                self.solve_alone(made.alone);
+                self.kept.take(held_back);
+                self.take_back(made.alone);
+            }
+            if let Some(told) = &made.told {
+                self.hand_out(told, made.alone);
             }
             self.index += 1;
             // where a lane has failed, what was wanted may lie behind
@@ -337,82 +252,12 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         observed.map_or(wanted, |observed| observed.min(wanted))
     }
 
-    /// Solves one step in all lanes and moves on.
-    #[inline]
-    fn step(&mut self) -> Solved<S, N> {
-        let (system, constants) = (self.run.system, &self.constants);
-        let leg = Leg {
-            t: self.time(),
-            q: self.q.hi,
-            d: self.d.hi,
-        };
-        let known = system.known(constants, &leg);
-        let increment = system.unknown(&leg.d, &[]);
-        let expected = self.predictor.size().zip(&increment, |past, d| {
-            past.larger(Lanes::splat(SECOND_DIFFERENCE) * d.abs())
-        });
-        let rows = Rows {
-            system,
-            constants,
-            known: &known,
-            scales: &self.determinants.scales,
-            past_is_short: self.index <= SHORT_PAST,
-        };
-        let roots = newton::solve(
-            &rows,
-            self.predictor.extrapolate(),
-            &expected,
-            self.run.max_iterations,
-            self.active,
-        );
-        let e = system.second_difference(constants, &known, &roots.z);
-        let mut d = self.d;
-        d.add(&e);
-        let q = self.q.plus(&d);
-        let finite = q.hi.iter().fold(u32::MAX, |finite, q| finite & q.finite().bits());
-        let mut alone = self.active & (roots.left | !finite);
-        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
-            alone |= self.determinants.take(roots.determinants, self.active & !alone);
-        }
-        if alone != 0 {
-            self.solve_alone(alone);
-        }
-        (self.q, self.d) = (q, d);
-        self.predictor.push(&roots.z);
-        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
-            self.determinants.push();
-        }
-        if alone != 0 {
-            self.take_back(alone);
-        }
-        Solved {
-            leg,
-            known,
-            e,
-            roots,
-            alone,
-        }
-    }
-
-    /// The times of the next step's middle nodes, where the system asks for them.
-    #[inline]
-    fn time(&self) -> Lanes {
-        let mut t = Lanes::splat(0.0);
-        if S::DEPENDS_ON_TIME {
-            for lane in 0..LANES {
-                let member = &self.members[lane % self.members.len()];
-                t.set_lane(lane, member.flow.clock().time_of(self.index));
-            }
-        }
-        t
-    }
-
     /// Solves the step in single lanes, from every guess and with damping.
     #[cold]
     #[inline(never)]
     fn solve_alone(&mut self, alone: u32) {
         for lane in lanes(alone) {
-            let state = self.state(lane);
+            let state = self.kept.lane(lane);
             let flow = &mut self.members[lane].flow;
             flow.resume(self.index, state);
             if let Err(error) = flow.advance() {
@@ -427,7 +272,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     fn take_back(&mut self, alone: u32) {
         for lane in lanes(alone & self.active) {
             let state = self.members[lane].flow.state();
-            self.set_state(lane, &state);
+            self.kept.set_lane(lane, &state);
         }
         self.cover();
     }
@@ -442,44 +287,24 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     /// system has a solution, would cost time.
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
-            let state = self.state(living);
+            let state = self.kept.lane::<S::Unknown<f64>>(living);
             for lane in lanes(!self.active) {
-                self.set_state(lane, &state);
+                self.kept.set_lane(lane, &state);
             }
         }
     }
 
     /// Hands the middle nodes of a step out, to observers and to the trajectories that end there.
-    fn hand_out(&mut self, solved: &Solved<S, N>) {
-        let (system, constants) = (self.run.system, &self.constants);
-        let Solved {
-            leg,
-            known,
-            e,
-            roots,
-            alone,
-        } = solved;
-        let Report { point, force, energy } = system.report(constants, known, leg, e);
+    fn hand_out(&mut self, told: &Told<N>, alone: u32) {
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
             let member = &mut self.members[lane];
-            let by_itself = if alone >> lane & 1 == 1 {
-                Some(member.flow.node())
+            let node = if alone >> lane & 1 == 1 {
+                member.flow.node()
             } else {
-                None
+                told.node(lane, self.index, member.flow.clock().time_of(self.index))
             };
-            let node = by_itself.unwrap_or_else(|| Node {
-                index: self.index,
-                t: member.flow.clock().time_of(self.index),
-                q: one_lane(&point.q, lane),
-                v: one_lane(&point.v, lane),
-                a: one_lane(&point.a, lane),
-                force: one_lane(&force, lane),
-                energy: energy.lane(lane),
-                iterations: roots.evaluations[lane],
-                stop: Stop::Update,
-            });
             if observed && member.observer.node(&node).is_break() || self.index == member.last {
                 self.end(lane, Ok(node));
             }
@@ -487,52 +312,5 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         if self.active != going {
             self.cover();
         }
-    }
-
-    /// What one lane holds.
-    fn state(&self, lane: usize) -> State<S::Unknown<f64>, N> {
-        let mut predictor = Predictor::<S::Unknown<f64>>::new();
-        self.predictor
-            .convert(&mut predictor, |to: &mut S::Unknown<f64>, from| {
-                for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-                    *to = from.lane(lane);
-                }
-            });
-        State {
-            q: one_sum(&self.q, lane),
-            d: one_sum(&self.d, lane),
-            predictor: predictor.with_determinants(self.determinants.lane(lane)),
-        }
-    }
-
-    /// Fills one lane.
-    fn set_state(&mut self, lane: usize, state: &State<S::Unknown<f64>, N>) {
-        let unknowns = state.predictor.size().as_ref().len();
-        self.determinants
-            .set_lane(lane, state.predictor.determinants(), unknowns);
-        for (sums, one) in [(&mut self.q, &state.q), (&mut self.d, &state.d)] {
-            for i in 0..N {
-                sums.hi[i].set_lane(lane, one.hi[i]);
-                sums.lo[i].set_lane(lane, one.lo[i]);
-            }
-        }
-        state.predictor.convert(&mut self.predictor, |to, from| {
-            for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-                to.set_lane(lane, *from);
-            }
-        });
-    }
-}
-
-/// One lane of a vector.
-fn one_lane<const N: usize>(x: &[Lanes; N], lane: usize) -> [f64; N] {
-    array::from_fn(|i| x[i].lane(lane))
-}
-
-/// One lane of compensated sums.
-fn one_sum<const N: usize>(sums: &Compensated<N, Lanes>, lane: usize) -> Compensated<N> {
-    Compensated {
-        hi: one_lane(&sums.hi, lane),
-        lo: one_lane(&sums.lo, lane),
     }
 }
