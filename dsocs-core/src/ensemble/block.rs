@@ -5,6 +5,7 @@ use core::num::NonZeroU64;
 
 use super::Observed;
 use super::engine::{Common, Engine, Kept, Task, Told, engine};
+use super::held::{self, Change, HeldInputs, Own};
 use crate::flow::Flow;
 use crate::held::Held;
 use crate::instructions::Instructions;
@@ -14,14 +15,15 @@ use crate::start::Start;
 use crate::system::System;
 
 /// What all blocks have in common.
-#[derive(Debug)]
-pub(super) struct Run<'s, S> {
+pub(super) struct Run<'s, S: System<N>, const N: usize> {
     /// The system.
     pub system: &'s S,
     /// The parameters that vary, by their places, each with a value for every start.
     pub varied: &'s [(usize, Vec<f64>)],
-    /// Makes a copy of the system, where they do.
-    pub copy: Option<fn(&S) -> S>,
+    /// The parameters that change.
+    pub held: &'s [HeldInputs],
+    /// What is done with systems and flows where parameters vary or change.
+    pub own: Option<Own<S, N>>,
     /// The step.
     pub h: f64,
     /// How far to go.
@@ -42,6 +44,8 @@ struct Member<'s, S: System<N>, O, const N: usize> {
     last: u64,
     /// Its place among the starts of the block.
     place: usize,
+    /// The changes of its parameters that are left, the first one last.
+    changes: Vec<Change>,
     /// Its observer.
     observer: O,
 }
@@ -49,7 +53,7 @@ struct Member<'s, S: System<N>, O, const N: usize> {
 /// Up to eight trajectories that have begun, and what their lanes hold.
 struct Block<'r, 's, S: System<N>, O, const N: usize> {
     /// What all blocks have in common.
-    run: &'r Run<'s, S>,
+    run: &'r Run<'s, S, N>,
     /// The trajectories, by lane.
     members: Vec<Member<'s, S, O, N>>,
     /// How they ended.
@@ -62,6 +66,8 @@ struct Block<'r, 's, S: System<N>, O, const N: usize> {
     engine: Box<dyn Engine<S, N> + 's>,
     /// The number of the next step's middle node.
     index: u64,
+    /// In each lane, the position at which the past begins.
+    since: [u64; LANES],
 }
 
 /// The numbers of the lanes whose bits are set.
@@ -69,25 +75,23 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
-impl<'s, S> Run<'s, S> {
+impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     /// Runs one block, whose first start has this place among all.
-    pub fn block<O: Observer<N>, const N: usize>(
+    pub fn block<O: Observer<N>>(
         &self,
         first: usize,
         starts: &[Start<N>],
         observers: Vec<O>,
-    ) -> Vec<Observed<O, N>>
-    where
-        S: System<N>,
-    {
+    ) -> Vec<Observed<O, N>> {
         let mut members = Vec::with_capacity(starts.len());
         let mut ended: Vec<(usize, Observed<O, N>)> = Vec::with_capacity(starts.len());
         for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
             match self.begin(first + place, start, &mut observer) {
-                Ok(Begun::Going { flow, last }) => members.push(Member {
+                Ok(Begun::Going { flow, last, changes }) => members.push(Member {
                     flow,
                     last,
                     place,
+                    changes,
                     observer,
                 }),
                 Ok(Begun::Ended(node)) => ended.push((
@@ -114,43 +118,64 @@ impl<'s, S> Run<'s, S> {
     }
 
     /// The nodes 0 and 1, which need a guess without a past.
-    fn begin<O: Observer<N>, const N: usize>(
+    fn begin<O: Observer<N>>(
         &self,
         place: usize,
         start: Start<N>,
         observer: &mut O,
-    ) -> Result<Begun<'s, S, N>, RunError>
-    where
-        S: System<N>,
-    {
-        let mut flow =
-            Flow::holding(self.system_of(place), self.h, start)?.max_iterations(self.max_iterations);
+    ) -> Result<Begun<'s, S, N>, RunError> {
+        let system = self.system_of(place, start.time());
+        let mut flow = Flow::holding(system, self.h, start)?.max_iterations(self.max_iterations);
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
         }
         let last = end.index().unwrap_or(u64::MAX);
+        let mut changes = held::changes(self.held, place, (flow.clock(), self.h), |parameter| {
+            self.system_of(place, f64::NEG_INFINITY)
+                .parameter(parameter)
+                .unwrap_or(f64::NAN)
+        });
         for index in 0..2 {
+            self.change(&mut flow, index, &mut changes)?;
             let node = run::hand_out(&mut run::Of(&mut flow), end.time())?;
             if self.observes(index) && observer.node(&node).is_break() || index == last {
                 return Ok(Begun::Ended(node));
             }
         }
-        Ok(Begun::Going { flow, last })
+        Ok(Begun::Going { flow, last, changes })
     }
 
-    /// The system of one trajectory.
-    fn system_of<const N: usize>(&self, place: usize) -> Held<'s, S>
-    where
-        S: System<N>,
-    {
-        let Some(copy) = self.copy else {
+    /// Gives a flow the parameters that hold from a position on.
+    fn change(
+        &self,
+        flow: &mut Flow<'s, S, N>,
+        index: u64,
+        changes: &mut Vec<Change>,
+    ) -> Result<(), RunError> {
+        while let (Some(own), Some(change)) = (&self.own, changes.pop_if(|change| change.index == index)) {
+            (own.set)(flow, S::PARAMETERS[change.place].name, change.value)?;
+        }
+        Ok(())
+    }
+
+    /// The system of one trajectory, with the values that its parameters have at a time.
+    fn system_of(&self, place: usize, t: f64) -> Held<'s, S> {
+        let Some(Own { copy, .. }) = self.own else {
             return Held::new(self.system);
         };
         let mut own = copy(self.system);
-        for (parameter, values) in self.varied {
-            if let (Some(parameter), Some(value)) = (own.parameter_mut(*parameter), values.get(place)) {
-                *parameter = *value;
+        let varied = self
+            .varied
+            .iter()
+            .map(|(parameter, values)| (*parameter, values.get(place).copied()));
+        let held = self
+            .held
+            .iter()
+            .map(|held| (held.place, held.at(place, t, self.h)));
+        for (parameter, value) in varied.chain(held) {
+            if let (Some(parameter), Some(value)) = (own.parameter_mut(parameter), value) {
+                *parameter = value;
             }
         }
         Held::owning(self.system, own)
@@ -171,6 +196,8 @@ enum Begun<'s, S: System<N>, const N: usize> {
         flow: Flow<'s, S, N>,
         /// The number of its last node.
         last: u64,
+        /// The changes that are left.
+        changes: Vec<Change>,
     },
     /// It ends with this node.
     Ended(Node<N>),
@@ -178,7 +205,7 @@ enum Begun<'s, S: System<N>, const N: usize> {
 
 impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
-    fn new(run: &'r Run<'s, S>, members: Vec<Member<'s, S, O, N>>) -> Self {
+    fn new(run: &'r Run<'s, S, N>, members: Vec<Member<'s, S, O, N>>) -> Self {
         let of_lane = |lane: usize| &members[lane % members.len()].flow;
         let common = Common {
             system: run.system,
@@ -189,7 +216,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         let mut engine = engine(run.instructions, common);
         let mut kept = Kept::<S, N>::new();
         for lane in 0..LANES {
-            if run.copy.is_some() {
+            if run.own.is_some() {
                 engine.set_parameters(lane, of_lane(lane).system());
             }
             kept.set_lane(lane, &of_lane(lane).state());
@@ -201,6 +228,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             kept,
             engine,
             index: 2,
+            since: array::from_fn(|lane| of_lane(lane).since()),
             members,
         }
     }
@@ -211,10 +239,10 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         while self.active != 0 {
             let task = Task {
                 index: self.index,
-                last: wanted,
+                last: self.before_changes(wanted),
                 active: self.active,
-                elsewhere: 0,
-                since: [0; LANES],
+                elsewhere: self.changing(),
+                since: self.since,
             };
             let made = self.engine.steps(&mut self.kept, &task);
             self.index = made.index;
@@ -223,7 +251,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 self.kept.take(held_back);
                 self.take_back(made.alone);
             }
-            if let Some(told) = &made.told {
+            if let Some(told) = made.told.as_ref().filter(|_| self.index == wanted) {
                 self.hand_out(told, made.alone);
             }
             self.index += 1;
@@ -239,6 +267,28 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 let Member { place, observer, .. } = member;
                 last.map(|last| (place, Observed { observer, last }))
             })
+    }
+
+    /// The lanes whose parameters change at the middle node of the next step, as bits.
+    fn changing(&self) -> u32 {
+        let changes = |lane: usize| {
+            let next = self.members[lane].changes.last();
+            next.is_some_and(|change| change.index == self.index)
+        };
+        lanes(self.active)
+            .filter(|&lane| changes(lane))
+            .fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// The last step, up to the one about the node `wanted`, before parameters change after the next step.
+    fn before_changes(&self, wanted: u64) -> u64 {
+        let later = |lane: usize| {
+            let mut changes = self.members[lane].changes.iter().rev();
+            changes.find(|change| change.index > self.index)
+        };
+        lanes(self.active)
+            .filter_map(later)
+            .fold(wanted, |last, change| last.min(change.index - 1))
     }
 
     /// The number of the next node that is the last of a trajectory or is observed.
@@ -258,9 +308,16 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     fn solve_alone(&mut self, alone: u32) {
         for lane in lanes(alone) {
             let state = self.kept.lane(lane);
-            let flow = &mut self.members[lane].flow;
+            let Member { flow, changes, .. } = &mut self.members[lane];
             flow.resume(self.index, state);
-            if let Err(error) = flow.advance() {
+            let left = changes.len();
+            let solved = self.run.change(flow, self.index, changes);
+            let solved = solved.and_then(|()| flow.advance().map(drop));
+            if changes.len() < left {
+                self.engine.set_parameters(lane, flow.system());
+                self.since[lane] = flow.since();
+            }
+            if let Err(error) = solved {
                 self.end(lane, Err(error));
             }
         }

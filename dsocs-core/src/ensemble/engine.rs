@@ -235,7 +235,9 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
     /// The lanes whose past is short at a node, as bits.
     fn short(task: &Task, index: u64) -> u32 {
         let is_short = |lane: &usize| index.saturating_sub(task.since[*lane]) <= SHORT_PAST;
-        (0..LANES).filter(is_short).fold(0, |short, lane| short | 1 << lane)
+        (0..LANES)
+            .filter(is_short)
+            .fold(0, |short, lane| short | 1 << lane)
     }
 }
 

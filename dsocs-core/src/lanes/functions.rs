@@ -41,12 +41,7 @@ fn polynomial<R: Register, const D: usize>(x: Lanes<R>, coefficients: [f64; D]) 
 
 /// Calls `function` in the lanes where the vector code's `result` does not hold.
 #[inline(always)]
-fn patch<R: Register>(
-    x: Lanes<R>,
-    valid: Mask<R>,
-    result: Lanes<R>,
-    function: fn(f64) -> f64,
-) -> Lanes<R> {
+fn patch<R: Register>(x: Lanes<R>, valid: Mask<R>, result: Lanes<R>, function: fn(f64) -> f64) -> Lanes<R> {
     let bits = valid.bits();
     if bits == 0xff {
         result
@@ -58,12 +53,7 @@ fn patch<R: Register>(
 /// The rare part of [`patch`].
 #[cold]
 #[inline(never)]
-fn replaced(
-    x: [f64; LANES],
-    valid: u32,
-    mut result: [f64; LANES],
-    function: fn(f64) -> f64,
-) -> [f64; LANES] {
+fn replaced(x: [f64; LANES], valid: u32, mut result: [f64; LANES], function: fn(f64) -> f64) -> [f64; LANES] {
     for (lane, result) in result.iter_mut().enumerate() {
         if valid >> lane & 1 == 0 {
             *result = function(x[lane]);
@@ -174,7 +164,12 @@ fn reduced_exponential<R: Register>(x: Lanes<R>) -> (Lanes<R>, Lanes<R>) {
                     ]));
     // the rest of the argument enters with the slope 1 + r, which is enough for its size
     let small = Lanes::splat(0.5) * square + (square * r * inner + (rest + rest * r));
-    let power = Lanes(shifted.0.add_integers(Lanes::<R>::pattern(1023).0).shift_left::<52>());
+    let power = Lanes(
+        shifted
+            .0
+            .add_integers(Lanes::<R>::pattern(1023).0)
+            .shift_left::<52>(),
+    );
     (power, r + small)
 }
 
