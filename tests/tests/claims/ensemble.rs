@@ -477,11 +477,13 @@ fn driven(own: &Sliding, h: f64, start: Start<2>, t: f64, plan: &[[f64; 2]]) -> 
         ..own.clone()
     };
     let mut flow = Flow::new(&begun, h, start)?;
+    let mut last = flow.node();
     flow.drive(t, &mut |node, run| {
+        last = *node;
         let next = run.clock().time_of(node.index + 1);
         run.set_input("friction", at(next))
     })?;
-    Ok(flow.node())
+    Ok(last)
 }
 
 #[test]
