@@ -117,7 +117,7 @@ pub struct Observed<O, const N: usize> {
     pub last: Result<Node<N>, RunError>,
 }
 
-impl<'a, S: System<N>, const N: usize> Ensemble<'a, S, N> {
+impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// An ensemble without trajectories, for the step `h` (negative to run back in time).
     ///
     /// # Errors
@@ -296,35 +296,6 @@ impl<'a, S: System<N>, const N: usize> Ensemble<'a, S, N> {
         Ok(self)
     }
 
-    /// The same as [`Ensemble::to`] on this thread alone, also for systems that threads cannot share.
-    #[must_use]
-    pub fn to_here(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
-        let run = self.run(t, None);
-        let blocks = self.starts.chunks(LANES).enumerate();
-        let ends = blocks.flat_map(|(number, starts)| {
-            let observers = starts.iter().map(|_| Trajectory::default()).collect();
-            run.block(number * LANES, starts, observers)
-        });
-        ends.map(|run| run.last).collect()
-    }
-
-    /// What all blocks have in common.
-    fn run(&self, t: f64, every: Option<NonZeroU64>) -> Run<'_, S, N> {
-        Run {
-            system: self.system,
-            varied: &self.varied,
-            held: &self.held,
-            own: self.own,
-            h: self.h,
-            t,
-            every,
-            max_iterations: self.max_iterations,
-            instructions: self.instructions,
-        }
-    }
-}
-
-impl<S: System<N> + Sync, const N: usize> Ensemble<'_, S, N> {
     /// Runs every trajectory up to the last node at or before `t`, as [`crate::Stepper::to`] does, and returns that node for
     /// each, in the order of the starts.
     ///
@@ -377,7 +348,17 @@ impl<S: System<N> + Sync, const N: usize> Ensemble<'_, S, N> {
         every: Option<NonZeroU64>,
         observer: impl Fn(usize) -> O + Sync,
     ) -> Vec<Observed<O, N>> {
-        let run = self.run(t, every);
+        let run = Run {
+            system: self.system,
+            varied: &self.varied,
+            held: &self.held,
+            own: self.own,
+            h: self.h,
+            t,
+            every,
+            max_iterations: self.max_iterations,
+            instructions: self.instructions,
+        };
         let finished = AtomicUsize::new(0);
         let block = |(number, starts): (usize, &[Start<N>])| {
             let observers = (0..starts.len())

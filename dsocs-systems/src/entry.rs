@@ -58,7 +58,7 @@ pub use error::{CheckFailure, EntryError, Mistake};
 pub use held::HeldInput;
 pub use name::UnknownName;
 #[cfg(feature = "sweep")]
-pub use point::{Lane, Shown, Watchable, Watched, code};
+pub use point::{Shown, Watchable, Watched, code};
 pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
@@ -388,22 +388,6 @@ impl Entry {
     ) -> Result<Option<usize>, RunFailure> {
         let request = point::Request { plan, watched, nodes };
         self.system.point(&request, beginning, sink)
-    }
-
-    /// Runs by the step to the end of the plan, eight side by side in an [`Ensemble`](dsocs_core::Ensemble). `sink` is shown where each run
-    /// ended: its place among `lanes`, and its last node. A run that did not reach its end is not shown; [`Entry::point`] tells why.
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if none can be run in this way, for example because a parameter is not one of the declaration.
-    #[cfg(feature = "sweep")]
-    pub fn side_by_side(
-        &self,
-        plan: &Plan,
-        lanes: &[Lane],
-        sink: &mut dyn FnMut(usize, &Row<'_>),
-    ) -> Result<(), RunFailure> {
-        self.system.side_by_side(plan, lanes, sink)
     }
 
     /// The same system with the same start, step and end once more, for another thread: what is drawn or checked it does not know.

@@ -139,51 +139,6 @@ fn shards_and_threads_do_not_change_a_byte() {
     }
 }
 
-/// Runs side by side, with parameters and inputs of their own; some fail.
-const SIDE_BY_SIDE: &str = r#"
-system = "particle"
-until = 5
-step = 0.05
-lanes = true
-part = 20
-[vary]
-v_x = [0, 0.5, 2]
-curvature = { from = 0.1, to = 3, count = 15 }
-"mass@1" = [1, 3]
-[input]
-mass = [[0, 2], [1, 1]]
-"#;
-
-#[test]
-fn runs_side_by_side_are_single_runs() {
-    let mut first = None;
-    for (shards, threads) in [(1, "1"), (1, "2"), (3, "1"), (7, "2")] {
-        let (folder, out) = with(SIDE_BY_SIDE);
-        for shard in 1..=shards {
-            let share = format!("{shard}/{shards}");
-            let shards = ["--threads", threads, "--shard", &share];
-            let arguments = [&["sweep", "plan.toml", "--out", "sweep"], &shards[..]].concat();
-            succeeds(&mut dsocs(folder.path(), &arguments));
-        }
-        let found = tables(&out);
-        let first = first.get_or_insert_with(|| found.clone());
-        assert!(*first == found, "{shards} shards, {threads} threads");
-    }
-    // the particle's functions are roots and powers alone: not a bit is another than of runs by themselves
-    let (folder, out) = with(&SIDE_BY_SIDE.replace("lanes = true", ""));
-    succeeds(&mut dsocs(
-        folder.path(),
-        &["sweep", "plan.toml", "--out", "sweep"],
-    ));
-    assert!(first == Some(tables(&out)));
-    let (folder, _) = with(&SIDE_BY_SIDE.replace("step = 0.05", "step = 0.05\ntolerance = 1e-9"));
-    let (_, message) = fails(&mut dsocs(
-        folder.path(),
-        &["sweep", "plan.toml", "--out", "sweep"],
-    ));
-    assert!(message.contains("step of order 2"), "{message}");
-}
-
 #[test]
 fn a_point_is_the_run_that_the_command_line_makes() {
     let (folder, _) = with(

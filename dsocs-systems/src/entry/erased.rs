@@ -42,19 +42,6 @@ pub(super) trait AnySystem: Send {
         sink: &mut dyn FnMut(point::Shown<'_>),
     ) -> Result<Option<usize>, RunFailure>;
 
-    /// Runs side by side; see [`point::side_by_side`].
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if none can be run in this way.
-    #[cfg(feature = "sweep")]
-    fn side_by_side(
-        &self,
-        plan: &Plan,
-        lanes: &[point::Lane],
-        sink: &mut dyn FnMut(usize, &Row<'_>),
-    ) -> Result<(), RunFailure>;
-
     /// The same system once more, for another thread.
     #[cfg(feature = "sweep")]
     fn copy(&self) -> Box<dyn AnySystem>;
@@ -184,18 +171,6 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
             Ok(())
         })?;
         Ok(ended)
-    }
-
-    #[cfg(feature = "sweep")]
-    fn side_by_side(
-        &self,
-        plan: &Plan,
-        lanes: &[point::Lane],
-        sink: &mut dyn FnMut(usize, &Row<'_>),
-    ) -> Result<(), RunFailure> {
-        let starts = lanes.iter().map(|lane| start(&lane.beginning, &S::COORDINATES));
-        let starts = starts.collect::<Result<_, _>>()?;
-        point::side_by_side(&self.system, plan, starts, lanes, sink)
     }
 
     #[cfg(feature = "sweep")]

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::Jet;
-use dsocs_core::{Ensemble, Event, Events, Node, Observer, Occurrence, RunError, Start, System, View};
+use dsocs_core::{Event, Events, Node, Observer, Occurrence, RunError, System, View};
 
 use super::run::Run;
-use super::{Beginning, HeldInput, Plan, Row, RunFailure, held};
+use super::{Plan, Row, RunFailure, held};
 
 /// A change of sign that is watched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,58 +94,6 @@ pub(super) fn go<S: System<N>, const N: usize>(
         show(run.view(), &node, &mut observed, &mut |row| sink(Shown::End(row)));
     }
     result.map(|()| ended.map(|event| event.event))
-}
-
-/// One of several runs by the step that are made side by side.
-#[derive(Clone, Debug)]
-pub struct Lane {
-    /// How it begins.
-    pub beginning: Beginning,
-    /// Its parameters, as far as they are not those of the system.
-    pub parameters: Vec<(&'static str, f64)>,
-    /// Its inputs.
-    pub inputs: Vec<HeldInput>,
-}
-
-/// Runs to the end, by the step and side by side, and shows where each ended: its place among `lanes`, and the last node. What is not
-/// shown has to be run by itself, to see why.
-///
-/// # Errors
-///
-/// [`RunFailure`] if none can be run in this way.
-pub(super) fn side_by_side<S: System<N> + Clone, const N: usize>(
-    system: &S,
-    plan: &Plan,
-    starts: Vec<Start<N>>,
-    lanes: &[Lane],
-    sink: &mut dyn FnMut(usize, &Row<'_>),
-) -> Result<(), RunFailure> {
-    let Some(first) = lanes.first() else {
-        return Ok(());
-    };
-    let mut ensemble = Ensemble::new(system, plan.h)?.starts(starts);
-    for (place, (parameter, _)) in first.parameters.iter().enumerate() {
-        ensemble = ensemble.varied(parameter, lanes.iter().map(|lane| lane.parameters[place].1))?;
-    }
-    for (place, input) in first.inputs.iter().enumerate() {
-        let plans = lanes.iter().map(|lane| lane.inputs[place].values.clone());
-        ensemble = ensemble.held(input.parameter, plans)?;
-    }
-    let mut observed = vec![0.0; S::OBSERVABLES.len()];
-    for (place, (lane, end)) in lanes.iter().zip(ensemble.to_here(plan.until)).enumerate() {
-        let Ok(node) = end else { continue };
-        let mut own = system.clone();
-        let held = lane.inputs.iter();
-        let held = held.filter_map(|input| Some((input.parameter, input.at(node.t, plan.h)?)));
-        for (name, value) in lane.parameters.iter().copied().chain(held) {
-            let known = S::PARAMETERS.iter().position(|known| known.name == name);
-            if let Some(parameter) = known.and_then(|known| own.parameter_mut(known)) {
-                *parameter = value;
-            }
-        }
-        show(&own, &node, &mut observed, &mut |row| sink(place, row));
-    }
-    Ok(())
 }
 
 /// Shows a node as a row.

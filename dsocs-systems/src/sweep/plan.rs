@@ -35,8 +35,6 @@ pub struct Plan {
     pub keep: Keep,
     /// The events that are counted.
     pub events: Vec<PlannedEvent>,
-    /// Whether runs are made eight side by side ([`dsocs_core::Ensemble`]).
-    pub lanes: bool,
     /// The number of points in a part. By default it is 1/256 of all points, at most 65536.
     pub part: Option<u64>,
 }
@@ -193,7 +191,6 @@ impl Plan {
                 },
             },
             events: events(&mut plan)?,
-            lanes: plan.flag("lanes")?,
             part: plan.count("part")?,
         };
         start.finish()?;
@@ -231,18 +228,6 @@ impl Plan {
                 }
                 Values::List(_) | Values::Range { .. } => {}
             }
-        }
-        if self.lanes
-            && (self.method != Method::Step
-                || !self.events.is_empty()
-                || !self.keep.extremes.is_empty()
-                || self.keep.nodes.is_some())
-        {
-            return fail(
-                "lanes",
-                "runs side by side are made by the step of order 2, and only their ends are kept; leave `lanes` out, or \
-                 `order`, `tolerance`, [[event]], keep.extremes and keep.nodes",
-            );
         }
         for (place, event) in self.events.iter().enumerate() {
             if self.events[..place].iter().any(|other| other.name == event.name) {

@@ -9,9 +9,7 @@ use super::folder::Which;
 use super::plan::{Plan, PlannedStart, Values};
 use super::points::Points;
 use super::table::Kind;
-use crate::entry::{
-    self, Beginning, Column, Entry, HeldInput, Lane, Method, UnknownName, Watchable, Watched,
-};
+use crate::entry::{self, Beginning, Column, Entry, HeldInput, Method, UnknownName, Watchable, Watched};
 
 /// The largest number of points in a part, unless the plan gives one.
 const LARGEST: u64 = 1 << 16;
@@ -43,8 +41,6 @@ pub struct Setting {
     pub nodes: Option<(u64, Vec<usize>)>,
     /// The columns of the tables: of points, and of nodes if they are kept.
     pub columns: [Vec<(String, Kind)>; 2],
-    /// Whether runs are made side by side.
-    pub lanes: bool,
     /// How many points a part has.
     pub part: u64,
 }
@@ -117,9 +113,6 @@ impl Setting {
             )),
             None => None,
         };
-        if plan.lanes {
-            lanes(entry, &run, &targets)?;
-        }
         let watched = watched(plan, entry)?;
         let points = Points::new(plan)?;
         let part = plan
@@ -137,7 +130,6 @@ impl Setting {
             extremes,
             nodes,
             columns: [Vec::new(), Vec::new()],
-            lanes: plan.lanes,
             part,
         };
         setting.columns = setting.columns(plan, &all)?;
@@ -230,8 +222,6 @@ impl Setting {
     /// The manifest.
     fn told(&self, plan: &Plan, entry: &mut Entry, all: &[Column]) -> Value {
         let method = match plan.method {
-            // what no plan said before has no key of its own: folders of old plans stay theirs
-            Method::Step if plan.lanes => json!({"order": 2, "lanes": true}),
             Method::Step => json!({"order": 2}),
             Method::Composed(composition) => json!({"order": composition.order()}),
             Method::Tolerance(tolerance) => json!({"tolerance": tolerance}),
@@ -307,28 +297,6 @@ impl Setting {
             "part": self.part,
         })
     }
-}
-
-/// Checks that the system can be run side by side, by a try.
-fn lanes(entry: &Entry, run: &entry::Plan, targets: &[Target]) -> Result<(), SweepError> {
-    let coordinates = entry.description().coordinates.len();
-    let parameters = targets.iter().filter_map(|target| match target {
-        Target::Parameter(name) => Some((*name, 0.0)),
-        _ => None,
-    });
-    let lane = Lane {
-        beginning: Beginning::Paper {
-            q0: vec![f64::NAN; coordinates],
-            v0: vec![f64::NAN; coordinates],
-        },
-        parameters: parameters.collect(),
-        inputs: run.inputs.clone(),
-    };
-    let tried = entry.side_by_side(run, &[lane], &mut |_, _| {});
-    tried.map_err(|failure| {
-        let told = format!("runs cannot be made side by side: {failure}; leave `lanes` out");
-        SweepError::plan("lanes", &told)
-    })
 }
 
 /// The unit of what varies, if the declaration gives it.

@@ -7,10 +7,7 @@ use super::folder::{Folder, PartFile, Which};
 use super::setting::{Setting, Target};
 use super::table::{Cells, Kind, Writer};
 use super::{SweepError, add};
-use crate::entry::{self, Beginning, Entry, Lane, Row, Shown, code};
-
-/// So many runs are made side by side, in blocks of eight, before it is asked whether to go on.
-const SIDE_BY_SIDE: u8 = 64;
+use crate::entry::{self, Entry, Row, Shown, code};
 
 /// The rows of nodes are written when there are this many. The last run may exceed it.
 const ROWS: usize = 1 << 17;
@@ -70,17 +67,7 @@ impl<'s> Worker<'s> {
             None => None,
         };
         let mut failed = 0;
-        if setting.lanes {
-            for first in points.clone().step_by(SIDE_BY_SIDE.into()) {
-                if end() {
-                    return Ok(None);
-                }
-                let points = first..(first + u64::from(SIDE_BY_SIDE)).min(points.end);
-                add(done, points.end - points.start);
-                failed += self.side_by_side(points, &mut table, &mut nodes);
-            }
-        }
-        for point in points.filter(|_| !setting.lanes) {
+        for point in points {
             if end() {
                 return Ok(None);
             }
@@ -118,44 +105,8 @@ impl<'s> Worker<'s> {
         Ok(Some(failed))
     }
 
-    /// Runs points side by side. Those that do not reach their ends are run by themselves, which tells why. Returns how many failed.
-    fn side_by_side(&mut self, points: Range<u64>, table: &mut Rows, nodes: &mut Rows) -> u64 {
-        let setting = self.setting;
-        let mut lanes = Vec::new();
-        for point in points.clone() {
-            let beginning = self.set(point);
-            let values = self.values.iter().zip(&setting.targets);
-            let parameters = values.filter_map(|(&value, target)| match target {
-                Target::Parameter(name) => Some((*name, value)),
-                _ => None,
-            });
-            lanes.push(Lane {
-                beginning,
-                parameters: parameters.collect(),
-                inputs: self.run.inputs.clone(),
-            });
-        }
-        let mut ends: Vec<Option<Kept>> = lanes.iter().map(|_| None).collect();
-        // where none can be run in this way, each tells why by itself
-        let _: Result<(), _> = self.entry.side_by_side(&setting.run, &lanes, &mut |place, row| {
-            let mut kept = Kept::new(setting);
-            kept.take(setting, 0, nodes, &Shown::End(row));
-            ends[place] = Some(kept);
-        });
-        let mut failed = 0;
-        for (point, end) in points.zip(ends) {
-            if let Some(kept) = end {
-                self.set(point);
-                self.row(point, &kept, &Ok(None), table);
-            } else {
-                failed += u64::from(!self.point(point, table, nodes));
-            }
-        }
-        failed
-    }
-
-    /// Sets what varies to its values at a point, and says how the run begins.
-    fn set(&mut self, point: u64) -> Beginning {
+    /// Runs a point, and says whether it reached its end.
+    fn point(&mut self, point: u64, table: &mut Rows, nodes: &mut Rows) -> bool {
         let setting = self.setting;
         setting.points.values(point, &mut self.values);
         for (&value, &target) in self.values.iter().zip(&setting.targets) {
@@ -167,15 +118,15 @@ impl<'s> Worker<'s> {
                 Target::Parameter(name) => drop(self.entry.set(name, value)),
             }
         }
-        setting.beginning(&self.start[0], &self.start[1])
-    }
-
-    /// Runs a point, and says whether it reached its end.
-    fn point(&mut self, point: u64, table: &mut Rows, nodes: &mut Rows) -> bool {
-        let setting = self.setting;
-        let beginning = self.set(point);
-        let mut kept = Kept::new(setting);
-        let looked_at = setting.nodes.is_some() || !setting.extremes.is_empty();
+        let beginning = setting.beginning(&self.start[0], &self.start[1]);
+        let extremes = setting.extremes.len();
+        let mut kept = Kept {
+            values: Vec::new(),
+            end: vec![f64::NAN; setting.end.len()],
+            extremes: [vec![f64::INFINITY; extremes], vec![f64::NEG_INFINITY; extremes]],
+            events: vec![(0, f64::NAN, f64::NAN); setting.events.len()],
+        };
+        let looked_at = setting.nodes.is_some() || extremes > 0;
         #[allow(clippy::cast_possible_wrap)] // below 2⁵³
         let number = point as i64;
         let result = self
@@ -183,21 +134,7 @@ impl<'s> Worker<'s> {
             .point(&self.run, &beginning, &setting.watched, looked_at, &mut |shown| {
                 kept.take(setting, number, nodes, &shown);
             });
-        self.row(point, &kept, &result, table);
-        result.is_ok()
-    }
-
-    /// Writes the row of a point.
-    fn row(
-        &self,
-        point: u64,
-        kept: &Kept,
-        result: &Result<Option<usize>, entry::RunFailure>,
-        table: &mut Rows,
-    ) {
-        let setting = self.setting;
-        #[allow(clippy::cast_possible_wrap)] // below 2⁵³
-        table.whole(point as i64);
+        table.whole(number);
         for &value in &self.values {
             table.number(value);
         }
@@ -214,7 +151,7 @@ impl<'s> Worker<'s> {
             table.number(last);
         }
         if setting.watched.iter().any(|event| event.ends) {
-            table.text(match result {
+            table.text(match &result {
                 Ok(Some(event)) => Some(setting.events[*event].clone()),
                 Ok(None) => Some("until".to_owned()),
                 Err(_) => None,
@@ -223,6 +160,7 @@ impl<'s> Worker<'s> {
         table.text(result.as_ref().err().map(|failure| code(failure).to_owned()));
         table.text(result.as_ref().err().map(ToString::to_string));
         table.end();
+        result.is_ok()
     }
 }
 
@@ -239,17 +177,6 @@ struct Kept {
 }
 
 impl Kept {
-    /// Nothing yet.
-    fn new(setting: &Setting) -> Self {
-        let extremes = setting.extremes.len();
-        Self {
-            values: Vec::new(),
-            end: vec![f64::NAN; setting.end.len()],
-            extremes: [vec![f64::INFINITY; extremes], vec![f64::NEG_INFINITY; extremes]],
-            events: vec![(0, f64::NAN, f64::NAN); setting.events.len()],
-        }
-    }
-
     /// Takes in what a run shows: a node, an event or its end.
     fn take(&mut self, setting: &Setting, point: i64, nodes: &mut Rows, shown: &Shown<'_>) {
         match *shown {
