@@ -70,7 +70,8 @@ use held::{HeldInputs, Own};
 ///
 /// The steps are compiled for several sets of instructions, and the machine is asked when the program runs: AVX-512 (eight numbers in
 /// a register), AVX2 (four), or what the program was compiled for (on x86-64 without a flag SSE2, two). The bits of the results
-/// are the same with all of them, because no product is fused with a sum. The chapter *Many runs and clusters* has the measured gains.
+/// are the same with all of them, because no product is fused with a sum. The book's chapter on performance has
+/// the measured gains.
 ///
 /// Parameters that vary ([`Ensemble::varied`]) lie in lanes as the nodes do, and cost nothing more.
 #[must_use]

@@ -88,7 +88,7 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
         for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
             match self.begin(first + place, start, &mut observer) {
                 Ok(Begun::Going { flow, last, changes }) => members.push(Member {
-                    flow,
+                    flow: *flow,
                     last,
                     place,
                     changes,
@@ -143,7 +143,11 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
                 return Ok(Begun::Ended(node));
             }
         }
-        Ok(Begun::Going { flow, last, changes })
+        Ok(Begun::Going {
+            flow: Box::new(flow),
+            last,
+            changes,
+        })
     }
 
     /// Gives a flow the parameters that hold from a position on.
@@ -193,7 +197,7 @@ enum Begun<'s, S: System<N>, const N: usize> {
     /// It goes on, to node `last`.
     Going {
         /// The trajectory.
-        flow: Flow<'s, S, N>,
+        flow: Box<Flow<'s, S, N>>,
         /// The number of its last node.
         last: u64,
         /// The changes that are left.

@@ -351,11 +351,16 @@ fn tell<R: Register, const N: usize>(
         energy: energy.into(),
         evaluations,
     };
-    for i in 0..N {
-        told.q[i] = point.q[i].into();
-        told.v[i] = point.v[i].into();
-        told.a[i] = point.a[i].into();
-        told.force[i] = force[i].into();
+    let parts = [
+        (&mut told.q, &point.q),
+        (&mut told.v, &point.v),
+        (&mut told.a, &point.a),
+        (&mut told.force, force),
+    ];
+    for (to, from) in parts {
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to = from.into();
+        }
     }
     told
 }

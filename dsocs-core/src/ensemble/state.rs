@@ -99,8 +99,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
     #[inline(always)]
     pub fn expected(&self, least: &U) -> U {
         let lately = self.predictor.size();
-        self.natural
-            .raise(lately.zip(least, |past, least| past.larger(least)), lately)
+        self.natural.raise(lately.zip(least, Scalar::larger), lately)
     }
 
     /// Takes a step.

