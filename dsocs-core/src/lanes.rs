@@ -40,7 +40,7 @@ pub(crate) const LANES: usize = 8;
 /// ```
 /// use dsocs_core::__private::{Lanes, Scalar};
 ///
-/// let x = Lanes::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY]);
+/// let x: Lanes = Lanes::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY]);
 /// let y = x.tanh() + Lanes::splat(1.0);
 /// assert_eq!(y.lane(0), 1.0);
 /// assert_eq!(y.lane(7), 2.0);
