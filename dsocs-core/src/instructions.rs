@@ -1,8 +1,10 @@
 //! The machine's instructions, chosen when the program runs.
 
+use core::cell::Cell;
 use core::fmt;
 
-use crate::lanes::Register;
+use crate::lanes::{Lanes, Register};
+use crate::scalar::Scalar as _;
 
 /// Instructions for several numbers at once.
 ///
@@ -80,6 +82,11 @@ pub(crate) trait Chosen: Register {
 
     /// Does work that is compiled for them.
     fn run<W: InLanes>(token: Self::Token, work: W) -> W::Output;
+
+    /// Room for so many lanes. Elimination of sparse rows takes it, which uses the registers that were compiled for.
+    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Lanes<Self>]) -> T) -> T {
+        work(&mut vec![Lanes::splat(0.0); length])
+    }
 }
 
 impl Chosen for wide::f64x8 {
@@ -92,6 +99,20 @@ impl Chosen for wide::f64x8 {
     #[inline]
     fn run<W: InLanes>((): (), work: W) -> W::Output {
         work.run()
+    }
+
+    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Lanes]) -> T) -> T {
+        thread_local! {
+            static ROOM: Cell<Vec<Lanes>> = const { Cell::new(Vec::new()) };
+        }
+        // rows that call the user's functions, and these a run of another system, find another, empty room
+        let mut room = ROOM.take();
+        if room.len() < length {
+            room.resize(length, Lanes::splat(0.0));
+        }
+        let result = work(&mut room[..length]);
+        ROOM.set(room);
+        result
     }
 }
 

@@ -115,8 +115,9 @@ pub(super) fn engine<'s, S: System<N>, const N: usize>(
     instructions: Instructions,
     common: Common<'s, S>,
 ) -> Box<dyn Engine<S, N> + 's> {
+    // sparse elimination is a function of its own, which is compiled for no other registers
     #[cfg(target_arch = "x86_64")]
-    {
+    if const { !S::SPARSE } {
         use crate::lanes::x86::{Avx2, Avx512};
         if instructions >= Instructions::Avx512
             && let Some(token) = Avx512::token()
@@ -161,7 +162,7 @@ struct Rows<'a, R: Register, S: System<N>, const N: usize> {
     past_is_short: u32,
 }
 
-impl<R: Register, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, R, S, N> {
+impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, R, S, N> {
     type Z = S::Unknown<Lanes<R>>;
 
     const LINEAR: bool = S::LINEAR;
