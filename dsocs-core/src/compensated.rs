@@ -1,5 +1,8 @@
 //! Sums whose rounding errors are carried along.
 
+// parts of every step, also of those that are compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+
 use crate::scalar::Scalar;
 
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
@@ -30,7 +33,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     }
 
     /// Adds numbers of plain double precision.
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, term: &[T; N]) {
         for (i, &term) in term.iter().enumerate() {
             let (sum, error) = two_sum(self.hi[i], term);
@@ -39,7 +42,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     }
 
     /// `self + term`, with the low parts of both.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn plus(&self, term: &Self) -> Self {
         let mut result = *self;
@@ -61,7 +64,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
 }
 
 /// The rounded sum and its rounding error, exactly (Knuth's `TwoSum`; no condition on the magnitudes).
-#[inline]
+#[inline(always)]
 fn two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     let sum = a + b;
     let b_virtual = sum - a;
@@ -70,7 +73,7 @@ fn two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
 }
 
 /// The same where `|a| >= |b|` (Dekker).
-#[inline]
+#[inline(always)]
 fn fast_two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
     let sum = a + b;
     (sum, b - (sum - a))

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
+use crate::instructions::Instructions;
 use crate::lanes::LANES;
 use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::Start;
@@ -18,11 +19,15 @@ use crate::system::System;
 
 mod block;
 mod determinants;
+mod engine;
+mod held;
 mod newton;
+mod state;
 #[cfg(test)]
 mod tests;
 
 use block::Run;
+use held::{HeldInputs, Own};
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
@@ -63,15 +68,14 @@ use block::Run;
 ///
 /// # Speed
 ///
-/// The crate `wide` chooses the SIMD instructions when it is compiled. Without a flag it uses SSE2 on x86-64, with two numbers
-/// in a register. With `RUSTFLAGS="-C target-cpu=x86-64-v3"` (AVX2) or `target-cpu=native` there are four. The bench
-/// `step` of `dsocs-systems` measures how much faster lanes are than single flows on one core: with the paper's systems at
-/// `h = 0.1`, 1.4 to 2.1 times without the flag and 2.5 to 4.9 times with it. The results do not depend on the
-/// instructions.
+/// The steps are compiled for several sets of instructions, and the machine is asked when the program runs: AVX-512 (eight numbers in
+/// a register), AVX2 (four), or what the program was compiled for (on x86-64 without a flag SSE2, two). The bits of the results
+/// are the same with all of them, because no product is fused with a sum. The book's chapter on performance has
+/// the measured gains.
 ///
 /// Parameters that vary ([`Ensemble::varied`]) lie in lanes as the nodes do, and cost nothing more.
 #[must_use]
-pub struct Ensemble<'a, S, const N: usize> {
+pub struct Ensemble<'a, S: System<N>, const N: usize> {
     /// The system.
     system: &'a S,
     /// The step.
@@ -80,10 +84,14 @@ pub struct Ensemble<'a, S, const N: usize> {
     starts: Vec<Start<N>>,
     /// The parameters that vary, by their places, each with a value for every start.
     varied: Vec<(usize, Vec<f64>)>,
-    /// Makes a copy of the system for one trajectory, where parameters vary.
-    copy: Option<fn(&S) -> S>,
+    /// The parameters that change during the runs.
+    held: Vec<HeldInputs>,
+    /// What is done with systems and flows where they have parameters of their own.
+    own: Option<Own<S, N>>,
     /// How often the rows of a step may be evaluated from one guess.
     max_iterations: u32,
+    /// The instructions of the steps, if not the widest.
+    instructions: Instructions,
     /// Told how many trajectories have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
     /// The threads, if not rayon's own.
@@ -92,7 +100,7 @@ pub struct Ensemble<'a, S, const N: usize> {
 }
 
 // by hand, because a derivation would ask for as much of the system and of the closure
-impl<S, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
+impl<S: System<N>, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ensemble")
             .field("h", &self.h)
@@ -128,8 +136,10 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             h,
             starts: Vec::new(),
             varied: Vec::new(),
-            copy: None,
+            held: Vec::new(),
+            own: None,
             max_iterations: MAX_ITERATIONS,
+            instructions: Instructions::best(),
             progress: None,
             #[cfg(feature = "rayon")]
             pool: None,
@@ -188,13 +198,82 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             }));
         }
         self.varied.push((place, values));
-        self.copy = Some(S::clone);
+        self.own = Some(Own::new());
+        Ok(self)
+    }
+
+    /// Holds a parameter at values that change during the run, other ones on each trajectory: for every start that was added before, in
+    /// order, times that increase and the value that holds from each time on. Before the first time the parameter has its own value.
+    /// Several parameters may be held.
+    ///
+    /// Values change at nodes, with the effect that [`Inputs`](crate::Inputs) describes: the value of a time holds from the first
+    /// position at or after it. The step about a change is solved in a single flow, and the others in lanes, so that rare changes cost
+    /// little.
+    ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    ///
+    /// /// A mass that a force pushes.
+    /// #[dsocs {
+    ///     coordinates(x);
+    ///     lagrangian = dot(x).powi(2) / 2;
+    ///     external_forces = push;
+    /// }]
+    /// #[derive(Clone)]
+    /// struct Mass {
+    ///     push: f64,
+    /// }
+    ///
+    /// let mass = Mass { push: 0.0 };
+    /// // pushed for a second, and braked for another
+    /// let plans = (1..=20).map(|k| vec![[0.0, f64::from(k)], [1.0, -f64::from(k)]]);
+    /// let ends = Ensemble::new(&mass, 0.01)?
+    ///     .starts((1..=20).map(|_| Start::second_order([0.0], [0.0])))
+    ///     .held("push", plans)?
+    ///     .to(2.0);
+    /// for (k, end) in (1..=20).map(f64::from).zip(ends) {
+    ///     let end = end?;
+    ///     assert!((end.q[0] - k).abs() < 1e-9 && end.v[0].abs() < 0.01 * k);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Input`] if there is no such parameter, if a holonomic constraint depends on it, or if there are not as many plans as
+    /// starts. A value that is not finite, or that the motion cannot go on with, is the error of its own trajectory.
+    pub fn held(
+        mut self,
+        parameter: &str,
+        plans: impl IntoIterator<Item = Vec<[f64; 2]>>,
+    ) -> Result<Self, RunError>
+    where
+        S: Clone,
+    {
+        let place = inputs::place::<S, N>(parameter, 0.0)?;
+        let plans: Vec<Vec<[f64; 2]>> = plans.into_iter().collect();
+        if plans.len() != self.starts.len() {
+            return Err(RunError::Input(Box::new(InputError::Count {
+                parameter: S::PARAMETERS[place].name,
+                values: plans.len(),
+                starts: self.starts.len(),
+            })));
+        }
+        self.held.push(HeldInputs { place, plans });
+        self.own = Some(Own::new());
         Ok(self)
     }
 
     /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`].
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
+        self
+    }
+
+    /// Sets the widest instructions that may be used, to compare them: unless set, the widest that the machine has. The results
+    /// do not depend on them.
+    pub fn instructions(mut self, widest: Instructions) -> Self {
+        self.instructions = widest;
         self
     }
 
@@ -273,11 +352,13 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         let run = Run {
             system: self.system,
             varied: &self.varied,
-            copy: self.copy,
+            held: &self.held,
+            own: self.own,
             h: self.h,
             t,
             every,
             max_iterations: self.max_iterations,
+            instructions: self.instructions,
         };
         let finished = AtomicUsize::new(0);
         let block = |(number, starts): (usize, &[Start<N>])| {

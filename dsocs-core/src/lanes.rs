@@ -1,15 +1,23 @@
 //! Eight numbers side by side, and masks of them.
 
-use core::fmt;
-use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+// as in `register`
+#![allow(clippy::inline_always)]
 
-use wide::{f64x8, u64x8};
+use core::fmt;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use wide::f64x8;
 
 use crate::scalar::Scalar;
 
 mod functions;
+mod register;
 #[cfg(test)]
 mod tests;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod x86;
+
+pub use register::Register;
 
 /// How many numbers lie side by side.
 pub(crate) const LANES: usize = 8;
@@ -32,136 +40,163 @@ pub(crate) const LANES: usize = 8;
 /// ```
 /// use dsocs_core::__private::{Lanes, Scalar};
 ///
-/// let x = Lanes::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY]);
+/// let x: Lanes = Lanes::from([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, f64::INFINITY]);
 /// let y = x.tanh() + Lanes::splat(1.0);
 /// assert_eq!(y.lane(0), 1.0);
 /// assert_eq!(y.lane(7), 2.0);
 /// ```
-#[derive(Clone, Copy, PartialEq)]
-pub struct Lanes(f64x8);
+#[derive(Clone, Copy)]
+pub struct Lanes<R = f64x8>(R);
 
-impl From<[f64; LANES]> for Lanes {
-    #[inline]
+impl<R: Register> From<[f64; LANES]> for Lanes<R> {
+    #[inline(always)]
     fn from(lanes: [f64; LANES]) -> Self {
-        Self(f64x8::new(lanes))
+        Self(R::new(lanes))
     }
 }
 
-impl From<Lanes> for [f64; LANES] {
-    #[inline]
-    fn from(lanes: Lanes) -> Self {
-        lanes.0.to_array()
+impl<R: Register> From<Lanes<R>> for [f64; LANES] {
+    #[inline(always)]
+    fn from(lanes: Lanes<R>) -> Self {
+        lanes.0.array()
     }
 }
 
-impl fmt::Debug for Lanes {
+impl<R: Register> PartialEq for Lanes<R> {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.array() == other.0.array()
+    }
+}
+
+impl<R: Register> fmt::Debug for Lanes<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Lanes").field(self.0.as_array()).finish()
+        f.debug_tuple("Lanes").field(&self.0.array()).finish()
     }
 }
 
 /// For each lane, whether something holds there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Mask(f64x8);
+pub(crate) struct Mask<R = f64x8>(R);
 
-impl Mask {
+impl<R: Register> Mask<R> {
+    /// The same in every lane.
+    #[inline(always)]
+    pub fn splat(holds: bool) -> Self {
+        Self(R::splat(f64::from_bits(if holds { u64::MAX } else { 0 })))
+    }
+
     /// The lanes whose bits are set, lane 0 in the lowest.
+    #[inline(always)]
     pub fn from_bits(bits: u32) -> Self {
-        let lanes = core::array::from_fn(|lane| if bits >> lane & 1 == 1 { u64::MAX } else { 0 });
-        Self(f64x8::from_bits(u64x8::new(lanes)))
+        let mut lanes = [0.0; LANES];
+        for (lane, mask) in lanes.iter_mut().enumerate() {
+            *mask = f64::from_bits(if bits >> lane & 1 == 1 { u64::MAX } else { 0 });
+        }
+        Self(R::new(lanes))
     }
 
     /// One bit a lane, lane 0 in the lowest.
-    #[inline]
+    #[inline(always)]
     pub fn bits(self) -> u32 {
-        self.0.to_bitmask()
+        self.0.mask_bits()
     }
 
     /// `then` in the lanes where the mask holds, `otherwise` in the others.
-    #[inline]
-    pub fn select(self, then: Lanes, otherwise: Lanes) -> Lanes {
+    #[inline(always)]
+    pub fn select(self, then: Lanes<R>, otherwise: Lanes<R>) -> Lanes<R> {
         Lanes(self.0.select(then.0, otherwise.0))
     }
 }
 
-impl BitAnd for Mask {
+impl<R: Register> BitAnd for Mask<R> {
     type Output = Self;
 
-    #[inline]
+    #[inline(always)]
     fn bitand(self, other: Self) -> Self {
-        Self(self.0 & other.0)
+        Self(self.0.and(other.0))
     }
 }
 
-impl BitOr for Mask {
+impl<R: Register> BitOr for Mask<R> {
     type Output = Self;
 
-    #[inline]
+    #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
+        Self(self.0.or(other.0))
     }
 }
 
-impl Lanes {
+impl<R: Register> Not for Mask<R> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.xor(Self::splat(true).0))
+    }
+}
+
+impl<R: Register> Lanes<R> {
     /// Where `self < other`; nowhere where either is NaN.
-    #[inline]
-    pub(crate) fn below(self, other: Self) -> Mask {
-        Mask(self.0.simd_lt(other.0))
+    #[inline(always)]
+    pub(crate) fn below(self, other: Self) -> Mask<R> {
+        Mask(self.0.below(other.0))
     }
 
     /// Where `self <= other`; nowhere where either is NaN.
-    #[inline]
-    pub(crate) fn at_most(self, other: Self) -> Mask {
-        Mask(self.0.simd_le(other.0))
+    #[inline(always)]
+    pub(crate) fn at_most(self, other: Self) -> Mask<R> {
+        Mask(self.0.at_most(other.0))
     }
 
     /// Where the number is neither infinite nor NaN.
-    #[inline]
-    pub(crate) fn finite(self) -> Mask {
+    #[inline(always)]
+    pub(crate) fn finite(self) -> Mask<R> {
         self.abs().below(Self::splat(f64::INFINITY))
+    }
+
+    /// The same in other registers.
+    #[inline(always)]
+    pub(crate) fn moved<Q: Register>(self) -> Lanes<Q> {
+        Lanes(Q::new(self.0.array()))
     }
 
     /// Puts a number into one lane.
     #[inline]
     pub(crate) fn set_lane(&mut self, lane: usize, value: f64) {
-        self.0.as_mut_array()[lane] = value;
+        let mut lanes = self.0.array();
+        lanes[lane] = value;
+        *self = Self(R::new(lanes));
     }
 
-    /// The bit patterns.
-    #[inline]
-    fn bits(self) -> u64x8 {
-        self.0.to_bits()
-    }
-
-    /// The numbers with given bit patterns.
-    #[inline]
-    fn from_bits(bits: u64x8) -> Self {
-        Self(f64x8::from_bits(bits))
+    /// The same bit pattern in every lane.
+    #[inline(always)]
+    fn pattern(bits: u64) -> Self {
+        Self(R::splat(f64::from_bits(bits)))
     }
 
     /// A function of `f64`, lane by lane.
     #[inline]
     fn each(self, function: impl Fn(f64) -> f64) -> Self {
-        Self(f64x8::new(self.0.to_array().map(function)))
+        Self(R::new(self.0.array().map(function)))
     }
 
     /// The same for two arguments.
     #[inline]
     fn each_pair(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
-        let (left, right) = (self.0.to_array(), other.0.to_array());
-        Self(f64x8::new(core::array::from_fn(|i| function(left[i], right[i]))))
+        let (left, right) = (self.0.array(), other.0.array());
+        Self(R::new(core::array::from_fn(|i| function(left[i], right[i]))))
     }
 }
 
 macro_rules! operator {
     ($($operator:ident $method:ident),* $(,)?) => {
         $(
-            impl $operator for Lanes {
+            impl<R: Register> $operator for Lanes<R> {
                 type Output = Self;
 
-                #[inline]
+                #[inline(always)]
                 fn $method(self, other: Self) -> Self {
-                    Self($operator::$method(self.0, other.0))
+                    Self(Register::$method(self.0, other.0))
                 }
             }
         )*
@@ -170,12 +205,12 @@ macro_rules! operator {
 
 operator!(Add add, Sub sub, Mul mul, Div div);
 
-impl Neg for Lanes {
+impl<R: Register> Neg for Lanes<R> {
     type Output = Self;
 
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
-        Self(-self.0)
+        Self(self.0.xor(R::splat(-0.0)))
     }
 }
 
@@ -189,89 +224,95 @@ macro_rules! lane_by_lane {
     };
 }
 
-impl Scalar for Lanes {
+impl<R: Register> Scalar for Lanes<R> {
     const LANES: usize = LANES;
 
-    #[inline]
+    #[inline(always)]
     fn splat(value: f64) -> Self {
-        Self(f64x8::splat(value))
+        Self(R::splat(value))
     }
 
-    #[inline]
+    #[inline(always)]
     fn lane(self, lane: usize) -> f64 {
-        self.0.as_array()[lane]
+        self.0.array()[lane]
     }
 
-    #[inline]
+    #[inline(always)]
     fn from_lanes<const P: usize>(mut function: impl FnMut(usize) -> [f64; P]) -> [Self; P] {
-        let mut results = [[0.0; LANES]; P];
+        let mut lanes = [[0.0; LANES]; P];
         for lane in 0..LANES {
-            for (result, value) in results.iter_mut().zip(function(lane)) {
-                result[lane] = value;
+            for (numbers, value) in lanes.iter_mut().zip(function(lane)) {
+                numbers[lane] = value;
             }
         }
-        results.map(Self::from)
+        let mut results = [Self::splat(0.0); P];
+        for (result, numbers) in results.iter_mut().zip(lanes) {
+            *result = Self::from(numbers);
+        }
+        results
     }
 
-    #[inline]
+    #[inline(always)]
     fn select_lt(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
         left.below(right).select(then, otherwise)
     }
 
-    #[inline]
+    #[inline(always)]
     fn select_le(left: Self, right: Self, then: Self, otherwise: Self) -> Self {
         left.at_most(right).select(then, otherwise)
     }
 
-    // the instructions of this architecture give their second operand where either is NaN
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
+    #[inline(always)]
     fn larger(self, other: Self) -> Self {
-        Self(self.0.fast_max(other.0))
+        Self(self.0.larger(other.0))
     }
 
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
+    #[inline(always)]
     fn smaller(self, other: Self) -> Self {
-        Self(self.0.fast_min(other.0))
+        Self(self.0.smaller(other.0))
     }
 
-    #[inline]
+    #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
 
-    #[inline]
+    #[inline(always)]
     fn signum(self) -> Self {
         self.each(f64::signum)
     }
 
-    #[inline]
+    #[inline(always)]
     fn recip(self) -> Self {
         Self::splat(1.0) / self
     }
 
-    #[inline]
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt())
     }
 
+    #[inline(always)]
     fn exp(self) -> Self {
         functions::exp(self)
     }
 
+    #[inline(always)]
     fn exp_m1(self) -> Self {
         functions::exp_m1(self)
     }
 
+    #[inline(always)]
     fn sin(self) -> Self {
         functions::sin(self)
     }
 
+    #[inline(always)]
     fn cos(self) -> Self {
         functions::cos(self)
     }
 
+    #[inline(always)]
     fn tanh(self) -> Self {
         functions::tanh(self)
     }
@@ -284,7 +325,7 @@ impl Scalar for Lanes {
         self.each_pair(exponent, f64::powf)
     }
 
-    #[inline]
+    #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
         // by squares, as `f64::powi` goes
         let (mut result, mut square, mut left) = (Self::splat(1.0), self, exponent.unsigned_abs());

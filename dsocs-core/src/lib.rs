@@ -92,6 +92,7 @@ mod error;
 mod flow;
 pub mod geometry;
 mod held;
+mod instructions;
 mod lanes;
 mod multipliers;
 pub mod prelude;
@@ -119,6 +120,7 @@ pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, Unresolved, multipliers};
+pub use instructions::Instructions;
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{

@@ -4,31 +4,26 @@ use core::array;
 use core::num::NonZeroU64;
 
 use super::Observed;
-use super::determinants::Determinants;
-use super::newton::{self, Roots};
-use crate::compensated::Compensated;
-use crate::compiled::Report;
-use crate::flow::{Flow, SHORT_PAST, State};
+use super::engine::{Common, Engine, Kept, Task, Told, engine};
+use super::held::{self, Change, HeldInputs, Own};
+use crate::flow::Flow;
 use crate::held::Held;
-use crate::lanes::{LANES, Lanes};
+use crate::instructions::Instructions;
+use crate::lanes::LANES;
 use crate::run::{self, Node, Observer, RunError, Stepper as _};
-use crate::scalar::Scalar;
 use crate::start::Start;
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::unknown::{Linearization, Unknown};
-use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
-use crate::system::{Leg, System};
+use crate::system::System;
 
 /// What all blocks have in common.
-#[derive(Debug)]
-pub(super) struct Run<'s, S> {
+pub(super) struct Run<'s, S: System<N>, const N: usize> {
     /// The system.
     pub system: &'s S,
     /// The parameters that vary, by their places, each with a value for every start.
     pub varied: &'s [(usize, Vec<f64>)],
-    /// Makes a copy of the system, where they do.
-    pub copy: Option<fn(&S) -> S>,
+    /// The parameters that change.
+    pub held: &'s [HeldInputs],
+    /// What is done with systems and flows where parameters vary or change.
+    pub own: Option<Own<S, N>>,
     /// The step.
     pub h: f64,
     /// How far to go.
@@ -37,75 +32,8 @@ pub(super) struct Run<'s, S> {
     pub every: Option<NonZeroU64>,
     /// How often the rows of a step may be evaluated from one guess.
     pub max_iterations: u32,
-}
-
-/// The rows of a step, in lanes.
-struct Rows<'a, S: System<N>, const N: usize> {
-    /// The system.
-    system: &'a S,
-    /// What is known since the run began.
-    constants: &'a S::Constants<Lanes>,
-    /// What is known since the step began.
-    known: &'a S::Known<Lanes>,
-    /// In which units determinants are wanted.
-    scales: &'a [Lanes; 2],
-    /// Whether the past is too short to tell two roots apart by it.
-    past_is_short: bool,
-}
-
-impl<S: System<N>, const N: usize> newton::Equations for Rows<'_, S, N> {
-    type Z = S::Unknown<Lanes>;
-
-    const LINEAR: bool = S::LINEAR;
-
-    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
-
-    #[inline]
-    fn past_is_short(&self) -> bool {
-        self.past_is_short
-    }
-
-    #[inline]
-    fn scales(&self) -> &[Lanes; 2] {
-        self.scales
-    }
-
-    #[inline]
-    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z> {
-        self.system.linearize(self.constants, self.known, z)
-    }
-
-    #[inline]
-    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes)> {
-        if const { !S::SPARSE } {
-            return None;
-        }
-        let sparse = self.system.sparse()?;
-        let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
-        let mut scale = &self.scales[0];
-        let found = sparse.update(
-            |entries| self.system.entries(self.constants, self.known, z, entries),
-            |pivot| {
-                determinants = determinants * (pivot * *scale);
-                scale = &self.scales[1];
-            },
-        );
-        Some((found.update, determinants))
-    }
-
-    #[inline]
-    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32 {
-        if !S::SCALED {
-            return u32::MAX;
-        }
-        let here = self.system.scales(self.constants, self.known, z);
-        let there = self.system.scales(self.constants, self.known, nearby);
-        let scales = here.as_ref().iter().zip(there.as_ref());
-        scales.fold(u32::MAX, |declared, (&here, &there)| {
-            let change = (here - there).abs();
-            declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs()).bits()
-        })
-    }
+    /// The instructions of the steps.
+    pub instructions: Instructions,
 }
 
 /// A trajectory with its lane.
@@ -116,6 +44,8 @@ struct Member<'s, S: System<N>, O, const N: usize> {
     last: u64,
     /// Its place among the starts of the block.
     place: usize,
+    /// The changes of its parameters that are left, the first one last.
+    changes: Vec<Change>,
     /// Its observer.
     observer: O,
 }
@@ -123,39 +53,21 @@ struct Member<'s, S: System<N>, O, const N: usize> {
 /// Up to eight trajectories that have begun, and what their lanes hold.
 struct Block<'r, 's, S: System<N>, O, const N: usize> {
     /// What all blocks have in common.
-    run: &'r Run<'s, S>,
+    run: &'r Run<'s, S, N>,
     /// The trajectories, by lane.
     members: Vec<Member<'s, S, O, N>>,
     /// How they ended.
     ended: Vec<Option<Result<Node<N>, RunError>>>,
     /// The lanes whose trajectories go on, as bits.
     active: u32,
-    /// What is known since the run began.
-    constants: S::Constants<Lanes>,
-    /// The last nodes.
-    q: Compensated<N, Lanes>,
-    /// The increments that led to them.
-    d: Compensated<N, Lanes>,
-    /// The past solutions.
-    predictor: Predictor<S::Unknown<Lanes>, Lanes>,
-    /// The determinants there.
-    determinants: Determinants,
+    /// What their next steps depend on.
+    kept: Kept<S, N>,
+    /// The steps.
+    engine: Box<dyn Engine<S, N> + 's>,
     /// The number of the next step's middle node.
     index: u64,
-}
-
-/// A step of all lanes.
-struct Solved<S: System<N>, const N: usize> {
-    /// Its first two nodes.
-    leg: Leg<Lanes, N>,
-    /// What was known since it began.
-    known: S::Known<Lanes>,
-    /// The second difference.
-    e: [Lanes; N],
-    /// The solution.
-    roots: Roots<S::Unknown<Lanes>>,
-    /// The lanes that were solved for themselves.
-    alone: u32,
+    /// In each lane, the position at which the past begins.
+    since: [u64; LANES],
 }
 
 /// The numbers of the lanes whose bits are set.
@@ -163,25 +75,23 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
-impl<'s, S> Run<'s, S> {
+impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     /// Runs one block, whose first start has this place among all.
-    pub fn block<O: Observer<N>, const N: usize>(
+    pub fn block<O: Observer<N>>(
         &self,
         first: usize,
         starts: &[Start<N>],
         observers: Vec<O>,
-    ) -> Vec<Observed<O, N>>
-    where
-        S: System<N>,
-    {
+    ) -> Vec<Observed<O, N>> {
         let mut members = Vec::with_capacity(starts.len());
         let mut ended: Vec<(usize, Observed<O, N>)> = Vec::with_capacity(starts.len());
         for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
             match self.begin(first + place, start, &mut observer) {
-                Ok(Begun::Going { flow, last }) => members.push(Member {
-                    flow,
+                Ok(Begun::Going { flow, last, changes }) => members.push(Member {
+                    flow: *flow,
                     last,
                     place,
+                    changes,
                     observer,
                 }),
                 Ok(Begun::Ended(node)) => ended.push((
@@ -208,43 +118,68 @@ impl<'s, S> Run<'s, S> {
     }
 
     /// The nodes 0 and 1, which need a guess without a past.
-    fn begin<O: Observer<N>, const N: usize>(
+    fn begin<O: Observer<N>>(
         &self,
         place: usize,
         start: Start<N>,
         observer: &mut O,
-    ) -> Result<Begun<'s, S, N>, RunError>
-    where
-        S: System<N>,
-    {
-        let mut flow =
-            Flow::holding(self.system_of(place), self.h, start)?.max_iterations(self.max_iterations);
+    ) -> Result<Begun<'s, S, N>, RunError> {
+        let system = self.system_of(place, start.time());
+        let mut flow = Flow::holding(system, self.h, start)?.max_iterations(self.max_iterations);
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
         }
         let last = end.index().unwrap_or(u64::MAX);
+        let mut changes = held::changes(self.held, place, (flow.clock(), self.h), |parameter| {
+            self.system_of(place, f64::NEG_INFINITY)
+                .parameter(parameter)
+                .unwrap_or(f64::NAN)
+        });
         for index in 0..2 {
+            self.change(&mut flow, index, &mut changes)?;
             let node = run::hand_out(&mut run::Of(&mut flow), end.time())?;
             if self.observes(index) && observer.node(&node).is_break() || index == last {
                 return Ok(Begun::Ended(node));
             }
         }
-        Ok(Begun::Going { flow, last })
+        Ok(Begun::Going {
+            flow: Box::new(flow),
+            last,
+            changes,
+        })
     }
 
-    /// The system of one trajectory.
-    fn system_of<const N: usize>(&self, place: usize) -> Held<'s, S>
-    where
-        S: System<N>,
-    {
-        let Some(copy) = self.copy else {
+    /// Gives a flow the parameters that hold from a position on.
+    fn change(
+        &self,
+        flow: &mut Flow<'s, S, N>,
+        index: u64,
+        changes: &mut Vec<Change>,
+    ) -> Result<(), RunError> {
+        while let (Some(own), Some(change)) = (&self.own, changes.pop_if(|change| change.index == index)) {
+            (own.set)(flow, S::PARAMETERS[change.place].name, change.value)?;
+        }
+        Ok(())
+    }
+
+    /// The system of one trajectory, with the values that its parameters have at a time.
+    fn system_of(&self, place: usize, t: f64) -> Held<'s, S> {
+        let Some(Own { copy, .. }) = self.own else {
             return Held::new(self.system);
         };
         let mut own = copy(self.system);
-        for (parameter, values) in self.varied {
-            if let (Some(parameter), Some(value)) = (own.parameter_mut(*parameter), values.get(place)) {
-                *parameter = *value;
+        let varied = self
+            .varied
+            .iter()
+            .map(|(parameter, values)| (*parameter, values.get(place).copied()));
+        let held = self
+            .held
+            .iter()
+            .map(|held| (held.place, held.at(place, t, self.h)));
+        for (parameter, value) in varied.chain(held) {
+            if let (Some(parameter), Some(value)) = (own.parameter_mut(parameter), value) {
+                *parameter = value;
             }
         }
         Held::owning(self.system, own)
@@ -262,9 +197,11 @@ enum Begun<'s, S: System<N>, const N: usize> {
     /// It goes on, to node `last`.
     Going {
         /// The trajectory.
-        flow: Flow<'s, S, N>,
+        flow: Box<Flow<'s, S, N>>,
         /// The number of its last node.
         last: u64,
+        /// The changes that are left.
+        changes: Vec<Change>,
     },
     /// It ends with this node.
     Ended(Node<N>),
@@ -272,44 +209,54 @@ enum Begun<'s, S: System<N>, const N: usize> {
 
 impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
-    fn new(run: &'r Run<'s, S>, members: Vec<Member<'s, S, O, N>>) -> Self {
-        let zero = [Lanes::splat(0.0); N];
-        let mut parameters = run.system.parameters::<Lanes>();
-        if run.copy.is_some() {
-            for (place, parameter) in parameters.as_mut().iter_mut().enumerate() {
-                for lane in 0..LANES {
-                    let own = members[lane % members.len()].flow.system();
-                    parameter.set_lane(lane, own.parameter(place).unwrap_or(f64::NAN));
-                }
+    fn new(run: &'r Run<'s, S, N>, members: Vec<Member<'s, S, O, N>>) -> Self {
+        let of_lane = |lane: usize| &members[lane % members.len()].flow;
+        let common = Common {
+            system: run.system,
+            h: run.h,
+            max_iterations: run.max_iterations,
+            clocks: array::from_fn(|lane| *of_lane(lane).clock()),
+        };
+        let mut engine = engine(run.instructions, common);
+        let mut kept = Kept::<S, N>::new();
+        for lane in 0..LANES {
+            if run.own.is_some() {
+                engine.set_parameters(lane, of_lane(lane).system());
             }
+            kept.set_lane(lane, &of_lane(lane).state());
         }
-        let mut block = Self {
+        Self {
             run,
             ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
-            constants: run.system.constants(&parameters, Lanes::splat(run.h)),
-            q: Compensated::exact(zero),
-            d: Compensated::exact(zero),
-            predictor: Predictor::new(),
-            determinants: Determinants::new(),
+            kept,
+            engine,
             index: 2,
+            since: array::from_fn(|lane| of_lane(lane).since()),
             members,
-        };
-        for lane in 0..LANES {
-            let state = block.members[lane % block.members.len()].flow.state();
-            block.set_state(lane, &state);
         }
-        block
     }
 
     /// Runs all trajectories to their ends; each comes with its place among the starts.
-    #[inline(never)]
     fn run(mut self) -> impl Iterator<Item = (usize, Observed<O, N>)> {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {
-            let solved = self.step();
-            if self.index == wanted {
-                self.hand_out(&solved);
+            let task = Task {
+                index: self.index,
+                last: self.before_changes(wanted),
+                active: self.active,
+                elsewhere: self.changing(),
+                since: self.since,
+            };
+            let made = self.engine.steps(&mut self.kept, &task);
+            self.index = made.index;
+            if let Some(held_back) = &made.held_back {
+                self.solve_alone(made.alone);
+                self.kept.take(held_back);
+                self.take_back(made.alone);
+            }
+            if let Some(told) = made.told.as_ref().filter(|_| self.index == wanted) {
+                self.hand_out(told, made.alone);
             }
             self.index += 1;
             // where a lane has failed, what was wanted may lie behind
@@ -326,6 +273,28 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             })
     }
 
+    /// The lanes whose parameters change at the middle node of the next step, as bits.
+    fn changing(&self) -> u32 {
+        let changes = |lane: usize| {
+            let next = self.members[lane].changes.last();
+            next.is_some_and(|change| change.index == self.index)
+        };
+        lanes(self.active)
+            .filter(|&lane| changes(lane))
+            .fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// The last step, up to the one about the node `wanted`, before parameters change after the next step.
+    fn before_changes(&self, wanted: u64) -> u64 {
+        let later = |lane: usize| {
+            let mut changes = self.members[lane].changes.iter().rev();
+            changes.find(|change| change.index > self.index)
+        };
+        lanes(self.active)
+            .filter_map(later)
+            .fold(wanted, |last, change| last.min(change.index - 1))
+    }
+
     /// The number of the next node that is the last of a trajectory or is observed.
     fn next_node_wanted(&self) -> u64 {
         let last = lanes(self.active).map(|lane| self.members[lane].last).min();
@@ -337,85 +306,22 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         observed.map_or(wanted, |observed| observed.min(wanted))
     }
 
-    /// Solves one step in all lanes and moves on.
-    #[inline]
-    fn step(&mut self) -> Solved<S, N> {
-        let (system, constants) = (self.run.system, &self.constants);
-        let leg = Leg {
-            t: self.time(),
-            q: self.q.hi,
-            d: self.d.hi,
-        };
-        let known = system.known(constants, &leg);
-        let increment = system.unknown(&leg.d, &[]);
-        let expected = self.predictor.size().zip(&increment, |past, d| {
-            past.larger(Lanes::splat(SECOND_DIFFERENCE) * d.abs())
-        });
-        let rows = Rows {
-            system,
-            constants,
-            known: &known,
-            scales: &self.determinants.scales,
-            past_is_short: self.index <= SHORT_PAST,
-        };
-        let roots = newton::solve(
-            &rows,
-            self.predictor.extrapolate(),
-            &expected,
-            self.run.max_iterations,
-            self.active,
-        );
-        let e = system.second_difference(constants, &known, &roots.z);
-        let mut d = self.d;
-        d.add(&e);
-        let q = self.q.plus(&d);
-        let finite = q.hi.iter().fold(u32::MAX, |finite, q| finite & q.finite().bits());
-        let mut alone = self.active & (roots.left | !finite);
-        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
-            alone |= self.determinants.take(roots.determinants, self.active & !alone);
-        }
-        if alone != 0 {
-            self.solve_alone(alone);
-        }
-        (self.q, self.d) = (q, d);
-        self.predictor.push(&roots.z);
-        if <Rows<'_, S, N> as newton::Equations>::WATCHED {
-            self.determinants.push();
-        }
-        if alone != 0 {
-            self.take_back(alone);
-        }
-        Solved {
-            leg,
-            known,
-            e,
-            roots,
-            alone,
-        }
-    }
-
-    /// The times of the next step's middle nodes, where the system asks for them.
-    #[inline]
-    fn time(&self) -> Lanes {
-        let mut t = Lanes::splat(0.0);
-        if S::DEPENDS_ON_TIME {
-            for lane in 0..LANES {
-                let member = &self.members[lane % self.members.len()];
-                t.set_lane(lane, member.flow.clock().time_of(self.index));
-            }
-        }
-        t
-    }
-
     /// Solves the step in single lanes, from every guess and with damping.
     #[cold]
     #[inline(never)]
     fn solve_alone(&mut self, alone: u32) {
         for lane in lanes(alone) {
-            let state = self.state(lane);
-            let flow = &mut self.members[lane].flow;
+            let state = self.kept.lane(lane);
+            let Member { flow, changes, .. } = &mut self.members[lane];
             flow.resume(self.index, state);
-            if let Err(error) = flow.advance() {
+            let left = changes.len();
+            let solved = self.run.change(flow, self.index, changes);
+            let solved = solved.and_then(|()| flow.advance().map(drop));
+            if changes.len() < left {
+                self.engine.set_parameters(lane, flow.system());
+                self.since[lane] = flow.since();
+            }
+            if let Err(error) = solved {
                 self.end(lane, Err(error));
             }
         }
@@ -427,7 +333,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     fn take_back(&mut self, alone: u32) {
         for lane in lanes(alone & self.active) {
             let state = self.members[lane].flow.state();
-            self.set_state(lane, &state);
+            self.kept.set_lane(lane, &state);
         }
         self.cover();
     }
@@ -442,44 +348,24 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     /// system has a solution, would cost time.
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
-            let state = self.state(living);
+            let state = self.kept.lane::<S::Unknown<f64>>(living);
             for lane in lanes(!self.active) {
-                self.set_state(lane, &state);
+                self.kept.set_lane(lane, &state);
             }
         }
     }
 
     /// Hands the middle nodes of a step out, to observers and to the trajectories that end there.
-    fn hand_out(&mut self, solved: &Solved<S, N>) {
-        let (system, constants) = (self.run.system, &self.constants);
-        let Solved {
-            leg,
-            known,
-            e,
-            roots,
-            alone,
-        } = solved;
-        let Report { point, force, energy } = system.report(constants, known, leg, e);
+    fn hand_out(&mut self, told: &Told<N>, alone: u32) {
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
             let member = &mut self.members[lane];
-            let by_itself = if alone >> lane & 1 == 1 {
-                Some(member.flow.node())
+            let node = if alone >> lane & 1 == 1 {
+                member.flow.node()
             } else {
-                None
+                told.node(lane, self.index, member.flow.clock().time_of(self.index))
             };
-            let node = by_itself.unwrap_or_else(|| Node {
-                index: self.index,
-                t: member.flow.clock().time_of(self.index),
-                q: one_lane(&point.q, lane),
-                v: one_lane(&point.v, lane),
-                a: one_lane(&point.a, lane),
-                force: one_lane(&force, lane),
-                energy: energy.lane(lane),
-                iterations: roots.evaluations[lane],
-                stop: Stop::Update,
-            });
             if observed && member.observer.node(&node).is_break() || self.index == member.last {
                 self.end(lane, Ok(node));
             }
@@ -487,52 +373,5 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         if self.active != going {
             self.cover();
         }
-    }
-
-    /// What one lane holds.
-    fn state(&self, lane: usize) -> State<S::Unknown<f64>, N> {
-        let mut predictor = Predictor::<S::Unknown<f64>>::new();
-        self.predictor
-            .convert(&mut predictor, |to: &mut S::Unknown<f64>, from| {
-                for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-                    *to = from.lane(lane);
-                }
-            });
-        State {
-            q: one_sum(&self.q, lane),
-            d: one_sum(&self.d, lane),
-            predictor: predictor.with_determinants(self.determinants.lane(lane)),
-        }
-    }
-
-    /// Fills one lane.
-    fn set_state(&mut self, lane: usize, state: &State<S::Unknown<f64>, N>) {
-        let unknowns = state.predictor.size().as_ref().len();
-        self.determinants
-            .set_lane(lane, state.predictor.determinants(), unknowns);
-        for (sums, one) in [(&mut self.q, &state.q), (&mut self.d, &state.d)] {
-            for i in 0..N {
-                sums.hi[i].set_lane(lane, one.hi[i]);
-                sums.lo[i].set_lane(lane, one.lo[i]);
-            }
-        }
-        state.predictor.convert(&mut self.predictor, |to, from| {
-            for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-                to.set_lane(lane, *from);
-            }
-        });
-    }
-}
-
-/// One lane of a vector.
-fn one_lane<const N: usize>(x: &[Lanes; N], lane: usize) -> [f64; N] {
-    array::from_fn(|i| x[i].lane(lane))
-}
-
-/// One lane of compensated sums.
-fn one_sum<const N: usize>(sums: &Compensated<N, Lanes>, lane: usize) -> Compensated<N> {
-    Compensated {
-        hi: one_lane(&sums.hi, lane),
-        lo: one_lane(&sums.lo, lane),
     }
 }

@@ -1,25 +1,29 @@
 //! The determinants of the rows at the last solutions, in lanes: the rules of [`crate::step::predictor`].
 
-use crate::lanes::{LANES, Lanes};
+// parts of every step, compiled for the machine's own instructions (see [`crate::instructions`])
+#![allow(clippy::inline_always)]
+
+use crate::lanes::{LANES, Lanes, Register};
 use crate::scalar::Scalar;
 use crate::step::predictor::{self, Continuation, PAST, STEADY};
 
 /// The determinants at the last solutions, the last first, each lane in a unit of its own; NaN where they are not known.
-pub(super) struct Determinants {
+#[derive(Clone, Copy)]
+pub(super) struct Determinants<R> {
     /// The numbers.
-    last: [Lanes; PAST],
+    last: [Lanes<R>; PAST],
     /// The powers of two that are their units.
     units: [i32; LANES],
     /// What the first pivot is multiplied by, and every other one: the inverse of the unit, shared out.
-    pub scales: [Lanes; 2],
+    pub scales: [Lanes<R>; 2],
     /// Those of the step that is being made.
-    next: Lanes,
+    next: Lanes<R>,
     /// The lanes in which the last one was nearly that before it, and in which that of the step that is being made is nearly the
     /// last, as bits.
     steady: [u32; 2],
 }
 
-impl Determinants {
+impl<R: Register> Determinants<R> {
     /// Without a past.
     pub fn new() -> Self {
         let nan = Lanes::splat(f64::NAN);
@@ -33,41 +37,50 @@ impl Determinants {
     }
 
     /// Takes the determinants of the step that is being made; the lanes of `active` in which they do not continue those before, as bits.
-    #[inline]
-    pub fn take(&mut self, now: Lanes, active: u32) -> u32 {
+    #[inline(always)]
+    pub fn take(&mut self, now: Lanes<R>, active: u32) -> u32 {
         self.next = now;
         let near = (self.last[0] - now)
             .abs()
             .at_most(Lanes::splat(STEADY) * now.abs());
         self.steady[1] = near.bits();
         let open = active & !(self.steady[0] & self.steady[1]);
-        if open == 0 { 0 } else { self.departing(open) }
-    }
-
-    /// Those of some lanes in which the determinant departs from its continuation.
-    #[inline(never)] // seldom needed: most determinants hardly change from step to step
-    fn departing(&self, open: u32) -> u32 {
-        (0..LANES)
-            .filter(|lane| open >> lane & 1 == 1)
-            .filter(|&lane| self.lane(lane).compare(self.next.lane(lane)) != Continuation::Fits)
-            .fold(0, |departing, lane| departing | 1 << lane)
+        if open == 0 {
+            return 0;
+        }
+        let mut last = [[0.0; LANES]; PAST];
+        for (to, from) in last.iter_mut().zip(self.last) {
+            *to = from.into();
+        }
+        departing(open, &last, self.units, self.steady[0], &self.next.into())
     }
 
     /// Puts the determinants taken last among those of the past.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self) {
         self.last = [self.next, self.last[0], self.last[1], self.last[2]];
         self.steady[0] = self.steady[1];
     }
 
-    /// What one lane holds.
-    pub fn lane(&self, lane: usize) -> predictor::Determinants {
-        predictor::Determinants {
-            last: self.last.map(|last| last.lane(lane)),
-            unit: self.units[lane],
-            steady: [self.steady[0] >> lane & 1 == 1, false],
-            ..predictor::Determinants::UNKNOWN
+    /// The same in other registers.
+    #[inline(always)]
+    pub fn moved<Q: Register>(&self) -> Determinants<Q> {
+        let mut moved = Determinants::<Q>::new();
+        for (to, from) in moved.last.iter_mut().zip(&self.last) {
+            *to = from.moved();
         }
+        for (to, from) in moved.scales.iter_mut().zip(&self.scales) {
+            *to = from.moved();
+        }
+        moved.next = self.next.moved();
+        (moved.units, moved.steady) = (self.units, self.steady);
+        moved
+    }
+
+    /// What one lane holds.
+    #[inline]
+    pub fn lane(&self, lane: usize) -> predictor::Determinants {
+        one(&self.last.map(Into::into), self.units[lane], self.steady[0], lane)
     }
 
     /// Fills one lane, of a system with so many unknowns.
@@ -83,4 +96,30 @@ impl Determinants {
         self.scales[0].set_lane(lane, 2.0_f64.powi(rest.saturating_neg()));
         self.scales[1].set_lane(lane, 2.0_f64.powi(share.saturating_neg()));
     }
+}
+
+/// One lane of the past.
+fn one(last: &[[f64; LANES]; PAST], unit: i32, steady: u32, lane: usize) -> predictor::Determinants {
+    predictor::Determinants {
+        last: core::array::from_fn(|k| last[k][lane]),
+        unit,
+        steady: [steady >> lane & 1 == 1, false],
+        ..predictor::Determinants::UNKNOWN
+    }
+}
+
+/// Those of some lanes in which the determinant departs from its continuation.
+#[inline(never)] // seldom needed: most determinants hardly change from step to step
+fn departing(
+    open: u32,
+    last: &[[f64; LANES]; PAST],
+    units: [i32; LANES],
+    steady: u32,
+    now: &[f64; LANES],
+) -> u32 {
+    let departs = |lane: usize| one(last, units[lane], steady, lane).compare(now[lane]) != Continuation::Fits;
+    (0..LANES)
+        .filter(|lane| open >> lane & 1 == 1)
+        .filter(|&lane| departs(lane))
+        .fold(0, |departing, lane| departing | 1 << lane)
 }

@@ -1,6 +1,9 @@
 //! Newton's iteration in lanes: the rules of [`crate::step::newton`] where they lead to a root by full updates alone.
 
-use crate::lanes::{Lanes, Mask};
+// compiled for the machine's own instructions (see [`crate::instructions`])
+#![allow(clippy::inline_always)]
+
+use crate::lanes::{LANES, Lanes, Mask, Register};
 use crate::scalar::Scalar;
 use crate::step::convergence::{LAST_UPDATE, Update, converges};
 use crate::step::newton::{BENT, CLOSE};
@@ -11,15 +14,16 @@ use crate::step::unknown::{Linearization, Unknown};
 const MAX_EVALUATIONS: u32 = 8;
 
 /// What the iteration found, lane by lane.
-pub(super) struct Roots<U> {
+#[derive(Clone, Copy)]
+pub(super) struct Roots<U, R> {
     /// The unknowns.
     pub z: U,
     /// How often the rows were evaluated.
-    pub evaluations: [u32; Lanes::LANES],
+    pub evaluations: [u32; LANES],
     /// The lanes without a root, or with one beside which there may be another, as bits.
     pub left: u32,
     /// The determinants of the Jacobians from which the last updates came, in the units that were asked for.
-    pub determinants: Lanes,
+    pub determinants: Lanes<R>,
 }
 
 /// A point of the iteration.
@@ -33,7 +37,7 @@ struct Iterate<U> {
 
 impl<U> Iterate<U> {
     /// The update, to be judged.
-    #[inline]
+    #[inline(always)]
     fn update(&self) -> Update<'_, U> {
         Update {
             components: &self.update,
@@ -44,9 +48,9 @@ impl<U> Iterate<U> {
 }
 
 /// Equations in lanes.
-pub(super) trait Equations {
+pub(super) trait Equations<R: Register> {
     /// The unknowns.
-    type Z: Unknown<Lanes>;
+    type Z: Unknown<Lanes<R>>;
 
     /// Whether the rows are affine in the unknowns.
     const LINEAR: bool;
@@ -54,83 +58,87 @@ pub(super) trait Equations {
     /// Whether roots are watched for others nearby.
     const WATCHED: bool;
 
-    /// Whether they are watched also where the others would not be close.
-    fn past_is_short(&self) -> bool;
+    /// Whether the rows are the declared ones times something that may vanish.
+    const SCALED: bool;
+
+    /// Where they are watched also if the others would not be close.
+    fn past_is_short(&self) -> Mask<R>;
 
     /// In which units determinants are wanted (see [`Unknown::solve_lanes`]).
-    fn scales(&self) -> &[Lanes; 2];
+    fn scales(&self) -> &[Lanes<R>; 2];
 
     /// The rows and their Jacobian.
-    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes, Self::Z>;
+    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes<R>, Self::Z>;
 
     /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
     /// (see [`crate::step::newton::Equations::sparse_update`]).
-    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes)>;
+    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)>;
 
-    /// The lanes in which a root at `z` is one of the declared rows, as bits (see [`crate::step::newton::Equations`]).
-    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> u32;
+    /// The lanes in which a root at `z` is one of the declared rows (see [`crate::step::newton::Equations`]).
+    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> Mask<R>;
 }
 
 /// Solves equations from `start`, in the lanes of `active`.
 ///
 /// A lane that gets a root gets, after as many evaluations, the root that [`crate::step::newton::solve`] finds. The lanes
 /// that would take part of an update, or stagnate, are left.
-#[inline]
-pub(super) fn solve<E: Equations>(
+#[inline(always)]
+pub(super) fn solve<R: Register, E: Equations<R>>(
     equations: &E,
     start: E::Z,
     expected: &E::Z,
     max_iterations: u32,
     active: u32,
-) -> Roots<E::Z> {
+) -> Roots<E::Z, R> {
     let mut found = Roots {
         z: start,
-        evaluations: [1; Lanes::LANES],
+        evaluations: [1; LANES],
         left: active,
         determinants: Lanes::splat(f64::NAN),
     };
-    let (mut bent, mut in_question) = (0, 0);
+    let (nowhere, everywhere) = (Mask::splat(false), Mask::splat(true));
+    let (mut bent, mut in_question) = (nowhere, nowhere);
     let limit = max_iterations.clamp(2, MAX_EVALUATIONS);
     let mut z = start;
     let mut before: Option<Iterate<E::Z>> = None;
     let mut before_that: Option<Iterate<E::Z>> = None;
-    let mut converging = u32::MAX;
-    // one loop, so that the generated rows stand in it once and are inlined
+    let mut converging = everywhere;
+    // one loop, so that the generated rows stand in it once
     for evaluation in 1..=limit {
-        let (update, determinants) = equations
-            .sparse_update(&z)
-            .unwrap_or_else(|| dense_update(equations, &z));
+        let (update, determinants) = match equations.sparse_update(&z) {
+            Some(found) => found,
+            None => dense_update(equations, &z),
+        };
         let next = z.zip(&update, |z, update| z + update);
         let now = Iterate {
             update,
             expected: z.zip(expected, |z, expected| expected.larger(z.abs())),
         };
         let last = match &before {
-            None if E::LINEAR => u32::MAX,
+            None if E::LINEAR => finite(&update),
             None => now.update().is_small(LAST_UPDATE),
             Some(before) => now.update().settles(&before.update()),
         };
-        let mut arrived = found.left & last & converging;
+        let mut arriving = last & converging;
         if let (true, 3, Some(first), Some(second)) = (E::WATCHED, evaluation, &before_that, &before) {
             [bent, in_question] = questioned(first, second);
-            if equations.past_is_short() {
-                in_question = bent;
-            }
+            in_question = in_question | (bent & equations.past_is_short());
         }
         if E::WATCHED && evaluation >= 3 {
             // these are for the iteration that looks at the other root
-            arrived &= !if evaluation > MANY { bent } else { in_question };
+            arriving = arriving & !if evaluation > MANY { bent } else { in_question };
         }
-        if arrived != 0 {
+        let mut arrived = found.left & arriving.bits();
+        if E::SCALED && arrived != 0 {
             let root = if E::LINEAR { next } else { z };
             let nearby = root.zip(expected, |z, expected| {
                 z + Lanes::splat(LAST_UPDATE) * expected.larger(z.abs())
             });
-            arrived &= equations.declared(&root, &nearby);
+            arrived &= equations.declared(&root, &nearby).bits();
         }
         if arrived == active {
             (found.z, found.left, found.determinants) = (next, 0, determinants);
-            found.evaluations = [evaluation; Lanes::LANES];
+            found.evaluations = [evaluation; LANES];
             return found;
         }
         if arrived != 0 {
@@ -149,11 +157,11 @@ pub(super) fn solve<E: Equations>(
         }
         // three evaluations are made without a look at how they converge, a fourth is not
         if let (Some(second), 3..) = (&before, evaluation) {
-            converging &= converges(second.update().relative(), now.update().relative());
+            converging = converging & converges(second.update().relative(), now.update().relative());
             if let (Some(first), 3) = (&before_that, evaluation) {
-                converging &= converges(first.update().relative(), second.update().relative());
+                converging = converging & converges(first.update().relative(), second.update().relative());
             }
-            if found.left & converging == 0 {
+            if found.left & converging.bits() == 0 {
                 break;
             }
         }
@@ -165,24 +173,28 @@ pub(super) fn solve<E: Equations>(
 
 /// Newton's update by the whole Jacobian, and the determinants.
 #[inline(always)]
-#[allow(clippy::inline_always)] // part of every step
-fn dense_update<E: Equations>(equations: &E, z: &E::Z) -> (E::Z, Lanes) {
+fn dense_update<R: Register, E: Equations<R>>(equations: &E, z: &E::Z) -> (E::Z, Lanes<R>) {
     let at = equations.linearize(z);
-    if E::LINEAR {
-        // where a lane has no solution each looks for its own
+    let (solution, determinants) = if E::LINEAR {
         let nan = Lanes::splat(f64::NAN);
-        let nowhere = at.rows.zip(&at.rows, |_, _| nan);
-        (at.update().unwrap_or(nowhere), nan)
+        (E::Z::solve_scaled(&at.jacobian, &at.rows), nan)
     } else {
-        let (update, determinants) = E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales());
-        (update.zip(&update, |x, _| -x), determinants)
-    }
+        E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales())
+    };
+    (solution.zip(&solution, |x, _| -x), determinants)
+}
+
+/// The lanes in which all components are numbers.
+#[inline(always)]
+fn finite<R: Register, U: Unknown<Lanes<R>>>(x: &U) -> Mask<R> {
+    let components = x.as_ref().iter();
+    components.fold(Mask::splat(true), |finite, x| finite & x.finite())
 }
 
 /// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of
 /// [`crate::step::newton`] for the worst pair of components.
-#[inline(never)]
-fn questioned<U: Unknown<Lanes>>(first: &Iterate<U>, second: &Iterate<U>) -> [u32; 2] {
+#[inline(always)]
+fn questioned<R: Register, U: Unknown<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
     let zero = Lanes::splat(0.0);
     let (mut before, mut after) = (zero, zero);
     let (mut smallest, mut largest) = (Lanes::splat(f64::INFINITY), zero);
@@ -193,13 +205,13 @@ fn questioned<U: Unknown<Lanes>>(first: &Iterate<U>, second: &Iterate<U>) -> [u3
     }
     let straight = (after * largest).below(Lanes::splat(BENT) * before * smallest);
     let close = (Lanes::splat(CLOSE) * (before * before) * smallest).at_most(after * (largest * largest));
-    let bent = !straight.bits();
-    [bent, bent & close.bits()]
+    let bent = !straight;
+    [bent, bent & close]
 }
 
 /// `next` in the lanes that go on. The others stay where they are: what is no number there would cost time.
-#[inline]
-fn continued<U: Unknown<Lanes>>(going: u32, z: &U, next: &U) -> U {
-    let going = Mask::from_bits(going);
+#[inline(always)]
+fn continued<R: Register, U: Unknown<Lanes<R>>>(going: u32, z: &U, next: &U) -> U {
+    let going = Mask::<R>::from_bits(going);
     next.zip(z, |next, z| going.select(next, z))
 }

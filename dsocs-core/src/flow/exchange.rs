@@ -26,6 +26,11 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         }
     }
 
+    /// The number of the position at which the past begins that steps go on from.
+    pub(crate) fn since(&self) -> u64 {
+        self.since
+    }
+
     /// Goes on from the step with the middle node `index`, which the flow has not gone to by itself.
     pub(crate) fn resume(&mut self, index: u64, state: State<S::Unknown<f64>, N>) {
         (self.q, self.d, self.predictor) = (state.q, state.d, state.predictor);

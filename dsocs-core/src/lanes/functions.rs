@@ -7,10 +7,11 @@
 
 // constants are written to all the digits that their sources give
 #![allow(clippy::excessive_precision, clippy::unreadable_literal)]
+// as in `register`
+#![allow(clippy::inline_always)]
 
-use wide::u64x8;
-
-use super::{Lanes, Mask};
+use super::register::Register;
+use super::{LANES, Lanes, Mask};
 use crate::scalar::Scalar;
 
 /// `1.5 · 2⁵²`: what is added to it is rounded to an integer, which then stands in the lowest bits.
@@ -29,8 +30,8 @@ const LARGEST_EXPONENT: f64 = 708.0;
 const SATURATION: f64 = 20.0;
 
 /// A polynomial, from its highest coefficient down.
-#[inline]
-fn polynomial<const D: usize>(x: Lanes, coefficients: [f64; D]) -> Lanes {
+#[inline(always)]
+fn polynomial<R: Register, const D: usize>(x: Lanes<R>, coefficients: [f64; D]) -> Lanes<R> {
     let mut sum = Lanes::splat(coefficients[0]);
     for &coefficient in &coefficients[1..] {
         sum = sum * x + Lanes::splat(coefficient);
@@ -39,43 +40,43 @@ fn polynomial<const D: usize>(x: Lanes, coefficients: [f64; D]) -> Lanes {
 }
 
 /// Calls `function` in the lanes where the vector code's `result` does not hold.
-#[inline]
-fn patch(x: Lanes, valid: Mask, result: Lanes, function: fn(f64) -> f64) -> Lanes {
+#[inline(always)]
+fn patch<R: Register>(x: Lanes<R>, valid: Mask<R>, result: Lanes<R>, function: fn(f64) -> f64) -> Lanes<R> {
     let bits = valid.bits();
     if bits == 0xff {
         result
     } else {
-        replaced(x, bits, result, function)
+        Lanes::from(replaced(x.into(), bits, result.into(), function))
     }
 }
 
 /// The rare part of [`patch`].
 #[cold]
 #[inline(never)]
-fn replaced(x: Lanes, valid: u32, mut result: Lanes, function: fn(f64) -> f64) -> Lanes {
-    for lane in 0..Lanes::LANES {
+fn replaced(x: [f64; LANES], valid: u32, mut result: [f64; LANES], function: fn(f64) -> f64) -> [f64; LANES] {
+    for (lane, result) in result.iter_mut().enumerate() {
         if valid >> lane & 1 == 0 {
-            result.set_lane(lane, function(x.lane(lane)));
+            *result = function(x[lane]);
         }
     }
     result
 }
 
 /// The sine.
-#[inline]
-pub(super) fn sin(x: Lanes) -> Lanes {
+#[inline(always)]
+pub(super) fn sin<R: Register>(x: Lanes<R>) -> Lanes<R> {
     circular(x, 0, f64::sin)
 }
 
 /// The cosine.
-#[inline]
-pub(super) fn cos(x: Lanes) -> Lanes {
+#[inline(always)]
+pub(super) fn cos<R: Register>(x: Lanes<R>) -> Lanes<R> {
     circular(x, 1, f64::cos)
 }
 
 /// The sine of `x` plus so many quarter turns.
-#[inline]
-fn circular(x: Lanes, quarters: u64, function: fn(f64) -> f64) -> Lanes {
+#[inline(always)]
+fn circular<R: Register>(x: Lanes<R>, quarters: u64, function: fn(f64) -> f64) -> Lanes<R> {
     let shifted = x * Lanes::splat(core::f64::consts::FRAC_2_PI) + Lanes::splat(TO_INTEGER);
     let count = shifted - Lanes::splat(TO_INTEGER);
     // π/2 in two parts of 33 bits, whose multiples are exact, and a tail
@@ -120,11 +121,13 @@ fn circular(x: Lanes, quarters: u64, function: fn(f64) -> f64) -> Lanes {
         most + (((one - most) - half) + (square * inner - r * rest))
     };
 
-    let quadrant = shifted.bits() + u64x8::splat(quarters);
-    let odd = Mask(Lanes::from_bits(u64x8::splat(0) - (quadrant & u64x8::splat(1))).0);
-    let sign = (quadrant & u64x8::splat(2)) << 62_u32;
-    let chosen = odd.select(cosine, sine);
-    let result = Lanes::from_bits(chosen.bits() ^ sign);
+    let quadrant = shifted.0.add_integers(Lanes::<R>::pattern(quarters).0);
+    // an even number of quarter turns, less one, has all bits; an odd number of half turns has the second bit
+    let last = quadrant.and(Lanes::<R>::pattern(1).0);
+    let even = Mask(last.add_integers(Lanes::<R>::pattern(u64::MAX).0));
+    let sign = quadrant.and(Lanes::<R>::pattern(2).0).shift_left::<62>();
+    let chosen = even.select(sine, cosine);
+    let result = Lanes(chosen.0.xor(sign));
 
     let size = x.abs();
     // near 0 nothing is taken away, and nothing lost
@@ -134,8 +137,8 @@ fn circular(x: Lanes, quarters: u64, function: fn(f64) -> f64) -> Lanes {
 }
 
 /// A power of two `2^k` and `exp(r) - 1` with `x = k ln 2 + r`, for arguments of at most [`LARGEST_EXPONENT`].
-#[inline]
-fn reduced_exponential(x: Lanes) -> (Lanes, Lanes) {
+#[inline(always)]
+fn reduced_exponential<R: Register>(x: Lanes<R>) -> (Lanes<R>, Lanes<R>) {
     let shifted = x * Lanes::splat(core::f64::consts::LOG2_E) + Lanes::splat(TO_INTEGER);
     let count = shifted - Lanes::splat(TO_INTEGER);
     let high = x - count * Lanes::splat(6.93147180369123816490e-01);
@@ -161,13 +164,18 @@ fn reduced_exponential(x: Lanes) -> (Lanes, Lanes) {
                     ]));
     // the rest of the argument enters with the slope 1 + r, which is enough for its size
     let small = Lanes::splat(0.5) * square + (square * r * inner + (rest + rest * r));
-    let power = Lanes::from_bits((shifted.bits() + u64x8::splat(1023)) << 52_u32);
+    let power = Lanes(
+        shifted
+            .0
+            .add_integers(Lanes::<R>::pattern(1023).0)
+            .shift_left::<52>(),
+    );
     (power, r + small)
 }
 
 /// The exponential.
-#[inline]
-pub(super) fn exp(x: Lanes) -> Lanes {
+#[inline(always)]
+pub(super) fn exp<R: Register>(x: Lanes<R>) -> Lanes<R> {
     let (power, less_one) = reduced_exponential(x);
     let result = power + power * less_one;
     patch(
@@ -179,15 +187,15 @@ pub(super) fn exp(x: Lanes) -> Lanes {
 }
 
 /// `exp(x) - 1` for arguments of at most [`LARGEST_EXPONENT`].
-#[inline]
-fn exponential_less_one(x: Lanes) -> Lanes {
+#[inline(always)]
+fn exponential_less_one<R: Register>(x: Lanes<R>) -> Lanes<R> {
     let (power, less_one) = reduced_exponential(x);
     power * less_one + (power - Lanes::splat(1.0))
 }
 
 /// `exp(x) - 1`.
-#[inline]
-pub(super) fn exp_m1(x: Lanes) -> Lanes {
+#[inline(always)]
+pub(super) fn exp_m1<R: Register>(x: Lanes<R>) -> Lanes<R> {
     // the vector code would lose the sign of a zero
     let size = x.abs();
     let inside = size.at_most(Lanes::splat(LARGEST_EXPONENT)) & Lanes::splat(0.0).below(size);
@@ -195,8 +203,8 @@ pub(super) fn exp_m1(x: Lanes) -> Lanes {
 }
 
 /// The hyperbolic tangent.
-#[inline]
-pub(super) fn tanh(x: Lanes) -> Lanes {
+#[inline(always)]
+pub(super) fn tanh<R: Register>(x: Lanes<R>) -> Lanes<R> {
     let size = x.abs();
     // a NaN is not below anything and stays
     let size = Lanes::select_lt(Lanes::splat(SATURATION), size, Lanes::splat(SATURATION), size);
@@ -206,6 +214,6 @@ pub(super) fn tanh(x: Lanes) -> Lanes {
     // t / (t + 2), written with 1 first where that loses less
     let quotient = Lanes::select_lt(size, Lanes::splat(0.55), less_one, two) / (less_one + two);
     let positive = Lanes::select_lt(size, Lanes::splat(0.55), quotient, one - quotient);
-    let sign = x.bits() & u64x8::splat(1 << 63);
-    Lanes::from_bits(positive.bits() | sign)
+    let sign = x.0.and(R::splat(-0.0));
+    Lanes(positive.0.or(sign))
 }

@@ -1,4 +1,9 @@
+use core::any::TypeId;
+
+use wide::f64x8;
+
 use super::*;
+use crate::instructions::Instructions;
 
 /// Values where functions have their corners, and many others of all sizes and both signs.
 fn arguments() -> Vec<f64> {
@@ -66,10 +71,21 @@ fn distance(x: f64, exact: f64) -> f64 {
 }
 
 #[track_caller]
-fn check(name: &str, units: f64, lanes: impl Fn(Lanes) -> Lanes, single: impl Fn(f64) -> f64) {
+fn check<R: Register>(
+    name: &str,
+    units: f64,
+    lanes: impl Fn(Lanes<R>) -> Lanes<R>,
+    single: impl Fn(f64) -> f64,
+) {
     let arguments = arguments();
     let mut worst = (0.0, 0.0);
-    for chunk in arguments.chunks(LANES) {
+    // those that the program was compiled for stand for all
+    let stride = if TypeId::of::<R>() == TypeId::of::<f64x8>() {
+        1
+    } else {
+        17
+    };
+    for chunk in arguments.chunks(LANES).step_by(stride) {
         let x: [f64; LANES] = core::array::from_fn(|i| chunk[i % chunk.len()]);
         let result = lanes(Lanes::from(x));
         for (lane, &x) in x.iter().enumerate() {
@@ -89,7 +105,11 @@ fn check(name: &str, units: f64, lanes: impl Fn(Lanes) -> Lanes, single: impl Fn
 
 /// Functions of two numbers, by the second in turn.
 #[track_caller]
-fn check_pair(name: &str, lanes: impl Fn(Lanes, Lanes) -> Lanes, single: impl Fn(f64, f64) -> f64) {
+fn check_pair<R: Register>(
+    name: &str,
+    lanes: impl Fn(Lanes<R>, Lanes<R>) -> Lanes<R>,
+    single: impl Fn(f64, f64) -> f64,
+) {
     for y in [
         0.0,
         -0.0,
@@ -105,20 +125,79 @@ fn check_pair(name: &str, lanes: impl Fn(Lanes, Lanes) -> Lanes, single: impl Fn
     }
 }
 
-#[test]
-fn arithmetic_is_that_of_one_number() {
-    check_pair("+", |x, y| x + y, |x, y| x + y);
-    check_pair("-", |x, y| x - y, |x, y| x - y);
-    check_pair("*", |x, y| x * y, |x, y| x * y);
-    check_pair("/", |x, y| x / y, |x, y| x / y);
-    check("neg", 0.0, |x| -x, |x| -x);
-    check("abs", 0.0, Scalar::abs, f64::abs);
-    check("recip", 0.0, Scalar::recip, f64::recip);
-    check("sqrt", 0.0, Scalar::sqrt, f64::sqrt);
-    check("signum", 0.0, Scalar::signum, f64::signum);
+macro_rules! in_all_registers {
+    ($($name:ident),* $(,)?) => {
+        $(
+            #[test]
+            fn $name() {
+                super::$name::<super::f64x8>();
+                #[cfg(target_arch = "x86_64")]
+                if super::Instructions::Avx2.are_available() {
+                    super::$name::<super::x86::Avx2>();
+                }
+                #[cfg(target_arch = "x86_64")]
+                if super::Instructions::Avx512.are_available() {
+                    super::$name::<super::x86::Avx512>();
+                }
+            }
+        )*
+    };
+}
+
+mod in_registers {
+    in_all_registers!(
+        arithmetic_is_that_of_one_number,
+        comparisons_select_by_lane,
+        functions_without_vector_code_are_those_of_one_number,
+        functions_with_vector_code_are_within_units_in_the_last_place,
+        a_lane_does_not_see_the_others,
+        a_function_of_one_lane_is_called_for_each,
+        functions_give_the_same_bits
+    );
+}
+
+/// Functions with vector code, against those in the registers that the program was compiled for.
+fn functions_give_the_same_bits<R: Register>() {
+    let narrow: [fn(Lanes) -> Lanes; 5] = [
+        Scalar::sin,
+        Scalar::cos,
+        Scalar::exp,
+        Scalar::exp_m1,
+        Scalar::tanh,
+    ];
+    let wide: [fn(Lanes<R>) -> Lanes<R>; 5] = [
+        Scalar::sin,
+        Scalar::cos,
+        Scalar::exp,
+        Scalar::exp_m1,
+        Scalar::tanh,
+    ];
+    for chunk in arguments().chunks_exact(LANES).step_by(7) {
+        let x: [f64; LANES] = core::array::from_fn(|lane| chunk[lane]);
+        for (narrow, wide) in narrow.into_iter().zip(wide) {
+            let narrow: [f64; LANES] = narrow(Lanes::from(x)).into();
+            let wide: [f64; LANES] = wide(Lanes::from(x)).into();
+            for lane in 0..LANES {
+                let same = narrow[lane].to_bits() == wide[lane].to_bits();
+                assert!(same || narrow[lane].is_nan() && wide[lane].is_nan(), "{x:?}");
+            }
+        }
+    }
+}
+
+fn arithmetic_is_that_of_one_number<R: Register>() {
+    check_pair::<R>("+", |x, y| x + y, |x, y| x + y);
+    check_pair::<R>("-", |x, y| x - y, |x, y| x - y);
+    check_pair::<R>("*", |x, y| x * y, |x, y| x * y);
+    check_pair::<R>("/", |x, y| x / y, |x, y| x / y);
+    check::<R>("neg", 0.0, |x| -x, |x| -x);
+    check::<R>("abs", 0.0, Scalar::abs, f64::abs);
+    check::<R>("recip", 0.0, Scalar::recip, f64::recip);
+    check::<R>("sqrt", 0.0, Scalar::sqrt, f64::sqrt);
+    check::<R>("signum", 0.0, Scalar::signum, f64::signum);
     for exponent in [-7, -2, -1, 0, 1, 2, 3, 4, 11, 64, i32::MAX, i32::MIN] {
         // the library rounds some powers with one multiplication less
-        check(
+        check::<R>(
             "powi",
             2.0 * f64::from(exponent.unsigned_abs().min(128)),
             |x| x.powi(exponent),
@@ -127,55 +206,51 @@ fn arithmetic_is_that_of_one_number() {
     }
 }
 
-#[test]
-fn comparisons_select_by_lane() {
-    let (then, otherwise) = (Lanes::splat(1.0), Lanes::splat(2.0));
-    check_pair(
+fn comparisons_select_by_lane<R: Register>() {
+    let (then, otherwise) = (Lanes::<R>::splat(1.0), Lanes::<R>::splat(2.0));
+    check_pair::<R>(
         "<",
-        |x, y| Lanes::select_lt(x, y, then, otherwise),
+        |x, y| Lanes::<R>::select_lt(x, y, then, otherwise),
         |x, y| f64::select_lt(x, y, 1.0, 2.0),
     );
-    check_pair(
+    check_pair::<R>(
         "<=",
-        |x, y| Lanes::select_le(x, y, then, otherwise),
+        |x, y| Lanes::<R>::select_le(x, y, then, otherwise),
         |x, y| f64::select_le(x, y, 1.0, 2.0),
     );
     for bits in 0..256 {
-        assert_eq!(Mask::from_bits(bits).bits(), bits);
+        assert_eq!(Mask::<R>::from_bits(bits).bits(), bits);
         assert_eq!(
-            (Mask::from_bits(bits) & Mask::from_bits(0x2f)).bits(),
+            (Mask::<R>::from_bits(bits) & Mask::<R>::from_bits(0x2f)).bits(),
             bits & 0x2f
         );
         assert_eq!(
-            (Mask::from_bits(bits) | Mask::from_bits(0x2f)).bits(),
+            (Mask::<R>::from_bits(bits) | Mask::<R>::from_bits(0x2f)).bits(),
             bits | 0x2f
         );
     }
 }
 
-#[test]
-fn functions_without_vector_code_are_those_of_one_number() {
+fn functions_without_vector_code_are_those_of_one_number<R: Register>() {
     macro_rules! same {
-        ($($name:ident),*) => { $(check(stringify!($name), 0.0, Scalar::$name, f64::$name);)* };
+        ($($name:ident),*) => { $(check::<R>(stringify!($name), 0.0, Scalar::$name, f64::$name);)* };
     }
     same!(
         cbrt, ln, ln_1p, tan, asin, acos, atan, sinh, cosh, asinh, acosh, atanh
     );
-    check_pair("powf", Scalar::powf, f64::powf);
-    check_pair("atan2", Scalar::atan2, f64::atan2);
+    check_pair::<R>("powf", Scalar::powf, f64::powf);
+    check_pair::<R>("atan2", Scalar::atan2, f64::atan2);
 }
 
-#[test]
-fn functions_with_vector_code_are_within_units_in_the_last_place() {
-    check("sin", 1.0, Scalar::sin, f64::sin);
-    check("cos", 1.0, Scalar::cos, f64::cos);
-    check("exp", 1.0, Scalar::exp, f64::exp);
-    check("exp_m1", 2.0, Scalar::exp_m1, f64::exp_m1);
-    check("tanh", 3.0, Scalar::tanh, f64::tanh);
+fn functions_with_vector_code_are_within_units_in_the_last_place<R: Register>() {
+    check::<R>("sin", 1.0, Scalar::sin, f64::sin);
+    check::<R>("cos", 1.0, Scalar::cos, f64::cos);
+    check::<R>("exp", 1.0, Scalar::exp, f64::exp);
+    check::<R>("exp_m1", 2.0, Scalar::exp_m1, f64::exp_m1);
+    check::<R>("tanh", 3.0, Scalar::tanh, f64::tanh);
 }
 
-#[test]
-fn a_lane_does_not_see_the_others() {
+fn a_lane_does_not_see_the_others<R: Register>() {
     let functions = [
         Scalar::sin,
         Scalar::cos,
@@ -185,11 +260,11 @@ fn a_lane_does_not_see_the_others() {
         Scalar::ln,
     ];
     let strangers = [f64::NAN, 1e300, f64::INFINITY, 0.0, 1e-310, -700.0, 3.0, 0.1];
-    for function in functions as [fn(Lanes) -> Lanes; 6] {
+    for function in functions as [fn(Lanes<R>) -> Lanes<R>; 6] {
         for x in arguments().into_iter().step_by(37) {
-            let alone = function(Lanes::splat(x)).lane(0);
+            let alone = function(Lanes::<R>::splat(x)).lane(0);
             for lane in 0..LANES {
-                let mut company = Lanes::from(strangers);
+                let mut company = Lanes::<R>::from(strangers);
                 company.set_lane(lane, x);
                 assert_eq!(function(company).lane(lane).to_bits(), alone.to_bits(), "{x:e}");
             }
@@ -197,10 +272,9 @@ fn a_lane_does_not_see_the_others() {
     }
 }
 
-#[test]
-fn a_function_of_one_lane_is_called_for_each() {
-    let x = Lanes::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
-    let [square, half] = Lanes::from_lanes(|lane| [x.lane(lane).powi(2), x.lane(lane) / 2.0]);
+fn a_function_of_one_lane_is_called_for_each<R: Register>() {
+    let x = Lanes::<R>::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    let [square, half] = Lanes::<R>::from_lanes(|lane| [x.lane(lane).powi(2), x.lane(lane) / 2.0]);
     assert_eq!(square, x * x);
-    assert_eq!(half, x / Lanes::splat(2.0));
+    assert_eq!(half, x / Lanes::<R>::splat(2.0));
 }

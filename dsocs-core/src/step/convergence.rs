@@ -13,7 +13,7 @@
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::unknown::Unknown;
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar;
 
 /// An update this small relative to the unknowns is the last: the error after it is its square.
@@ -59,7 +59,7 @@ pub(crate) trait Compare: Scalar {
     type Truth: Copy + BitAnd<Output = Self::Truth> + BitOr<Output = Self::Truth> + Not<Output = Self::Truth>;
 
     /// True in every lane.
-    const ALWAYS: Self::Truth;
+    fn always() -> Self::Truth;
 
     /// Whether a truth value is false in the only lane. Several lanes are not asked, for they take no branches.
     fn is_never(truth: Self::Truth) -> bool {
@@ -77,7 +77,10 @@ pub(crate) trait Compare: Scalar {
 impl Compare for f64 {
     type Truth = bool;
 
-    const ALWAYS: bool = true;
+    #[inline]
+    fn always() -> bool {
+        true
+    }
 
     #[inline]
     fn is_never(truth: bool) -> bool {
@@ -95,20 +98,23 @@ impl Compare for f64 {
     }
 }
 
-impl Compare for Lanes {
-    /// Lanes as bits.
-    type Truth = u32;
+#[allow(clippy::inline_always)] // compiled for the machine's own instructions
+impl<R: Register> Compare for Lanes<R> {
+    type Truth = Mask<R>;
 
-    const ALWAYS: u32 = u32::MAX;
-
-    #[inline]
-    fn is_at_most(self, other: Self) -> u32 {
-        self.at_most(other).bits()
+    #[inline(always)]
+    fn always() -> Mask<R> {
+        Mask::splat(true)
     }
 
-    #[inline]
-    fn is_below(self, other: Self) -> u32 {
-        self.below(other).bits()
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> Mask<R> {
+        self.at_most(other)
+    }
+
+    #[inline(always)]
+    fn is_below(self, other: Self) -> Mask<R> {
+        self.below(other)
     }
 }
 
@@ -132,7 +138,7 @@ impl<U> Update<'_, U> {
     where
         U: Unknown<T>,
     {
-        let mut small = T::ALWAYS;
+        let mut small = T::always();
         let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
         for (update, (unknown, &size)) in self.components.as_ref().iter().zip(sizes) {
             let expected = unknown.abs().larger(size);
@@ -151,7 +157,7 @@ impl<U> Update<'_, U> {
     where
         U: Unknown<T>,
     {
-        let mut settled = !T::ALWAYS;
+        let mut settled = !T::always();
         for (largest, smallest) in SETTLED {
             let small = self.is_small(largest);
             if T::is_never(small) {
@@ -166,25 +172,29 @@ impl<U> Update<'_, U> {
     }
 
     /// The size of the update relative to the unknowns, of all components the largest; NaN where a component is.
-    #[inline]
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
     pub fn relative<T: Compare>(&self) -> T
     where
         U: Unknown<T>,
     {
         let zero = T::splat(0.0);
-        let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
-        let updates = self.components.as_ref().iter().zip(sizes);
-        updates.fold(zero, |largest, (update, (unknown, &size))| {
+        let (unknowns, sizes) = (self.unknowns.as_ref(), self.sizes.as_ref());
+        let mut largest = zero;
+        for (place, update) in self.components.as_ref().iter().enumerate() {
             let update = update.abs();
             // no update is a small one, also of an unknown that is zero
-            let ratio = T::select_le(update, zero, zero, update / unknown.abs().larger(size));
-            T::select_le(ratio, largest, largest, ratio)
-        })
+            let quotient = update / unknowns[place].abs().larger(sizes[place]);
+            let ratio = T::select_le(update, zero, zero, quotient);
+            largest = T::select_le(ratio, largest, largest, ratio);
+        }
+        largest
     }
 }
 
 /// Whether an update of the relative size `now`, after one of the size `before`, shows that the iteration converges fast.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
 pub(crate) fn converges<T: Compare>(before: T, now: T) -> T::Truth {
     now.is_below(T::splat(MUCH_SMALLER) * before)
 }
@@ -326,11 +336,11 @@ impl<U: Unknown<f64>> NaturalSizes<U> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Remembered<U> {
     /// [`PART_OF_NATURAL`] of the sizes.
-    part: U,
+    pub part: U,
     /// `1/S`.
-    inverse: U,
+    pub inverse: U,
     /// How large the unknowns were in units of their natural sizes, of all the largest.
-    level: f64,
+    pub level: f64,
 }
 
 impl<U: Unknown<f64>> Remembered<U> {

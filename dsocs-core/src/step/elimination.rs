@@ -15,7 +15,7 @@ pub(super) const SMALLEST_DETERMINANT: f64 = 1e-100;
 pub(super) const LARGEST_DETERMINANT: f64 = 1e100;
 
 /// Whether a number is as wanted in every lane.
-#[inline]
+#[inline(always)]
 pub(super) fn every_lane<T: Scalar>(x: T, wanted: impl Fn(f64) -> bool) -> bool {
     (0..T::LANES).all(|lane| wanted(x.lane(lane)))
 }
@@ -28,7 +28,7 @@ pub(super) fn cramer<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T
 }
 
 /// Whether neither overflow nor underflow has harmed Cramer's rule with this determinant.
-#[inline]
+#[inline(always)]
 pub(super) fn is_safe<T: Scalar>(determinant: T) -> bool {
     every_lane(determinant, |x| {
         x.abs() > SMALLEST_DETERMINANT && x.abs() < LARGEST_DETERMINANT
@@ -36,13 +36,13 @@ pub(super) fn is_safe<T: Scalar>(determinant: T) -> bool {
 }
 
 /// The determinant of two rows.
-#[inline]
+#[inline(always)]
 pub(super) fn determinant<T: Scalar, const M: usize>(matrix: &[[T; M]; M]) -> T {
     matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0]
 }
 
 /// The quotients of Cramer's rule.
-#[inline]
+#[inline(always)]
 pub(super) fn quotients<T: Scalar, const M: usize>(
     matrix: &[[T; M]; M],
     right: &[T; M],
@@ -72,12 +72,21 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
 
 /// Gauss elimination of rows that are first brought to a common size.
 pub(super) fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
+    eliminate_scaled_here(matrix, right)
+}
+
+/// The same as part of its caller, which is compiled for the machine's own instructions.
+#[inline(always)]
+pub(super) fn eliminate_scaled_here<T: Scalar, const M: usize>(
+    matrix: &[[T; M]; M],
+    right: &[T; M],
+) -> [T; M] {
     let (mut a, mut x) = (*matrix, *right);
     let scales = scale_rows(&mut a);
     for (x, scale) in x.iter_mut().zip(scales) {
         *x = *x * scale;
     }
-    eliminate(&mut a, &mut x);
+    eliminate_here(&mut a, &mut x);
     x
 }
 
@@ -96,6 +105,12 @@ pub(super) struct Pivots<T> {
 /// Several lanes exchange rows by selection instead of branches, because they may differ in their pivots.
 #[inline]
 pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
+    eliminate_here(a, x)
+}
+
+/// The same as part of its caller, which is compiled for the machine's own instructions.
+#[inline(always)]
+pub(super) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
     let mut inverse = *x; // of the pivots
     let mut exchanges = Solution { sign: T::splat(1.0) };
     take_all_out(a, x, &mut inverse, &mut exchanges);
@@ -366,31 +381,31 @@ fn swap_up<T: Scalar, R, const M: usize>(a: &mut [[T; M]; M], x: &mut [R; M], k:
 }
 
 /// The same in each lane by itself; `sign` has changed where rows were exchanged.
+#[inline(always)]
 fn exchange<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M], k: usize, sign: T) -> T {
-    let place = |i: usize| T::splat(i as f64);
-    let (mut pivot, mut largest) = (place(k), a[k][k].abs());
+    let (mut pivot, mut largest) = (T::splat(k as f64), a[k][k].abs());
     for (i, row) in a.iter().enumerate().skip(k + 1) {
         let size = row[k].abs();
-        pivot = T::select_lt(largest, size, place(i), pivot);
+        pivot = T::select_lt(largest, size, T::splat(i as f64), pivot);
         largest = T::select_lt(largest, size, size, largest);
     }
     for i in k + 1..M {
-        let change = |upper: &mut T, lower: &mut T| {
-            let (u, l) = (*upper, *lower);
-            let here = |then: T, otherwise: T| {
-                let not_before = T::select_le(place(i), pivot, then, otherwise);
-                T::select_le(pivot, place(i), not_before, otherwise)
-            };
-            (*upper, *lower) = (here(l, u), here(u, l));
-        };
         let (head, tail) = a.split_at_mut(i);
         for j in k..M {
-            change(&mut head[k][j], &mut tail[0][j]);
+            exchange_where(i, pivot, &mut head[k][j], &mut tail[0][j]);
         }
         let (head, tail) = x.split_at_mut(i);
-        change(&mut head[k], &mut tail[0]);
+        exchange_where(i, pivot, &mut head[k], &mut tail[0]);
     }
-    T::select_le(pivot, place(k), sign, -sign)
+    T::select_le(pivot, T::splat(k as f64), sign, -sign)
+}
+
+/// Exchanges two numbers in the lanes whose pivot stands in row `i`.
+#[inline(always)]
+fn exchange_where<T: Scalar>(i: usize, pivot: T, upper: &mut T, lower: &mut T) {
+    let (place, u, l) = (T::splat(i as f64), *upper, *lower);
+    *upper = T::select_le(pivot, place, T::select_le(place, pivot, l, u), u);
+    *lower = T::select_le(pivot, place, T::select_le(place, pivot, u, l), l);
 }
 
 /// The power of two that brings a positive number into `[1, 2)`, as far as a normal number can; 1 for zero, NaN for

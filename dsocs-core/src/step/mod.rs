@@ -291,11 +291,12 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
     }
 
     fn on_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>) {
-        let known = self.system.known(self.constants, leg);
-        (
-            self.system.second_difference(self.constants, &known, z),
-            self.system.linearize(self.constants, &known, z),
-        )
+        let moved = Step {
+            known: self.system.known(self.constants, leg),
+            leg: *leg,
+            ..*self
+        };
+        (moved.second_difference(z), moved.linearize(z))
     }
 
     fn scales(&self, z: &Self::Z) -> Option<Self::Z> {

@@ -147,6 +147,13 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
     /// Takes in the solution of a step.
     #[inline]
     pub fn push(&mut self, z: &U) {
+        self.push_here(z);
+    }
+
+    /// The same as part of its caller, which is compiled for the machine's own instructions.
+    #[allow(clippy::inline_always)] // as it says
+    #[inline(always)]
+    pub fn push_here(&mut self, z: &U) {
         let mut difference = *z;
         for entry in &mut self.differences {
             let last = core::mem::replace(entry, difference);
@@ -170,25 +177,28 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
     /// differences in a row, because one alone may be small by passing through zero.
     #[inline]
     pub fn extrapolate(&self) -> U {
+        self.extrapolate_here()
+    }
+
+    /// The same as part of its caller, which is compiled for the machine's own instructions.
+    #[allow(clippy::inline_always)] // as it says
+    #[inline(always)]
+    pub fn extrapolate_here(&self) -> U {
         let last = self.differences[0];
         let sizes = last.zip(&last, |z, _| z.abs());
         let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
         // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
         for difference in &self.differences[1..] {
-            let unknowns = guess
-                .as_mut()
-                .iter_mut()
-                .zip(sum.as_mut())
-                .zip(smallest.as_mut())
-                .zip(before.as_mut());
-            for ((((guess, sum), smallest), before), &difference) in unknowns.zip(difference.as_ref()) {
-                *sum = *sum + difference;
+            let (guess, sum, smallest, before) =
+                (guess.as_mut(), sum.as_mut(), smallest.as_mut(), before.as_mut());
+            for (place, &difference) in difference.as_ref().iter().enumerate() {
+                sum[place] = sum[place] + difference;
                 let size = difference.abs();
                 // NaN where the history is too short, which is not smaller than anything
-                let larger = before.larger(size);
-                *guess = T::select_le(larger, *smallest, *sum, *guess);
-                *smallest = larger.smaller(*smallest);
-                *before = size;
+                let larger = before[place].larger(size);
+                guess[place] = T::select_le(larger, smallest[place], sum[place], guess[place]);
+                smallest[place] = larger.smaller(smallest[place]);
+                before[place] = size;
             }
         }
         guess
@@ -196,6 +206,8 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
 
     /// Changes the numbers that the unknowns are made of: `convert` fills the unknowns given first from those
     /// given second.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
     pub fn convert<R: Scalar, V: Unknown<R>>(
         &self,
         into: &mut Predictor<V, R>,
@@ -243,6 +255,16 @@ impl<U: Unknown<f64>> Predictor<U> {
     /// The same with other determinants.
     pub fn with_determinants(self, determinants: Determinants) -> Self {
         Self { determinants, ..self }
+    }
+
+    /// The natural sizes of the unknowns, where they were needed lately.
+    pub fn natural(&self) -> Option<&Remembered<U>> {
+        self.natural.as_ref()
+    }
+
+    /// The same with other natural sizes.
+    pub fn with_natural(self, natural: Option<Remembered<U>>) -> Self {
+        Self { natural, ..self }
     }
 
     /// The last solution.

@@ -17,6 +17,7 @@ use std::sync::OnceLock;
 
 use super::elimination::Determinant;
 use super::unknown::Unknown;
+use crate::instructions::Chosen;
 use crate::lanes::Lanes;
 use crate::scalar::Scalar;
 
@@ -351,7 +352,14 @@ macro_rules! working {
     };
 }
 
-working!(f64, Lanes);
+working!(f64);
+
+impl<R: Chosen> Working for Lanes<R> {
+    #[inline]
+    fn with_room<T>(length: usize, work: impl FnOnce(&mut [Self]) -> T) -> T {
+        R::with_room(length, work)
+    }
+}
 
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,13 @@
 //! The unknowns of a step and the linear equations of one Newton update.
 
+// what lanes call is compiled for the machine's own instructions
+#![allow(clippy::inline_always)]
+
 use core::fmt::Debug;
 
 use super::elimination::{
     Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, cramer, determinant, determinant_of,
-    eliminate, eliminate_scaled, every_lane, is_safe, quotients,
+    eliminate, eliminate_here, eliminate_scaled, eliminate_scaled_here, every_lane, is_safe, quotients,
 };
 use crate::scalar::Scalar;
 
@@ -76,6 +79,11 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     #[must_use]
     fn determinant(matrix: &Self::Square) -> Determinant;
 
+    /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`]. In lanes without a solution
+    /// some component is infinite or NaN.
+    #[must_use]
+    fn solve_scaled(matrix: &Self::Square, right: &Self) -> Self;
+
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
     /// In lanes without a solution that is finite and can be trusted some component is infinite or NaN. Beside it stands the
@@ -98,7 +106,7 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
         [[T::splat(0.0); M]; M]
     }
 
-    #[inline]
+    #[inline(always)]
     fn zip(&self, other: &Self, function: impl Fn(T, T) -> T) -> Self {
         // a loop, not `array::from_fn`: there are hundreds of instances, and each would bring a dozen of the library's
         let mut result = *self;
@@ -157,7 +165,34 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
         }
     }
 
-    #[inline]
+    #[inline(always)]
+    fn solve_scaled(matrix: &[[T; M]; M], right: &Self) -> Self {
+        match M {
+            1 => {
+                let mut solution = *right;
+                solution[0] = right[0] / matrix[0][0];
+                solution
+            }
+            2 => {
+                let determinant = determinant(matrix);
+                let quick = quotients(matrix, right, determinant);
+                if is_safe(determinant) {
+                    return quick;
+                }
+                let size = determinant.abs();
+                let slow = eliminate_scaled_here(matrix, right);
+                let mut solution = quick;
+                for ((solution, quick), slow) in solution.iter_mut().zip(quick).zip(slow) {
+                    let bounded = T::select_lt(size, T::splat(LARGEST_DETERMINANT), quick, slow);
+                    *solution = T::select_lt(T::splat(SMALLEST_DETERMINANT), size, bounded, slow);
+                }
+                solution
+            }
+            _ => eliminate_scaled_here(matrix, right),
+        }
+    }
+
+    #[inline(always)]
     fn solve_lanes(matrix: &[[T; M]; M], right: &Self, scales: &[T; 2]) -> (Self, T) {
         match M {
             1 => {
@@ -178,7 +213,7 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
                     smallest,
                     largest,
                     sign,
-                } = eliminate(&mut matrix, &mut solution);
+                } = eliminate_here(&mut matrix, &mut solution);
                 let nan = T::splat(f64::NAN);
                 let solution = solution.map(|x| {
                     let bounded = T::select_lt(largest, T::splat(LARGEST_DETERMINANT), x, nan);

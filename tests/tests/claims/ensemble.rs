@@ -1,9 +1,12 @@
 //! Trajectories in lanes are as accurate as single ones, whatever lies beside them and however many threads there are.
 
+use std::hint::black_box;
 use std::num::NonZeroU64;
+use std::time::Instant;
 
 use dsocs_core::{
-    Ensemble, Flow, InputError, Node, RunError, Start, StepFailure, Stepper, System, Trajectory, dsocs,
+    Ensemble, Flow, InputError, Inputs, Instructions, Node, RunError, Start, StepFailure, Stepper, System,
+    Trajectory, dsocs,
 };
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
@@ -430,5 +433,182 @@ fn the_pendulum_with_other_parameters_in_every_lane() {
                 alone.q[i]
             );
         }
+    }
+}
+
+#[test]
+fn all_instructions_give_the_same_bits() {
+    let pendulum_starts: Vec<_> = (0..11).map(|k| pendulum(f64::from(k))).collect();
+    let ends = |widest| {
+        let ensemble = Ensemble::new(&InertiaWheelPendulum::default(), 0.1)
+            .unwrap()
+            .starts(pendulum_starts.iter().copied())
+            .instructions(widest)
+            .to(60.0);
+        let mut random = Random::new(5);
+        let tied = Tied {
+            k: [0.7, 2.0],
+            f: [0.1, -0.2],
+        };
+        let starts = (0..9).map(|_| {
+            let mut vector = || [(); 3].map(|()| random.between(-1.0, 1.0));
+            Start::second_order(vector(), vector())
+        });
+        let three = Ensemble::new(&tied, 0.05)
+            .unwrap()
+            .starts(starts)
+            .instructions(widest)
+            .to(5.0);
+        // with the shortest decimals, no two numbers are the same
+        format!("{ensemble:?} {three:?}")
+    };
+    let narrow = ends(Instructions::Compiled);
+    for widest in Instructions::ALL {
+        assert!(ends(widest) == narrow, "{widest}");
+    }
+}
+
+/// The last node of a flow under inputs that are held.
+fn driven(own: &Sliding, h: f64, start: Start<2>, t: f64, plan: &[[f64; 2]]) -> Result<Node<2>, RunError> {
+    let at = |time: f64| {
+        let held = plan.iter().rfind(|[from, _]| *from <= time + 1e-6 * h.abs());
+        held.map_or(own.friction, |[_, value]| *value)
+    };
+    let begun = Sliding {
+        friction: at(start.time()),
+        ..own.clone()
+    };
+    let mut flow = Flow::new(&begun, h, start)?;
+    let mut last = flow.node();
+    flow.drive(t, &mut |node, run| {
+        last = *node;
+        let next = run.clock().time_of(node.index + 1);
+        run.set_input("friction", at(next))
+    })?;
+    Ok(last)
+}
+
+#[test]
+fn inputs_are_held_from_lane_to_lane() {
+    let base = Sliding {
+        mass: 1.0,
+        slope: 0.5,
+        friction: 0.1,
+    };
+    let start = |k: u32| Start::second_order([0.0, 0.1 * f64::from(k)], [1.0, 0.2]);
+    // some change often, some at once, some between nodes, some never; one cannot be set
+    let plan = |k: u32| -> Vec<[f64; 2]> {
+        let changes = (0..3 * k).map(|i| [0.3 * f64::from(i), 0.05 * f64::from((i * k) % 7)]);
+        match k {
+            7 => vec![[1.0, 0.3], [2.0, f64::NAN], [3.0, 0.1]],
+            8 => vec![[0.02, 0.4], [0.05, 0.2], [0.051, 0.7]],
+            _ => changes.collect(),
+        }
+    };
+    let mut ended = 0;
+    for h in [0.05_f64, -0.05] {
+        let t = 6.0 * h.signum();
+        let shifted = |k| if h < 0.0 { start(k).at(6.0) } else { start(k) };
+        let end = if h < 0.0 { 0.0 } else { t };
+        let ensemble = Ensemble::new(&base, h)
+            .unwrap()
+            .starts((0..19).map(shifted))
+            .varied("mass", (0..19).map(|k| 1.0 + 0.1 * f64::from(k)))
+            .unwrap()
+            .held("friction", (0..19).map(plan))
+            .unwrap();
+        let every = ensemble.stream(end, NonZeroU64::MIN, |_| Trajectory::default());
+        for (k, (last, seen)) in (0..).zip(ensemble.to(end).into_iter().zip(every)) {
+            let own = Sliding {
+                mass: 1.0 + 0.1 * f64::from(k),
+                ..base.clone()
+            };
+            let alone = driven(&own, h, shifted(k), end, &plan(k));
+            match (&last, &alone) {
+                (Ok(lane), Ok(alone)) => {
+                    let bits = |node: &Node<2>| [node.q, node.v, node.force].map(|x| x.map(f64::to_bits));
+                    assert_eq!(bits(lane), bits(alone), "{k}, {h}");
+                }
+                (Err(lane), Err(alone)) => assert_eq!(lane.to_string(), alone.to_string()),
+                other => panic!("{k}: {other:?}"),
+            }
+            assert_eq!(format!("{:?}", seen.last), format!("{last:?}"), "{k}");
+            assert!(last.is_err() || k != 7);
+            ended += u32::from(last.is_ok());
+        }
+    }
+    assert!(ended > 30, "{ended}");
+    let refused = Ensemble::new(&base, 0.1)
+        .unwrap()
+        .starts([start(0)])
+        .held("friction", [Vec::new(), Vec::new()]);
+    assert!(matches!(refused, Err(RunError::Input(error)) if matches!(*error, InputError::Count { .. })));
+}
+
+/// How much faster trajectories are in lanes than one flow after the other, with all instructions that the machine has:
+/// `cargo test --release -p dsocs-tests --test claims ensemble::what_lanes_gain -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn what_lanes_gain() {
+    for h in [0.1, 0.01] {
+        let particle = |part: f64| Start::paper([0.0, 0.0], [1.0 + 0.1 * part, 1.0 - 0.1 * part]);
+        gain("particle", &CurvedParticle::default(), h, particle);
+        let pendulum = |part: f64| Start::paper([0.5, 0.0], [0.1 * part, 0.5 - 0.1 * part]);
+        gain("pendulum", &InertiaWheelPendulum::default(), h, pendulum);
+    }
+}
+
+/// Measures flows and ensembles in turn, on one thread.
+fn gain<S: System<2> + Sync>(name: &str, system: &S, h: f64, start: impl Fn(f64) -> Start<2>) {
+    const TRAJECTORIES: u32 = 64;
+    const STEPS: u32 = 2000;
+    let starts: Vec<_> = (0..TRAJECTORIES)
+        .map(|k| start(f64::from(k) / f64::from(TRAJECTORIES)))
+        .collect();
+    let time = |work: &dyn Fn()| {
+        let begin = Instant::now();
+        work();
+        begin.elapsed().as_secs_f64() * 1e9 / f64::from(TRAJECTORIES * STEPS)
+    };
+    let flows = || {
+        for &start in &starts {
+            let mut flow = Flow::new(system, h, start).unwrap();
+            for _ in 0..STEPS {
+                flow.advance().unwrap();
+            }
+            black_box(flow.position());
+        }
+    };
+    let available = Instructions::ALL
+        .into_iter()
+        .filter(|these| these.are_available());
+    let ensembles: Vec<_> = available
+        .map(|these| {
+            let ensemble = Ensemble::new(system, h).unwrap().starts(starts.clone());
+            (these, ensemble.threads(1).unwrap().instructions(these))
+        })
+        .collect();
+    let until = h * f64::from(STEPS);
+    let mut alone = Vec::new();
+    let mut times = vec![Vec::new(); ensembles.len()];
+    let mut gains = times.clone();
+    for _ in 0..15 {
+        alone.push(time(&flows));
+        for (place, (_, ensemble)) in ensembles.iter().enumerate() {
+            times[place].push(time(&|| drop(black_box(ensemble.to(until)))));
+            gains[place].push(alone[alone.len() - 1] / times[place][times[place].len() - 1]);
+        }
+    }
+    let median = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    println!("{name}, h = {h}: a flow {:.0} ns a step", median(alone));
+    for ((these, _), (times, gains)) in ensembles.iter().zip(times.into_iter().zip(gains)) {
+        println!(
+            "    {these}: {:.1} ns, {:.1} times as fast",
+            median(times),
+            median(gains)
+        );
     }
 }

@@ -163,7 +163,7 @@ fn lanes_solve_as_one_trajectory_does() {
     let mut random = Random(4);
     for _ in 0..20 {
         let sparse = random.sparse(40);
-        let numbers: Vec<[f64; Lanes::LANES]> = sparse
+        let numbers: Vec<[f64; <Lanes>::LANES]> = sparse
             .entries
             .iter()
             .map(|_| core::array::from_fn(|lane| if lane == 3 { 0.0 } else { random.number() }))
@@ -175,7 +175,7 @@ fn lanes_solve_as_one_trajectory_does() {
             [Lanes::splat(1.0); M]
         };
         let found: Update<[Lanes; M]> = sparse.update(fill, |_| {});
-        for lane in 0..Lanes::LANES {
+        for lane in 0..<Lanes>::LANES {
             let entries: Vec<f64> = numbers.iter().map(|lanes| lanes[lane]).collect();
             let (alone, _) = solved(&sparse, &entries, [1.0; M]);
             for (together, alone) in found.update.iter().zip(alone) {

@@ -52,7 +52,8 @@ pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: 
     let third_order = third_order(model, stages);
     let n = Literal::usize_unsuffixed(n);
     quote! {
-        // straight-line code: the lints for people do not apply to it
+        // straight-line code: the lints for people do not apply to it. What is part of a step has to be inlined, because lanes compile
+        // their steps for the machine's own instructions, and what stands outside is not compiled for them
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Compiled<#n> for #name #type_generics #where_clause {
@@ -170,7 +171,7 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
             [#(#constants,)* #(#of_energy,)* #(#none),*]
         }
 
-        #[inline]
+        #[inline(always)]
         fn known<__T: ::dsocs_core::__private::Scalar>(
             &self,
             constants: &Self::Constants<__T>,
@@ -204,7 +205,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
 
         #scales
 
-        #[inline]
+        #[inline(always)]
         fn unknown<__T: ::dsocs_core::__private::Scalar>(
             &self,
             e: &[__T; #n],
@@ -213,7 +214,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
             [#(#kept),*]
         }
 
-        #[inline]
+        #[inline(always)]
         fn second_difference<__T: ::dsocs_core::__private::Scalar>(
             &self,
             constants: &Self::Constants<__T>,
@@ -232,7 +233,7 @@ fn linearize_method(stages: &Stages) -> TokenStream {
     let (rows, jacobian) = results.split_at(stages.rows.len());
     let jacobian = matrix(jacobian, rows.len());
     quote! {
-        #[inline]
+        #[inline(always)]
         fn linearize<__T: ::dsocs_core::__private::Scalar>(
             &self,
             constants: &Self::Constants<__T>,
@@ -302,7 +303,7 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
     }
     let (code, scales) = later(stages, &stages.scales);
     Some(quote! {
-        #[inline]
+        #[inline(always)]
         fn scales<__T: ::dsocs_core::__private::Scalar>(
             &self,
             constants: &Self::Constants<__T>,
@@ -330,7 +331,7 @@ fn report_method(model: &Model, stages: &Stages) -> TokenStream {
         .code(&energy.value, &stages.in_energy(), "m", &argument);
     let n = Literal::usize_unsuffixed(n);
     quote! {
-        #[inline]
+        #[inline(always)]
         fn report<__T: ::dsocs_core::__private::Scalar>(
             &self,
             constants: &Self::Constants<__T>,

@@ -1,0 +1,384 @@
+//! The steps of a block, which are compiled for each kind of register.
+
+// see [`crate::instructions`]
+#![allow(clippy::inline_always)]
+
+use core::array;
+use core::marker::PhantomData;
+
+use wide::f64x8;
+
+use super::newton::{self, Roots};
+use super::state::{Found, Now};
+use crate::compiled::{Compiled, Report};
+use crate::flow::SHORT_PAST;
+use crate::instructions::{Chosen, InLanes, Instructions};
+use crate::lanes::{LANES, Lanes, Mask, Register};
+use crate::run::{Clock, Node};
+use crate::scalar::Scalar;
+use crate::step::newton::Stop;
+use crate::step::unknown::{Linearization, Unknown};
+use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
+use crate::system::{Leg, Point, System};
+
+/// What all steps of a block have in common.
+#[derive(Clone, Copy)]
+pub(super) struct Common<'s, S> {
+    /// The system, for what is not a parameter.
+    pub system: &'s S,
+    /// The step.
+    pub h: f64,
+    /// How often the rows of a step may be evaluated from one guess.
+    pub max_iterations: u32,
+    /// The clocks of the lanes, where the system asks for the time.
+    pub clocks: [Clock; LANES],
+}
+
+/// Which steps are to be made.
+#[derive(Clone, Copy)]
+pub(super) struct Task {
+    /// The middle node of the first.
+    pub index: u64,
+    /// That of the last, of which a report is wanted.
+    pub last: u64,
+    /// The lanes whose trajectories go on, as bits.
+    pub active: u32,
+    /// Those whose first step is made elsewhere.
+    pub elsewhere: u32,
+    /// In each lane, the position at which the past begins.
+    pub since: [u64; LANES],
+}
+
+/// The last step that was made.
+pub(super) struct Made<S: System<N>, const N: usize> {
+    /// Its middle node.
+    pub index: u64,
+    /// The lanes that have to be solved for themselves, as bits.
+    pub alone: u32,
+    /// The step, which is not taken yet where there are such lanes.
+    pub held_back: Option<HeldBack<S, N>>,
+    /// What is told of the node, if it was the last that was to be made.
+    pub told: Option<Told<N>>,
+}
+
+/// What is told of a node, by lanes.
+pub(super) struct Told<const N: usize> {
+    /// Position.
+    q: [[f64; LANES]; N],
+    /// Velocity.
+    v: [[f64; LANES]; N],
+    /// Acceleration.
+    a: [[f64; LANES]; N],
+    /// Constraint force.
+    force: [[f64; LANES]; N],
+    /// Energy.
+    energy: [f64; LANES],
+    /// How often the rows were evaluated.
+    evaluations: [u32; LANES],
+}
+
+impl<const N: usize> Told<N> {
+    /// The node of one lane.
+    pub fn node(&self, lane: usize, index: u64, t: f64) -> Node<N> {
+        let one = |x: &[[f64; LANES]; N]| array::from_fn(|i| x[i][lane]);
+        Node {
+            index,
+            t,
+            q: one(&self.q),
+            v: one(&self.v),
+            a: one(&self.a),
+            force: one(&self.force),
+            energy: self.energy[lane],
+            iterations: self.evaluations[lane],
+            stop: Stop::Update,
+        }
+    }
+}
+
+/// What a block keeps between its steps, whatever their registers are.
+pub(super) type Kept<S, const N: usize> = Now<<S as Compiled<N>>::Unknown<Lanes>, f64x8, N>;
+
+/// A step that is held back, in the same.
+pub(super) type HeldBack<S, const N: usize> = Found<<S as Compiled<N>>::Unknown<Lanes>, f64x8, N>;
+
+/// The steps of eight trajectories, in any kind of register.
+pub(super) trait Engine<S: System<N>, const N: usize> {
+    /// Makes steps up to the last one, or to one in which some lane has to be solved for itself.
+    fn steps(&mut self, kept: &mut Kept<S, N>, task: &Task) -> Made<S, N>;
+
+    /// Gives the parameters of one lane other values, those of `system`.
+    fn set_parameters(&mut self, lane: usize, system: &S);
+}
+
+/// The steps with the instructions that are asked for, or the widest that there are below them.
+pub(super) fn engine<'s, S: System<N>, const N: usize>(
+    instructions: Instructions,
+    common: Common<'s, S>,
+) -> Box<dyn Engine<S, N> + 's> {
+    // sparse elimination is a function of its own, which is compiled for no other registers
+    #[cfg(target_arch = "x86_64")]
+    if const { !S::SPARSE } {
+        use crate::lanes::x86::{Avx2, Avx512};
+        if instructions >= Instructions::Avx512
+            && let Some(token) = Avx512::token()
+        {
+            return Box::new(Steps::<Avx512, S, N>::new(token, common));
+        }
+        if instructions >= Instructions::Avx2
+            && let Some(token) = Avx2::token()
+        {
+            return Box::new(Steps::<Avx2, S, N>::new(token, common));
+        }
+    }
+    let _ = instructions;
+    Box::new(Steps::<f64x8, S, N>::new((), common))
+}
+
+/// The steps in registers of one kind.
+struct Steps<'s, R: Chosen, S: System<N>, const N: usize> {
+    /// What tells that the machine has them.
+    token: R::Token,
+    /// What does not change.
+    common: Common<'s, S>,
+    /// The parameters.
+    parameters: S::Parameters<Lanes<R>>,
+    /// What is known since the run began.
+    constants: S::Constants<Lanes<R>>,
+    /// The number of coordinates.
+    coordinates: PhantomData<[(); N]>,
+}
+
+/// The rows of a step, in lanes.
+struct Rows<'a, R: Register, S: System<N>, const N: usize> {
+    /// The system.
+    system: &'a S,
+    /// What is known since the run began.
+    constants: &'a S::Constants<Lanes<R>>,
+    /// What is known since the step began.
+    known: &'a S::Known<Lanes<R>>,
+    /// In which units determinants are wanted.
+    scales: &'a [Lanes<R>; 2],
+    /// The lanes whose past is too short to tell two roots apart by it.
+    past_is_short: u32,
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, R, S, N> {
+    type Z = S::Unknown<Lanes<R>>;
+
+    const LINEAR: bool = S::LINEAR;
+
+    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
+
+    const SCALED: bool = S::SCALED;
+
+    #[inline(always)]
+    fn past_is_short(&self) -> Mask<R> {
+        Mask::from_bits(self.past_is_short)
+    }
+
+    #[inline(always)]
+    fn scales(&self) -> &[Lanes<R>; 2] {
+        self.scales
+    }
+
+    #[inline(always)]
+    fn linearize(&self, z: &Self::Z) -> Linearization<Lanes<R>, Self::Z> {
+        self.system.linearize(self.constants, self.known, z)
+    }
+
+    #[inline]
+    fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)> {
+        if const { !S::SPARSE } {
+            return None;
+        }
+        let sparse = self.system.sparse()?;
+        let mut determinants = Lanes::splat(if sparse.is_odd() { -1.0 } else { 1.0 });
+        let mut scale = &self.scales[0];
+        let found = sparse.update(
+            |entries| self.system.entries(self.constants, self.known, z, entries),
+            |pivot| {
+                determinants = determinants * (pivot * *scale);
+                scale = &self.scales[1];
+            },
+        );
+        Some((found.update, determinants))
+    }
+
+    #[inline(always)]
+    fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> Mask<R> {
+        let here = self.system.scales(self.constants, self.known, z);
+        let there = self.system.scales(self.constants, self.known, nearby);
+        let mut declared = Mask::splat(true);
+        for (&here, &there) in here.as_ref().iter().zip(there.as_ref()) {
+            let change = (here - there).abs();
+            declared = declared & change.below(Lanes::splat(NEARLY_THE_SAME) * here.abs());
+        }
+        declared
+    }
+}
+
+impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
+    /// Whether roots are watched for others nearby.
+    const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
+
+    /// Lanes without trajectories.
+    fn new(token: R::Token, common: Common<'s, S>) -> Self {
+        let parameters = common.system.parameters::<Lanes<R>>();
+        Self {
+            token,
+            constants: common.system.constants(&parameters, Lanes::splat(common.h)),
+            parameters,
+            common,
+            coordinates: PhantomData,
+        }
+    }
+
+    /// The lanes whose past is short at a node, as bits.
+    fn short(task: &Task, index: u64) -> u32 {
+        let is_short = |lane: &usize| index.saturating_sub(task.since[*lane]) <= SHORT_PAST;
+        (0..LANES)
+            .filter(is_short)
+            .fold(0, |short, lane| short | 1 << lane)
+    }
+}
+
+/// Work for the registers: steps.
+struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
+    /// The steps.
+    steps: &'a Steps<'s, R, S, N>,
+    /// What they depend on.
+    kept: &'a mut Kept<S, N>,
+    /// Which are to be made.
+    task: &'a Task,
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N> {
+    type Output = Made<S, N>;
+
+    #[inline(always)]
+    fn run(self) -> Made<S, N> {
+        let Self { steps, kept, task } = self;
+        let (system, constants) = (steps.common.system, &steps.constants);
+        let mut now: Now<S::Unknown<Lanes<R>>, R, N> = kept.moved();
+        let (mut index, mut elsewhere) = (task.index, task.elsewhere);
+        let mut short = u32::MAX;
+        loop {
+            if short != 0 {
+                short = Steps::<R, S, N>::short(task, index);
+            }
+            let leg = Leg {
+                t: if S::DEPENDS_ON_TIME {
+                    times(&steps.common.clocks, index).into()
+                } else {
+                    Lanes::splat(0.0)
+                },
+                q: now.q.hi,
+                d: now.d.hi,
+            };
+            let known = system.known(constants, &leg);
+            let increment = system.unknown(&leg.d, &[]);
+            let least = increment.zip(&increment, |d, _| Lanes::splat(SECOND_DIFFERENCE) * d.abs());
+            let expected = now.expected(&least);
+            let rows = Rows {
+                system,
+                constants,
+                known: &known,
+                scales: &now.determinants.scales,
+                past_is_short: short,
+            };
+            let roots: Roots<_, R> = newton::solve(
+                &rows,
+                now.predictor.extrapolate_here(),
+                &expected,
+                steps.common.max_iterations,
+                task.active,
+            );
+            let e = system.second_difference(constants, &known, &roots.z);
+            let mut d = now.d;
+            d.add(&e);
+            let q = now.q.plus(&d);
+            let mut finite = Mask::<R>::splat(true);
+            for q in &q.hi {
+                finite = finite & q.finite();
+            }
+            let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
+            if Steps::<R, S, N>::WATCHED {
+                alone |= now.determinants.take(roots.determinants, task.active & !alone);
+            }
+            let mut told = None;
+            if index == task.last {
+                let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
+                told = Some(tell(&point, &force, energy, roots.evaluations));
+            }
+            let found = Found { q, d, z: roots.z };
+            let held_back = (alone != 0).then(|| found.moved());
+            if held_back.is_none() {
+                now.take(&found);
+            }
+            if held_back.is_some() || told.is_some() {
+                *kept = now.moved();
+                return Made {
+                    index,
+                    alone,
+                    held_back,
+                    told,
+                };
+            }
+            index += 1;
+            elsewhere = 0;
+        }
+    }
+}
+
+/// The times of a node.
+#[inline(never)]
+fn times(clocks: &[Clock; LANES], index: u64) -> [f64; LANES] {
+    array::from_fn(|lane| clocks[lane].time_of(index))
+}
+
+/// What is told of a node, taken out of registers.
+#[inline(always)]
+fn tell<R: Register, const N: usize>(
+    point: &Point<Lanes<R>, N>,
+    force: &[Lanes<R>; N],
+    energy: Lanes<R>,
+    evaluations: [u32; LANES],
+) -> Told<N> {
+    let mut told = Told {
+        q: [[0.0; LANES]; N],
+        v: [[0.0; LANES]; N],
+        a: [[0.0; LANES]; N],
+        force: [[0.0; LANES]; N],
+        energy: energy.into(),
+        evaluations,
+    };
+    let parts = [
+        (&mut told.q, &point.q),
+        (&mut told.v, &point.v),
+        (&mut told.a, &point.a),
+        (&mut told.force, force),
+    ];
+    for (to, from) in parts {
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to = from.into();
+        }
+    }
+    told
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Steps<'_, R, S, N> {
+    fn steps(&mut self, kept: &mut Kept<S, N>, task: &Task) -> Made<S, N> {
+        let steps = &*self;
+        R::run(self.token, Making { steps, kept, task })
+    }
+
+    fn set_parameters(&mut self, lane: usize, system: &S) {
+        for (place, parameter) in self.parameters.as_mut().iter_mut().enumerate() {
+            parameter.set_lane(lane, system.parameter(place).unwrap_or(f64::NAN));
+        }
+        self.constants = self
+            .common
+            .system
+            .constants(&self.parameters, Lanes::splat(self.common.h));
+    }
+}

@@ -1,0 +1,101 @@
+//! Parameters that change during the runs, other ones on each trajectory.
+
+use crate::flow::Flow;
+use crate::run::{Clock, Inputs, RunError};
+use crate::system::System;
+
+/// Times that differ by less than this part of a step are the same.
+const ROUNDING: f64 = 1e-6;
+
+/// A parameter that changes.
+#[derive(Clone, Debug)]
+pub(super) struct HeldInputs {
+    /// Its place.
+    pub place: usize,
+    /// For each start, times and the values that hold from them on.
+    pub plans: Vec<Vec<[f64; 2]>>,
+}
+
+impl HeldInputs {
+    /// The value on a trajectory at a time; `None` before the first.
+    pub fn at(&self, trajectory: usize, t: f64, h: f64) -> Option<f64> {
+        let plan = self.plans.get(trajectory)?;
+        let later = plan.partition_point(|&[time, _]| time <= t + ROUNDING * h.abs());
+        Some(plan.get(later.checked_sub(1)?)?[1])
+    }
+}
+
+/// A new value of a parameter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Change {
+    /// The position from which on it holds, by its number.
+    pub index: u64,
+    /// The place of the parameter.
+    pub place: usize,
+    /// The value.
+    pub value: f64,
+}
+
+/// The changes on a trajectory after its start, the first one last. Before the first time of a plan, a parameter has the value
+/// `own` says.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
+pub(super) fn changes(
+    held: &[HeldInputs],
+    trajectory: usize,
+    (clock, h): (&Clock, f64),
+    own: impl Fn(usize) -> f64,
+) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for input in held {
+        let value = |index: u64| {
+            let value = input.at(trajectory, clock.time_of(index), h);
+            value.unwrap_or_else(|| own(input.place))
+        };
+        let times = input.plans.get(trajectory).into_iter().flatten();
+        for [time, _] in times {
+            let before = ((time - clock.time_of(0)) / h).floor();
+            let candidates = [before, before + 1.0, before + 2.0];
+            for index in candidates.into_iter().filter(|&index| index >= 1.0) {
+                let index = index as u64;
+                let (old, new) = (value(index - 1), value(index));
+                if old.to_bits() != new.to_bits() {
+                    changes.push(Change {
+                        index,
+                        place: input.place,
+                        value: new,
+                    });
+                }
+            }
+        }
+    }
+    changes.sort_by_key(|change| (core::cmp::Reverse(change.index), change.place));
+    changes.dedup_by_key(|change| (change.index, change.place));
+    changes
+}
+
+/// What can be done with systems that can be copied.
+pub(super) struct Own<S: System<N>, const N: usize> {
+    /// Copies one.
+    pub copy: fn(&S) -> S,
+    /// Gives a parameter of a flow another value.
+    pub set: fn(&mut Flow<'_, S, N>, &str, f64) -> Result<(), RunError>,
+}
+
+impl<S: System<N> + Clone, const N: usize> Own<S, N> {
+    /// What copying is needed for.
+    pub fn new() -> Self {
+        Self {
+            copy: S::clone,
+            set: |flow, parameter, value| flow.set_input(parameter, value),
+        }
+    }
+}
+
+// by hand, because a derivation would ask the system for as much
+impl<S: System<N>, const N: usize> Clone for Own<S, N> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: System<N>, const N: usize> Copy for Own<S, N> {}
