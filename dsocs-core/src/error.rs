@@ -344,8 +344,9 @@ fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&De
     let at_rest = v0.iter().all(|&v| v == 0.0);
     match (cause.reason, at_rest) {
         (StepFailure::NotFinite, true) => {
-            "the system starts at rest, where an expression of the declaration has no value: start with a velocity, or give \
-             both first nodes (`Start::nodes`)"
+            "the system starts at rest, where an expression of the declaration has no value: a constraint on the direction of \
+             the velocity, or the quotient of a constraint and the factor in `branch`, where that factor is zero; start with a \
+             velocity, or write the constraint as the quotient itself"
         }
         (StepFailure::NotFinite, false) => {
             "an expression of the declaration has no value there (a division by zero, a root of a negative number): check the \
@@ -444,8 +445,9 @@ impl StepError {
         }
         match step.cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate if step.q0 == step.q1 => {
-                "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity is undefined: \
-                 start with a velocity that is not zero"
+                "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity has no value, nor has \
+                 the quotient of a constraint and the factor in `branch`: start with a velocity that is not zero, or write the \
+                 constraint as the quotient itself"
             }
             StepFailure::NotFinite => {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \

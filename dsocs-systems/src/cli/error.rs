@@ -10,7 +10,7 @@ use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use dsocs_core::{RunError, SetupError, Symmetry};
+use dsocs_core::{RunError, SetupError, StepFailure, Symmetry};
 
 /// The options that do what an error advises.
 fn options(failure: &RunFailure) -> &'static str {
@@ -21,6 +21,12 @@ fn options(failure: &RunFailure) -> &'static str {
             ..
         }) if !deficiency.at_guess_alone => {
             "\n(on the command line: `--set`, where it is a parameter that is zero)"
+        }
+        // the paper's start has no velocity there either
+        RunFailure::Setup(SetupError::Acceleration { v0, cause, .. })
+            if cause.reason == StepFailure::NotFinite && v0.iter().all(|&v| v == 0.0) =>
+        {
+            "\n(on the command line: `--v0`)"
         }
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
@@ -57,8 +63,10 @@ fn options_of_check(failure: &CheckFailure) -> &'static str {
     match failure {
         CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
             match options(&RunFailure::Setup(error.clone())) {
-                set if set.contains("--set") => set,
-                _ => "\n(on the command line: `--v0`, `--start paper`)",
+                paper if paper.contains("--start paper") => {
+                    "\n(on the command line: `--v0`, `--start paper`)"
+                }
+                other => other,
             }
         }
         CheckFailure::Setup(error) => options(&RunFailure::Setup(error.clone())),

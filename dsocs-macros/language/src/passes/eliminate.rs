@@ -71,15 +71,30 @@ impl Elimination {
         // are left is that of all rows, divided by coefficients that are not zero
         let mut safe = HashMap::new();
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
-        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule, &mut safe, &mut found) {
-            let equation = self.rows.remove(row);
-            found.remove(row);
-            let zero = graph.constant(0.0);
-            let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
-            let quotient = graph.div(rest, coefficient);
-            let solution = graph.neg(quotient);
-            self.put(graph, &[(unknown, solution)]);
+        while let Some(pivot) = self.linear_row(graph, rule, &mut safe, &mut found) {
+            found.remove(pivot.0);
+            self.solve(graph, pivot);
         }
+    }
+
+    /// Solves one row more, if the rule admits any.
+    pub(super) fn run_once(&mut self, graph: &mut Graph, rule: Rule) -> bool {
+        let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
+        let pivot = self.linear_row(graph, rule, &mut HashMap::new(), &mut found);
+        pivot.is_some_and(|pivot| {
+            self.solve(graph, pivot);
+            true
+        })
+    }
+
+    /// Solves a row for an unknown, in which it is linear with the coefficient.
+    fn solve(&mut self, graph: &mut Graph, (row, unknown, coefficient): (usize, Leaf, NodeId)) {
+        let equation = self.rows.remove(row);
+        let zero = graph.constant(0.0);
+        let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
+        let quotient = graph.div(rest, coefficient);
+        let solution = graph.neg(quotient);
+        self.put(graph, &[(unknown, solution)]);
     }
 
     /// Puts solutions in the place of unknowns everywhere.
