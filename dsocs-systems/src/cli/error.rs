@@ -20,7 +20,12 @@ fn options(failure: &RunFailure) -> &'static str {
             deficiency: Some(deficiency),
             ..
         }) if !deficiency.at_guess_alone => {
-            "\n(on the command line: `--set`, where it is a parameter that is zero)"
+            // rows that repeat each other do so for all values of the parameters
+            if deficiency.massless || deficiency.rows.len() == 1 {
+                "\n(on the command line: `--set`, if a parameter is zero that should not be)"
+            } else {
+                ""
+            }
         }
         // the paper's start has no velocity there either
         RunFailure::Setup(SetupError::Acceleration { v0, cause, .. })
@@ -254,8 +259,12 @@ pub enum CliError {
     /// A system could not be checked.
     #[error("{0}{options}", options = options_of_check(.0))]
     Check(#[from] CheckFailure),
-    /// Figures of `stability` or `check` miss their bars.
-    #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]
+    /// Figures of `stability` or `check` do not meet their limits.
+    #[error(
+        "{missed} measured value{} not meet the limit (FAILED or MISSED in the table): the property in that line does not hold to the accuracy that \
+         is required",
+        if *.missed == 1 { " does" } else { "s do" }
+    )]
     Bars {
         /// How many.
         missed: usize,

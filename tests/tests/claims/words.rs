@@ -34,7 +34,7 @@ use massless::Massless;
     holonomic = [
         x[4] - x[0] * x[1],
         (x[0] - x[2]).powi(2) + (x[1] - x[3]).powi(2) - 1,
-        (x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2) - 1,
+        ((x[2] - x[0]).powi(2) + (x[3] - x[1]).powi(2)).sqrt() - 1,
     ];
 }]
 struct TwoRods;
@@ -167,7 +167,8 @@ fn two_solutions_are_told_with_their_distance() {
     assert!(apart > 5.0 * leg, "{apart} is many legs of {leg}");
     let message = error.to_string();
     for part in [
-        "there are two solutions, and the past does not tell which one goes on".to_owned(),
+        "there are two solutions, and the nodes before do not decide which of them continues the motion"
+            .to_owned(),
         format!("farthest apart in `x`, by {apart:.1e}"),
     ] {
         assert!(message.contains(&part), "no {part:?} in: {message}");
