@@ -76,6 +76,11 @@ impl Expressions {
             &unknown,
         );
         let mut continuous: Vec<NodeId> = rows.iter().map(|row| row.value).collect();
+        for (row, declared) in continuous.iter_mut().zip(&equations.rows) {
+            if declared.divide.is_some() {
+                *row = passes::without_cancellation(&mut graph, *row);
+            }
+        }
         for row in continuous.clone() {
             continuous.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
         }

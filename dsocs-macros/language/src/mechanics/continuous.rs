@@ -1,7 +1,7 @@
 //! The continuous system (paper, section 2): its rows, its force and its energy.
 
-use super::Equation;
 use super::works::{Force, works};
+use super::{Equation, Pivots};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
@@ -41,6 +41,7 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
             value,
             plain: value,
             divide: row.divide,
+            pivots: Pivots::Any,
         });
     }
     let forms: Vec<_> = model.forms.iter().map(|form| form.components.clone()).collect();

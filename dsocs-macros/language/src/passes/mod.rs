@@ -30,7 +30,7 @@ use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
 pub(crate) use merge::Merge;
-pub(crate) use motion::without_factors;
+pub(crate) use motion::{without_cancellation, without_factors};
 pub(crate) use together::together;
 
 /// With more rows than this, none is divided by what its terms have in common.

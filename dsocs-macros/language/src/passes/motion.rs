@@ -1,9 +1,8 @@
 //! What only the continuous motion needs: declared factors divided out by a velocity, one or two rows solved by Cramer's rule.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use std::collections::HashSet;
-
+use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
 use super::horner::Horner;
 use super::quotient::{self, Leaves};
@@ -54,6 +53,12 @@ pub(super) fn exact(
         }
         quotient::exact(graph, &rows, place, leaves)
     })
+}
+
+/// A quotient with its terms gathered: solutions and divisions bring terms together that would cancel in numbers, with loss.
+pub(crate) fn without_cancellation(graph: &mut Graph, quotient: NodeId) -> NodeId {
+    let gathered = graph.rewrite(quotient, &mut Collapse::new(Variables::Motion));
+    graph.rewrite(gathered, &mut Simplify::default())
 }
 
 /// The nearest velocity that obeys what constraints of lower order ask of it, in the place of every velocity: the same where they are obeyed.

@@ -48,6 +48,7 @@ pub(super) fn of_numbers(graph: &mut Graph, row: Equation) -> Equation {
             value: graph.div(row.value, factor),
             plain: graph.div(row.plain, factor),
             divide: None,
+            ..row
         },
         None => row,
     }
@@ -84,6 +85,7 @@ fn by_itself(graph: &mut Graph, row: Equation, leaves: Leaves) -> Option<Equatio
         value: divided(row.value)?,
         plain: divided(row.plain)?,
         divide: None,
+        ..row
     })
 }
 
@@ -176,7 +178,7 @@ fn without_multiples(
     Some(Equation {
         value: left(row.value, |row| row.value),
         plain: left(row.plain, |row| row.plain),
-        divide: row.divide,
+        ..row
     })
 }
 
@@ -307,6 +309,7 @@ fn divide_exactly(
 mod tests {
     use super::*;
     use crate::graph::Unary;
+    use crate::mechanics::Pivots;
 
     const LEAVES: Leaves = Leaves {
         unknown: &[Leaf::Z(0)],
@@ -344,6 +347,7 @@ mod tests {
             value: row,
             plain: row,
             divide: Some(w),
+            pivots: Pivots::Any,
         };
         let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
         let expected = graph.linear(0.0, &[(c, 1.0), (z, -3.0), (tanh, 1.0)]);
@@ -380,6 +384,7 @@ mod tests {
             value: row,
             plain: row,
             divide: Some(w),
+            pivots: Pivots::Any,
         };
         let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
         assert_eq!(quotient, plain);

@@ -66,6 +66,7 @@ pub(crate) fn together(model: &Model) -> Option<Model> {
         let works: Vec<NodeId> = works.map(|row| row.value).collect();
         let value = without_multipliers(graph, quotient.value, &works, multipliers);
         if let Some(value) = value.filter(|&value| graph.order(value) == Some(2)) {
+            let value = motion::without_cancellation(graph, value);
             let row = &mut replaced.constraints[place];
             (row.value, row.divide, row.divided) = (value, None, true);
             any = Some(());
