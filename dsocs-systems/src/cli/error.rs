@@ -15,18 +15,16 @@ use dsocs_core::{RunError, SetupError, StepFailure, Symmetry};
 /// The options that do what an error advises.
 fn options(failure: &RunFailure) -> &'static str {
     match failure {
-        // a missing mass or row is no matter of the start
+        // a missing mass or row is no matter of the start, and rows that repeat each other do so for all values of the parameters
         RunFailure::Setup(SetupError::Acceleration {
             deficiency: Some(deficiency),
             ..
-        }) if !deficiency.at_guess_alone => {
-            // rows that repeat each other do so for all values of the parameters
-            if deficiency.massless || deficiency.rows.len() == 1 {
+        }) if !deficiency.at_guess_alone => match (deficiency.massless, deficiency.rows.len()) {
+            (true, _) | (_, 1) => {
                 "\n(on the command line: `--set`, if a parameter is zero that should not be)"
-            } else {
-                ""
             }
-        }
+            _ => "",
+        },
         // the paper's start has no velocity there either
         RunFailure::Setup(SetupError::Acceleration { v0, cause, .. })
             if cause.reason == StepFailure::NotFinite && v0.iter().all(|&v| v == 0.0) =>
