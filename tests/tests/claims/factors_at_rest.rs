@@ -44,7 +44,7 @@ macro_rules! regulated {
 
 regulated! {
     /// Three masses that any springs and inertial couplings join; the motor pushes along any direction.
-    Masses, MassesDriven { masses: [f64; 9], springs: [f64; 9], along: [f64; 3] };
+    Sprung, SprungDriven { masses: [f64; 9], springs: [f64; 9], along: [f64; 3] };
     {
         coordinates(x: [3]);
         let kinetic = sum(0..3, |i| sum(0..3, |j| masses[3 * i + j] / 2 * dot(x[i]) * dot(x[j])));
@@ -75,7 +75,7 @@ regulated! {
 
 regulated! {
     /// A cart with a pendulum; the motor drives the cart.
-    Cart, CartDriven { cart: f64, bob: f64, length: f64 };
+    CartPole, CartPoleDriven { cart: f64, bob: f64, length: f64 };
     {
         coordinates(x, theta);
         let kinetic = (cart + bob) / 2 * dot(x).powi(2) + bob * length * theta.cos() * dot(x) * dot(theta)
@@ -144,7 +144,7 @@ fn from_rest<S: System<N>, const N: usize>(ruled: &S, driven: &impl System<N>, q
 /// A direction in which some components are often zero.
 fn direction(random: &mut Random) -> [f64; 3] {
     let mut along = [0.0; 3];
-    while along == [0.0; 3] {
+    while along.iter().all(|x| *x == 0.0) {
         along = along.map(|_| {
             if random.chance(0.5) {
                 random.between(-1.0, 1.0)
@@ -166,7 +166,7 @@ fn random_masses_on_springs() {
             let product: f64 = (0..3).map(|k| root[3 * i + k] * root[3 * j + k]).sum();
             product + f64::from(u8::from(i == j))
         });
-        let system = Masses {
+        let system = Sprung {
             masses,
             springs: core::array::from_fn(|_| random.between(0.0, 2.0)),
             along: direction(random),
@@ -202,7 +202,7 @@ fn a_cart_a_winch_and_a_sled() {
         let mut positive = || random.between(0.5, 2.0);
         let (mass, inertia, stiffness, spring) = (positive(), positive(), positive(), positive());
         let gain = 0.4;
-        let cart = Cart {
+        let cart = CartPole {
             cart: mass,
             bob: inertia,
             length: stiffness,
@@ -231,7 +231,7 @@ fn a_cart_a_winch_and_a_sled() {
 /// To rest: a motion that dies away is followed until nothing is left of it, and stays there.
 #[test]
 fn to_rest() {
-    let cart = Cart {
+    let cart = CartPole {
         cart: 1.0,
         bob: 0.5,
         length: 1.0,
