@@ -35,7 +35,7 @@ impl fmt::Display for StepFailure {
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
             Self::NoSolution => "what is declared cannot be met here",
-            Self::AmbiguousRoot => "there are two solutions, and the past does not tell which one goes on",
+            Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })
     }
@@ -222,7 +222,7 @@ pub enum SetupError {
     },
     /// The start was computed for another step.
     #[error(
-        "the start was worked out for the step h = {start}, but the run has h = {h}: give `exact` the step of the run"
+        "the start was computed by `Start::exact` for the step h = {start}, but the run has h = {h}: its second node depends on the step, so call `exact` with the step of the run"
     )]
     StartStep {
         /// The step that the start was computed for.
@@ -232,7 +232,7 @@ pub enum SetupError {
     },
     /// The start was computed for another time than that of the run, and the system depends on time.
     #[error(
-        "the start was worked out at the time {start}, but the run begins at {t0}: set the time before, `Start::second_order(q0, v0).at({t0}).exact(…)`"
+        "the start was computed by `Start::exact` for the time {start}, but the run begins at {t0}: set the time before, `Start::second_order(q0, v0).at({t0}).exact(…)`"
     )]
     StartMoved {
         /// The time that the start was computed for.
@@ -304,8 +304,9 @@ pub enum SetupError {
     },
     /// The third derivative at the start cannot be solved for.
     #[error(
-        "the third derivative at the start cannot be solved for: {}; the constraint of third order has to see the constraint force, so that its \
-         derivative by the third derivatives, times the inverse of the mass matrix, times the form of the force is not singular",
+        "the third derivative at the start cannot be computed: {}; the rate of the constraint force must change the constraint of third order, but here the \
+         matrix ∂c/∂j · M⁻¹ · α (constraint c, third derivatives j, mass matrix M, form α of the force) is singular: declare a force that \
+         acts on what the constraint prescribes, or start where it does",
         .deficiency.as_ref().map_or_else(|| "its equations have no solution that is found".to_owned(), ToString::to_string)
     )]
     Jerk {
@@ -344,8 +345,9 @@ fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&De
     let at_rest = v0.iter().all(|&v| v == 0.0);
     match (cause.reason, at_rest) {
         (StepFailure::NotFinite, true) => {
-            "the system starts at rest, where an expression of the declaration has no value: start with a velocity, or give \
-             both first nodes (`Start::nodes`)"
+            "the system starts at rest, where an expression of the declaration has no value: a constraint on the direction of \
+             the velocity, or the quotient of a constraint and the factor in `branch`, where that factor is zero; start with a \
+             velocity, or write the constraint as the quotient itself"
         }
         (StepFailure::NotFinite, false) => {
             "an expression of the declaration has no value there (a division by zero, a root of a negative number): check the \
@@ -444,8 +446,9 @@ impl StepError {
         }
         match step.cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate if step.q0 == step.q1 => {
-                "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity is undefined: \
-                 start with a velocity that is not zero"
+                "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity has no value, nor has \
+                 the quotient of a constraint and the factor in `branch`: start with a velocity that is not zero, or write the \
+                 constraint as the quotient itself"
             }
             StepFailure::NotFinite => {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
@@ -510,7 +513,11 @@ impl fmt::Display for StepError {
             }
         }
         for (row, left) in &step.unmet {
-            write!(f, "; {row} comes no nearer to zero than {:.3e}", left.abs())?;
+            write!(
+                f,
+                "; the smallest value of {row} that is reached is {:.3e}, and it has to be 0",
+                left.abs()
+            )?;
         }
         let condition = step.regularity.condition();
         if condition.is_finite() {

@@ -926,7 +926,7 @@ fn stability_is_measured_on_any_system() {
         "{}",
         String::from_utf8_lossy(&failed.stdout)
     );
-    assert!(String::from_utf8_lossy(&failed.stderr).contains("missed"));
+    assert!(String::from_utf8_lossy(&failed.stderr).contains("not meet the limit"));
 
     for (arguments, expected) in [
         (

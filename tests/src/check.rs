@@ -309,6 +309,34 @@ fn richardson(step: f64, function: impl Fn(f64) -> f64) -> f64 {
     (4.0 * central(step / 2.0) - central(step)) / 3.0
 }
 
+/// Adds the multiples of other rows to one, each its value followed by its slopes, that bring its slopes nearest to those of another; and how
+/// large what is added is.
+fn add_multiples(row: &mut [f64], to: &[f64], others: impl Iterator<Item = Vec<f64>>) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a[1..].iter().zip(&b[1..]).map(|(a, b)| a * b).sum::<f64>();
+    let add = |row: &mut [f64], other: &[f64], multiple: f64| {
+        for (x, other) in row.iter_mut().zip(other) {
+            *x += multiple * other;
+        }
+    };
+    // each without its part along those before (Gram and Schmidt)
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut added = 0.0;
+    for mut other in others {
+        for before in &basis {
+            let part = dot(&other, before) / dot(before, before);
+            add(&mut other, before, -part);
+        }
+        let missing: Vec<f64> = to.iter().zip(&*row).map(|(to, x)| to - x).collect();
+        let multiple = dot(&missing, &other) / dot(&other, &other);
+        if multiple.is_finite() {
+            added += multiple.abs() * other.iter().map(|x| x.abs()).sum::<f64>();
+            add(row, &other, multiple);
+            basis.push(other);
+        }
+    }
+    added
+}
+
 /// The methods at a point.
 fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     system: &S,
@@ -331,7 +359,17 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     let tape = Tape::of(system);
     let generated = tape.continuous_with_jacobian(&Point { t: 0.0, q, v, a }, &[]);
     let (generated_rows, generated_slopes) = generated.split_at(N);
+    // a factor may have been divided out together with the other rows: then multiples of these may be missing
+    let divides = declaration.divide(q, v);
+    let is_divided = |i: usize| divides.get(i).is_some_and(Option::is_some);
+    let others: Vec<usize> = (0..N).filter(|&i| !is_divided(i)).collect();
     for i in 0..N {
+        let mut generated = [&generated_rows[i..=i], &generated_slopes[i * N..][..N]].concat();
+        let mut added = 0.0;
+        if is_divided(i) {
+            let own = |k: usize| [&rows[k..=k], &by_a[k]].concat();
+            added = add_multiples(&mut generated, &own(i), others.iter().map(|&k| own(k)));
+        }
         let largest: f64 = by_a[i]
             .iter()
             .fold(0.0, |largest, slope| slope.abs().max(largest));
@@ -339,14 +377,15 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
             + largest
             + condition(&by_a[i], &a)
             + condition(&by_q[i], &q)
-            + condition(&by_v[i], &v);
+            + condition(&by_v[i], &v)
+            + added;
         expect(
             format_args!("continuous row {i}"),
-            generated_rows[i],
+            generated[0],
             rows[i],
             ROUNDING * scale,
         )?;
-        for (j, (entry, slope)) in generated_slopes[i * N..].iter().zip(&by_a[i]).enumerate() {
+        for (j, (entry, slope)) in generated[1..].iter().zip(&by_a[i]).enumerate() {
             expect(
                 format_args!("∂(continuous row {i})/∂a{j}"),
                 *entry,

@@ -283,6 +283,8 @@ pub(crate) struct Row {
     pub(crate) order: usize,
     /// The factor to divide out, of order 0 or 1.
     pub(crate) divide: Option<NodeId>,
+    /// Whether a factor has been divided out of it already.
+    pub(crate) divided: bool,
     /// What stands in its place in a step, in `X0`, `X1`, `X2`, `T0`, `T1`, `T2` and `H`, if it is given.
     pub(crate) discrete: Option<NodeId>,
 }

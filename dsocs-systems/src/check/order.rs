@@ -115,7 +115,8 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         if k == 0 {
             report.push(what, Bar::Reported, Ok(slope));
             if by_first_order {
-                report.note("the second node of the paper's start is of order 1, and with it the motion: no order is asked for");
+                report.note("the paper's start has an error of order 1, which lowers the order of the motion as h goes to 0. At these steps it may be too small to show in \
+                     the slope; no order is required");
                 continue;
             }
             let distance = (slope - declared).abs();

@@ -10,17 +10,26 @@ use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use dsocs_core::{RunError, SetupError, Symmetry};
+use dsocs_core::{RunError, SetupError, StepFailure, Symmetry};
 
 /// The options that do what an error advises.
 fn options(failure: &RunFailure) -> &'static str {
     match failure {
-        // a missing mass or row is no matter of the start
+        // a missing mass or row is no matter of the start, and rows that repeat each other do so for all values of the parameters
         RunFailure::Setup(SetupError::Acceleration {
             deficiency: Some(deficiency),
             ..
-        }) if !deficiency.at_guess_alone => {
-            "\n(on the command line: `--set`, where it is a parameter that is zero)"
+        }) if !deficiency.at_guess_alone => match (deficiency.massless, deficiency.rows.len()) {
+            (true, _) | (_, 1) => {
+                "\n(on the command line: `--set`, if a parameter is zero that should not be)"
+            }
+            _ => "",
+        },
+        // the paper's start has no velocity there either
+        RunFailure::Setup(SetupError::Acceleration { v0, cause, .. })
+            if cause.reason == StepFailure::NotFinite && v0.iter().all(|&v| v == 0.0) =>
+        {
+            "\n(on the command line: `--v0`)"
         }
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
@@ -57,8 +66,10 @@ fn options_of_check(failure: &CheckFailure) -> &'static str {
     match failure {
         CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
             match options(&RunFailure::Setup(error.clone())) {
-                set if set.contains("--set") => set,
-                _ => "\n(on the command line: `--v0`, `--start paper`)",
+                paper if paper.contains("--start paper") => {
+                    "\n(on the command line: `--v0`, `--start paper`)"
+                }
+                other => other,
             }
         }
         CheckFailure::Setup(error) => options(&RunFailure::Setup(error.clone())),
@@ -246,8 +257,12 @@ pub enum CliError {
     /// A system could not be checked.
     #[error("{0}{options}", options = options_of_check(.0))]
     Check(#[from] CheckFailure),
-    /// Figures of `stability` or `check` miss their bars.
-    #[error("{missed} figure{} missed {} bar", if *.missed == 1 { "" } else { "s" }, if *.missed == 1 { "its" } else { "their" })]
+    /// Figures of `stability` or `check` do not meet their limits.
+    #[error(
+        "{missed} measured value{} not meet the limit (FAILED or MISSED in the table): the property in that line does not hold to the accuracy that \
+         is required",
+        if *.missed == 1 { " does" } else { "s do" }
+    )]
     Bars {
         /// How many.
         missed: usize,

@@ -153,7 +153,7 @@ impl StabilityArguments {
         output::write(&path, format!("{json:#}\n").as_bytes())?;
         let missed = rows.iter().filter(|row| !row.ok()).count();
         let text = format!(
-            "{text}{} figures, {missed} below their bar. Every figure: {}.\n",
+            "{text}{} measured values, {missed} of which do not meet their limit. All values: {}.\n",
             rows.len(),
             path.display()
         );

@@ -26,7 +26,7 @@ mod missing_lagrangian {
     }
 }
 
-/// A statement that stands twice.
+/// A statement that is there twice.
 mod statement_twice {
     use dsocs_core::dsocs;
 

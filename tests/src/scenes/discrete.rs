@@ -6,7 +6,7 @@
 
 use super::double::Double;
 use super::number::{Dual, Number};
-use super::scene::{Law, Map, Scene};
+use super::scene::{Map, Scene};
 
 /// How much smaller than a number the difference is that its derivative is taken by: the digits of a [`Double`], halved.
 const NUDGE: f64 = 1e-14;
@@ -246,25 +246,6 @@ impl Step<'_> {
                 for (term, (moved, row)) in terms.iter_mut().zip(moved.iter().zip(&rows)) {
                     *term += ((*moved - *row).high / NUDGE).abs();
                 }
-            }
-        }
-        terms
-    }
-
-    /// The same where a servo's row is solved beforehand for one of the angles that it ties, as the attribute does with rows whose coefficients the
-    /// parameters decide: that angle is what the others leave, and has their digits. Where a light arm turns against a heavy one the second
-    /// difference of the heavy one is then known to a unit of the light one's.
-    #[must_use]
-    pub fn terms_beforehand(&self, z: &[Double], jacobian: &[Vec<Double>]) -> Vec<f64> {
-        let mut terms = self.terms(z, jacobian);
-        let Some((joint, Law::Servo { .. })) = self.scene.motor.map(|motor| (motor.joint, motor.law)) else {
-            return terms;
-        };
-        let (row, size) = (jacobian.len() - 1, terms[jacobian.len() - 1]);
-        for tied in [Some(joint.0), joint.1].into_iter().flatten() {
-            let unit = size / jacobian[row][tied].high.abs();
-            for (term, slopes) in terms.iter_mut().zip(jacobian).take(row) {
-                *term += slopes[tied].high.abs() * unit;
             }
         }
         terms

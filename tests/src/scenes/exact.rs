@@ -81,7 +81,7 @@ impl<'a> Exact<'a> {
     /// Goes on with a solution; `false` where perturbations have grown so much that nothing can be compared any more.
     pub fn advance(&mut self, solution: Solution, random: &mut Random) -> bool {
         let n = self.leg.q.len();
-        let terms = self.step().terms_beforehand(&solution.z, &solution.jacobian);
+        let terms = self.step().terms(&solution.z, &solution.jacobian);
         for twin in &mut self.twins {
             let step = Step {
                 scene: &twin.scene,

@@ -15,6 +15,7 @@ mod energy;
 mod ensemble;
 mod error_tables;
 mod external_forces;
+mod factors_at_rest;
 mod flow;
 mod garbage;
 mod geometry;

@@ -321,6 +321,17 @@ fn servos() {
     all("servo", 6, |random| moved(false, random), Servo::new);
 }
 
+/// Two angles are tied, and one arm is hundreds of times as heavy as the other: its second difference has digits of its own.
+#[test]
+fn servos_between_a_heavy_and_a_light_arm() {
+    for seed in [21, 43] {
+        let case = moved(false, &mut Random::new(seed + 1)).unwrap();
+        let found = hold(&Servo::new(&case.scene), &case, STEPS, seed);
+        println!("{found:?}");
+        assert!(found.wrong().is_empty(), "{found:?}");
+    }
+}
+
 #[test]
 fn brakes() {
     all("brake", 3, |random| moved(true, random), Brake::new);

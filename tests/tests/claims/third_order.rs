@@ -483,7 +483,9 @@ fn starts_say_what_is_missing() {
     assert!(matches!(error, SetupError::Inconsistent { .. }), "{error}");
     let error = Flow::new(&Blind {}, 0.1, Start::third_order(q, v, [1.0, 0.0])).unwrap_err();
     assert!(matches!(error, SetupError::Jerk { .. }));
-    assert!(told(error).contains("has to see the constraint force"));
+    assert!(
+        told(error).contains("the rate of the constraint force must change the constraint of third order")
+    );
     // a force along the path is none of the constraint's
     let along = Start::third_order_by_force(q, v, [0.1, 0.2]);
     let error = Flow::new(&CLOTHOID, 0.1, along).unwrap_err();

@@ -188,7 +188,7 @@ fn checks(beads: &Crate) {
     assert!(checks.contains(" ok") && !checks.contains("FAILED"), "{checks}");
     let cases = beads.stdout(&[&["stability", "--quick"], &START[..]].concat());
     assert!(
-        cases.contains("0 below their bar") && cases.contains("cold starts"),
+        cases.contains("0 of which do not meet their limit") && cases.contains("cold starts"),
         "{cases}"
     );
     assert!(beads.read("results/stability.json").contains("6 garbage: "));

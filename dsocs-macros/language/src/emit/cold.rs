@@ -64,18 +64,23 @@ impl Expressions {
         let arriving = mechanics::arriving(model, &mut graph);
         let energy = mechanics::energy(model, &mut graph);
         let equations = mechanics::continuous(model, &mut graph);
-        let mut continuous: Vec<NodeId> = equations
-            .rows
-            .iter()
-            .map(|row| match row.divide {
-                Some(factor) => passes::without_factor(&mut graph, row.value, factor, n),
-                None => row.value,
-            })
-            .collect();
         let unknown: Vec<Leaf> = (0..n)
             .map(Leaf::A)
             .chain((0..model.multipliers()).map(Leaf::Lambda))
             .collect();
+        let rows = passes::without_factors(
+            &mut graph,
+            &equations.rows,
+            &equations.velocities,
+            (n, model.multipliers()),
+            &unknown,
+        );
+        let mut continuous: Vec<NodeId> = rows.iter().map(|row| row.value).collect();
+        for (row, declared) in continuous.iter_mut().zip(&equations.rows) {
+            if declared.divide.is_some() {
+                *row = passes::without_cancellation(&mut graph, *row);
+            }
+        }
         for row in continuous.clone() {
             continuous.extend(unknown.iter().map(|&leaf| graph.derivative(row, leaf)));
         }

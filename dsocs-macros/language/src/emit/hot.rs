@@ -74,7 +74,7 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
         .scales
         .iter()
         .any(|&scale| graph.as_constant(scale).is_none());
-    let divided = model.constraints.iter().any(|row| row.divide.is_some());
+    let divided = (model.constraints.iter()).any(|row| row.divided || row.divide.is_some());
     let n = model.coordinates.len();
     let [parameters, m, constants, known, motion] = [
         model.parameters.len(),

@@ -24,6 +24,8 @@ use crate::passes;
 
 /// The struct as the user wrote it, and its `impl System`.
 pub(crate) fn expand(model: &Model) -> TokenStream {
+    let together = passes::together(model);
+    let model = together.as_ref().unwrap_or(model);
     let item = &model.item;
     let system = system(model);
     let jets = if model.order() > 2 {

@@ -35,6 +35,7 @@ impl Lowering<'_> {
                     value,
                     order: order.unwrap_or(0),
                     divide: None,
+                    divided: false,
                     discrete: None,
                 });
             }

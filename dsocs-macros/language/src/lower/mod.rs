@@ -10,6 +10,7 @@ mod expr;
 mod function;
 mod index;
 mod map;
+mod multiples;
 mod shape;
 mod unused;
 mod wrong;
@@ -141,6 +142,7 @@ pub(crate) fn model(
     }
     third_order(declaration, &kinematic, errors)?;
     let constraints = [holonomic, nonholonomic, kinematic].concat();
+    multiples::check(&constraints, &lowering.graph, errors)?;
     let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
     // the paper sets φ_{D_V} := φ_{D_K}
     let phi_variational = match phi_variational? {
@@ -232,13 +234,23 @@ fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> R
             let mut message = "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the \
                                constraint is not zero"
                 .to_owned();
-            if !model.external_forces.is_empty() {
+            if lacks_power(model, first + place) {
                 message += "; external forces do work there: their power belongs into the constraint";
             }
             wrong = Err(errors.at(&factor.value, message));
         }
     }
     wrong
+}
+
+/// Whether a factor is none for the work of external forces alone: without them it divides its constraint.
+fn lacks_power(model: &Model, place: usize) -> bool {
+    if model.external_forces.is_empty() {
+        return false;
+    }
+    let mut free = model.clone();
+    free.external_forces.clear();
+    !mechanics::is_no_factor(&free, place)
 }
 
 /// What the user says for people.

@@ -1,7 +1,7 @@
 //! The continuous system (paper, section 2): its rows, its force and its energy.
 
-use super::Equation;
 use super::works::{Force, works};
+use super::{Equation, Pivots};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 
@@ -9,6 +9,8 @@ use crate::model::{Displacements, Model};
 pub(crate) struct ContinuousEquations {
     /// The constraints, differentiated until accelerations come in (those of third order as they are), then `⟨u, Q⟩` for every field, or `Q - Σ λ_j α_j`.
     pub(crate) rows: Vec<Equation>,
+    /// What constraints of lower order ask of the velocity: `c(q, v)`, and `dg/dt` of a holonomic one.
+    pub(crate) velocities: Vec<NodeId>,
     /// The constraint force `Q = -D_{EL}L - f = d/dt ∂L/∂v - ∂L/∂q - f`, with the external forces `f`.
     pub(crate) force: Vec<NodeId>,
 }
@@ -25,17 +27,21 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
         let terms: Vec<_> = [(rate, 1.0), (slope, -1.0)].into_iter().chain(external).collect();
         force.push(graph.linear(0.0, &terms));
     }
-    let mut rows = Vec::new();
+    let (mut rows, mut velocities) = (Vec::new(), Vec::new());
     for row in &model.constraints {
         // differentiated until accelerations come in
         let mut value = row.value;
-        for _ in row.order..2 {
+        for order in row.order..2 {
+            if order == 1 {
+                velocities.push(value);
+            }
             value = graph.total_derivative(value);
         }
         rows.push(Equation {
             value,
             plain: value,
             divide: row.divide,
+            pivots: Pivots::Any,
         });
     }
     let forms: Vec<_> = model.forms.iter().map(|form| form.components.clone()).collect();
@@ -49,7 +55,11 @@ pub(crate) fn continuous(model: &Model, graph: &mut Graph) -> ContinuousEquation
     };
     rows.extend(works(graph, fields, &forms, &force));
     let force = force.value;
-    ContinuousEquations { rows, force }
+    ContinuousEquations {
+        rows,
+        velocities,
+        force,
+    }
 }
 
 /// `⟨∂L/∂v, v⟩ - L`.

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
-use super::Equation;
 use super::force::discrete_force;
 use super::nodes::{Nodes, PointNodes, map_point, on_pair};
 use super::works::works;
+use super::{Equation, Pivots};
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
-use crate::model::{Displacements, Kind, Model};
+use crate::model::{Displacements, Kind, Model, Row};
 
 /// The discrete step in terms of the middle node `N`, the known increment `D` and the second difference `E`; where a constraint is of third
 /// order, of the last second difference `P` and of the third difference `E`.
@@ -59,6 +59,7 @@ pub(crate) fn step(model: &Model, graph: &mut Graph) -> StepEquations {
             value,
             plain: value,
             divide,
+            pivots: pivots(model, graph, row),
         });
     }
     let fields = match &model.displacements {
@@ -105,6 +106,19 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
         value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
         plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),
         divide: None,
+        pivots: Pivots::Any,
+    }
+}
+
+/// For which second differences a constraint may be solved beforehand: of accelerations, for that of the only one.
+fn pivots(model: &Model, graph: &Graph, row: &Row) -> Pivots {
+    if row.kind != Kind::Kinematic || row.order != 2 || row.discrete.is_some() {
+        return Pivots::Any;
+    }
+    let mut accelerated = (0..model.coordinates.len()).filter(|&i| graph.depends_on(row.value, Leaf::A(i)));
+    match (accelerated.next(), accelerated.next()) {
+        (Some(one), None) => Pivots::One(Leaf::E(one)),
+        _ => Pivots::None,
     }
 }
 

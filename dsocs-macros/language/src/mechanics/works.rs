@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, Leaf, NodeId};
 
-use super::Equation;
+use super::{Equation, Pivots};
 
 /// A force, component by component.
 pub(super) struct Force {
@@ -23,6 +23,7 @@ pub(super) fn works(
         value: part(graph, &force.value),
         plain: part(graph, &force.plain),
         divide: None,
+        pivots: Pivots::Any,
     };
     match fields {
         Some(fields) => fields

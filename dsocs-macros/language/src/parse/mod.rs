@@ -346,7 +346,10 @@ fn fill<T>(part: &mut Part<T>, keyword: &Ident, value: Result<T, Reported>, erro
     if part.is_absent() {
         *part = value.map_or_else(Part::Broken, Part::Given);
     } else {
-        errors.at(keyword, format!("`{keyword}` stands twice; expected it once"));
+        errors.at(
+            keyword,
+            format!("`{keyword}` is declared a second time here; expected it once"),
+        );
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the solution put into
 //! the other rows. A coefficient with parameters may be zero, and is divided by only if the rows could not be solved anyhow
-//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
+//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows, and constraints of several accelerations ([`crate::mechanics::Pivots`]),
+//! are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
 //! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
 
 use std::collections::HashMap;
@@ -71,15 +72,30 @@ impl Elimination {
         // are left is that of all rows, divided by coefficients that are not zero
         let mut safe = HashMap::new();
         let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
-        while let Some((row, unknown, coefficient)) = self.linear_row(graph, rule, &mut safe, &mut found) {
-            let equation = self.rows.remove(row);
-            found.remove(row);
-            let zero = graph.constant(0.0);
-            let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
-            let quotient = graph.div(rest, coefficient);
-            let solution = graph.neg(quotient);
-            self.put(graph, &[(unknown, solution)]);
+        while let Some(pivot) = self.linear_row(graph, rule, &mut safe, &mut found) {
+            found.remove(pivot.0);
+            self.solve(graph, pivot);
         }
+    }
+
+    /// Solves one row more, if the rule admits any.
+    pub(super) fn run_once(&mut self, graph: &mut Graph, rule: Rule) -> bool {
+        let mut found: Vec<Option<Found>> = self.rows.iter().map(|_| None).collect();
+        let pivot = self.linear_row(graph, rule, &mut HashMap::new(), &mut found);
+        pivot.is_some_and(|pivot| {
+            self.solve(graph, pivot);
+            true
+        })
+    }
+
+    /// Solves a row for an unknown, in which it is linear with the coefficient.
+    fn solve(&mut self, graph: &mut Graph, (row, unknown, coefficient): (usize, Leaf, NodeId)) {
+        let equation = self.rows.remove(row);
+        let zero = graph.constant(0.0);
+        let rest = graph.substitute(equation.value, &HashMap::from([(unknown, zero)]));
+        let quotient = graph.div(rest, coefficient);
+        let solution = graph.neg(quotient);
+        self.put(graph, &[(unknown, solution)]);
     }
 
     /// Puts solutions in the place of unknowns everywhere.
@@ -118,6 +134,7 @@ impl Elimination {
                 if equation.divide.is_none() {
                     candidates =
                         Self::candidates(graph, rule, equation.value, only_early, (&places, &mut sizes));
+                    candidates.retain(|candidate| equation.pivots.contain(candidate.unknown));
                 }
                 *found = Some(Found {
                     row: equation.value,

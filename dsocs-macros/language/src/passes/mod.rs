@@ -18,18 +18,20 @@ mod rotate;
 pub(crate) mod share;
 mod simplify;
 pub(crate) mod sparse;
+mod together;
 
 use clear::Cleared;
 use collapse::{Collapse, Variables};
 use eliminate::{Elimination, Rule};
-use quotient::quotient;
+use quotient::Leaves;
 use simplify::Simplify;
 
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
 pub(crate) use merge::Merge;
-pub(crate) use motion::without_factor;
+pub(crate) use motion::{without_cancellation, without_factors};
+pub(crate) use together::together;
 
 /// With more rows than this, none is divided by what its terms have in common.
 const MOST_ROWS_WITH_FACTORS: usize = 2;
@@ -53,50 +55,19 @@ pub(crate) struct Unknowns {
 
 /// The passes of a step with `n` coordinates.
 pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
-    // eliminate: rows whose coefficient the parameters and `h` decide, and which has to be nonzero, are solved for a second difference or a multiplier.
-    // First, since every row that goes spares all that follows.
-    let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
-    let mut system = Elimination::new(rows, unknown);
-    system.run(
-        graph,
-        Rule {
-            early: |graph, coefficient| graph.leaves(coefficient).all(|leaf| leaf == Leaf::H),
-            most_unknowns: usize::MAX,
-        },
-    );
-    let mut second_difference = system.solutions(graph, (0..n).map(Leaf::E));
-    let Elimination {
-        mut rows,
-        unknown: kept,
-        ..
-    } = system;
-
-    // name: what is left is the unknowns `Z` of Newton's iteration
-    let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
-    let names = kept
-        .iter()
-        .zip(&leaves)
-        .map(|(&leaf, &unknown)| (leaf, graph.leaf(unknown)))
-        .collect();
-    let parts = rows.iter_mut().flat_map(Equation::parts);
-    graph.rewrite_all(
-        parts.chain(&mut second_difference),
-        &mut Substitution::new(&names),
-    );
+    let Eliminated {
+        rows,
+        leaves,
+        kept,
+        mut second_difference,
+    } = eliminated(graph, rows, n, multipliers);
 
     // quotient: a declared factor is divided out as a polynomial in an unknown. After the elimination, because only where
     // the other rows hold does it divide exactly.
     // clear: a denominator with unknowns is multiplied out, and the factor kept.
-    let mut rows: Vec<Cleared> = rows
+    let mut rows: Vec<Cleared> = quotient::without_factors(graph, &rows, of_step(&leaves, multipliers))
         .into_iter()
-        .map(|row| {
-            let mut divided = |value| match row.divide {
-                Some(factor) => quotient(graph, value, factor, &leaves),
-                None => value,
-            };
-            let (value, plain) = (divided(row.value), divided(row.plain));
-            Cleared::untouched(graph, value, plain).without_denominator(graph)
-        })
+        .map(|row| Cleared::untouched(graph, row.value, row.plain).without_denominator(graph))
         .collect();
 
     // collapse: what is affine becomes `c₀ + Σ cⱼ xⱼ`, in the unknowns and then, within the coefficients, in the leg. Once
@@ -151,6 +122,67 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
     }
 }
 
+/// In what the rows of a step are divided.
+fn of_step(leaves: &[Leaf], multipliers: usize) -> Leaves<'_> {
+    Leaves {
+        unknown: leaves,
+        variables: [leaves, &[]],
+        multipliers,
+    }
+}
+
+/// The rows of a step that are left when others are solved.
+struct Eliminated {
+    /// The rows, in the unknowns `Z`.
+    rows: Vec<Equation>,
+    /// These unknowns.
+    leaves: Vec<Leaf>,
+    /// What each is: a second difference `E`, or a multiplier `Lambda`.
+    kept: Vec<Leaf>,
+    /// The second difference of every coordinate.
+    second_difference: Vec<NodeId>,
+}
+
+/// The first pass of a step.
+fn eliminated(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Eliminated {
+    // eliminate: rows whose coefficient the parameters and `h` decide, and which has to be nonzero, are solved for a second difference or a multiplier.
+    // First, since every row that goes spares all that follows.
+    let unknown = (0..n).map(Leaf::E).chain((0..multipliers).map(Leaf::Lambda));
+    let mut system = Elimination::new(rows, unknown);
+    system.run(
+        graph,
+        Rule {
+            early: |graph, coefficient| graph.leaves(coefficient).all(|leaf| leaf == Leaf::H),
+            most_unknowns: usize::MAX,
+        },
+    );
+    let mut second_difference = system.solutions(graph, (0..n).map(Leaf::E));
+    let Elimination {
+        mut rows,
+        unknown: kept,
+        ..
+    } = system;
+
+    // name: what is left is the unknowns `Z` of Newton's iteration
+    let leaves: Vec<Leaf> = (0..kept.len()).map(Leaf::Z).collect();
+    let names = kept
+        .iter()
+        .zip(&leaves)
+        .map(|(&leaf, &unknown)| (leaf, graph.leaf(unknown)))
+        .collect();
+    let parts = rows.iter_mut().flat_map(Equation::parts);
+    graph.rewrite_all(
+        parts.chain(&mut second_difference),
+        &mut Substitution::new(&names),
+    );
+    Eliminated {
+        rows,
+        leaves,
+        kept,
+        second_difference,
+    }
+}
+
 /// The accelerations of the continuous motion, and the equations of those that stay unknown.
 pub(crate) struct Motion {
     /// The acceleration of every coordinate, in `Q`, `V` and those `A` that stay unknown.
@@ -177,7 +209,7 @@ pub(crate) type Cost = fn(&mut Graph, &[NodeId]) -> usize;
 /// are solved once an order, with one matrix.
 pub(crate) fn motion(
     graph: &mut Graph,
-    rows: &[Equation],
+    (rows, velocities): (&[Equation], &[NodeId]),
     n: usize,
     multipliers: usize,
     cost: Cost,
@@ -192,7 +224,7 @@ pub(crate) fn motion(
     system.run(graph, rule);
 
     // divide, then collapse: without their declared factors rows may be affine, and eliminated too
-    motion::divide(graph, &mut system.rows, n);
+    system.rows = without_factors(graph, &system.rows, velocities, (n, multipliers), &system.unknown);
     graph.rewrite_all(
         system.rows.iter_mut().map(|row| &mut row.value),
         &mut Collapse::new(Variables::Motion),

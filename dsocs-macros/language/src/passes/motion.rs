@@ -1,30 +1,82 @@
-//! What only the continuous motion needs: declared factors divided out, one or two rows solved by Cramer's rule.
+//! What only the continuous motion needs: declared factors divided out by a velocity, one or two rows solved by Cramer's rule.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
+use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
 use super::horner::Horner;
-use super::quotient::quotient;
+use super::quotient::{self, Leaves};
 use super::simplify::Simplify;
 use super::{Cost, MOST_SOLVED};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::Equation;
 
-/// A row of the continuous motion without its declared factor, as it stands: a polynomial where the factor divides it as one, so that it
-/// has a value where the factor is zero; else the quotient.
-pub(crate) fn without_factor(graph: &mut Graph, value: NodeId, factor: NodeId, n: usize) -> NodeId {
-    let leaves: Vec<Leaf> = (0..n).map(Leaf::V).chain((0..n).map(Leaf::Q)).collect();
-    quotient(graph, value, factor, &leaves)
+/// The rows of the continuous motion of `n` coordinates without their declared factors. These are of order 1 at most, and where the other
+/// rows hold they divide as polynomials in a velocity; then the quotient has a value where the factor is zero. `velocities` is what constraints
+/// of lower order ask of these.
+pub(crate) fn without_factors(
+    graph: &mut Graph,
+    rows: &[Equation],
+    velocities: &[NodeId],
+    (n, multipliers): (usize, usize),
+    unknown: &[Leaf],
+) -> Vec<Equation> {
+    (0..rows.len())
+        .map(|place| {
+            exact(graph, rows, place, velocities, (n, multipliers), unknown)
+                .unwrap_or_else(|| quotient::of_numbers(graph, rows[place]))
+        })
+        .collect()
 }
 
-/// Divides the declared factors out. They are of order 1 at most, and where the other rows hold they divide as polynomials
-/// in a velocity.
-pub(super) fn divide(graph: &mut Graph, rows: &mut [Equation], n: usize) {
-    for row in rows {
-        if let Some(factor) = row.divide.take() {
-            row.value = without_factor(graph, row.value, factor, n);
+/// The row at a place without its factor, if that divides it exactly, by itself or where the other rows and the constraints of lower order hold.
+pub(super) fn exact(
+    graph: &mut Graph,
+    rows: &[Equation],
+    place: usize,
+    velocities: &[NodeId],
+    (n, multipliers): (usize, usize),
+    unknown: &[Leaf],
+) -> Option<Equation> {
+    rows[place].divide?;
+    let variables = [Leaf::V as fn(usize) -> Leaf, Leaf::Q].map(|leaf| (0..n).map(leaf).collect::<Vec<_>>());
+    let leaves = Leaves {
+        unknown,
+        variables: [&variables[0], &variables[1]],
+        multipliers,
+    };
+    quotient::exact(graph, rows, place, leaves).or_else(|| {
+        let places = admissible(graph, velocities, n)?;
+        let mut rows = rows.to_vec();
+        for part in rows[place].parts() {
+            *part = graph.substitute(*part, &places);
         }
+        quotient::exact(graph, &rows, place, leaves)
+    })
+}
+
+/// A quotient with its terms gathered: solutions and divisions bring terms together that would cancel in numbers, with loss.
+pub(crate) fn without_cancellation(graph: &mut Graph, quotient: NodeId) -> NodeId {
+    let gathered = graph.rewrite(quotient, &mut Collapse::new(Variables::Motion));
+    graph.rewrite(gathered, &mut Simplify::default())
+}
+
+/// The nearest velocity that obeys what constraints of lower order ask of it, in the place of every velocity: the same where they are obeyed.
+fn admissible(graph: &mut Graph, velocities: &[NodeId], n: usize) -> Option<HashMap<Leaf, NodeId>> {
+    let leaves: Vec<Leaf> = (0..n).map(Leaf::V).collect();
+    let mut slopes: Vec<Vec<NodeId>> = Vec::new();
+    for &row in velocities {
+        slopes.push(leaves.iter().map(|&leaf| graph.derivative(row, leaf)).collect());
     }
+    let multiples = quotient::multiples(graph, &slopes, velocities.to_vec())?;
+    let nearest = leaves.iter().enumerate().map(|(i, &leaf)| {
+        let mut terms = vec![(graph.leaf(leaf), 1.0)];
+        for (slopes, &multiple) in slopes.iter().zip(&multiples) {
+            terms.push((graph.mul(multiple, slopes[i]), -1.0));
+        }
+        (leaf, graph.linear(0.0, &terms))
+    });
+    Some(nearest.collect())
 }
 
 /// Solves a row or two that are affine in as many accelerations; more cost less when they are eliminated in numbers.

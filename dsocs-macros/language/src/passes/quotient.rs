@@ -3,28 +3,244 @@
 //! A Lyapunov constraint `dV/dt + F` has, where the variational equations hold, a factor `w` that the unknowns enter
 //! linearly (see `branch = divide(w)`). Evaluated as a quotient of numbers it is noise near `w = 0`; as a quotient of
 //! polynomials it has no singularity there, costs less, and rounds like a formula derived by hand.
+//!
+//! Where the factor divides the row only together with the other rows, these are solved for unknowns, one row after the other, and the
+//! solutions put into this row, until it does. Of rows that cannot be solved for any values of the parameters and at any position, multiples
+//! are subtracted.
 
 use std::collections::HashMap;
 
+use super::eliminate::{Elimination, Rule};
 use crate::graph::{Graph, Leaf, Node, NodeId};
+use crate::mechanics::Equation;
 
 /// Rows of a higher degree in the unknown are divided as numbers.
 const HIGHEST_DEGREE: usize = 4;
 
-/// `value / factor`: without the factor if it divides the value exactly as a polynomial in one of the `unknowns`,
-/// otherwise the plain quotient.
-pub(super) fn quotient(graph: &mut Graph, value: NodeId, factor: NodeId, unknowns: &[Leaf]) -> NodeId {
-    for &unknown in unknowns {
-        if let Some(quotient) = divide_exactly(graph, value, factor, unknown) {
-            return quotient;
-        }
-    }
-    graph.div(value, factor)
+/// Rows with more unknowns are divided as they stand: the solution of so many others would be longer than all rows.
+const MOST_UNKNOWNS: usize = 16;
+/// So many rows without a coefficient to solve them by are used.
+const MOST_MULTIPLES: usize = 3;
+
+/// In what rows are solved and divided.
+#[derive(Clone, Copy)]
+pub(super) struct Leaves<'a> {
+    /// What the rows are solved for.
+    pub(super) unknown: &'a [Leaf],
+    /// In what they may be polynomials that a factor divides: those of the first group if it depends on them.
+    pub(super) variables: [&'a [Leaf]; 2],
+    /// How many multipliers are, or were, among the unknowns.
+    pub(super) multipliers: usize,
 }
 
-fn divide_exactly(graph: &mut Graph, value: NodeId, factor: NodeId, unknown: Leaf) -> Option<NodeId> {
-    let slope = graph.derivative(factor, unknown);
-    if graph.depends_on(slope, unknown) || graph.vanishes(slope) {
+/// The rows without their declared factors: each as a polynomial where its factor divides it as one, by itself or where the other rows hold;
+/// otherwise the plain quotient.
+pub(super) fn without_factors(graph: &mut Graph, rows: &[Equation], leaves: Leaves) -> Vec<Equation> {
+    (0..rows.len())
+        .map(|place| exact(graph, rows, place, leaves).unwrap_or_else(|| of_numbers(graph, rows[place])))
+        .collect()
+}
+
+/// A row without its factor as a quotient of numbers.
+pub(super) fn of_numbers(graph: &mut Graph, row: Equation) -> Equation {
+    match row.divide {
+        Some(factor) => Equation {
+            value: graph.div(row.value, factor),
+            plain: graph.div(row.plain, factor),
+            divide: None,
+            ..row
+        },
+        None => row,
+    }
+}
+
+/// The row at a place without its factor, if that divides it exactly, by itself or where the other rows hold.
+pub(super) fn exact(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leaves) -> Option<Equation> {
+    by_itself(graph, rows[place], leaves).or_else(|| with_others(graph, rows, place, leaves))
+}
+
+/// A row without its factor, if that divides it as it stands.
+fn by_itself(graph: &mut Graph, row: Equation, leaves: Leaves) -> Option<Equation> {
+    let factor = row.divide?;
+    let mut divided = |value| {
+        let slopes = leaves.variables.map(|group| slopes(graph, factor, group));
+        // with multipliers it is a parameter that decides which components of a force are zero
+        let sure =
+            |graph: &Graph, slope| leaves.multipliers == 0 && graph.leaves(slope).all(|leaf| leaf == Leaf::H);
+        let careful = slopes.iter().find_map(|slopes| {
+            let mut single = slopes
+                .iter()
+                .filter(|&&(_, slope)| slopes.len() == 1 || sure(graph, slope));
+            match single.next() {
+                Some(&single) => divide_exactly(graph, value, factor, single),
+                None => divide_along(graph, value, factor, slopes),
+            }
+        });
+        careful.or_else(|| {
+            let mut all = slopes.iter().flatten();
+            all.find_map(|&single| divide_exactly(graph, value, factor, single))
+        })
+    };
+    Some(Equation {
+        value: divided(row.value)?,
+        plain: divided(row.plain)?,
+        divide: None,
+        ..row
+    })
+}
+
+/// The slopes of a factor by the variables in which it is linear.
+fn slopes(graph: &mut Graph, factor: NodeId, variables: &[Leaf]) -> Vec<(Leaf, NodeId)> {
+    let mut slopes = Vec::new();
+    for &variable in variables {
+        let slope = graph.derivative(factor, variable);
+        if !graph.depends_on(slope, variable) && !graph.vanishes(slope) {
+            slopes.push((variable, slope));
+        }
+    }
+    slopes
+}
+
+/// The quotient of polynomials in the distance along the factor's gradient, whose square no parameter and no position makes zero as long as the
+/// factor depends on any of the variables.
+fn divide_along(
+    graph: &mut Graph,
+    value: NodeId,
+    factor: NodeId,
+    slopes: &[(Leaf, NodeId)],
+) -> Option<NodeId> {
+    let variables = || slopes.iter().map(|&(variable, _)| variable);
+    let varies = |slope| variables().any(|variable| graph.depends_on(slope, variable));
+    if slopes.is_empty() || slopes.iter().any(|&(_, slope)| varies(slope)) {
+        return None;
+    }
+    // it stands in no row, where maps of nodes have been put in
+    let along = Leaf::X0(0);
+    let distance = graph.leaf(along);
+    let mut places = HashMap::new();
+    for &(variable, slope) in slopes {
+        let (leaf, step) = (graph.leaf(variable), graph.mul(slope, distance));
+        places.insert(variable, graph.add(leaf, step));
+    }
+    let [value, factor] = [value, factor].map(|part| graph.substitute(part, &places));
+    let slope = graph.derivative(factor, along);
+    let quotient = divide_exactly(graph, value, factor, (along, slope))?;
+    let zero = graph.constant(0.0);
+    Some(graph.substitute(quotient, &HashMap::from([(along, zero)])))
+}
+
+/// The same where the other rows hold: with rows solved whose coefficient has to be nonzero, as few as possible, then with multiples of those
+/// that are left.
+fn with_others(graph: &mut Graph, rows: &[Equation], place: usize, leaves: Leaves) -> Option<Equation> {
+    if leaves.unknown.len() > MOST_UNKNOWNS {
+        return None;
+    }
+    let parameters = Rule {
+        early: |graph, coefficient| graph.leaves(coefficient).all(|leaf| leaf == Leaf::H),
+        most_unknowns: usize::MAX,
+    };
+    // the row itself comes last, where no other row that is solved changes its place
+    let mut others: Vec<Equation> = rows.iter().filter(|row| row.divide.is_none()).copied().collect();
+    others.push(rows[place]);
+    let mut system = Elimination::new(&others, leaves.unknown.iter().copied());
+    while system.run_once(graph, parameters) {
+        if let Some(divided) = by_itself(graph, *system.rows.last()?, leaves) {
+            return Some(divided);
+        }
+    }
+    let (row, others) = system.rows.split_last()?;
+    let reduced = without_multiples(graph, *row, others, &system.unknown)?;
+    by_itself(graph, reduced, leaves)
+}
+
+/// A row `c` minus the multiples `m` of others, `f = F x + …`, that leave the least of its slopes: `F Fᵀ m = F c'`.
+fn without_multiples(
+    graph: &mut Graph,
+    row: Equation,
+    others: &[Equation],
+    unknown: &[Leaf],
+) -> Option<Equation> {
+    let mut slopes: Vec<Vec<NodeId>> = Vec::new();
+    for row in others.iter().chain([&row]) {
+        let slope = unknown.iter().map(|&leaf| graph.derivative(row.value, leaf));
+        slopes.push(slope.collect());
+    }
+    let own = slopes.pop()?;
+    let right = slopes.iter().map(|slopes| dot(graph, slopes, &own)).collect();
+    let multiples = multiples(graph, &slopes, right)?;
+    let mut left = |own: NodeId, of: fn(&Equation) -> NodeId| {
+        let mut terms = vec![(own, 1.0)];
+        for (other, &multiple) in others.iter().zip(&multiples) {
+            terms.push((graph.mul(multiple, of(other)), -1.0));
+        }
+        graph.linear(0.0, &terms)
+    };
+    Some(Equation {
+        value: left(row.value, |row| row.value),
+        plain: left(row.plain, |row| row.plain),
+        ..row
+    })
+}
+
+/// The solution `m` of `F Fᵀ m = b` for rows `F` that the position decides. No coefficient has to be nonzero for it to have a value, since the
+/// matrix is positive definite where the rows are independent. `None` for no row, for many, and for others.
+pub(super) fn multiples(
+    graph: &mut Graph,
+    slopes: &[Vec<NodeId>],
+    mut right: Vec<NodeId>,
+) -> Option<Vec<NodeId>> {
+    // a mass that depends on the position, or the component of a virtual displacement
+    let early = |leaf| matches!(leaf, Leaf::H | Leaf::Q(_) | Leaf::T | Leaf::N(_) | Leaf::Clock);
+    let k = slopes.len();
+    if k == 0
+        || k > MOST_MULTIPLES
+        || !slopes
+            .iter()
+            .flatten()
+            .all(|&slope| graph.leaves(slope).all(early))
+    {
+        return None;
+    }
+    let mut matrix: Vec<Vec<NodeId>> = slopes
+        .iter()
+        .map(|a| slopes.iter().map(|b| dot(graph, a, b)).collect())
+        .collect();
+    for column in 0..k {
+        let (above, below) = matrix.split_at_mut(column + 1);
+        let (pivot, known) = (&above[column], right[column]);
+        for (row, right) in below.iter_mut().zip(&mut right[column + 1..]) {
+            let factor = graph.div(row[column], pivot[column]);
+            for (entry, &above) in row.iter_mut().zip(pivot).skip(column) {
+                let taken = graph.mul(factor, above);
+                *entry = graph.sub(*entry, taken);
+            }
+            let taken = graph.mul(factor, known);
+            *right = graph.sub(*right, taken);
+        }
+    }
+    for i in (0..k).rev() {
+        for j in i + 1..k {
+            let known = graph.mul(matrix[i][j], right[j]);
+            right[i] = graph.sub(right[i], known);
+        }
+        right[i] = graph.div(right[i], matrix[i][i]);
+    }
+    Some(right)
+}
+
+fn dot(graph: &mut Graph, a: &[NodeId], b: &[NodeId]) -> NodeId {
+    let terms: Vec<NodeId> = a.iter().zip(b).map(|(&a, &b)| graph.mul(a, b)).collect();
+    graph.sum(&terms)
+}
+
+/// The quotient of polynomials in one variable, which the factor has a slope by.
+fn divide_exactly(
+    graph: &mut Graph,
+    value: NodeId,
+    factor: NodeId,
+    (unknown, slope): (Leaf, NodeId),
+) -> Option<NodeId> {
+    if graph.depends_on(slope, unknown) {
         return None;
     }
     let zero = graph.constant(0.0);
@@ -93,6 +309,13 @@ fn divide_exactly(graph: &mut Graph, value: NodeId, factor: NodeId, unknown: Lea
 mod tests {
     use super::*;
     use crate::graph::Unary;
+    use crate::mechanics::Pivots;
+
+    const LEAVES: Leaves = Leaves {
+        unknown: &[Leaf::Z(0)],
+        variables: [&[Leaf::Z(0)], &[]],
+        multipliers: 0,
+    };
 
     #[test]
     fn an_exact_factor_leaves_no_denominator() {
@@ -120,7 +343,13 @@ mod tests {
             terms.push((graph.product(&[(first, 1), (second, 1), (z, power)]), scale));
         }
         let row = graph.linear(0.0, &terms);
-        let quotient = quotient(&mut graph, row, w, &[Leaf::Z(0)]);
+        let row = Equation {
+            value: row,
+            plain: row,
+            divide: Some(w),
+            pivots: Pivots::Any,
+        };
+        let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
         let expected = graph.linear(0.0, &[(c, 1.0), (z, -3.0), (tanh, 1.0)]);
         let difference = graph.sub(quotient, expected);
         assert!(graph.vanishes(difference));
@@ -150,7 +379,14 @@ mod tests {
         let w = graph.add(a, z);
         let square = graph.powi(z, 2);
         let row = graph.add(square, a);
-        let (quotient, plain) = (quotient(&mut graph, row, w, &[Leaf::Z(0)]), graph.div(row, w));
+        let plain = graph.div(row, w);
+        let row = Equation {
+            value: row,
+            plain: row,
+            divide: Some(w),
+            pivots: Pivots::Any,
+        };
+        let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
         assert_eq!(quotient, plain);
     }
 }

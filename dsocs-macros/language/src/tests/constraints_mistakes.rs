@@ -4,6 +4,10 @@ use super::mistakes::{mistakes_on, one, statement};
 use super::{ITEM, model};
 use crate::model::Displacements;
 
+fn mistakes(declaration: &str) -> Vec<(String, String)> {
+    mistakes_on(declaration, ITEM)
+}
+
 #[test]
 fn orders() {
     statement("holonomic = x * dot(y);", "dot(y)", "`nonholonomic = …;`");
@@ -165,7 +169,82 @@ fn counts() {
         "(dot(x), dot(y))",
         "`nonholonomic = [c1, c2];`",
     );
-    statement("holonomic = x; holonomic = y;", "holonomic", "twice");
+    statement("holonomic = x; holonomic = y;", "holonomic", "a second time");
+}
+
+#[test]
+fn rows_that_are_multiples_of_others_are_refused() {
+    for (statements, place, message) in [
+        (
+            "nonholonomic = [dot(x) - y, 2 * (dot(x) - y)];",
+            "2 * (dot(x) - y)",
+            "a multiple of nonholonomic constraint 1",
+        ),
+        (
+            "nonholonomic = [dot(x) - y, (dot(x) - y) * x.cos()];",
+            "(dot(x) - y) * x.cos()",
+            "a multiple of",
+        ),
+        (
+            "holonomic = [x - y, mass * y - mass * x];",
+            "mass * y - mass * x",
+            "a multiple of holonomic constraint 1",
+        ),
+        (
+            "holonomic = x * y; nonholonomic = y * dot(x) + x * dot(y);",
+            "y * dot(x) + x * dot(y)",
+            "of the time derivative of holonomic constraint 1",
+        ),
+        (
+            "kinematic = [ddot(x) + x, dot(y) * (ddot(x) + x)]; constraint_forces = [(1, 0), (0, 1)];",
+            "dot(y) * (ddot(x) + x)",
+            "a multiple of kinematic constraint 1",
+        ),
+    ] {
+        statement(statements, place, message);
+    }
+    for right in [
+        "nonholonomic = [dot(x) - y, dot(x) - 2 * y];",
+        "holonomic = [x - y, x + y];",
+        "holonomic = x - y; nonholonomic = dot(x) - 2 * dot(y);",
+        "kinematic = [ddot(x) + x, dot(y) * (ddot(x) + y)]; constraint_forces = [(1, 0), (0, 1)];",
+    ] {
+        let found = mistakes(&format!(
+            "coordinates(x, y); lagrangian = dot(x) * dot(y); {right}"
+        ));
+        assert!(
+            found.iter().all(|(_, message)| !message.contains("multiple")),
+            "{right}: {found:?}"
+        );
+    }
+}
+
+/// What is wrong with a factor is told: the power of external forces only where it is missing in the constraint.
+#[test]
+fn wrong_factors() {
+    let declared = |constraint: &str, factor: &str| {
+        format!(
+            "coordinates(x, y); let e = (dot(x).powi(2) + dot(y).powi(2) + x.powi(2) + (y - x).powi(2)) / 2; \
+             lagrangian = dot(x).powi(2) + dot(y).powi(2) - e; external_forces = (-dot(x), 0); \
+             kinematic = {constraint}; constraint_forces = [(0, 1)]; branch = divide({factor});"
+        )
+    };
+    let [without, with] = [
+        "dot(e) + dot(y).powi(2)",
+        "dot(e) + dot(y).powi(2) + dot(x).powi(2)",
+    ];
+    assert!(mistakes(&declared(with, "dot(y)")).is_empty());
+    for (constraint, factor, power) in [(without, "dot(y)", true), (with, "dot(x)", false)] {
+        let found = mistakes(&declared(constraint, factor));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            found[0]
+                .1
+                .contains("expected a factor of the kinematic constraint"),
+            "{found:?}"
+        );
+        assert_eq!(found[0].1.contains("their power"), power, "{found:?}");
+    }
 }
 
 #[test]
@@ -190,9 +269,9 @@ fn rules_of_displacements() {
         "chetaev",
         "a list of tuples",
     );
-    statement(
-        "holonomic = [x, 2 * x];",
-        "2 * x",
+    one(
+        "coordinates(x, y, z); lagrangian = dot(x); holonomic = [x, y, x + 2 * y];",
+        "x + 2 * y",
         "expected independent constraints",
     );
     one(

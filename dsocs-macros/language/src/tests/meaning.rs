@@ -425,7 +425,11 @@ fn one_coordinate_needs_no_tuple() {
 #[track_caller]
 fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
     let n = coordinates.len();
-    let rows = vec!["ddot(a)"; forces.len()].join(", ");
+    let accelerations = |count: usize| {
+        let rows = coordinates.iter().take(count).map(|name| format!("ddot({name})"));
+        rows.collect::<Vec<_>>().join(", ")
+    };
+    let rows = accelerations(forces.len());
     let declaration = format!(
         "coordinates({}); lagrangian = dot(a); kinematic = [{rows}]; constraint_forces = [{}];",
         coordinates.join(", "),
@@ -442,7 +446,7 @@ fn annihilates(coordinates: &[&str], forces: &[&str]) -> Vec<Vec<f64>> {
         .collect();
     assert_eq!(fields.len(), n - forces.len());
     for force in forces {
-        let rest = vec!["ddot(a)"; n - 1].join(", ");
+        let rest = accelerations(n - 1);
         let list = format!(
             "coordinates({}); lagrangian = dot(a); kinematic = [{rest}]; variational = [{force}];",
             coordinates.join(", ")

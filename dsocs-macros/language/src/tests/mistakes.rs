@@ -71,8 +71,8 @@ fn statements() {
         "forces",
         "`forces` is called `constraint_forces`",
     );
-    statement("lagrangian = 1;", "lagrangian", "twice");
-    statement("coordinates(z);", "coordinates", "twice");
+    statement("lagrangian = 1;", "lagrangian", "a second time");
+    statement("coordinates(z);", "coordinates", "a second time");
     statement("observe(x);", "observe", "expected `observe = …;`");
     statement("x.y = 1;", "x.y", "expected a statement");
     statement("dot(x);", "dot", "expected a statement");
@@ -360,7 +360,7 @@ fn counts() {
     statement(
         "kinematic = ddot(x); variational = [(1, 0)]; variational = [(1, 0)];",
         "variational",
-        "twice",
+        "a second time",
     );
     // what could not be read has no count
     statement(
@@ -482,6 +482,6 @@ fn the_path_of_the_core() {
     one(
         &format!("crate = a; crate = b; {declaration}"),
         "crate",
-        "stands twice",
+        "a second time",
     );
 }

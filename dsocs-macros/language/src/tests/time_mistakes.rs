@@ -47,7 +47,7 @@ fn external_forces_are_one_tuple_of_components() {
     statement(
         "external_forces = (0, 1); external_forces = (1, 0);",
         "external_forces",
-        "twice",
+        "a second time",
     );
     // an array has its components in brackets
     let three = "coordinates(x: [3]); lagrangian = dot(x[0]) * dot(x[1]) * dot(x[2]);";

@@ -164,7 +164,7 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
         assert_eq!(row, DependentRow::Kinematic(0));
         assert!(text.contains("cannot be met"), "{text}");
         assert!(
-            text.contains("kinematic constraint 1 comes no nearer to zero than"),
+            text.contains("the smallest value of kinematic constraint 1 that is reached is"),
             "{text}"
         );
         assert!(

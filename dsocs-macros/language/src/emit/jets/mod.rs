@@ -143,9 +143,10 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
 
 /// The motion of a declaration, in the form with the fewest products of sequences.
 fn motion(model: &Model, graph: &mut Graph) -> Motion {
-    let rows = mechanics::continuous(model, graph).rows;
+    let equations = mechanics::continuous(model, graph);
     let n = model.coordinates.len();
-    passes::motion(graph, &rows, n, model.multipliers(), Lower::cost)
+    let rows = (equations.rows.as_slice(), equations.velocities.as_slice());
+    passes::motion(graph, rows, n, model.multipliers(), Lower::cost)
 }
 
 /// What is computed, and in which order.

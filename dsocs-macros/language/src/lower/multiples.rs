@@ -1,0 +1,80 @@
+//! Constraints that are multiples of each other.
+//!
+//! Where one row is a multiple of another, it says nothing more, and what both determine is one unknown too few: no step has one solution.
+//! Other dependent rows are found in a run, which names them.
+
+use crate::errors::{Errors, Reported};
+use crate::graph::{Graph, Leaf, NodeId};
+use crate::model::{Kind, Row};
+
+/// Refuses rows that are multiples of earlier ones: by any factor that is of lower order than the row, or of derivatives of earlier ones.
+pub(super) fn check(rows: &[Row], graph: &Graph, errors: &Errors) -> Result<(), Reported> {
+    if rows.len() < 2 {
+        return Ok(());
+    }
+    // on the side: a question leaves no trace in the code
+    let mut graph = graph.clone();
+    let mut wrong = Ok(());
+    for (place, row) in rows.iter().enumerate() {
+        let repeated = rows[..place].iter().enumerate().find_map(|(before, other)| {
+            let derivatives = repeats(&mut graph, other, row)?;
+            Some((before, derivatives))
+        });
+        let Some((before, derivatives)) = repeated else {
+            continue;
+        };
+        let (kind, number) = named(rows, before);
+        let of_what = match derivatives {
+            0 => format!("a multiple of {kind} constraint {number}"),
+            1 => format!("a multiple of the time derivative of {kind} constraint {number}"),
+            _ => format!("a multiple of the second time derivative of {kind} constraint {number}"),
+        };
+        wrong = Err(errors.at(
+            &row.tokens,
+            format!(
+                "this constraint is {of_what}, and holds wherever that one does: the two together do not determine the motion; leave this one out"
+            ),
+        ));
+    }
+    wrong
+}
+
+/// How often the first row has to be differentiated for the second to be a multiple of it; `None` if it is not for certain.
+fn repeats(graph: &mut Graph, first: &Row, second: &Row) -> Option<usize> {
+    let discrete = [first, second].iter().any(|row| row.discrete.is_some());
+    if discrete || first.order > second.order || second.order > 2 {
+        return None;
+    }
+    let mut value = first.value;
+    for _ in first.order..second.order {
+        value = graph.total_derivative(value);
+    }
+    let top: Vec<Leaf> = (graph.leaves(value).chain(graph.leaves(second.value)))
+        .filter(|leaf| leaf.order() == Some(second.order))
+        .collect();
+    // the quotient of the two does not vary with the highest derivatives
+    let same = top
+        .into_iter()
+        .all(|leaf| is_constant(graph, value, second.value, leaf));
+    same.then_some(second.order - first.order)
+}
+
+/// Whether the quotient of two expressions is the same for all values of a leaf.
+fn is_constant(graph: &mut Graph, one: NodeId, other: NodeId, leaf: Leaf) -> bool {
+    let slopes = [one, other].map(|value| graph.derivative(value, leaf));
+    let (left, right) = (graph.mul(slopes[0], other), graph.mul(one, slopes[1]));
+    let difference = graph.sub(left, right);
+    graph.vanishes(difference)
+}
+
+/// The kind of a constraint, and its number among those of the kind, from 1.
+fn named(rows: &[Row], place: usize) -> (&'static str, usize) {
+    let kind = rows[place].kind;
+    let word = match kind {
+        Kind::Holonomic => "holonomic",
+        Kind::Nonholonomic => "nonholonomic",
+        Kind::Kinematic => "kinematic",
+    };
+    let number = rows[..=place].iter().filter(|row| row.kind == kind).count();
+    (word, number)
+}

@@ -1,0 +1,275 @@
+//! Regulators start at rest and come to rest: a factor that divides its constraint only together with the other equations is divided out where
+//! it is zero, too.
+//!
+//! A motor that pushes along `α(q)`, with a Lyapunov function `V = E + k s²/2` where `ds = ⟨α, dq⟩`, obeys `dV/dt = -g w²` with `w = ⟨α, v⟩`. So
+//! `w` is a factor of this constraint where the other equations hold, and what is left is the law `u = -k s - g w`. The motions are held against
+//! those of the same motor as an external force, which needs no constraint and no factor.
+
+use dsocs_core::System;
+use dsocs_core::prelude::*;
+use dsocs_tests::fit::slope;
+use dsocs_tests::scenes::random::Random;
+
+/// The same system twice: with the constraint, and with its law as an external force.
+macro_rules! regulated {
+    (
+        $(#[$meta:meta])* $ruled:ident, $driven:ident { $($field:ident: $type:ty),* };
+        { $($statements:tt)* } push $push:tt; force $force:tt;
+    ) => {
+        $(#[$meta])*
+        #[dsocs {
+            $($statements)*
+            kinematic = dot(kinetic + potential + spring / 2 * s.powi(2)) + gain * w.powi(2);
+            constraint_forces = [$push];
+            branch = divide(w);
+        }]
+        #[derive(Clone, Debug)]
+        struct $ruled { $($field: $type,)* spring: f64, gain: f64 }
+
+        #[dsocs {
+            $($statements)*
+            let law = -spring * s - gain * w;
+            external_forces = $force;
+        }]
+        struct $driven { $($field: $type,)* spring: f64, gain: f64 }
+
+        impl $ruled {
+            fn driven(&self) -> $driven {
+                let Self { $($field,)* spring, gain } = self.clone();
+                $driven { $($field,)* spring, gain }
+            }
+        }
+    };
+}
+
+regulated! {
+    /// Three masses that any springs and inertial couplings join; the motor pushes along any direction.
+    Sprung, SprungDriven { masses: [f64; 9], springs: [f64; 9], along: [f64; 3] };
+    {
+        coordinates(x: [3]);
+        let kinetic = sum(0..3, |i| sum(0..3, |j| masses[3 * i + j] / 2 * dot(x[i]) * dot(x[j])));
+        let potential = sum(0..3, |i| sum(0..3, |j| springs[3 * i + j] / 4 * (x[i] - x[j]).powi(2) + springs[3 * i + i] / 2 * x[i].sin().powi(2)));
+        lagrangian = kinetic - potential;
+        let s = sum(0..3, |i| along[i] * x[i]);
+        let w = dot(s);
+    }
+    push (|i| along[i]); force (|i| along[i] * law);
+}
+
+regulated! {
+    /// A swing of three links, with a motor between any of them: the mass matrix varies.
+    Swing, SwingDriven { masses: [f64; 3], lengths: [f64; 3], along: [f64; 3], gravity: f64 };
+    {
+        coordinates(x: [3]);
+        let beyond = |i| sum(i..3, |k| masses[k]);
+        let cosine = |i, j| x[i].cos() * x[j].cos() + x[i].sin() * x[j].sin();
+        let speed = |i| lengths[i] * dot(x[i]);
+        let kinetic = sum(0..3, |i| beyond(i) * (speed(i).powi(2) / 2 + sum(0..i, |j| cosine(i, j) * speed(i) * speed(j))));
+        let potential = -gravity * sum(0..3, |i| beyond(i) * lengths[i] * x[i].cos());
+        lagrangian = kinetic - potential;
+        let s = sum(0..3, |i| along[i] * x[i]);
+        let w = dot(s);
+    }
+    push (|i| along[i]); force (|i| along[i] * law);
+}
+
+regulated! {
+    /// A cart with a pendulum; the motor drives the cart.
+    CartPole, CartPoleDriven { cart: f64, bob: f64, length: f64 };
+    {
+        coordinates(x, theta);
+        let kinetic = (cart + bob) / 2 * dot(x).powi(2) + bob * length * theta.cos() * dot(x) * dot(theta)
+            + bob * length.powi(2) / 2 * dot(theta).powi(2);
+        let potential = -bob * length * theta.cos();
+        lagrangian = kinetic - potential;
+        let s = x;
+        let w = dot(x);
+    }
+    push (1, 0); force (law, 0);
+}
+
+regulated! {
+    /// A body on springs; a winch pulls it along a direction that varies.
+    Winch, WinchDriven { mass: f64, stiffness: f64 };
+    {
+        coordinates(x, y);
+        let kinetic = mass / 2 * (dot(x).powi(2) + dot(y).powi(2));
+        let potential = stiffness / 2 * (x.powi(2) + 2 * y.powi(2));
+        lagrangian = kinetic - potential;
+        let s = x + x.powi(3) / 3 + y.sin();
+        let w = dot(s);
+    }
+    push (1 + x.powi(2), y.cos()); force ((1 + x.powi(2)) * law, y.cos() * law);
+}
+
+regulated! {
+    /// A sled on a blade, tied by springs, with a motor that turns it: beside a constraint of velocities.
+    Sled, SledDriven { mass: f64, inertia: f64, stiffness: f64 };
+    {
+        coordinates(x, y, phi);
+        let kinetic = mass / 2 * (dot(x).powi(2) + dot(y).powi(2)) + inertia / 2 * dot(phi).powi(2);
+        let potential = stiffness / 2 * (x.powi(2) + 2 * y.powi(2));
+        lagrangian = kinetic - potential;
+        nonholonomic = dot(x) * phi.sin() - dot(y) * phi.cos();
+        let s = phi;
+        let w = dot(phi);
+    }
+    push (0, 0, 1); force (0, 0, law);
+}
+
+/// From rest: the continuous motions are the same, and the discrete one converges to them with the order 2.
+fn from_rest<S: System<N>, const N: usize>(ruled: &S, driven: &impl System<N>, q: [f64; N]) {
+    let start = Start::second_order(q, [0.0; N]);
+    let tolerance = Tolerance::relative(1e-13);
+    let times = [0.5, 1.0, 1.5, 2.0];
+    let mut driven = TaylorFlow::new(driven, start, tolerance).unwrap();
+    let exact = times.map(|t| driven.to(t).unwrap().q);
+    let distance = |found: [[f64; N]; 4]| {
+        let all = found.as_flattened().iter().zip(exact.as_flattened());
+        all.map(|(found, exact)| (found - exact).abs())
+            .fold(0.0, f64::max)
+    };
+    let mut same = TaylorFlow::new(ruled, start, tolerance).unwrap();
+    let error = distance(times.map(|t| same.to(t).unwrap().q));
+    assert!(error < 1e-9, "{}: {error}", S::NAME);
+    let steps = [0.02, 0.01, 0.005];
+    let errors = steps.map(|h| {
+        let mut flow = Flow::new(ruled, h, start).unwrap();
+        distance(times.map(|t| flow.to(t).unwrap().q))
+    });
+    let order = slope(&steps, &errors);
+    assert!((order - 2.0).abs() < 0.02, "{}: {order} {errors:?}", S::NAME);
+}
+
+/// A direction in which some components are often zero.
+fn direction(random: &mut Random) -> [f64; 3] {
+    let mut along = [0.0; 3];
+    while along.iter().all(|x| *x == 0.0) {
+        along = along.map(|_| {
+            if random.chance(0.5) {
+                random.between(-1.0, 1.0)
+            } else {
+                0.0
+            }
+        });
+    }
+    along
+}
+
+#[test]
+fn random_masses_on_springs() {
+    for seed in 1..=8 {
+        let random = &mut Random::new(seed);
+        let root: [f64; 9] = core::array::from_fn(|_| random.between(-1.0, 1.0));
+        let masses = core::array::from_fn(|ij| {
+            let (i, j) = (ij / 3, ij % 3);
+            let product: f64 = (0..3).map(|k| root[3 * i + k] * root[3 * j + k]).sum();
+            product + f64::from(u8::from(i == j))
+        });
+        let system = Sprung {
+            masses,
+            springs: core::array::from_fn(|_| random.between(0.0, 2.0)),
+            along: direction(random),
+            spring: random.between(0.0, 2.0),
+            gain: random.between(0.1, 1.0),
+        };
+        let q = core::array::from_fn(|_| random.between(-0.5, 0.5));
+        from_rest(&system, &system.driven(), q);
+    }
+}
+
+#[test]
+fn random_swings() {
+    for seed in 1..=5 {
+        let random = &mut Random::new(seed);
+        let system = Swing {
+            masses: core::array::from_fn(|_| random.between(0.5, 2.0)),
+            lengths: core::array::from_fn(|_| random.between(0.5, 1.5)),
+            along: direction(random),
+            gravity: random.between(0.5, 2.0),
+            spring: random.between(0.0, 2.0),
+            gain: random.between(0.1, 1.0),
+        };
+        let q = core::array::from_fn(|_| random.between(-0.5, 0.5));
+        from_rest(&system, &system.driven(), q);
+    }
+}
+
+#[test]
+fn a_cart_a_winch_and_a_sled() {
+    for seed in 1..=4 {
+        let random = &mut Random::new(seed);
+        let mut positive = || random.between(0.5, 2.0);
+        let (mass, inertia, stiffness, spring) = (positive(), positive(), positive(), positive());
+        let gain = 0.4;
+        let cart = CartPole {
+            cart: mass,
+            bob: inertia,
+            length: stiffness,
+            spring,
+            gain,
+        };
+        from_rest(&cart, &cart.driven(), [0.4, 0.3 * positive()]);
+        let winch = Winch {
+            mass,
+            stiffness,
+            spring,
+            gain,
+        };
+        from_rest(&winch, &winch.driven(), [0.2, -0.4]);
+        let sled = Sled {
+            mass,
+            inertia,
+            stiffness,
+            spring,
+            gain,
+        };
+        from_rest(&sled, &sled.driven(), [0.5, 0.3, 0.4]);
+    }
+}
+
+/// To rest: a motion that dies away is followed until nothing is left of it, and stays there.
+#[test]
+fn to_rest() {
+    let cart = CartPole {
+        cart: 1.0,
+        bob: 0.5,
+        length: 1.0,
+        spring: 2.0,
+        gain: 1.5,
+    };
+    let start = Start::second_order([0.4, 0.5], [0.0; 2]);
+    let mut flow = Flow::new(&cart, 0.05, start).unwrap();
+    let node = flow.to(1500.0).unwrap();
+    assert!(node.q.iter().chain(&node.v).all(|x| x.abs() < 1e-12), "{node:?}");
+}
+
+/// Its constraint has the factor, but not as a polynomial.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (ddot(x) + x) * dot(x).sinh();
+    constraint_forces = [(1)];
+    branch = divide(dot(x));
+}]
+struct NoPolynomial {}
+
+#[test]
+fn what_has_no_value_at_rest_is_told_with_advice() {
+    let [second, paper] = [Start::second_order, Start::paper].map(|start| start([1.0], [0.0]));
+    let error = Flow::new(&NoPolynomial {}, 0.1, second).map(|_| ()).unwrap_err();
+    let message = error.to_string();
+    assert!(
+        message.contains("starts at rest") && message.contains("`branch`"),
+        "{message}"
+    );
+    let mut flow = Flow::new(&NoPolynomial {}, 0.1, paper).unwrap();
+    let message = flow.advance().map(|_| ()).unwrap_err().to_string();
+    assert!(
+        message.contains("at rest here") && message.contains("`branch`"),
+        "{message}"
+    );
+    // as it says: with a velocity, and with the quotient
+    let moving = Start::second_order([1.0], [0.1]);
+    assert!((Flow::new(&NoPolynomial {}, 0.1, moving).unwrap().node().a[0] + 1.0).abs() < 1e-14);
+}
