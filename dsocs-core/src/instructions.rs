@@ -9,7 +9,8 @@ use crate::scalar::Scalar as _;
 /// Instructions for several numbers at once.
 ///
 /// An [`Ensemble`](crate::Ensemble) uses the widest that the machine has, without a flag of the compiler. All of them give the same
-/// bits, because no product is fused with a sum.
+/// bits, because no product is fused with a sum. A debug build, one with `debug_assertions`, has [`Compiled`](Self::Compiled) alone: to
+/// compile every step three times would take longer than what runs there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Instructions {
@@ -20,6 +21,9 @@ pub enum Instructions {
     /// AVX-512 with eight numbers in a register (x86-64-v4).
     Avx512,
 }
+
+/// Whether steps are compiled for more than the program was.
+pub(crate) const OTHERS: bool = cfg!(any(test, not(debug_assertions)));
 
 impl Instructions {
     /// All of them, the narrowest first.
@@ -38,15 +42,15 @@ impl Instructions {
         available.unwrap_or(Self::Compiled)
     }
 
-    /// Whether this machine has them.
+    /// Whether this machine, and this build, has them.
     #[must_use]
     pub fn are_available(self) -> bool {
         match self {
             Self::Compiled => true,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => pulp::x86::V3::try_new().is_some(),
+            Self::Avx2 => OTHERS && pulp::x86::V3::try_new().is_some(),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => pulp::x86::V4::try_new().is_some(),
+            Self::Avx512 => OTHERS && pulp::x86::V4::try_new().is_some(),
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx2 | Self::Avx512 => false,
         }

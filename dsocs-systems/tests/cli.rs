@@ -782,7 +782,10 @@ fn a_check_begins_as_a_run_does() {
     );
     // the paper's second node is of first order, and so is what follows: no order is asked for
     let paper = stdout(&["check", "particle", "--until", "2", "--start", "paper"]);
-    assert!(paper.contains("the paper's start is of order 1"), "{paper}");
+    assert!(
+        paper.contains("the paper's start has an error of order 1"),
+        "{paper}"
+    );
     assert!(!paper.contains("distance of that from 2"), "{paper}");
 }
 

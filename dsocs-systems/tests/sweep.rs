@@ -243,7 +243,7 @@ fn events_extremes_and_nodes_are_kept() {
 #[test]
 fn a_run_that_fails_is_a_row() {
     let (folder, out) = with(
-        "system = \"pendulum\"\nuntil = 1\n[start]\nq0 = [0.5, 0]\n[vary]\nv_psi = [0, 0.5]\n[keep]\nend = [\"theta\"]",
+        "system = \"particle\"\nuntil = 1\n[start]\nv0 = [0, 0]\n[vary]\nv_x = [0, 0.5]\n[keep]\nend = [\"x\"]",
     );
     let [_, told] = succeeds(&mut dsocs(
         folder.path(),
@@ -255,7 +255,7 @@ fn a_run_that_fails_is_a_row() {
         status.failed.into_iter().collect::<Vec<_>>(),
         [("no-acceleration".to_owned(), 1)]
     );
-    let theta = Content::open(&out).unwrap().numbers(&["end_theta"]).unwrap();
+    let theta = Content::open(&out).unwrap().numbers(&["end_x"]).unwrap();
     assert!(theta[0][0].is_nan() && theta[0][1].is_finite());
     let [told, _] = succeeds(&mut dsocs(
         folder.path(),

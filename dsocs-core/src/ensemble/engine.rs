@@ -12,7 +12,7 @@ use super::newton::{self, Roots};
 use super::state::{Found, Now};
 use crate::compiled::{Compiled, Report};
 use crate::flow::SHORT_PAST;
-use crate::instructions::{Chosen, InLanes, Instructions};
+use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::lanes::{LANES, Lanes, Mask, Register};
 use crate::run::{Clock, Node};
 use crate::scalar::Scalar;
@@ -117,7 +117,7 @@ pub(super) fn engine<'s, S: System<N>, const N: usize>(
 ) -> Box<dyn Engine<S, N> + 's> {
     // sparse elimination is a function of its own, which is compiled for no other registers
     #[cfg(target_arch = "x86_64")]
-    if const { !S::SPARSE } {
+    if const { !S::SPARSE && OTHERS } {
         use crate::lanes::x86::{Avx2, Avx512};
         if instructions >= Instructions::Avx512
             && let Some(token) = Avx512::token()
@@ -188,7 +188,7 @@ impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, 
 
     #[inline]
     fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)> {
-        if const { !S::SPARSE } {
+        if const { !S::SPARSE && OTHERS } {
             return None;
         }
         let sparse = self.system.sparse()?;

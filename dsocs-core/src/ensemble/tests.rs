@@ -3,6 +3,7 @@ use std::sync::Mutex;
 
 use super::*;
 use crate::error::StepFailure;
+use crate::instructions::Instructions;
 use crate::run::Stepper;
 use crate::testing::{Cliff, Particle};
 
@@ -41,6 +42,28 @@ fn alone<S: System<N>, const N: usize>(
     let mut flow = Flow::new(system, h, start)?;
     flow.stream(t, &mut |node: &Node<N>| last = Some(*node))?;
     last.ok_or(RunError::Until { until: t })
+}
+
+#[test]
+fn all_instructions_give_the_same_bits() {
+    let ends = |widest| {
+        let particles = Ensemble::new(&Particle::default(), 0.1)
+            .unwrap()
+            .starts(particles(21))
+            .instructions(widest)
+            .to(30.0);
+        let walkers = Ensemble::new(&Cliff, 0.1)
+            .unwrap()
+            .starts(walkers())
+            .instructions(widest)
+            .to(20.0);
+        // with the shortest decimals, no two numbers are the same
+        format!("{particles:?} {walkers:?}")
+    };
+    let narrow = ends(Instructions::Compiled);
+    for widest in Instructions::ALL {
+        assert!(ends(widest) == narrow, "{widest}");
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@
 
 use super::integrator::Integrator;
 use super::jets::Equations;
+use super::kernel::ROWS;
 use super::switch::{Reach, Switch};
 use crate::compensated::Compensated;
 use crate::run::roots::Crossing;
@@ -41,6 +42,8 @@ impl Watch {
         (equations.groups() > 0).then(|| {
             Box::new(Self {
                 has_pieces: equations.has_pieces(),
+                // steps allocate nothing
+                crossings: Vec::with_capacity(ROWS),
                 ..Self::default()
             })
         })

@@ -21,6 +21,10 @@ const PLATEAU: f64 = 1e-11;
 /// The same for velocities, forces and multipliers, which are quotients of differences of nodes.
 const DIFFERENCES: f64 = 1e-8;
 
+/// A larger error may be rounding too, where it stops falling: below this part, and hardly less than with twice the step. Where a factor that
+/// was divided out passes through zero, rounding is divided by it.
+const STOPS: [f64; 2] = [1e-6, core::f64::consts::FRAC_1_SQRT_2];
+
 /// How far the fitted order may be from the declared one.
 const APART: f64 = 0.1;
 
@@ -70,7 +74,7 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             continue;
         }
         let plateau = if k == 0 { PLATEAU } else { DIFFERENCES };
-        let points: Vec<[f64; 2]> = (0..HALVINGS)
+        let mut points: Vec<[f64; 2]> = (0..HALVINGS)
             .zip(errors)
             .map(|(halving, errors)| {
                 let h = (subject.h / f64::from(1_u32 << halving)).abs();
@@ -83,6 +87,13 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             })
             .filter(|[_, error]| *error > plateau || error.is_nan())
             .collect();
+        if let Some(stop) = stops(&points) {
+            report.note(&format!(
+                "the errors of {name} stop falling at h = {:.1e}, {:.0e} of the largest value: rounding",
+                points[stop][0], points[stop][1]
+            ));
+            points.truncate(stop);
+        }
         if points.len() < 3 {
             if k == 0 && points.is_empty() && subject.expected.kind == Kind::Holonomic {
                 // constraints that leave nothing to move freely, at every step
@@ -137,6 +148,12 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     if last < times.len() {
         report.note(&beyond(subject, until));
     }
+}
+
+/// The place from which on errors are rounding, because they have stopped falling.
+fn stops(points: &[[f64; 2]]) -> Option<usize> {
+    let stops = |pair: &[[f64; 2]]| pair[1][1] < STOPS[0] && pair[1][1] > STOPS[1] * pair[0][1];
+    Some(points.windows(2).position(stops)? + 1)
 }
 
 /// The largest of errors by step and node.
