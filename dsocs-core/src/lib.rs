@@ -143,6 +143,7 @@ pub mod __private {
     pub use crate::dual::{Dual, Part};
     pub use crate::lanes::Lanes;
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
+    pub use crate::run::held_value;
     pub use crate::scalar::Scalar;
     pub use crate::step::sparse::Sparse;
     pub use crate::step::unknown::{Linearization, Unknown};

@@ -1,9 +1,7 @@
 //! What the systems of this crate say of themselves: names, exact solutions, references and closed forms beside the declarations.
 
 mod chain {
-    use dsocs_core::geometry::constraint_force;
-    use dsocs_core::{Point, System};
-
+    use dsocs_core::System;
     use dsocs_systems::PlanarChain2;
 
     #[test]
@@ -21,38 +19,6 @@ mod chain {
         let mut chain = PlanarChain2::default();
         *chain.parameter_mut(3).unwrap() = 7.0;
         assert_eq!((chain.lengths, chain.parameter(3)), ([0.5, 7.0], Some(7.0)));
-    }
-
-    /// The accelerations of the double pendulum as textbooks give them, solved for by hand.
-    fn textbook(chain: &PlanarChain2, [a, b]: [f64; 2], [va, vb]: [f64; 2]) -> [f64; 2] {
-        let ([m1, m2], [l1, l2], g) = (chain.masses, chain.lengths, chain.gravity);
-        let d = a - b;
-        let scale = 2.0 * m1 + m2 - m2 * (2.0 * d).cos();
-        let first = -g * (2.0 * m1 + m2) * a.sin()
-            - m2 * g * (a - 2.0 * b).sin()
-            - 2.0 * d.sin() * m2 * (vb * vb * l2 + va * va * l1 * d.cos());
-        let second = 2.0
-            * d.sin()
-            * (va * va * l1 * (m1 + m2) + g * (m1 + m2) * a.cos() + vb * vb * l2 * m2 * d.cos());
-        [first / (l1 * scale), second / (l2 * scale)]
-    }
-
-    #[test]
-    fn two_links_are_the_double_pendulum() {
-        let chain = PlanarChain2 {
-            masses: [1.5, 0.7],
-            lengths: [0.8, 1.3],
-            gravity: 9.81,
-        };
-        for (q, v) in [
-            ([0.3, -1.2], [0.5, 2.0]),
-            ([2.5, 1.0], [-3.0, 0.4]),
-            ([-1.0, -1.0], [1.0, -1.0]),
-        ] {
-            let a = textbook(&chain, q, v);
-            let rest = constraint_force(&chain, &Point { t: 0.0, q, v, a });
-            assert!(rest.iter().all(|rest| rest.abs() < 1e-13), "{rest:?}");
-        }
     }
 }
 

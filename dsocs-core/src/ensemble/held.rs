@@ -1,11 +1,8 @@
 //! Parameters that change during the runs, other ones on each trajectory.
 
 use crate::flow::Flow;
-use crate::run::{Clock, Inputs, RunError};
+use crate::run::{Clock, Inputs, RunError, held_value};
 use crate::system::System;
-
-/// Times that differ by less than this part of a step are the same.
-const ROUNDING: f64 = 1e-6;
 
 /// A parameter that changes.
 #[derive(Clone, Debug)]
@@ -19,9 +16,7 @@ pub(super) struct HeldInputs {
 impl HeldInputs {
     /// The value on a trajectory at a time; `None` before the first.
     pub fn at(&self, trajectory: usize, t: f64, h: f64) -> Option<f64> {
-        let plan = self.plans.get(trajectory)?;
-        let later = plan.partition_point(|&[time, _]| time <= t + ROUNDING * h.abs());
-        Some(plan.get(later.checked_sub(1)?)?[1])
+        held_value(self.plans.get(trajectory)?, t, h)
     }
 }
 

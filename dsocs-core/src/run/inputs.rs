@@ -5,6 +5,17 @@ use thiserror::Error;
 use super::{Node, RunError, Stepper, finite, hand_out};
 use crate::system::System;
 
+/// Times of a plan that differ by less than this part of a step are the same.
+const SAME_TIME: f64 = 1e-6;
+
+/// The value of a held input at a time `t` of a run with the step `h`, from increasing times, each with the value that holds from it on;
+/// `None` before the first.
+#[must_use]
+pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
+    let later = plan.partition_point(|&[time, _]| time <= t + SAME_TIME * h.abs());
+    Some(plan.get(later.checked_sub(1)?)?[1])
+}
+
 /// Runs whose parameters can be given other values at nodes: the output of a digital controller, planned torques, a steering angle that is held.
 ///
 /// Every run of a system that is [`Clone`] has this trait, because the run changes its own copy. A new value holds from the last known

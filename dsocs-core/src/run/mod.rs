@@ -25,7 +25,7 @@ pub use clock::{Clock, End};
 pub use error::{Behind, FailedEvent, OneWay, RunError};
 pub use estimate::Estimates;
 pub use events::{Event, Events, Occurrence};
-pub use inputs::{InputError, Inputs};
+pub use inputs::{InputError, Inputs, held_value};
 pub use node::Node;
 pub use observer::{Observer, OnEvent, Verdict, on_event};
 pub use polynomial::Polynomial;

@@ -60,6 +60,19 @@ struct Touched {
     leads: f64,
 }
 
+impl Touched {
+    /// A switch at its place, with the sign that its series to an order leads to in a time `tau`.
+    fn new((group, place): (usize, usize), switch: &Switch, order: usize, tau: f64) -> Self {
+        let (_, leads) = switch.leads(order, tau);
+        Self {
+            group,
+            place,
+            side: switch.side(),
+            leads,
+        }
+    }
+}
+
 /// Asks something of every switch.
 pub(super) fn each<const N: usize>(
     equations: &mut dyn Equations<N>,
@@ -235,14 +248,9 @@ impl<const N: usize> Integrator<N> {
         each(equations, |group, place, switch| {
             switch.begins_with(0);
             if switch.touches() {
-                let (_, leads) = switch.leads(order, tau);
-                let side = switch.side();
-                watch.touched.push(Touched {
-                    group,
-                    place,
-                    side,
-                    leads,
-                });
+                watch
+                    .touched
+                    .push(Touched::new((group, place), switch, order, tau));
             }
         });
         self.is_new = true;
@@ -264,14 +272,9 @@ impl<const N: usize> Integrator<N> {
         let tau = if self.clock.is_forward() { step } else { -step };
         each(equations, |group, place, switch| {
             if switch.is_zero() {
-                let (_, leads) = switch.leads(order, tau);
-                let side = switch.side();
-                watch.touched.push(Touched {
-                    group,
-                    place,
-                    side,
-                    leads,
-                });
+                watch
+                    .touched
+                    .push(Touched::new((group, place), switch, order, tau));
             }
         });
         if !watch.touched.is_empty() {

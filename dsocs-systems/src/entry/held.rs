@@ -1,5 +1,6 @@
 //! Inputs that are held: their values over time, and the continuous motion under them that errors are measured against.
 
+use dsocs_core::__private::held_value;
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow};
 
@@ -14,16 +15,10 @@ pub struct HeldInput {
     pub values: Vec<[f64; 2]>,
 }
 
-/// Times that differ by less than this part of a step are the same.
-const ROUNDING: f64 = 1e-6;
-
 impl HeldInput {
     /// The value at a time. A time that is one of the plan's to within rounding is that time.
     pub(super) fn at(&self, t: f64, h: f64) -> Option<f64> {
-        let rounding = ROUNDING * h.abs();
-        let later = self.values.partition_point(|&[time, _]| time <= t + rounding);
-        let value = self.values.get(later.checked_sub(1)?)?;
-        Some(value[1])
+        held_value(&self.values, t, h)
     }
 }
 

@@ -184,6 +184,15 @@ fn early_methods(model: &Model, stages: &Stages) -> TokenStream {
     }
 }
 
+/// What is told of a step that is evaluated at its unknowns.
+fn at_z() -> TokenStream {
+    quote! {
+        constants: &Self::Constants<__T>,
+        known: &Self::Known<__T>,
+        z: &Self::Unknown<__T>,
+    }
+}
+
 /// `linearize`, `scales`, `unknown` and `second_difference`.
 fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
     let linearize = match &stages.sparse {
@@ -191,6 +200,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
         None => linearize_method(stages),
     };
     let scales = scales_method(stages);
+    let at_z = at_z();
     let (difference_code, difference) = later(stages, &stages.second_difference);
     let kept = stages.kept.iter().map(|&leaf| match leaf {
         Leaf::Lambda(j) => {
@@ -217,9 +227,7 @@ fn iteration_methods(stages: &Stages, n: usize) -> TokenStream {
         #[inline(always)]
         fn second_difference<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
+            #at_z
         ) -> [__T; #n] {
             #difference_code
             [#(#difference),*]
@@ -232,13 +240,12 @@ fn linearize_method(stages: &Stages) -> TokenStream {
     let (code, results) = later(stages, &stages.residual());
     let (rows, jacobian) = results.split_at(stages.rows.len());
     let jacobian = matrix(jacobian, rows.len());
+    let at_z = at_z();
     quote! {
         #[inline(always)]
         fn linearize<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
+            #at_z
         ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
             #code
             ::dsocs_core::__private::Linearization { rows: [#(#rows),*], jacobian: #jacobian }
@@ -259,6 +266,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
         quote!(&[#(#places),*])
     };
     let (where_entries, pivots) = (places(&order.entries), places(&order.pivots));
+    let at_z = at_z();
     quote! {
         const SPARSE: bool = true;
 
@@ -270,9 +278,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
 
         fn entries<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
+            #at_z
             entries: &mut [__T],
         ) -> Self::Unknown<__T> {
             #code
@@ -282,9 +288,7 @@ fn sparse_methods(stages: &Stages, order: &Order) -> TokenStream {
 
         fn linearize<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
+            #at_z
         ) -> ::dsocs_core::__private::Linearization<__T, Self::Unknown<__T>> {
             let mut entries = [__T::splat(0.0); #count];
             let rows = self.entries(constants, known, z, &mut entries);
@@ -302,13 +306,12 @@ fn scales_method(stages: &Stages) -> Option<TokenStream> {
         return None;
     }
     let (code, scales) = later(stages, &stages.scales);
+    let at_z = at_z();
     Some(quote! {
         #[inline(always)]
         fn scales<__T: ::dsocs_core::__private::Scalar>(
             &self,
-            constants: &Self::Constants<__T>,
-            known: &Self::Known<__T>,
-            z: &Self::Unknown<__T>,
+            #at_z
         ) -> Self::Unknown<__T> {
             #code
             [#(#scales),*]

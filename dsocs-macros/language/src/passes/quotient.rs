@@ -317,6 +317,17 @@ mod tests {
         multipliers: 0,
     };
 
+    /// A row without its factor.
+    fn divided(graph: &mut Graph, row: NodeId, factor: NodeId) -> NodeId {
+        let row = Equation {
+            value: row,
+            plain: row,
+            divide: Some(factor),
+            pivots: Pivots::Any,
+        };
+        without_factors(graph, &[row], LEAVES)[0].value
+    }
+
     #[test]
     fn an_exact_factor_leaves_no_denominator() {
         let mut graph = Graph::new();
@@ -343,13 +354,7 @@ mod tests {
             terms.push((graph.product(&[(first, 1), (second, 1), (z, power)]), scale));
         }
         let row = graph.linear(0.0, &terms);
-        let row = Equation {
-            value: row,
-            plain: row,
-            divide: Some(w),
-            pivots: Pivots::Any,
-        };
-        let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
+        let quotient = divided(&mut graph, row, w);
         let expected = graph.linear(0.0, &[(c, 1.0), (z, -3.0), (tanh, 1.0)]);
         let difference = graph.sub(quotient, expected);
         assert!(graph.vanishes(difference));
@@ -380,13 +385,7 @@ mod tests {
         let square = graph.powi(z, 2);
         let row = graph.add(square, a);
         let plain = graph.div(row, w);
-        let row = Equation {
-            value: row,
-            plain: row,
-            divide: Some(w),
-            pivots: Pivots::Any,
-        };
-        let quotient = without_factors(&mut graph, &[row], LEAVES)[0].value;
+        let quotient = divided(&mut graph, row, w);
         assert_eq!(quotient, plain);
     }
 }
