@@ -16,14 +16,22 @@ pub(crate) trait Work {
 /// Does the work with the best instructions that there are.
 #[inline]
 pub(crate) fn run<W: Work>(work: W) -> W::Output {
+    run_as(false, work)
+}
+
+/// The same, or, if `rounded`, with the instructions that all machines have: then the results are the same on all.
+#[inline]
+pub(crate) fn run_as<W: Work>(rounded: bool, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
+    if !rounded && let Some(simd) = pulp::x86::V3::try_new() {
         return pulp::Simd::vectorize(simd, Fused(work));
     }
     // every machine of this kind has fused products
     #[cfg(target_arch = "aarch64")]
-    return work.run::<true>();
-    #[cfg(not(target_arch = "aarch64"))]
+    if !rounded {
+        return work.run::<true>();
+    }
+    let _ = rounded;
     work.run::<false>()
 }
 

@@ -149,6 +149,7 @@ pub mod __private {
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};
     pub use crate::tape::{Number, Source, Tape};
+    pub use crate::taylor::coefficient::Coefficient;
     pub use crate::taylor::jets::Jets;
     pub use crate::taylor::kernel::{RECIPROCALS, Table, add_product, weighted};
     pub use crate::taylor::solve::{Accelerations, back};

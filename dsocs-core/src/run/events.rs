@@ -439,6 +439,6 @@ fn expand<const N: usize>(
         event.at(system, &point)
     });
     let mut coefficients = vec![value];
-    coefficients.extend((1..order).map(|k| tape.next(k, &|place| input(k, place))));
+    coefficients.extend((1..order).map(|k| tape.next(k, false, &|place| input(k, place))));
     coefficients
 }

@@ -3,6 +3,7 @@
 //! Only the expansion is compiled for each system, for each kind of machine. The integrator, the grid of output times, events and
 //! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
 
+use super::coefficient::Coefficient;
 use super::series::Series;
 use super::switch::{Switch, Switches};
 use crate::compiled::Compiled;
@@ -15,23 +16,23 @@ use crate::system::System;
 /// The recurrences for the Taylor series of the continuous motion, as `#[dsocs]` generates them.
 pub trait Jets<const N: usize>: Compiled<N> {
     /// Expressions of the parameters, an array of a literal size.
-    type Fixed: Copy;
+    type Fixed<T: Coefficient>: Copy;
     /// What the recurrences keep of the orders before.
-    type Table: Default + Switches;
+    type Table<T: Coefficient>: Default + Switches;
 
     /// What the switches are, as the declaration says it; then the user's functions, in the order of their calls. Those where a smooth
     /// function is steep have no names.
     const SWITCHES: &'static [&'static str] = &[];
 
     /// What the parameters alone decide.
-    fn fixed(&self, parameters: &Self::Parameters<f64>) -> Self::Fixed;
+    fn fixed<T: Coefficient>(&self, parameters: &Self::Parameters<T>) -> Self::Fixed<T>;
 
     /// The Taylor coefficients of the motion from the point where the series begins.
-    fn expand<const FUSED: bool>(
+    fn expand<T: Coefficient, const FUSED: bool>(
         &self,
-        constants: &Self::Fixed,
-        series: &mut Series<N>,
-        table: &mut Self::Table,
+        constants: &Self::Fixed<T>,
+        series: &mut Series<N, T>,
+        table: &mut Self::Table<T>,
     );
 }
 
@@ -67,9 +68,9 @@ pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
     pub(super) system: Held<'s, S>,
     /// What the parameters decide.
-    fixed: S::Fixed,
+    fixed: S::Fixed<f64>,
     /// What is kept of the orders before.
-    table: S::Table,
+    table: S::Table<f64>,
 }
 
 impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
@@ -83,7 +84,7 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
         Self {
             fixed: system.fixed(&system.parameters()),
             system,
-            table: S::Table::default(),
+            table: Default::default(),
         }
     }
 }
@@ -97,11 +98,11 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
     }
 
     fn groups(&self) -> usize {
-        S::Table::GROUPS
+        S::Table::<f64>::GROUPS
     }
 
     fn group(&mut self, group: usize) -> &mut [Switch] {
-        self.table.group(group)
+        self.table.group(0, group)
     }
 
     fn has_pieces(&self) -> bool {
@@ -109,12 +110,12 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
     }
 
     fn enter(&mut self) -> bool {
-        self.table.enter()
+        self.table.enter(0)
     }
 
     fn switch(&self, group: usize, place: usize) -> &'static str {
         // functions stand at the end, one for each group but the first
-        let functions = S::Table::GROUPS.saturating_sub(1);
+        let functions = S::Table::<f64>::GROUPS.saturating_sub(1);
         let place = match group {
             0 => place,
             _ => S::SWITCHES.len().saturating_sub(functions) + group - 1,
@@ -143,6 +144,6 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, S, N> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         let Recurrences { system, fixed, table } = self.recurrences;
-        system.expand::<FUSED>(fixed, self.series, table);
+        system.expand::<f64, FUSED>(fixed, self.series, table);
     }
 }

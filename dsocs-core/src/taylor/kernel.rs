@@ -4,7 +4,8 @@
 //! recurrences of a system together, [`LANES`] at a time, and the generated code adds the rest. Coefficients of one order
 //! stand side by side, so that neither stream of a convolution has to be reversed.
 
-use super::jet::Tape;
+use super::coefficient::Coefficient;
+use super::jet::{Jet, Tape};
 use super::switch::{Switch, Switches};
 
 /// The highest order of a series.
@@ -28,51 +29,57 @@ pub const RECIPROCALS: [f64; ROWS] = {
 };
 
 /// Coefficients of one order.
-type Row = [f64; LANES];
+type Row<T> = [T; LANES];
 
 /// The operands of some inner sums, order by order.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Products {
+pub struct Products<T = f64> {
     /// The factors on the left.
-    pub left: [Row; ROWS],
+    pub left: [Row<T>; ROWS],
     /// The factors on the right.
-    pub right: [Row; ROWS],
+    pub right: [Row<T>; ROWS],
 }
 
 /// The operands of some inner sums of squares, order by order.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Squares {
+pub struct Squares<T = f64> {
     /// The operands.
-    pub rows: [Row; ROWS],
+    pub rows: [Row<T>; ROWS],
 }
 
 /// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
-/// user's functions, `W` switches.
+/// user's functions, `W` switches; the last two for each motion.
 #[derive(Debug)]
-pub struct Table<const P: usize, const S: usize, const C: usize, const W: usize = 0> {
+pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usize = 0> {
     /// Operands of products.
-    pub products: Box<[Products; P]>,
+    pub products: Box<[Products<T>; P]>,
     /// Operands of squares.
-    pub squares: Box<[Squares; S]>,
+    pub squares: Box<[Squares<T>; S]>,
     /// The functions of the user's, recorded.
-    pub calls: Box<[Tape; C]>,
+    pub calls: Vec<[Tape; C]>,
     /// What decides between pieces.
-    pub switches: Box<[Switch; W]>,
+    pub switches: Vec<[Switch; W]>,
 }
 
-impl<const P: usize, const S: usize, const C: usize, const W: usize> Default for Table<P, S, C, W> {
+impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Default
+    for Table<T, P, S, C, W>
+{
     fn default() -> Self {
-        let zero = [[0.0; LANES]; ROWS];
+        let zero = [[T::splat(0.0); LANES]; ROWS];
         Self {
             products: boxed(&Products {
                 left: zero,
                 right: zero,
             }),
             squares: boxed(&Squares { rows: zero }),
-            calls: boxed(&Tape::default()),
-            switches: boxed(&Switch::default()),
+            calls: (0..T::TRACKS)
+                .map(|_| core::array::from_fn(|_| Tape::default()))
+                .collect(),
+            switches: (0..T::TRACKS)
+                .map(|_| core::array::from_fn(|_| Switch::default()))
+                .collect(),
         }
     }
 }
@@ -86,46 +93,115 @@ fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
     }
 }
 
-impl<const P: usize, const S: usize, const C: usize, const W: usize> Switches for Table<P, S, C, W> {
+impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches for Table<T, P, S, C, W> {
     const GROUPS: usize = if W + C == 0 { 0 } else { 1 + C };
 
-    fn group(&mut self, group: usize) -> &mut [Switch] {
+    fn group(&mut self, track: usize, group: usize) -> &mut [Switch] {
         match group.checked_sub(1) {
-            None => &mut *self.switches,
-            Some(call) => self.calls.get_mut(call).map_or(&mut [], Tape::switches),
+            None => match self.switches.get_mut(track) {
+                Some(switches) => switches,
+                None => &mut [],
+            },
+            Some(call) => {
+                let calls = self.calls.get_mut(track);
+                calls
+                    .and_then(|calls| calls.get_mut(call))
+                    .map_or(&mut [], Tape::switches)
+            }
         }
     }
 
-    fn enter(&mut self) -> bool {
+    fn enter(&mut self, track: usize) -> bool {
         let mut any = false;
-        for call in self.calls.iter_mut() {
+        for call in self.calls.get_mut(track).into_iter().flatten() {
             any |= call.enter();
         }
         any
     }
 }
 
-impl<const P: usize, const S: usize, const C: usize, const W: usize> Table<P, S, C, W> {
-    /// The inner sums of products of order `k`; if `EAGER` and `k > 2`, without the terms of the orders 1 and `k-1`.
+impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Table<T, P, S, C, W> {
+    /// Begins the series of a switch's argument; `own` is its sign. Returns the sign of the piece that is continued.
+    #[inline(always)]
+    pub fn start(&mut self, place: usize, value: T, own: T) -> T {
+        T::of_tracks(|track| self.switches[track][place].start(value.track(track), own.track(track)))
+    }
+
+    /// Begins the series of the argument of a smooth function that is steep.
+    #[inline(always)]
+    pub fn steep(&mut self, place: usize, value: T) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].steep(value.track(track));
+        }
+    }
+
+    /// Hands a switch the coefficient of order `k` of its argument.
+    #[inline(always)]
+    pub fn watch(&mut self, place: usize, k: usize, coefficient: T) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].push(k, coefficient.track(track));
+        }
+    }
+
+    /// Calls a function of the user's, and records what it does.
+    #[inline(always)]
+    pub fn record<const A: usize>(
+        &mut self,
+        place: usize,
+        values: [T; A],
+        moves: [bool; A],
+        function: impl Fn([Jet; A]) -> Jet,
+    ) -> T {
+        T::of_tracks(|track| {
+            let values = values.map(|value| value.track(track));
+            self.calls[track][place].record(values, moves, &function)
+        })
+    }
+
+    /// The coefficient of order `k` of a function of the user's.
+    #[inline(always)]
+    pub fn coefficient<const FUSED: bool, const A: usize>(
+        &mut self,
+        place: usize,
+        k: usize,
+        inputs: [T; A],
+    ) -> T {
+        T::of_tracks(|track| {
+            let inputs = inputs.map(|input| input.track(track));
+            self.calls[track][place].coefficient(k, !FUSED, inputs)
+        })
+    }
+
+    /// The inner sums of products of order `k`, of which the first `USED` are asked for; if `EAGER` and `k > 2`, without the terms of the
+    /// orders 1 and `k-1`.
     #[inline(always)]
     #[must_use]
-    pub fn product_sums<const FUSED: bool, const EAGER: bool>(&self, k: usize) -> [Row; P] {
+    pub fn product_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
+        &self,
+        k: usize,
+    ) -> [Row<T>; P] {
+        if !T::PACKED {
+            return core::array::from_fn(|place| {
+                let used = USED.saturating_sub(LANES * place).min(LANES);
+                some::<T>(&self.products[place], k, first::<EAGER>(k), used)
+            });
+        }
         // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
         if P <= 2 {
-            return together::<FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
+            return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
         }
         if P <= 4 {
-            return together::<FUSED, P, 1>(&self.products, k, first::<EAGER>(k));
+            return together::<T, FUSED, P, 1>(&self.products, k, first::<EAGER>(k));
         }
-        let mut sums = [[0.0; LANES]; P];
+        let mut sums = [[T::splat(0.0); LANES]; P];
         let first = first::<EAGER>(k);
         let (fours, rest) = self.products.as_chunks::<4>();
         let (sums_of_fours, sums_of_rest) = sums.as_chunks_mut::<4>();
         for (sums, blocks) in sums_of_fours.iter_mut().zip(fours) {
-            *sums = together::<FUSED, 4, 1>(blocks, k, first);
+            *sums = together::<T, FUSED, 4, 1>(blocks, k, first);
         }
         for (sum, block) in sums_of_rest.iter_mut().zip(rest) {
-            [*sum] = together::<FUSED, 1, 2>(core::array::from_ref(block), k, first);
+            [*sum] = together::<T, FUSED, 1, 2>(core::array::from_ref(block), k, first);
         }
         sums
     }
@@ -133,10 +209,18 @@ impl<const P: usize, const S: usize, const C: usize, const W: usize> Table<P, S,
     /// The inner sums of squares of order `k`, as [`Table::product_sums`].
     #[inline(always)]
     #[must_use]
-    pub fn square_sums<const FUSED: bool, const EAGER: bool>(&self, k: usize) -> [Row; S] {
-        let mut sums = [[0.0; LANES]; S];
-        for (sum, block) in sums.iter_mut().zip(self.squares.iter()) {
-            *sum = square_sum::<FUSED>(block, k, first::<EAGER>(k));
+    pub fn square_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
+        &self,
+        k: usize,
+    ) -> [Row<T>; S] {
+        let mut sums = [[T::splat(0.0); LANES]; S];
+        for (place, (sum, block)) in sums.iter_mut().zip(self.squares.iter()).enumerate() {
+            let used = USED.saturating_sub(LANES * place).min(LANES);
+            *sum = if T::PACKED {
+                square_sum::<T, FUSED>(block, k, first::<EAGER>(k), LANES)
+            } else {
+                square_sum::<T, FUSED>(block, k, first::<EAGER>(k), used)
+            };
         }
         sums
     }
@@ -145,25 +229,25 @@ impl<const P: usize, const S: usize, const C: usize, const W: usize> Table<P, S,
 /// `sum + a b`, rounded once if `FUSED`.
 #[inline(always)]
 #[must_use]
-pub fn add_product<const FUSED: bool>(sum: f64, a: f64, b: f64) -> f64 {
-    if FUSED { a.mul_add(b, sum) } else { sum + a * b }
+pub fn add_product<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
+    sum.add_product::<FUSED>(a, b)
 }
 
 /// `Σ c_i x_i`, in four sums side by side: one alone would wait for itself.
 #[inline(always)]
 #[must_use]
-pub fn weighted<const FUSED: bool, const M: usize>(c: [f64; M], x: [f64; M]) -> f64 {
-    let mut sums = [0.0; 4];
+pub fn weighted<const FUSED: bool, const M: usize, T: Coefficient>(c: [T; M], x: [T; M]) -> T {
+    let mut sums = [T::splat(0.0); 4];
     for i in 0..M {
-        sums[i % 4] = add_product::<FUSED>(sums[i % 4], c[i], x[i]);
+        sums[i % 4] = add_product::<FUSED, T>(sums[i % 4], c[i], x[i]);
     }
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 #[inline(always)]
-fn add_rows<const FUSED: bool>(sum: &mut Row, a: &Row, b: &Row) {
-    for lane in 0..LANES {
-        sum[lane] = add_product::<FUSED>(sum[lane], a[lane], b[lane]);
+fn add_rows<T: Coefficient, const FUSED: bool>(sum: &mut Row<T>, a: &Row<T>, b: &Row<T>, used: usize) {
+    for lane in 0..used.min(LANES) {
+        sum[lane] = add_product::<FUSED, T>(sum[lane], a[lane], b[lane]);
     }
 }
 
@@ -175,26 +259,26 @@ fn first<const EAGER: bool>(k: usize) -> usize {
 
 /// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.
 #[inline(always)]
-fn together<const FUSED: bool, const P: usize, const A: usize>(
-    blocks: &[Products; P],
+fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products<T>; P],
     k: usize,
     first: usize,
-) -> [Row; P] {
+) -> [Row<T>; P] {
     let k = k.clamp(1, ROWS - 1);
-    let mut sums = [[[0.0; LANES]; P]; A];
+    let mut sums = [[[T::splat(0.0); LANES]; P]; A];
     let end = k + 1 - first;
     let mut j = first;
     while j + A <= end {
         for (a, sums) in sums.iter_mut().enumerate() {
             for (sum, block) in sums.iter_mut().zip(blocks) {
-                add_rows::<FUSED>(sum, &block.left[j + a], &block.right[k - j - a]);
+                add_rows::<T, FUSED>(sum, &block.left[j + a], &block.right[k - j - a], LANES);
             }
         }
         j += A;
     }
     while j < end {
         for (sum, block) in sums[0].iter_mut().zip(blocks) {
-            add_rows::<FUSED>(sum, &block.left[j], &block.right[k - j]);
+            add_rows::<T, FUSED>(sum, &block.left[j], &block.right[k - j], LANES);
         }
         j += 1;
     }
@@ -202,26 +286,42 @@ fn together<const FUSED: bool, const P: usize, const A: usize>(
     for sums in &sums[1..] {
         for (total, sum) in total.iter_mut().zip(sums) {
             for lane in 0..LANES {
-                total[lane] += sum[lane];
+                total[lane] = total[lane] + sum[lane];
             }
         }
     }
     total
 }
 
+/// The first sums of one block, each of which fills registers alone.
+#[inline(always)]
+fn some<T: Coefficient>(block: &Products<T>, k: usize, first: usize, used: usize) -> Row<T> {
+    let k = k.clamp(1, ROWS - 1);
+    let mut sums = [T::splat(0.0); LANES];
+    for j in first..k + 1 - first {
+        add_rows::<T, false>(&mut sums, &block.left[j], &block.right[k - j], used);
+    }
+    sums
+}
+
 /// `Σ x_j x_{k-j}` over `first ≤ j ≤ k - first`, each product once.
 #[inline(always)]
-fn square_sum<const FUSED: bool>(block: &Squares, k: usize, first: usize) -> Row {
+fn square_sum<T: Coefficient, const FUSED: bool>(
+    block: &Squares<T>,
+    k: usize,
+    first: usize,
+    used: usize,
+) -> Row<T> {
     let k = k.clamp(1, ROWS - 1);
-    let mut sum = [0.0; LANES];
+    let mut sum = [T::splat(0.0); LANES];
     for j in first..k.div_ceil(2) {
-        add_rows::<FUSED>(&mut sum, &block.rows[j], &block.rows[k - j]);
+        add_rows::<T, FUSED>(&mut sum, &block.rows[j], &block.rows[k - j], used);
     }
     for x in &mut sum {
-        *x *= 2.0;
+        *x = *x * T::splat(2.0);
     }
     if k.is_multiple_of(2) {
-        add_rows::<FUSED>(&mut sum, &block.rows[k / 2], &block.rows[k / 2]);
+        add_rows::<T, FUSED>(&mut sum, &block.rows[k / 2], &block.rows[k / 2], used);
     }
     sum
 }

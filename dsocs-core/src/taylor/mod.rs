@@ -65,6 +65,7 @@
 // recurrences read several orders at a time, by index, as they stand in the books
 #![allow(clippy::needless_range_loop)]
 
+pub(crate) mod coefficient;
 mod control;
 mod error;
 mod flow;

@@ -1,31 +1,32 @@
 //! The Taylor series of a motion, and its values.
 
+use super::coefficient::Coefficient;
 use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 
 /// The Taylor coefficients of a motion at a point, computed by the generated recurrences.
 ///
 /// The velocity is known to the order of the series, the position to one order more.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series<const N: usize> {
+pub struct Series<const N: usize, T = f64> {
     /// The order of the velocity, `2..=MAX_ORDER`.
     order: usize,
     /// The time of the point of expansion.
-    t: f64,
+    t: T,
     /// `q^(k)/k!` by order.
-    q: [[f64; N]; ROWS],
+    q: [[T; N]; ROWS],
     /// `v^(k)/k!` by order.
-    v: [[f64; N]; ROWS],
+    v: [[T; N]; ROWS],
 }
 
-impl<const N: usize> Series<N> {
+impl<const N: usize, T: Coefficient> Series<N, T> {
     /// A series whose velocity will be known to `order`, between 2 and [`MAX_ORDER`].
     #[must_use]
     pub fn new(order: usize) -> Self {
         Self {
             order: order.clamp(2, MAX_ORDER),
-            t: 0.0,
-            q: [[0.0; N]; ROWS],
-            v: [[0.0; N]; ROWS],
+            t: T::splat(0.0),
+            q: [[T::splat(0.0); N]; ROWS],
+            v: [[T::splat(0.0); N]; ROWS],
         }
     }
 
@@ -37,21 +38,20 @@ impl<const N: usize> Series<N> {
 
     /// Sets what the acceleration of order 0 is expected to be.
     #[doc(hidden)]
-    pub fn expect(&mut self, a: &[f64; N]) {
+    pub fn expect(&mut self, a: &[T; N]) {
         self.v[1] = *a;
     }
 
     /// What the acceleration of order 0 is expected to be, for systems that look for it.
     #[doc(hidden)]
     #[must_use]
-    pub fn guess(&self) -> [f64; N] {
-        let mut guess = self.v[1];
-        for a in &mut guess {
-            if !a.is_finite() {
-                *a = 0.0;
-            }
-        }
-        guess
+    pub fn guess(&self) -> [T; N] {
+        self.v[1].map(|a| {
+            T::of_tracks(|track| {
+                let a = a.track(track);
+                if a.is_finite() { a } else { 0.0 }
+            })
+        })
     }
 
     /// The order of the velocity.
@@ -64,52 +64,42 @@ impl<const N: usize> Series<N> {
 
     /// Sets the point of expansion.
     #[doc(hidden)]
-    pub fn begin(&mut self, t: f64, q: &[f64; N], v: &[f64; N]) {
+    pub fn begin(&mut self, t: T, q: &[T; N], v: &[T; N]) {
         (self.t, self.q[0], self.v[0]) = (t, *q, *v);
-    }
-
-    /// Takes the coefficients of a polynomial motion; those of higher orders are zero.
-    pub(crate) fn fill(&mut self, position: &[[f64; N]]) {
-        let last = position.len().min(self.order + 2);
-        self.q[..last].copy_from_slice(&position[..last]);
-        self.q[last..].fill([0.0; N]);
-        for k in 0..=self.order {
-            self.v[k] = self.q[k + 1].map(|q| (k + 1) as f64 * q);
-        }
     }
 
     /// The time of the point of expansion.
     #[inline]
     #[must_use]
-    pub fn time(&self) -> f64 {
+    pub fn time(&self) -> T {
         self.t
     }
 
     /// The point of expansion.
     #[inline]
     #[must_use]
-    pub fn start(&self) -> ([f64; N], [f64; N]) {
+    pub fn start(&self) -> ([T; N], [T; N]) {
         (self.q[0], self.v[0])
     }
 
     /// The coefficients of the position, by order.
     #[must_use]
-    pub fn position(&self) -> &[[f64; N]] {
+    pub fn position(&self) -> &[[T; N]] {
         &self.q[..self.order.min(MAX_ORDER) + 2]
     }
 
     /// The coefficients of the velocity, by order.
     #[must_use]
-    pub fn velocity(&self) -> &[[f64; N]] {
+    pub fn velocity(&self) -> &[[T; N]] {
         &self.v[..=self.order.min(MAX_ORDER)]
     }
 
     /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
     #[doc(hidden)]
     #[inline(always)]
-    pub fn push(&mut self, k: usize, q: &mut [f64; N], v: &mut [f64; N], a: [f64; N]) {
+    pub fn push(&mut self, k: usize, q: &mut [T; N], v: &mut [T; N], a: [T; N]) {
         let next = (k + 1).min(MAX_ORDER);
-        let scale = RECIPROCALS[next];
+        let scale = T::splat(RECIPROCALS[next]);
         for i in 0..N {
             q[i] = v[i] * scale;
             v[i] = a[i] * scale;
@@ -117,11 +107,46 @@ impl<const N: usize> Series<N> {
         self.q[next] = *q;
         self.v[next] = *v;
         if next == self.order {
-            let mut beyond = [0.0; N];
+            let mut beyond = [T::splat(0.0); N];
             for i in 0..N {
-                beyond[i] = v[i] * RECIPROCALS[next + 1];
+                beyond[i] = v[i] * T::splat(RECIPROCALS[next + 1]);
             }
             self.q[next + 1] = beyond;
+        }
+    }
+
+    /// How far the position and the velocity move in a time `h`, and the acceleration then.
+    #[inline(always)]
+    pub(super) fn increments<const FUSED: bool>(&self, h: T) -> [[T; N]; 3] {
+        let (mut q, mut v, mut a) = ([T::splat(0.0); N], [T::splat(0.0); N], [T::splat(0.0); N]);
+        for row in self.position()[1..].iter().rev() {
+            for i in 0..N {
+                q[i] = add_product::<FUSED, T>(row[i], q[i], h);
+            }
+        }
+        for row in self.velocity()[1..].iter().rev() {
+            for i in 0..N {
+                // a is the derivative of h v: what v was, and h times its own derivative
+                a[i] = add_product::<FUSED, T>(v[i], a[i], h);
+                v[i] = add_product::<FUSED, T>(row[i], v[i], h);
+            }
+        }
+        let mut end = a;
+        for i in 0..N {
+            end[i] = add_product::<FUSED, T>(v[i], a[i], h);
+        }
+        [q.map(|q| q * h), v.map(|v| v * h), end]
+    }
+}
+
+impl<const N: usize> Series<N> {
+    /// Takes the coefficients of a polynomial motion; those of higher orders are zero.
+    pub(crate) fn fill(&mut self, position: &[[f64; N]]) {
+        let last = position.len().min(self.order + 2);
+        self.q[..last].copy_from_slice(&position[..last]);
+        self.q[last..].fill([0.0; N]);
+        for k in 0..=self.order {
+            self.v[k] = self.q[k + 1].map(|q| (k + 1) as f64 * q);
         }
     }
 
@@ -134,29 +159,6 @@ impl<const N: usize> Series<N> {
             .all(|x| x.is_finite())
     }
 
-    /// How far the position and the velocity move in a time `h`, and the acceleration then.
-    #[inline(always)]
-    pub(super) fn increments<const FUSED: bool>(&self, h: f64) -> [[f64; N]; 3] {
-        let (mut q, mut v, mut a) = ([0.0; N], [0.0; N], [0.0; N]);
-        for row in self.position()[1..].iter().rev() {
-            for i in 0..N {
-                q[i] = add_product::<FUSED>(row[i], q[i], h);
-            }
-        }
-        for row in self.velocity()[1..].iter().rev() {
-            for i in 0..N {
-                // a is the derivative of h v: what v was, and h times its own derivative
-                a[i] = add_product::<FUSED>(v[i], a[i], h);
-                v[i] = add_product::<FUSED>(row[i], v[i], h);
-            }
-        }
-        let mut end = a;
-        for i in 0..N {
-            end[i] = add_product::<FUSED>(v[i], a[i], h);
-        }
-        [q.map(|q| q * h), v.map(|v| v * h), end]
-    }
-
     /// Positions, velocities and accelerations at some times after the point of expansion, `[component][time]`.
     #[inline(always)]
     pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 3] {
@@ -167,10 +169,10 @@ impl<const N: usize> Series<N> {
         for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
             for i in 0..N {
                 for lane in 0..L {
-                    q[i][lane] = add_product::<FUSED>(position[i], q[i][lane], s[lane]);
+                    q[i][lane] = add_product::<FUSED, f64>(position[i], q[i][lane], s[lane]);
                     // the derivative of a polynomial that is formed from within
-                    a[i][lane] = add_product::<FUSED>(v[i][lane], a[i][lane], s[lane]);
-                    v[i][lane] = add_product::<FUSED>(velocity[i], v[i][lane], s[lane]);
+                    a[i][lane] = add_product::<FUSED, f64>(v[i][lane], a[i][lane], s[lane]);
+                    v[i][lane] = add_product::<FUSED, f64>(velocity[i], v[i][lane], s[lane]);
                 }
             }
         }

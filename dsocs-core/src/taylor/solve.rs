@@ -3,9 +3,9 @@
 //! The rows of the continuous system have at order `k` the form `J a_k + r_k = 0`, where `J` is their Jacobian at order 0
 //! and `r_k` knows lower orders only. So the matrix is inverted once an expansion, and every order is one product with it.
 
+use super::coefficient::Coefficient;
 use super::kernel::add_product;
 use crate::step::convergence::{LAST_UPDATE, Update};
-use crate::step::elimination::inverse;
 
 /// How often the accelerations of order 0 are improved where the rows are not affine in them.
 const MAX_ITERATIONS: u32 = 50;
@@ -19,15 +19,18 @@ const AFFINE_ITERATIONS: u32 = 2;
 /// hand them to [`Accelerations::improve`] until that says so. (A function that took the rows as a closure would not be
 /// compiled for the machine's own instructions.)
 #[derive(Clone, Copy, Debug)]
-pub struct Accelerations<const M: usize> {
+pub struct Accelerations<T, const M: usize> {
     affine: bool,
     iteration: u32,
-    update: [f64; M],
-    inverse: [[f64; M]; M],
+    update: [T; M],
+    inverse: [[T; M]; M],
     ended: bool,
+    /// The motions whose accelerations are as good as they get, as bits, and for how many iterations all are.
+    good: u32,
+    again: u32,
 }
 
-impl<const M: usize> Accelerations<M> {
+impl<T: Coefficient, const M: usize> Accelerations<T, M> {
     /// The beginning; the rows may be affine in the accelerations.
     #[inline(always)]
     #[must_use]
@@ -35,76 +38,124 @@ impl<const M: usize> Accelerations<M> {
         Self {
             affine,
             iteration: 0,
-            update: [0.0; M],
-            inverse: [[f64::NAN; M]; M],
+            update: [T::splat(0.0); M],
+            inverse: [[T::splat(f64::NAN); M]; M],
             ended: false,
+            good: 0,
+            again: 0,
         }
     }
 
     /// What is to be added to the accelerations; NaN if there is no solution.
     #[inline(always)]
     #[must_use]
-    pub fn update(&self) -> [f64; M] {
+    pub fn update(&self) -> [T; M] {
         self.update
     }
 
     /// The inverse of the rows' Jacobian, by columns.
     #[inline(always)]
     #[must_use]
-    pub fn inverse(&self) -> &[[f64; M]; M] {
+    pub fn inverse(&self) -> &[[T; M]; M] {
         &self.inverse
     }
 
     /// Takes the rows; `false` if the accelerations are as good as they get.
     #[inline(always)]
-    pub fn improve<const FUSED: bool>(
-        &mut self,
-        rows: &[f64; M],
-        jacobian: &[[f64; M]; M],
-        a: &[f64; M],
-    ) -> bool {
+    pub fn improve<const FUSED: bool>(&mut self, rows: &[T; M], jacobian: &[[T; M]; M], a: &[T; M]) -> bool {
         if self.ended {
             return false;
         }
         // the Jacobian of affine rows is that of the first iteration
         if self.iteration == 0 || !self.affine {
-            self.inverse = inverse::<FUSED, M>(jacobian);
+            let inverse = T::inverse::<FUSED, M>(jacobian);
+            let good = self.good;
+            for (old, new) in self.inverse.iter_mut().zip(inverse) {
+                *old = kept(good, old, new);
+            }
         }
-        let largest = a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let last = Update {
-            components: &self.update,
-            unknowns: a,
-            sizes: &[largest; M],
-        };
-        // after an update that is small one more has been made good by quadratic convergence
-        let small = self.iteration > 0 && last.is_small(LAST_UPDATE);
         let limit = if self.affine {
             AFFINE_ITERATIONS
         } else {
             MAX_ITERATIONS
         };
-        if (self.affine && self.iteration == limit) || (!self.affine && small) {
+        if self.affine && self.iteration == limit {
+            return false;
+        }
+        if !self.affine && self.iteration > 0 && self.is_good(a) {
             return false;
         }
         if self.iteration == limit {
-            (self.update, self.inverse, self.ended) = ([f64::NAN; M], [[f64::NAN; M]; M], true);
+            self.ended = true;
+            let nan = [T::splat(f64::NAN); M];
+            self.update = kept(self.good, &[T::splat(0.0); M], nan);
+            for column in &mut self.inverse {
+                *column = kept(self.good, column, nan);
+            }
             return true;
         }
-        self.update = back::<FUSED, M>(&self.inverse, rows);
+        self.update = kept(
+            self.good,
+            &[T::splat(0.0); M],
+            back::<FUSED, M, T>(&self.inverse, rows),
+        );
         self.iteration += 1;
         true
     }
+
+    /// Whether the accelerations of all motions are good: after an update that is small one more has been made good by quadratic
+    /// convergence.
+    #[inline(always)]
+    fn is_good(&mut self, a: &[T; M]) -> bool {
+        for track in 0..T::TRACKS {
+            let (update, a) = (self.update.map(|x| x.track(track)), a.map(|x| x.track(track)));
+            let largest = a.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            let last = Update {
+                components: &update,
+                unknowns: &a,
+                sizes: &[largest; M],
+            };
+            if last.is_small(LAST_UPDATE) {
+                self.good |= 1 << track;
+            }
+        }
+        let all = self.good == (1 << T::TRACKS) - 1;
+        if all && self.again < T::AGAIN {
+            // derivatives are good once what they are formed at is
+            self.again += 1;
+            self.good = 0;
+            return false;
+        }
+        all
+    }
+}
+
+/// The new numbers, but for those motions whose bits are set: these keep the old ones.
+#[inline(always)]
+fn kept<T: Coefficient, const M: usize>(bits: u32, old: &[T; M], new: [T; M]) -> [T; M] {
+    if T::TRACKS == 1 || bits == 0 {
+        return new;
+    }
+    core::array::from_fn(|i| {
+        T::of_tracks(|track| {
+            let from = if bits >> track & 1 == 1 { old[i] } else { new[i] };
+            from.track(track)
+        })
+    })
 }
 
 /// The solution of `J x + r = 0`.
 #[inline(always)]
 #[must_use]
-pub fn back<const FUSED: bool, const M: usize>(inverse: &[[f64; M]; M], rows: &[f64; M]) -> [f64; M] {
+pub fn back<const FUSED: bool, const M: usize, T: Coefficient>(
+    inverse: &[[T; M]; M],
+    rows: &[T; M],
+) -> [T; M] {
     // column by column, so that the components stand in lanes
-    let mut solution = [0.0; M];
+    let mut solution = [T::splat(0.0); M];
     for (column, &row) in inverse.iter().zip(rows) {
         for i in 0..M {
-            solution[i] = add_product::<FUSED>(solution[i], column[i], -row);
+            solution[i] = add_product::<FUSED, T>(solution[i], column[i], -row);
         }
     }
     solution
@@ -144,7 +195,7 @@ mod tests {
         for (a, x) in a.iter().zip(solution) {
             assert!((a - x).abs() < 1e-15 * x.abs(), "{a} {x}");
         }
-        let again = back::<false, 3>(&inverse, &right.map(|x| -x));
+        let again = back::<false, 3, f64>(&inverse, &right.map(|x| -x));
         for (a, x) in again.iter().zip(solution) {
             assert!((a - x).abs() < 1e-14 * x.abs(), "{a} {x}");
         }

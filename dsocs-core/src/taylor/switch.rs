@@ -337,9 +337,9 @@ pub trait Switches {
     /// How many groups there are; none in a system without any.
     const GROUPS: usize;
 
-    /// A group: the declaration's, then that of each call.
-    fn group(&mut self, group: usize) -> &mut [Switch];
+    /// A group of one motion: the declaration's, then that of each call.
+    fn group(&mut self, track: usize, group: usize) -> &mut [Switch];
 
     /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
-    fn enter(&mut self) -> bool;
+    fn enter(&mut self, track: usize) -> bool;
 }

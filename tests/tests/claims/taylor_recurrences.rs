@@ -172,10 +172,10 @@ fn coefficients<S: System<N>, const N: usize, const FUSED: bool>(system: &S, ord
     let (mut q, mut v) = ([0.0; N], [0.0; N]);
     (q[0], v[0]) = (0.4, 0.7);
     series.begin(0.0, &q, &v);
-    system.expand::<FUSED>(
+    system.expand::<f64, FUSED>(
         &system.fixed(&system.parameters()),
         &mut series,
-        &mut S::Table::default(),
+        &mut Default::default(),
     );
     let rates = series.velocity()[1..].iter().enumerate();
     rates.map(|(k, row)| row.map(|v| (k + 1) as f64 * v)).collect()

@@ -299,12 +299,13 @@ impl Tape {
     }
 
     /// The function's coefficient of order `k`, `k ≥ 1`, from those of its arguments; lower orders come first.
-    pub fn coefficient<const A: usize>(&mut self, k: usize, inputs: [f64; A]) -> f64 {
-        self.next(k, &|i| inputs.get(i).copied().unwrap_or(f64::NAN))
+    /// Products are rounded before they are summed if `rounded`.
+    pub fn coefficient<const A: usize>(&mut self, k: usize, rounded: bool, inputs: [f64; A]) -> f64 {
+        self.next(k, rounded, &|i| inputs.get(i).copied().unwrap_or(f64::NAN))
     }
 
     /// As [`Tape::coefficient`], for arguments that are asked for by their place.
-    pub(crate) fn next(&mut self, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
+    pub(crate) fn next(&mut self, k: usize, rounded: bool, inputs: &dyn Fn(usize) -> f64) -> f64 {
         let Recording {
             entries,
             length,
@@ -317,11 +318,12 @@ impl Tape {
         }
         let k = k.clamp(1, ROWS - 1);
         let live = *length;
-        dispatch::run(Next {
+        let next = Next {
             entries: &mut entries[..live],
             k,
             inputs,
-        });
+        };
+        dispatch::run_as(rounded, next);
         let coefficient = |entry: u32| {
             entries
                 .get(entry as usize)
@@ -479,18 +481,18 @@ fn dot<const FUSED: bool>(x: &[f64], y: &[f64]) -> f64 {
     for (x, y) in pairs.by_ref().zip(others.by_ref()) {
         for half in 0..2 {
             for lane in 0..4 {
-                sums[half][lane] = add_product::<FUSED>(sums[half][lane], x[half][lane], y[half][lane]);
+                sums[half][lane] = add_product::<FUSED, f64>(sums[half][lane], x[half][lane], y[half][lane]);
             }
         }
     }
     for (x, y) in pairs.remainder().iter().zip(others.remainder()) {
         for lane in 0..4 {
-            sums[0][lane] = add_product::<FUSED>(sums[0][lane], x[lane], y[lane]);
+            sums[0][lane] = add_product::<FUSED, f64>(sums[0][lane], x[lane], y[lane]);
         }
     }
     let mut rest = 0.0;
     for (&x, &y) in x_rest.iter().zip(y_rest) {
-        rest = add_product::<FUSED>(rest, x, y);
+        rest = add_product::<FUSED, f64>(rest, x, y);
     }
     let [a, b] = sums;
     ((a[0] + b[0]) + (a[1] + b[1])) + ((a[2] + b[2]) + (a[3] + b[3])) + rest

@@ -54,27 +54,26 @@ pub(super) fn jets(model: &Model) -> TokenStream {
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Jets<#n> for #name #type_generics #where_clause {
-            type Fixed = [f64; #count];
-            type Table = ::dsocs_core::__private::Table<#products, #squares, #calls #switches>;
+            type Fixed<__T: ::dsocs_core::__private::Coefficient> = [__T; #count];
+            type Table<__T: ::dsocs_core::__private::Coefficient> =
+                ::dsocs_core::__private::Table<__T, #products, #squares, #calls #switches>;
             #names
 
             #[inline]
-            fn fixed(
+            fn fixed<__T: ::dsocs_core::__private::Coefficient>(
                 &self,
-                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
-            ) -> Self::Fixed {
-                use ::dsocs_core::__private::Scalar as _;
-                type __T = f64;
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<__T>,
+            ) -> Self::Fixed<__T> {
                 #constants_code
                 [#(#constants),*]
             }
 
             #[inline(always)]
-            fn expand<const __FUSED: bool>(
+            fn expand<__T: ::dsocs_core::__private::Coefficient, const __FUSED: bool>(
                 &self,
-                #c: &Self::Fixed,
-                #series: &mut ::dsocs_core::taylor::Series<#n>,
-                #table: &mut Self::Table,
+                #c: &Self::Fixed<__T>,
+                #series: &mut ::dsocs_core::taylor::Series<#n, __T>,
+                #table: &mut Self::Table<__T>,
             ) {
                 #body
             }
@@ -120,21 +119,21 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #generics ::dsocs_core::__private::Jets<#n> for #ident #arguments #bounds {
-            type Fixed = [f64; 0];
-            type Table = ::dsocs_core::__private::Table<0, 0, 0>;
+            type Fixed<__T: ::dsocs_core::__private::Coefficient> = [__T; 0];
+            type Table<__T: ::dsocs_core::__private::Coefficient> = ::dsocs_core::__private::Table<__T, 0, 0, 0>;
 
-            fn fixed(
+            fn fixed<__T: ::dsocs_core::__private::Coefficient>(
                 &self,
-                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<f64>,
-            ) -> Self::Fixed {
+                parameters: &<Self as ::dsocs_core::__private::Compiled<#n>>::Parameters<__T>,
+            ) -> Self::Fixed<__T> {
                 []
             }
 
-            fn expand<const __DSOCS_FUSED: bool>(
+            fn expand<__T: ::dsocs_core::__private::Coefficient, const __DSOCS_FUSED: bool>(
                 &self,
-                fixed: &Self::Fixed,
-                series: &mut ::dsocs_core::taylor::Series<#n>,
-                table: &mut Self::Table,
+                fixed: &Self::Fixed<__T>,
+                series: &mut ::dsocs_core::taylor::Series<#n, __T>,
+                table: &mut Self::Table<__T>,
             ) {
             }
         }
@@ -235,7 +234,7 @@ impl Plan {
             quote!(#jacobian[#row][#column] = #entry;)
         });
         quote!({
-            let mut #jacobian = [[0.0_f64; #size]; #size];
+            let mut #jacobian = [[__T::splat(0.0); #size]; #size];
             #(#entries)*
             #jacobian
         })
@@ -257,6 +256,8 @@ impl Plan {
         writer.eager = writer.sequences.products.len() <= MOST_EAGER;
         writer.sequences.fill(write::LANES);
         let eager = writer.eager;
+        let [sums_of_products, sums_of_squares] =
+            [writer.sequences.products.len(), writer.sequences.squares.len()].map(Literal::usize_unsuffixed);
         let (start, next) = (self.start(writer, false), self.next(writer, false));
         let (remember, declare) = if eager {
             (
@@ -271,7 +272,7 @@ impl Plan {
                 },
                 quote! {
                     let (mut #o, mut #p, mut #f) =
-                        ([0.0_f64; #length], [0.0_f64; #length], [0.0_f64; #length]);
+                        ([__T::splat(0.0); #length], [__T::splat(0.0); #length], [__T::splat(0.0); #length]);
                 },
             )
         } else {
@@ -301,11 +302,11 @@ impl Plan {
             (
                 quote! {
                     let mut #a = #series.guess();
-                    let mut #l = [0.0_f64; #multipliers];
+                    let mut #l = [__T::splat(0.0); #multipliers];
                     let mut #inverse = ::dsocs_core::__private::Accelerations::new(#affine);
                     loop {
                         let update = #inverse.update();
-                        #(#unknown += update[#places];)*
+                        #(#unknown = #unknown + update[#places];)*
                         #start
                         let more = #inverse.improve::<__FUSED>(
                             &[#(#zeroth_rows),*],
@@ -318,10 +319,10 @@ impl Plan {
                     }
                 },
                 quote! {
-                    let mut #a = [0.0_f64; #n];
-                    let mut #l = [0.0_f64; #multipliers];
+                    let mut #a = [__T::splat(0.0); #n];
+                    let mut #l = [__T::splat(0.0); #multipliers];
                     #next
-                    let update = ::dsocs_core::__private::back::<__FUSED, _>(#inverse.inverse(), &[#(#kth_rows),*]);
+                    let update = ::dsocs_core::__private::back::<__FUSED, _, __T>(#inverse.inverse(), &[#(#kth_rows),*]);
                     #(#unknown = update[#places];)*
                     #again
                 },
@@ -330,19 +331,19 @@ impl Plan {
         let (store, watch) = (writer.store(), writer.watch());
         quote! {
             let (mut #q, mut #v) = #series.start();
-            let mut #z = [0.0_f64; #length];
-            let mut #y = [0.0_f64; #length];
+            let mut #z = [__T::splat(0.0); #length];
+            let mut #y = [__T::splat(0.0); #length];
             #start
             #solve_start
             #series.push(0, &mut #q, &mut #v, [#(#first),*]);
             #declare
             for #k in 1..#series.order() {
-                let #products = #table.product_sums::<__FUSED, #eager>(#k);
-                let #squares = #table.square_sums::<__FUSED, #eager>(#k);
-                let #r = ::dsocs_core::__private::RECIPROCALS[#k];
-                let #degree = #k as f64;
-                let #below = #degree - 1.0;
-                let mut #s = [0.0_f64; #length];
+                let #products = #table.product_sums::<__FUSED, #eager, #sums_of_products>(#k);
+                let #squares = #table.square_sums::<__FUSED, #eager, #sums_of_squares>(#k);
+                let #r = __T::splat(::dsocs_core::__private::RECIPROCALS[#k]);
+                let #degree = __T::splat(#k as f64);
+                let #below = __T::splat(#k as f64 - 1.0);
+                let mut #s = [__T::splat(0.0); #length];
                 #next
                 #solve_next
                 #watch

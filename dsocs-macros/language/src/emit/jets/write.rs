@@ -91,9 +91,9 @@ impl<'g> Writer<'g> {
         {
             let magnitude = Literal::f64_suffixed(value.abs());
             return if value < 0.0 {
-                quote!((-#magnitude))
+                quote!(__T::splat(-#magnitude))
             } else {
-                quote!(#magnitude)
+                quote!(__T::splat(#magnitude))
             };
         }
         let known = self.constants.iter().position(|&known| known == constant);
@@ -116,8 +116,7 @@ impl<'g> Writer<'g> {
         if terms.len() > SHORT_SUM {
             let coefficients: Vec<_> = terms.iter().map(|&(c, _)| self.constant(c)).collect();
             let values = terms.iter().map(|&(_, term)| value(term));
-            let rest =
-                quote!(::dsocs_core::__private::weighted::<__FUSED, _>([#(#coefficients),*], [#(#values),*]));
+            let rest = quote!(::dsocs_core::__private::weighted::<__FUSED, _, __T>([#(#coefficients),*], [#(#values),*]));
             return match sum {
                 Some(sum) => quote!(#sum + #rest),
                 None => rest,
@@ -137,11 +136,11 @@ impl<'g> Writer<'g> {
                 (Some(sum), Some(-1.0)) => quote!(#sum - #value),
                 (Some(sum), _) => {
                     let coefficient = self.constant(coefficient);
-                    quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #coefficient, #value))
+                    quote!(::dsocs_core::__private::add_product::<__FUSED, __T>(#sum, #coefficient, #value))
                 }
             });
         }
-        sum.unwrap_or_else(|| quote!(0.0))
+        sum.unwrap_or_else(|| quote!(__T::splat(0.0)))
     }
 
     /// The statements of order 0 for one sequence.
@@ -151,11 +150,11 @@ impl<'g> Writer<'g> {
         let z = |u: &Sequence| zeroth(*u);
         let method = |name: &str, u: &Sequence| {
             let (name, u) = (Ident::new(name, Span::call_site()), zeroth(*u));
-            quote!(#to = f64::#name(#u);)
+            quote!(#to = __T::#name(#u);)
         };
         let reciprocal = |of: TokenStream| {
             let y = inverse(sequence);
-            quote!(#y = 1.0 / (#of);)
+            quote!(#y = __T::splat(1.0) / (#of);)
         };
         match op {
             Op::Leaf(which) => {
@@ -185,10 +184,10 @@ impl<'g> Writer<'g> {
             }
             Op::Reciprocal(v) => {
                 let (y, v) = (reciprocal(z(v)), z(v));
-                quote!(#to = 1.0 / #v; #y)
+                quote!(#to = __T::splat(1.0) / #v; #y)
             }
             Op::Root(u) => {
-                let (value, y) = (method("sqrt", u), reciprocal(quote!(2.0 * #to)));
+                let (value, y) = (method("sqrt", u), reciprocal(quote!(__T::splat(2.0) * #to)));
                 quote!(#value #y)
             }
             Op::CubeRoot(u) => {
@@ -197,7 +196,7 @@ impl<'g> Writer<'g> {
             }
             Op::Power(u, exponent) => {
                 let (y, u, exponent) = (reciprocal(z(u)), z(u), self.constant(*exponent));
-                quote!(#to = f64::powf(#u, #exponent); #y)
+                quote!(#to = __T::powf(#u, #exponent); #y)
             }
             Op::Exp(u) => method("exp", u),
             Op::ExpM1(u) => method("exp_m1", u),
@@ -207,12 +206,12 @@ impl<'g> Writer<'g> {
             }
             Op::Ln1p(u) => {
                 let (value, u) = (method("ln_1p", u), z(u));
-                let y = reciprocal(quote!(1.0 + #u));
+                let y = reciprocal(quote!(__T::splat(1.0) + #u));
                 quote!(#value #y)
             }
             Op::Sin(u, partner) => {
                 let (u, partner) = (z(u), z(partner));
-                quote!((#to, #partner) = f64::sin_cos(#u);)
+                quote!((#to, #partner) = __T::sin_cos(#u);)
             }
             // written with its sine
             Op::Cos(..) => TokenStream::new(),
@@ -221,12 +220,12 @@ impl<'g> Writer<'g> {
             Op::Tan(u, _) => method("tan", u),
             Op::Tanh(u, _) => {
                 let (value, switch, u) = (method("tanh", u), self.switch(Argument::Steep(*u)), z(u));
-                let steep = switch.map(|switch| quote!(#switch.steep(#u);));
+                let steep = switch.map(|[table, place]| quote!(#table.steep(#place, #u);));
                 quote!(#value #steep)
             }
             Op::Conjugate(u, _) => {
                 let u = z(u);
-                quote!(#to = (1.0 - #u) * (1.0 + #u);)
+                quote!(#to = (__T::splat(1.0) - #u) * (__T::splat(1.0) + #u);)
             }
             Op::Inverse(function, u, slope) => {
                 let (value, y) = (method(function.name(), u), reciprocal(z(slope)));
@@ -234,7 +233,7 @@ impl<'g> Writer<'g> {
             }
             Op::Atan2(ordinate, abscissa, radius) => {
                 let (ordinate, abscissa, y) = (z(ordinate), z(abscissa), reciprocal(z(radius)));
-                quote!(#to = f64::atan2(#ordinate, #abscissa); #y)
+                quote!(#to = __T::atan2(#ordinate, #abscissa); #y)
             }
             Op::Abs(u) => {
                 // its sign serves in every order
@@ -248,20 +247,23 @@ impl<'g> Writer<'g> {
             Op::Select(op, [left, right, then, otherwise]) => {
                 let switch = self.switch(Argument::Difference(*left, *right));
                 let [left, right, then, otherwise] = [left, right, then, otherwise].map(z);
-                let condition = match op {
-                    Comparison::Lt => quote!(#left < #right),
-                    Comparison::Le => quote!(#left <= #right),
-                };
-                let condition = match switch {
-                    Some(switch) => {
-                        quote!(#switch.start(#left - #right, if #condition { -1.0 } else { 1.0 }) < 0.0)
-                    }
-                    None => condition,
+                let select = match op {
+                    Comparison::Lt => quote!(__T::select_lt),
+                    Comparison::Le => quote!(__T::select_le),
                 };
                 let y = inverse(sequence);
+                let of_value = quote!(#select(#left, #right, __T::splat(1.0), __T::splat(0.0)));
+                let decides = match switch {
+                    Some([table, place]) => quote! {
+                        #y = #select(#left, #right, __T::splat(-1.0), __T::splat(1.0));
+                        #y = #table.start(#place, #left - #right, #y);
+                        #y = __T::select_lt(#y, __T::splat(0.0), __T::splat(1.0), __T::splat(0.0));
+                    },
+                    None => quote!(#y = #of_value;),
+                };
                 quote! {
-                    #y = if #condition { 1.0 } else { 0.0 };
-                    #to = if #y == 1.0 { #then } else { #otherwise };
+                    #decides
+                    #to = __T::select_lt(__T::splat(0.0), #y, #then, #otherwise);
                 }
             }
             Op::Call { callee, args, wrt } => {
@@ -279,7 +281,8 @@ impl<'g> Writer<'g> {
                 let result = functions::call(self.graph, *callee, &arguments, wrt, &number);
                 let inputs: Vec<_> = args.iter().map(|&arg| self.moves(arg)).collect();
                 quote! {
-                    #to = #table.calls[#place].record::<#count>(
+                    #to = #table.record::<#count>(
+                        #place,
                         [#(#values),*],
                         [#(#inputs),*],
                         |[#(#names),*]| #result,
@@ -289,18 +292,20 @@ impl<'g> Writer<'g> {
         }
     }
 
-    /// A switch, if its argument moves.
-    fn switch(&self, argument: Argument) -> Option<TokenStream> {
+    /// The table of a switch and its place there, if its argument moves.
+    fn switch(&self, argument: Argument) -> Option<[TokenStream; 2]> {
         let (table, place) = (local("table"), at(self.sequences.place(argument)?));
-        Some(quote!(#table.switches[#place]))
+        Some([quote!(#table), quote!(#place)])
     }
 
     /// The sign of a sequence at order 0, or that of the piece that is continued.
     fn sign(&self, u: Sequence) -> TokenStream {
         let value = zeroth(u);
-        let own = quote!(f64::signum(#value));
-        self.switch(Argument::Sign(u))
-            .map_or_else(|| own.clone(), |switch| quote!(#switch.start(#value, #own)))
+        let own = quote!(__T::signum(#value));
+        match self.switch(Argument::Sign(u)) {
+            Some([table, place]) => quote!(#table.start(#place, #value, #own)),
+            None => own,
+        }
     }
 
     /// Hands the coefficients of order `k` of their arguments to the switches.
@@ -317,7 +322,7 @@ impl<'g> Writer<'g> {
                         quote!(#left - #right)
                     }
                 };
-                quote!(#table.switches[#place].push(#k, #value);)
+                quote!(#table.watch(#place, #k, #value);)
             })
             .collect()
     }
@@ -351,7 +356,7 @@ impl<'g> Writer<'g> {
         if !self.eager {
             return sum;
         }
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #a, #b));
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED, __T>(#sum, #a, #b));
         // j x_j is x_1 for j = 1
         let first = |operand: Operand| element("o", operand.sequence());
         let before = |operand: Operand| {
@@ -364,7 +369,7 @@ impl<'g> Writer<'g> {
         };
         if x == y {
             let first = first(x);
-            return add(sum, quote!(2.0 * #first), before(x));
+            return add(sum, quote!(__T::splat(2.0) * #first), before(x));
         }
         let sum = add(sum, first(x), before(y));
         add(sum, first(y), before(x))
@@ -377,11 +382,11 @@ impl<'g> Writer<'g> {
         let (to, y) = (kth(sequence), inverse(sequence));
         let (s, z) = (|u: &Sequence| kth(*u), |u: &Sequence| zeroth(*u));
         let (own, r, k) = (zeroth(sequence), local("r"), local("k"));
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED>(#sum, #a, #b));
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED, __T>(#sum, #a, #b));
         let value = match op {
-            Op::Leaf(Leaf::T) => quote!(if #k == 1 { 1.0 } else { 0.0 }),
+            Op::Leaf(Leaf::T) => quote!(__T::splat(if #k == 1 { 1.0 } else { 0.0 })),
             Op::Leaf(which) => leaf(*which),
-            Op::Constant(_) | Op::Signum(_) => quote!(0.0),
+            Op::Constant(_) | Op::Signum(_) => quote!(__T::splat(0.0)),
             Op::Linear(_, terms) => self.linear(None, terms, kth),
             Op::Product(u, v) => {
                 let inner = self.inner(Plain(*u), Plain(*v));
@@ -391,7 +396,7 @@ impl<'g> Writer<'g> {
             Op::Square(u) => {
                 let inner = self.inner(Plain(*u), Plain(*u));
                 let u0 = z(u);
-                add(inner, quote!(2.0 * #u0), s(u))
+                add(inner, quote!(__T::splat(2.0) * #u0), s(u))
             }
             Op::Quotient(u, v) => {
                 let inner = self.inner(Plain(sequence), Plain(*v));
@@ -408,7 +413,7 @@ impl<'g> Writer<'g> {
                 let u = s(u);
                 quote!((#u - #inner) * #y)
             }
-            Op::CubeRoot(u) => self.power(sequence, *u, &quote!((1.0 / 3.0))),
+            Op::CubeRoot(u) => self.power(sequence, *u, &quote!(__T::splat(1.0 / 3.0))),
             Op::Power(u, exponent) => {
                 let exponent = self.constant(*exponent);
                 self.power(sequence, *u, &exponent)
@@ -419,7 +424,7 @@ impl<'g> Writer<'g> {
             }
             Op::ExpM1(u) => {
                 let inner = self.inner(Rate(*u), Plain(sequence));
-                add(quote!(#inner * #r), s(u), quote!((1.0 + #own)))
+                add(quote!(#inner * #r), s(u), quote!((__T::splat(1.0) + #own)))
             }
             Op::Ln(u) | Op::Ln1p(u) => {
                 let inner = self.inner(Rate(sequence), Plain(*u));
@@ -467,12 +472,12 @@ impl<'g> Writer<'g> {
             }
             Op::Select(_, [_, _, then, otherwise]) => {
                 let (then, otherwise) = (s(then), s(otherwise));
-                quote!(if #y == 1.0 { #then } else { #otherwise })
+                quote!(__T::select_lt(__T::splat(0.0), #y, #then, #otherwise))
             }
             Op::Call { args, .. } => {
                 let (table, place) = (local("table"), at(self.call(sequence)));
                 let args = args.iter().map(s);
-                quote!(#table.calls[#place].coefficient(#k, [#(#args),*]))
+                quote!(#table.coefficient::<__FUSED, _>(#place, #k, [#(#args),*]))
             }
         };
         quote!(#to = #value;)
@@ -490,7 +495,7 @@ impl<'g> Writer<'g> {
     pub(super) fn store(&self) -> TokenStream {
         let (table, k, degree) = (local("table"), local("k"), local("degree"));
         let operand = |operand: Option<&Operand>| match operand {
-            None => quote!(0.0),
+            None => quote!(__T::splat(0.0)),
             Some(Operand::Plain(u)) => kth(*u),
             Some(Operand::Rate(u)) => {
                 let u = kth(*u);
