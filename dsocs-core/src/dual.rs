@@ -23,9 +23,9 @@ impl Part for f64 {
     }
 }
 
-/// A value and a derivative: the number that costs of a [`Path`](crate::Path) are written in.
+/// A value and a derivative: the number type in which the cost of a [`Path`](crate::Path) is written.
 ///
-/// It has the functions of [`Real`] and takes `f64` on the right of its operators. Comparisons look at the value alone.
+/// It has the functions of [`Real`]. The right operand of its operators may be an `f64`. Comparisons look only at the value.
 ///
 /// ```
 /// use dsocs_core::{Dual, Real};

@@ -68,12 +68,11 @@ use held::{HeldInputs, Own};
 ///
 /// # Speed
 ///
-/// The steps are compiled for several sets of instructions, and the machine is asked when the program runs: AVX-512 (eight numbers in
-/// a register), AVX2 (four), or what the program was compiled for (on x86-64 without a flag SSE2, two). The bits of the results
-/// are the same with all of them, because no product is fused with a sum. The book's chapter on performance has
-/// the measured gains.
+/// The steps are compiled for several instruction sets: AVX-512 (eight numbers in a register), AVX2 (four), and that for which the program
+/// was compiled (by default on x86-64 SSE2, two). The program chooses the widest that the machine has when it runs. The results are the same
+/// bit for bit with each of them, because no product is fused with a sum. The book's chapter on performance has the measured gains.
 ///
-/// Parameters that vary ([`Ensemble::varied`]) lie in lanes as the nodes do, and cost nothing more.
+/// Parameters that vary ([`Ensemble::varied`]) lie in lanes like the nodes, and have no additional cost.
 #[must_use]
 pub struct Ensemble<'a, S: System<N>, const N: usize> {
     /// The system.
@@ -202,9 +201,9 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         Ok(self)
     }
 
-    /// Holds a parameter at values that change during the run, other ones on each trajectory: for every start that was added before, in
-    /// order, times that increase and the value that holds from each time on. Before the first time the parameter has its own value.
-    /// Several parameters may be held.
+    /// Holds a parameter at values that change during the run. Each trajectory has a plan of its own, in the order of the starts that were
+    /// added before. A plan has times that increase, and the value that holds from each time on. Before the first time, the parameter
+    /// has the value that it has in the system. Several parameters may be held.
     ///
     /// Values change at nodes, with the effect that [`Inputs`](crate::Inputs) describes: the value of a time holds from the first
     /// position at or after it. The step about a change is solved in a single flow, and the others in lanes, so that rare changes cost
@@ -270,8 +269,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         self
     }
 
-    /// Sets the widest instructions that may be used, to compare them: unless set, the widest that the machine has. The results
-    /// do not depend on them.
+    /// Sets the widest instructions that may be used, for example to compare them. By default these are the widest that the machine has.
+    /// The results do not depend on them.
     pub fn instructions(mut self, widest: Instructions) -> Self {
         self.instructions = widest;
         self
@@ -284,7 +283,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         self
     }
 
-    /// Uses a thread pool of its own with so many threads (0: as many as there are cores). Without this the ensemble uses
+    /// Uses a thread pool of its own with this number of threads (0: as many as there are cores). By default the ensemble uses
     /// rayon's global pool.
     ///
     /// # Errors

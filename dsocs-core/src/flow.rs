@@ -25,16 +25,16 @@ pub(crate) const SHORT_PAST: u64 = 5;
 
 /// A run of the discrete system, step by step.
 ///
-/// The functions that drive it are those of [`Stepper`]. Node `k` is handed out when the step with the middle node `k` is solved,
-/// because its velocity, acceleration and constraint force depend on the next node, too. So [`Flow::position`] is always one node
+/// The functions that drive it are those of [`Stepper`]. The velocity, the acceleration and the constraint force at node `k` also depend on
+/// the next node. So node `k` is handed out when the step with the middle node `k` is solved, and [`Flow::position`] is always one node
 /// ahead of [`Stepper::node`].
 ///
 /// # Back in time
 ///
 /// [`Stepper::reverse`] changes the step to `-h` and exchanges the last two nodes, together with their compensated sums. The run back
-/// is the same discretization with the step `-h`. If the step is symmetric in time, it retraces the nodes to rounding; it is symmetric with
-/// the paper's maps (and the defaults) for constant mass matrices. Otherwise the run back is another motion, which differs by the
-/// discretization error.
+/// is the same discretization with the step `-h`. If the step is symmetric in time, the run back retraces the nodes to rounding. With the
+/// paper's maps, and with the default maps, the step is symmetric if the mass matrix is constant. Otherwise the run back is another motion,
+/// which differs by the discretization error.
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: Held<'s, S>,

@@ -1,9 +1,9 @@
 //! The geometry of the discrete flow: Legendre transforms, forms, the tangent map, and the paper's laws in numbers.
 //!
-//! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`]: the node `q1` and the increment `q1 − q0`. As in the paper the discrete
-//! Lagrangian is not multiplied by the step, `L_d = L ∘ φ_{L_d}⁻¹`: its derivatives, the discrete [Legendre
-//! transforms](legendre_plus), are momenta divided by the time `h`, and so are the one-forms and `Ω_{L_d}`. What is called
-//! [momentum](momentum_plus) here is `h` times the Legendre transform, and has the units of a momentum.
+//! Conventions. A pair of nodes `(q0, q1)` is a [`Leg`]: the node `q1` and the increment `q1 − q0`. As in the paper, the discrete
+//! Lagrangian is not multiplied by the step, `L_d = L ∘ φ_{L_d}⁻¹`. So its derivatives, the discrete [Legendre
+//! transforms](legendre_plus), are momenta divided by the time `h`. The same holds for the one-forms and `Ω_{L_d}`. Here the
+//! [momentum](momentum_plus) is `h` times the Legendre transform, and has the units of a momentum.
 //!
 //! Derivatives are exact, by dual numbers through the generated code ([`Tangent`]); only your own Rust functions
 //! are differentiated by finite differences. The tangent map of a step follows from the generated rows by the implicit function

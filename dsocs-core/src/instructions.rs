@@ -6,15 +6,15 @@ use core::fmt;
 use crate::lanes::{Lanes, Register};
 use crate::scalar::Scalar as _;
 
-/// Instructions for several numbers at once.
+/// Sets of instructions that compute several numbers at once.
 ///
-/// An [`Ensemble`](crate::Ensemble) uses the widest that the machine has, without a flag of the compiler. All of them give the same
-/// bits, because no product is fused with a sum. A debug build, one with `debug_assertions`, has [`Compiled`](Self::Compiled) alone: to
-/// compile every step three times would take longer than what runs there.
+/// An [`Ensemble`](crate::Ensemble) uses the widest set that the machine has; no compiler flag is needed. All of them give the same
+/// bits, because no product is fused with a sum. A debug build (with `debug_assertions`) has only [`Compiled`](Self::Compiled), because
+/// compiling every step three times would take longer than debug runs gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Instructions {
-    /// Those that the program was compiled for: on x86-64, without a flag, SSE2 with two numbers in a register.
+    /// The set for which the program was compiled: by default on x86-64 SSE2, with two numbers in a register.
     Compiled,
     /// AVX2 with four numbers in a register (x86-64-v3).
     Avx2,
@@ -26,7 +26,7 @@ pub enum Instructions {
 pub(crate) const OTHERS: bool = cfg!(any(test, not(debug_assertions)));
 
 impl Instructions {
-    /// All of them, the narrowest first.
+    /// All sets, the narrowest first.
     pub const ALL: [Self; 3] = [Self::Compiled, Self::Avx2, Self::Avx512];
 
     /// The widest that this machine has.

@@ -1,4 +1,4 @@
-//! From a declared discrete second order constrained Lagrangian system to trajectories.
+//! Integrators for mechanical systems with constraints on positions, velocities and accelerations, generated from a declaration.
 //!
 //! A system is declared with the attribute [`macro@dsocs`] on a struct, whose fields are the parameters:
 //!
@@ -45,22 +45,30 @@
 //!    close, the step takes the one whose Jacobian determinant continues those of the last steps. If that does not decide,
 //!    it fails ([`StepFailure::AmbiguousRoot`]). If a step has no solution, [`StepError`] says where, why, and what to
 //!    try. [`Regularity`] says whether the equations determine the solution.
-//! 5. Every method is run by the functions (*verbs*) of [`Stepper`]: as an iterator of [`Node`]s, collected by [`Stepper::until`],
-//!    handed to an [`Observer`] by [`Stepper::stream`], with [`Events`] by [`Stepper::watch`], step by step with
-//!    [`Stepper::advance`], and back with [`Stepper::reverse`]. Parameters may change during a run ([`Inputs`]).
+//! 5. The functions of [`Stepper`] drive a run of any method. A run is an iterator of [`Node`]s. [`Stepper::until`] collects the nodes,
+//!    [`Stepper::stream`] hands them to an [`Observer`], [`Stepper::watch`] finds [`Events`], [`Stepper::advance`] makes one step, and
+//!    [`Stepper::reverse`] goes back in time. Parameters may change during a run ([`Inputs`]).
+//!
+//! # Shapes and units
+//!
+//! `N` is the number of coordinates. Positions, velocities, accelerations and generalized forces are arrays `[f64; N]`, with one component
+//! for each coordinate, in the order of the declaration. The library does not convert units: all numbers are in the units that the
+//! declaration uses. If its parameters are in SI units, times and steps are in seconds, a velocity is in units of its coordinate per second,
+//! and a generalized force in joules per unit of its coordinate (newtons for a length, newton metres for an angle).
 //!
 //! # Which method when
 //!
-//! 1. *The discrete system itself*, with its invariants and forces, over long times, across switches and friction, and with
-//!    constraints of any order: [`Flow`], the paper's step. Its error is of order `h²`.
-//! 2. *The same, more accurate*, symmetric in time and without a drift of the energy: [`ComposedFlow`], with order 4 for errors around
-//!    1e-4, order 6 around 1e-7, order 8 below. The only constraints that it allows are those of second order ([`Symmetry`] says why
-//!    a system cannot be composed). It is slow where the mass matrix varies. Some of its stages go back in time, so with a damping `k`
-//!    it needs `h < 3/k`.
-//! 3. *The continuous motion* to a tolerance, the fastest way to any accuracy, also across jumps and corners: [`TaylorFlow`]. The constraints hold to rounding, everything else to the tolerance.
+//! 1. *The discrete system itself*, with its invariants and forces: [`Flow`], the paper's step. It is suited for long times, switches and
+//!    friction, and for constraints of any order. Its error is of order `h²`.
+//! 2. *The same with higher accuracy*, symmetric in time and without a drift of the energy: [`ComposedFlow`]. Order 4 suits errors around
+//!    1e-4, order 6 errors around 1e-7, and order 8 smaller errors. The only constraints that it allows are those of second order
+//!    ([`Symmetry`] says why a system cannot be composed). It is slow where the mass matrix varies. Some of its stages go back in time, so
+//!    with a damping `k` it needs `h < 3/k`.
+//! 3. *The continuous motion* to a tolerance: [`TaylorFlow`]. It is usually the fastest method for small errors, also across jumps and
+//!    corners. The constraints hold to rounding, everything else to the tolerance.
 //! 4. *Not sure?* [`taylor::GlobalError`] measures the error of any of these methods against the continuous motion.
-//! 5. *Many runs* of one system go through an [`Ensemble`], eight side by side.
-//! 6. *Fits and plans* want derivatives of a run: those of a [`Flow`] come from a [`Path`].
+//! 5. *Many runs* of one system: an [`Ensemble`] computes eight of them at once in SIMD lanes, on all cores.
+//! 6. *Fits and plans* need derivatives of a run: [`Path`] computes them for a [`Flow`].
 //!
 //! # Where to look
 //!

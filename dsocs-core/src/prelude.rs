@@ -1,6 +1,7 @@
 //! What a program that runs a system needs: `use dsocs_core::prelude::*;`.
 //!
-//! The attribute, the methods, the trait with their verbs ([`Stepper`]), and what they take and hand out.
+//! It has the attribute, the methods, the trait with the functions that drive a run ([`Stepper`]), and the types of their arguments and
+//! results.
 
 pub use crate::composition::{ComposedFlow, Composition};
 pub use crate::ensemble::Ensemble;

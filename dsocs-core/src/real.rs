@@ -81,18 +81,18 @@ pub trait Real:
     fn abs(self) -> Self;
     /// The sign, ±1, as [`f64::signum`].
     fn signum(self) -> Self;
-    /// The smaller of two numbers, as declarations have it: `other` where either is NaN.
+    /// The smaller of two numbers, as `min` in a declaration: `other` if one of them is NaN.
     fn min(self, other: Self) -> Self {
         if self < other { self } else { other }
     }
-    /// The larger of two numbers, as declarations have it: `self` where either is NaN.
+    /// The larger of two numbers, as `max` in a declaration: `self` if one of them is NaN.
     fn max(self, other: Self) -> Self {
         if self < other { other } else { self }
     }
 
-    /// How many of some places, in ascending order, are not beyond the number.
+    /// The number of `places`, which are in ascending order, that are less than or equal to `self`.
     ///
-    /// A function that is given by pieces chooses between them by this. Then a Taylor series knows where the next piece begins.
+    /// A function that is given by pieces should use this to choose a piece. Then a Taylor series knows where the next piece begins.
     fn piece(self, places: &[f64]) -> usize {
         places.partition_point(|&place| place <= self.re())
     }

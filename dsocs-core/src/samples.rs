@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use crate::real::Real;
 
-/// A function of one variable through given samples, with straight lines or a cubic spline in between.
+/// A function of one variable through given samples, with straight lines or a cubic spline between them. A sample is a place (a value of the
+/// argument) and the value of the function there.
 ///
 /// A declaration calls [`Samples::at`] like any other function, with the time or a coordinate as argument. Before the first and after the
 /// last sample the function is constant.

@@ -26,8 +26,10 @@ const MAX_ITERATIONS: u32 = 50;
 
 /// The start of a run, for every method: a position and a velocity, or the first two nodes.
 ///
-/// A [`crate::Flow`] begins with two nodes `q0`, `q1`, and the start says how the second is found. The other methods begin with the
-/// position and the velocity, whatever the second node is. They cannot use a start of two nodes, because it gives no velocity.
+/// A [`crate::Flow`] begins with two nodes `q0` and `q1`, and the start says how the second node is found. The other methods use only the
+/// position and the velocity. They cannot use a start of two nodes, because it gives no velocity.
+///
+/// Positions are in the units of the coordinates, velocities and accelerations in these units per unit of time and its square.
 ///
 /// ```
 /// use dsocs_core::Start;
@@ -100,9 +102,9 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// `q1 = q(t0 + h)`, where `q` is the continuous motion from the position and the velocity of this start, by its Taylor series. So the
-    /// start adds no error to the discrete motion. The step of the run has to be `h`. If the system depends on time, set the time of
-    /// the start ([`Start::at`]) before.
+    /// `q1 = q(t0 + h)`, where `q` is the continuous motion from the position and the velocity of this start. It is computed by its Taylor
+    /// series, so the start adds no error to the discrete motion. The step of the run has to be `h`. If the system depends on time, call
+    /// [`Start::at`] before this function.
     ///
     /// ```
     /// # use dsocs_core::prelude::*;
@@ -136,11 +138,11 @@ impl<const N: usize> Start<N> {
         })
     }
 
-    /// The start of a system with constraints of third order: the acceleration is free there, and `a0` says with which the motion
-    /// begins. The first three nodes are of the order that keeps the scheme's second order.
+    /// The start of a system with constraints of third order. The equations leave the initial acceleration free, and `a0` gives it. The
+    /// first three nodes are accurate enough to keep the scheme's second order.
     ///
-    /// The acceleration has to obey the other equations: constraints of lower order, and what the virtual displacements ask of the
-    /// force. [`Start::projected`] takes the nearest that does.
+    /// The acceleration has to obey the other equations: the constraints of lower order, differentiated in time, and the condition that
+    /// the constraint force does no work on virtual displacements. [`Start::projected`] takes the nearest acceleration that obeys them.
     ///
     /// ```
     /// # use dsocs_core::prelude::*;
@@ -174,8 +176,8 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// The same with the generalized constraint force at the start, in units of `L` per unit of the coordinate, in place of the
-    /// acceleration that it causes.
+    /// Like [`Start::third_order`], with the generalized constraint force at the start in place of the acceleration. The force is in
+    /// units of `L` per unit of the coordinate.
     pub const fn third_order_by_force(q0: [f64; N], v0: [f64; N], force: [f64; N]) -> Self {
         Self {
             q0,
@@ -200,7 +202,7 @@ impl<const N: usize> Start<N> {
         }
     }
 
-    /// Three nodes as they are given, for constraints of third order: to go on from a motion that is known.
+    /// The first three nodes, taken as they are, for systems with constraints of third order. Use it to continue a known motion.
     pub const fn three_nodes(q0: [f64; N], q1: [f64; N], q2: [f64; N]) -> Self {
         Self {
             q0,
@@ -223,16 +225,16 @@ impl<const N: usize> Start<N> {
         self
     }
 
-    /// Moves the start onto the holonomic and nonholonomic constraints: position and velocity (or both nodes) by the smallest
-    /// change in the norm of the mass matrix. Without it a start that violates them is refused.
+    /// Moves the start onto the holonomic and nonholonomic constraints. Position and velocity (or both nodes) are changed by the smallest
+    /// amount in the norm of the mass matrix. Without this call, a start that violates these constraints is refused.
     pub const fn projected(mut self) -> Self {
         self.projected = true;
         self
     }
 
     /// Chooses the acceleration at the start near `a0`, if the equations allow several. For example, if only the square of a curvature is
-    /// given, the path may turn to the left or to the right, and `a0` says which. Without it the search begins at the acceleration zero,
-    /// and fails if nothing decides.
+    /// given, the path may turn to the left or to the right, and `a0` says which. Without this call the search begins at the acceleration
+    /// zero, and the start is refused if there are several solutions and nothing decides between them.
     pub const fn near_acceleration(mut self, a0: [f64; N]) -> Self {
         self.near = Some(a0);
         self

@@ -38,7 +38,7 @@ pub struct Point<T, const N: usize> {
 pub struct Quantity {
     /// The name in the declaration; `masses_2` for an element of an array.
     pub name: &'static str,
-    /// The documentation in one line. By convention the unit stands in brackets at its end, `The mass of the rod \[kg\].`
+    /// The documentation in one line. By convention it ends with the unit in brackets: `The mass of the rod \[kg\].`
     pub doc: &'static str,
 }
 
@@ -79,7 +79,7 @@ impl Quantity {
     }
 }
 
-/// A discrete second order constrained Lagrangian system with `N` coordinates; `#[dsocs]` implements it.
+/// A discrete second order constrained Lagrangian system with `N` coordinates. The attribute `#[dsocs]` implements it.
 ///
 /// Three nodes `q0, q1, q2` with the step `h` between them belong to the discrete motion if the rows of [`System::residual`]
 /// vanish. The first rows are the constraints: holonomic ones at `q2`, nonholonomic ones at `φ_{L_d}⁻¹(q1, q2)`, kinematic ones
@@ -115,7 +115,7 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     const NAME: &'static str;
     /// The first paragraph of the type's documentation, in one line.
     const DOC: &'static str = "";
-    /// The coordinates, in order; `theta_2` is the name of one of an array.
+    /// The coordinates, in order. A component of an array has a name like `theta_2`.
     const COORDINATES: [Quantity; N];
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
     /// listed.
@@ -123,20 +123,20 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [Quantity];
 
-    /// The highest derivative that a constraint binds, at least 2: a step finds the last of `ORDER + 1` nodes.
+    /// The highest order of a derivative in a constraint, and at least 2. A step finds the last of `ORDER + 1` nodes.
     const ORDER: usize = 2;
 
-    /// How many forms of constraint forces are known: one for each constraint, or none where the virtual displacements are
+    /// The number of known one-forms of constraint forces: one for each constraint, or none if the virtual displacements are
     /// given by fields.
     const FORMS: usize = 0;
 
-    /// How many holonomic constraints there are.
+    /// The number of holonomic constraints.
     const HOLONOMIC: usize = 0;
 
-    /// How many nonholonomic constraints there are, those imposed on pairs of nodes.
+    /// The number of nonholonomic constraints, which are imposed on pairs of nodes.
     const NONHOLONOMIC: usize = 0;
 
-    /// How many kinematic constraints there are, those imposed on triples of nodes.
+    /// The number of kinematic constraints, which are imposed on triples of nodes (those of third order on four nodes).
     const KINEMATIC: usize = 0;
 
     /// Whether any expression depends on time.
@@ -159,7 +159,7 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         Declaration::of(self).lagrangian(t, q, v)
     }
 
-    /// The energy `⟨∂L/∂v, v⟩ - L`.
+    /// The energy `⟨∂L/∂v, v⟩ - L`, in the units of `L`.
     fn energy(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> f64 {
         Declaration::of(self).energy(t, q, v)
     }
@@ -173,19 +173,20 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces `f_d`. The
     /// second node is at the time `t`.
     ///
-    /// It is formed from differences of the nodes, and so loses the digits in which these agree.
+    /// It is computed from differences of the nodes. So it loses the digits in which the nodes agree.
     fn force(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
         let (leg, e) = differences(t, nodes);
         Declaration::of(self).force(h, &leg, &e)
     }
 
-    /// The residual of the declared equations at three nodes with the step `h` between them, the second at the time `t`: the
-    /// constraints, then the works of the constraint force along the virtual displacements. Multipliers that are unknown are
-    /// fitted to the force. A holonomic constraint has the row
-    /// `g(q2) − (1 − 2⁻¹⁰) g(q1)`: the change from the middle node, and a small part of the rounding error there, so that these
-    /// errors do not add up.
+    /// The residual of the declared equations at three nodes with the step `h` between them. The second node is at the time `t`. The
+    /// result has one number for each row: first the constraints, then the works of the constraint force along the virtual
+    /// displacements. Multipliers that are unknown are fitted to the force.
     ///
-    /// It is formed from differences of the nodes, and so loses the digits in which these agree.
+    /// A holonomic constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`. This is the change from the middle node, and a small part of the
+    /// rounding error there, so that these errors do not add up.
+    ///
+    /// It is computed from differences of the nodes. So it loses the digits in which the nodes agree.
     fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
         let (leg, e) = differences(t, nodes);
         let declaration = Declaration::of(self);
@@ -193,7 +194,7 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         declaration.declared(h, &leg, &e, &multipliers)
     }
 
-    /// The observed expressions at a point, in the order of [`System::OBSERVABLES`], as many as `out` has room for.
+    /// Writes the observed expressions at a point to `out`, in the order of [`System::OBSERVABLES`], as many as `out` has room for.
     fn observe(&self, point: &Point<f64, N>, out: &mut [f64]) {
         Declaration::of(self).observe(point, out);
     }

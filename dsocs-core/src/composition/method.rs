@@ -38,7 +38,7 @@ impl Composition {
         half: &[1.0],
     };
 
-    /// Order 4 in five stages, all but the middle one forward. M. Suzuki, *Fractal decomposition of exponential operators with
+    /// Order 4 in five stages, of which only the middle one goes back in time. M. Suzuki, *Fractal decomposition of exponential operators with
     /// applications to many-body theories and Monte Carlo simulations*, Phys. Lett. A 146 (1990) 319.
     pub const SUZUKI_4: Self = Self {
         name: "Suzuki's composition",

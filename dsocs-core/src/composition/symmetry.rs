@@ -11,15 +11,15 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Symmetry {
-    /// By the parabola through three nodes, in the code of the step.
+    /// By the parabola through three nodes, with the generated code of the step.
     AnyLegs,
-    /// By the momenta at the nodes, evaluated on the tape: slower.
+    /// By the momenta at the nodes. They are evaluated on the tape, which is slower.
     Momenta,
     /// Not at all: there is a constraint on positions or velocities (of order 0 or 1).
     LowerOrder,
     /// Not at all: a constraint is of third order.
     ThirdOrder,
-    /// Not at all: `L_d` of a leg has another value when the leg is run back in time.
+    /// Not at all: `L_d` has different values for a leg and for the same leg run back in time.
     LagrangianMap,
     /// Not at all: the map of the kinematic constraints gives another point than the parabola's value, slope and curvature.
     KinematicMap,

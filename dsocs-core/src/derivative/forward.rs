@@ -7,7 +7,7 @@ use crate::start::StartOrder;
 use crate::system::{Point, System};
 use crate::tape::Eight;
 
-/// A variable by which a run is differentiated. All other variables stay fixed.
+/// A variable with respect to which a run is differentiated. All other variables stay fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable<'v> {
     /// A coordinate of the first node. The velocity at the start stays fixed, or the second node if the start is
@@ -28,15 +28,15 @@ pub enum Variable<'v> {
     },
 }
 
-/// The derivatives of a node by a [`Variable`]. Their units are those of the coordinate, its velocity and its acceleration, per unit of
-/// the variable.
+/// The derivatives of a node with respect to a [`Variable`]. Their units are those of the coordinate, its velocity and its acceleration, per
+/// unit of the variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeTangent<const N: usize> {
-    /// Of the position.
+    /// The derivative of the position.
     pub q: [f64; N],
-    /// Of the velocity ([`Node::v`](crate::Node::v)).
+    /// The derivative of the velocity ([`Node::v`](crate::Node::v)).
     pub v: [f64; N],
-    /// Of the acceleration ([`Node::a`](crate::Node::a)).
+    /// The derivative of the acceleration ([`Node::a`](crate::Node::a)).
     pub a: [f64; N],
 }
 
@@ -79,7 +79,8 @@ type Visit<'a, const N: usize> = dyn FnMut(usize, &Point<f64, N>, &[NodeTangent<
 impl<S: System<N>, const N: usize> Path<'_, S, N> {
     /// The derivatives of the last node, one for each variable.
     ///
-    /// The first variable costs about as much as a run, each further one little: the steps are linearized once for all variables.
+    /// The first variable takes about as long as a run. Each further variable takes little time, because the steps are linearized once for all
+    /// variables.
     ///
     /// # Errors
     ///

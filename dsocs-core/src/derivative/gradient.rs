@@ -14,17 +14,18 @@ use crate::tape::Eight;
 pub struct Gradient<const N: usize> {
     /// The cost.
     pub cost: f64,
-    /// By the first node. The velocity at the start stays fixed, or the second node if the start is
+    /// The derivatives with respect to the first node. The velocity at the start stays fixed, or the second node if the start is
     /// [`Start::nodes`](crate::Start::nodes).
     pub q0: [f64; N],
-    /// By the velocity at the start; zero if the start is [`Start::nodes`](crate::Start::nodes).
+    /// The derivatives with respect to the velocity at the start; zero if the start is [`Start::nodes`](crate::Start::nodes).
     pub v0: [f64; N],
-    /// By the second node; zero unless the start is [`Start::nodes`](crate::Start::nodes).
+    /// The derivatives with respect to the second node; zero unless the start is [`Start::nodes`](crate::Start::nodes).
     pub q1: [f64; N],
-    /// By the parameters, in the order of [`System::PARAMETERS`]; each parameter changes throughout the run. For an input this is the sum
-    /// over the legs.
+    /// The derivatives with respect to the parameters, in the order of [`System::PARAMETERS`]. Each parameter changes throughout the run. For an
+    /// input this is the sum over the legs.
     pub parameters: Vec<f64>,
-    /// By the inputs of a [`Path::plan`]: `inputs[k][j]` is by input `j` on the leg from node `k`. Empty for other paths.
+    /// The derivatives with respect to the inputs of a [`Path::plan`]: `inputs[k][j]` belongs to input `j` on the leg from node `k`. Empty for
+    /// other paths.
     pub inputs: Vec<Vec<f64>>,
 }
 
@@ -33,11 +34,11 @@ type Cost<'a, const N: usize> = dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f
 
 impl<S: System<N>, const N: usize> Path<'_, S, N> {
     /// The gradient of a cost that is a sum over all nodes, from the start to the last. The closure gets the number of a node, and its time,
-    /// position, velocity and acceleration as dual numbers. It returns the part of this node in the cost. In it, write plain numbers on the
-    /// right of dual numbers: `node.q[0] * 2.0`.
+    /// position, velocity and acceleration as dual numbers. It returns the term of the cost that belongs to this node. In products and sums,
+    /// write the plain number to the right of the dual number: `node.q[0] * 2.0`.
     ///
-    /// It takes as long as two to four runs, with the run itself, for any number of parameters. The time of the closure comes on top: with
-    /// `n` coordinates it is called `2 n + 1` times per node, or `3 n + 1` times if it depends on the acceleration.
+    /// Together with the run itself, it takes as long as two to four runs, for any number of parameters. To this comes the time of the
+    /// closure: with `n` coordinates it is called `2 n + 1` times per node, or `3 n + 1` times if it depends on the acceleration.
     ///
     /// ```
     /// # use dsocs_core::prelude::*;
@@ -71,7 +72,7 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         backward(&motion, cost, 0, (self.input_places(), legs))
     }
 
-    /// The gradient of a cost of the last node alone.
+    /// The gradient of a cost that depends only on the last node.
     ///
     /// # Errors
     ///

@@ -5,12 +5,12 @@ use crate::error::StepError;
 use crate::step::StepReport;
 use crate::system::System;
 
-/// The next nodes that solve a step.
+/// The solutions of a step, as values of its next node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roots<const N: usize> {
     /// The node that the iteration finds.
     pub found: [f64; N],
-    /// Another one, if one was found by deflation.
+    /// Another solution, if deflation finds one.
     pub other: Option<[f64; N]>,
 }
 

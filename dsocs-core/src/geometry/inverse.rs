@@ -36,9 +36,9 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
     /// The first guess is the solution of the generated step with `−h`. If the declaration is symmetric in time, it is also the result
-    /// ([`DiscreteFlow::irreversibility`]). Otherwise the equations of the step are solved for `q0` by Newton's iteration. Holonomic and
-    /// nonholonomic constraints are imposed on `q0` and on the leg `(q0, q1)`, too: the flow is a map of the pairs that obey them, but
-    /// the equations of the step impose them on `q2` alone.
+    /// ([`DiscreteFlow::irreversibility`]). Otherwise the equations of the step are solved for `q0` by Newton's iteration. The flow is a map of
+    /// the pairs that obey holonomic and nonholonomic constraints, but the equations of the step impose these constraints only on `q2`. So
+    /// here they are also imposed on `q0` and on the leg `(q0, q1)`.
     ///
     /// # Errors
     ///

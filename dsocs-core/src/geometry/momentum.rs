@@ -1,9 +1,9 @@
 //! Discrete momentum maps: Noether's theorem, and the momentum equation where constraint forces break it.
 //!
 //! A symmetry is given by its infinitesimal generator `ξ_Q`, a vector field on the configurations. If `L_d` is invariant ([`asymmetry`] is zero), the
-//! momentum of a leg is the same at both of its nodes, and from leg to leg it changes by the work of the constraint force and the external forces,
-//! `J(q1, q2) − J(q0, q1) = h ⟨Q + f_d, ξ_Q(q1)⟩`; it is conserved if there are no such forces, or if they do no work along the symmetry, as
-//! constraint forces do none along a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the momentum
+//! momentum of a leg is the same at both of its nodes. From leg to leg it changes by the work of the constraint force and the external forces,
+//! `J(q1, q2) − J(q0, q1) = h ⟨Q + f_d, ξ_Q(q1)⟩`. So it is conserved if these forces do no work along the symmetry. Constraint forces do no
+//! work if the symmetry is a virtual displacement. (The discrete Noether theorem is in Marsden and West 2001, section 1.3.3; the momentum
 //! equation with constraints in Cortés and Martínez 2001, section 6.)
 
 use super::array::{minus, plus};

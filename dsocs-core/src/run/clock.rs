@@ -4,8 +4,8 @@ use super::error::{Behind, RunError};
 
 /// The number of a run's current node, its time, and whether it has been handed out.
 ///
-/// If nodes lie a step apart, their times are computed as products, because a sum of steps would add up rounding errors. A method
-/// that chooses its steps tells the clock the time of each node.
+/// If the nodes lie at a fixed distance in time, their times are computed as products, because a sum of steps would add up rounding errors.
+/// A method that chooses its steps gives the clock the time of each node.
 ///
 /// A new method owns a clock and calls [`Clock::tick`] or [`Clock::arrive`] at every step; the functions of
 /// [`crate::Stepper`] do the rest.

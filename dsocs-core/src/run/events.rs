@@ -69,14 +69,14 @@ impl<'e, const N: usize> Event<'e, N> {
         Self::of(Source::Function(Box::new(function)))
     }
 
-    /// Only changes from negative to positive, in the direction of the run, count.
+    /// Counts only changes from negative to positive, in the direction of the run.
     #[must_use]
     pub fn rising(mut self) -> Self {
         self.direction = Direction::Rising;
         self
     }
 
-    /// Only changes from positive to negative, in the direction of the run, count.
+    /// Counts only changes from positive to negative, in the direction of the run.
     #[must_use]
     pub fn falling(mut self) -> Self {
         self.direction = Direction::Falling;

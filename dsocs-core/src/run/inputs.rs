@@ -29,8 +29,8 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
 /// The momentum that arrives from the leg before is computed with the value of that leg. At a node between two values, the second
 /// difference is the mean of the two that the kinematic constraints give with each value. So a change does not lower the order: compared
 /// with the continuous motion under the same held inputs it stays 2. (Compared with a control law in continuous time, sampling has an error of
-/// first order.) With the paper's map of the Lagrangian, half of a change acts on each side of the node, as with the trapezoid, which has
-/// the same equations as long as nothing changes. A node without a change costs nothing more.
+/// first order.) With the paper's map of the Lagrangian, half of a change acts on each side of the node. This is the equation of the map
+/// `trapezoid`, which is the same as that of the paper's map where no input changes. Nodes without a change have no additional cost.
 ///
 /// If a nonholonomic constraint changes, the velocity jumps onto it, by an impulse of the constraint force.
 ///

@@ -59,7 +59,7 @@ pub enum Traced {
 
 /// A run in progress, by any method: [`crate::Flow`], [`crate::ComposedFlow`], [`crate::TaylorFlow`].
 ///
-/// A run has a current node; at first it is the start, which has the number 0. Every function of this trait (every *verb*) continues from the
+/// A run has a current node; at first it is the start, which has the number 0. Every function of this trait continues from the
 /// current node. Each node is handed out once: to the iterator (a run is an endless iterator of nodes, which ends after an error), to a
 /// trajectory ([`Stepper::until`]), or to an observer ([`Stepper::stream`], [`Stepper::watch`]). [`Stepper::advance`] and [`Stepper::to`] pass nodes
 /// without computing their velocities, forces and energies.
@@ -122,7 +122,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// The system, seen independently of its type.
     fn view(&self) -> &dyn View<N>;
 
-    /// Turns round in time: the run goes back from the current node, which becomes number 0 and is not handed out again.
+    /// Reverses the direction of time. The run goes back from the current node, which becomes number 0 and is not handed out again.
     ///
     /// The run back is the same method with the step `-h`. It retraces the nodes to rounding only if the step is symmetric in
     /// time: the step of a [`crate::Flow`] with the default maps and a constant mass matrix, and compositions of it. Otherwise
@@ -152,7 +152,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         None
     }
 
-    /// Makes one step like [`Stepper::step`] and shows the motion on the way.
+    /// Makes one step like [`Stepper::step`] and hands the motion during the step to a visitor.
     ///
     /// Unless a method implements it otherwise, the motion shown is the polynomial between its nodes ([`Polynomial::between`]).
     ///
@@ -170,7 +170,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         })
     }
 
-    /// Makes exactly one step. [`Stepper::node`] is then the node there; it counts as handed out.
+    /// Makes exactly one step. [`Stepper::node`] then gives the node at its end, which counts as handed out.
     ///
     /// # Errors
     ///
@@ -213,7 +213,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     ///
     /// # Errors
     ///
-    /// As [`Stepper::until`], without the nodes. The run then stands at the last good step.
+    /// As [`Stepper::until`], without the nodes. The current node is then the last one that was reached.
     fn to(&mut self, t: f64) -> Result<Node<N>, RunError> {
         finite(t)?;
         let end = self.clock().until(t)?;

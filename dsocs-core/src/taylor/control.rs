@@ -6,14 +6,15 @@ use super::series::Series;
 use super::switch::Limits;
 use crate::error::SetupError;
 
-/// How exact a step is to be.
+/// The accuracy of a step.
 ///
-/// At the end of a step the velocity is known to within `relative` times its size plus `absolute`. The size is that of the largest
-/// component, either of the velocity at the beginning of the step or of the change that the acceleration there makes during the step. So the
-/// motion may turn round or begin at rest. The position has the same relative accuracy in the distance that it moves during the step. The
-/// default absolute part is 0, so there is no hidden scale. Components are compared as numbers. If coordinates have different units and very
-/// different sizes, set units in which they can be compared ([`super::TaylorFlow::scales`]). A relative part below the unit round-off,
-/// 1.1e-16, cannot be reached because of rounding.
+/// At the end of a step the error of the velocity is at most `relative` times its size plus `absolute`. The size is the largest component of
+/// the velocity at the beginning of the step, or of the change of the velocity during the step if that is larger (the acceleration at the
+/// beginning times the step). So the motion may turn round or begin at rest. The error of the position, relative to the distance that it moves
+/// during the step, is the same. By default the absolute part is 0, so there is no hidden scale.
+///
+/// Components are compared as numbers. If coordinates have different units and very different sizes, set scales by which they can be compared
+/// ([`super::TaylorFlow::scales`]). A relative part below the unit round-off, 1.1e-16, cannot be reached because of rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Tolerance {

@@ -29,10 +29,11 @@ pub enum SeriesFailure {
         /// The mean length.
         mean: f64,
     },
-    /// The motion has come to a switch, and from both of its sides it leads back there.
+    /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
     #[error("the motion sticks where `{switch}` is zero")]
     Sticks {
-        /// The switch, as it stands in the declaration or, for a comparison in one of your functions, the function's name.
+        /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
+        /// name.
         switch: &'static str,
     },
 }

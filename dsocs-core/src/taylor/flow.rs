@@ -20,8 +20,8 @@ use crate::system::{Point, System};
 /// the step. Position, velocity and time are compensated sums, so rounding errors do not add up over a million steps.
 ///
 /// A step is accepted if, at its end, the acceleration of its series is that of the system. Otherwise the step is made shorter. This happens
-/// where the series cannot foresee the motion. At a jump or a corner of the declared functions a step ends, and the next one begins beyond
-/// (see [`crate::taylor`]).
+/// where the series does not represent the motion. At a jump or a corner of the declared functions a step ends, and the next one begins
+/// behind it (see [`crate::taylor`]).
 ///
 /// The functions that drive it are those of [`crate::Stepper`]. Nodes lie at the ends of the steps, and the last node of [`crate::Stepper::until`]
 /// lies at the requested time. With [`TaylorFlow::every`] nodes lie on a grid of times and are computed from the series.
@@ -90,8 +90,8 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         Ok(self)
     }
 
-    /// Makes steps end at the given times, in any order. Give times at which the system is not smooth where the series cannot know it:
-    /// in a function that looks at the values of its arguments ([`crate::Real::re`]). Then no step crosses such a time.
+    /// Makes steps end at the given times, in any order, so that no step crosses them. Use this for times at which a function of yours is not
+    /// smooth because it branches on the values of its arguments ([`crate::Real::re`]). The series cannot know these times.
     #[must_use]
     pub fn knots(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.motion.add_knots(times);

@@ -40,23 +40,28 @@
 //!    in each expansion one matrix is inverted, and each order needs one product with the inverse.
 //! 2. Each product and function of the accelerations has a recurrence; products with parameters need none. The inner sums of
 //!    all recurrences are computed together, four in a register, with fused multiply-add instructions if the machine has them.
-//! 3. The order follows from the tolerance, the step from the two last coefficients (Jorba and Zou 2005). At the end of a step
+//! 3. The tolerance determines the order, and the last two coefficients determine the step (Jorba and Zou 2005). At the end of a step
 //!    the acceleration of the series has to be that of the system; otherwise the step is halved.
 //! 4. Position, velocity and time are compensated sums.
 //!
-//! Your own Rust functions are called with [`Jet`]s, which record the operations. That is slower, but works for any
-//! order, too. The functions have to be generic over their number type ([`crate::Real`]), even if the discrete step never
+//! Your own Rust functions are called with [`Jet`]s, which record the operations. This is slower than generated code. The functions have to be
+//! generic over their number type ([`crate::Real`]), even if the discrete step never
 //! differentiates them.
 //!
 //! # Limits
 //!
-//! A function with a jump or a corner (`if`, `abs`, `signum`, `min`) has no series across it. A step ends where the argument that decides
-//! changes its sign, found to rounding, and the next series belongs to the piece beyond. Where the motion leads back from both sides, as
-//! dry friction does that sticks, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Branches that depend on the
-//! values of numbers ([`crate::Real::re`]) are not seen: steps become short there. Constraints on positions and velocities are differentiated until accelerations
-//! appear. After each step position and velocity are projected onto these constraints by the smallest change. So the nodes obey them to
-//! rounding, and the motion in between to within the tolerance. High orders make long steps, in which large terms of opposite signs cancel.
-//! If the last two digits matter, set a lower [`Tolerance::order`].
+//! *Jumps and corners.* A function with a jump or a corner (`if`, `abs`, `signum`, `min`) consists of pieces, and a series is valid in one
+//! piece. The sign of an argument, such as that of `abs`, decides which piece it is. So a step ends where such an argument changes its sign. This
+//! place is found to rounding. The next series belongs to the next piece. If the motion is led back to this place from both sides, as by dry
+//! friction at rest, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Branches that depend on the values of numbers
+//! ([`crate::Real::re`]) are not found. There the steps become short.
+//!
+//! *Constraints on positions and velocities* are differentiated until accelerations appear. After each step, position and velocity are
+//! projected onto these constraints by the smallest change. So the nodes obey them to rounding, and the motion between the nodes obeys them to
+//! within the tolerance.
+//!
+//! *Rounding.* High orders make long steps, in which large terms of opposite signs cancel. If the last two digits matter, set a lower
+//! [`Tolerance::order`].
 
 // what runs under `dispatch` has to be inlined there, or it would not be compiled for the machine's own instructions
 #![allow(clippy::inline_always)]

@@ -79,8 +79,8 @@ fn at<const N: usize>(
     }
 }
 
-/// The global error of a motion: its distance from the continuous motion with the same start, which is computed by Taylor series to nearly
-/// all digits.
+/// The global error of a motion: its distance from the continuous motion with the same start. The continuous motion is computed by Taylor
+/// series to nearly all digits.
 ///
 /// On both systems of the paper, this is correct at more output times than Richardson extrapolation of whole runs
 /// (`tests/tests/claims/global_error.rs`). It costs less, and no run with half the step is needed.
@@ -115,8 +115,8 @@ pub struct GlobalError<'s, S: System<N>, const N: usize> {
 }
 
 impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
-    /// Tolerance and order of the two motions that errors are measured against: how far they are apart says how well the motion
-    /// is known. A low order rounds less.
+    /// Tolerances and orders of the two continuous motions against which errors are measured. Their distance is the uncertainty of the
+    /// continuous motion. Rounding errors are smaller with a low order.
     pub const REFERENCES: [Tolerance; 2] = [
         Tolerance::relative(1e-16).order(18),
         Tolerance::relative(1e-17).order(22),
