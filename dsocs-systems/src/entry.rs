@@ -176,7 +176,7 @@ impl Entry {
         self
     }
 
-    /// Gives also the acceleration `a0` that a run begins with, which constraints of third order leave free.
+    /// Sets the default start of a run of a system with a constraint of third order: position `q0`, velocity `v0` and acceleration `a0`.
     #[must_use]
     pub fn start_with_acceleration<const N: usize>(self, q0: [f64; N], v0: [f64; N], a0: [f64; N]) -> Self {
         Self {
@@ -280,7 +280,7 @@ impl Entry {
         self.source.as_deref()
     }
 
-    /// What the declaration says.
+    /// Names, texts and units from the declaration.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description
@@ -298,7 +298,7 @@ impl Entry {
         self.start.as_ref()
     }
 
-    /// The acceleration that a run begins with unless it is told another, if there is one.
+    /// The default acceleration at the start of a run, if the entry has one.
     #[must_use]
     pub fn default_acceleration(&self) -> Option<&[f64]> {
         self.acceleration.as_deref()
@@ -371,8 +371,8 @@ impl Entry {
         self.system.run(plan, beginning, sink)
     }
 
-    /// Runs as planned, to the end or to the first event that ends the run, whose place among those `watched` is given back. `sink` is shown
-    /// the events, each node if `nodes` asks for it, and where the run ended: of a run that fails, its last node.
+    /// Runs as planned, to the end or to the first event that ends the run, and returns the place of this event among those `watched`. `sink`
+    /// gets the events, each node if `nodes` is set, and the point where the run ended. For a run that fails, this is its last node.
     ///
     /// # Errors
     ///
@@ -390,7 +390,7 @@ impl Entry {
         self.system.point(&request, beginning, sink)
     }
 
-    /// The same system with the same start, step and end once more, for another thread: what is drawn or checked it does not know.
+    /// A copy with the same system, start, step and end, for another thread. It has no drawing, and nothing to be checked.
     #[cfg(feature = "sweep")]
     #[must_use]
     pub fn copy(&self) -> Self {
@@ -404,7 +404,7 @@ impl Entry {
         }
     }
 
-    /// Checks the paper's theorems on a motion of the system, to the default end unless the settings have another.
+    /// Checks the paper's theorems on a motion of the system. It ends at the default end unless the settings have another one.
     ///
     /// # Errors
     ///

@@ -4,15 +4,15 @@
 //! # Your own systems on the command line
 //!
 //! A crate that depends on this one, `dsocs-systems = { version = "0.1", default-features = false, features = ["cli"] }`, gets
-//! the command line for its own systems by one line of code, `cli::main([Entry::new(system)])`: see `cli` and `entry`.
+//! the command line for its own systems by one line of code, `cli::main([Entry::new(system)])`. See `cli` and `entry`.
 //!
 //! # Layout
 //!
 //! | module | feature | |
 //! |---|---|---|
-//! | `systems` | `systems` | a file for each system: its declaration, exact solutions or invariants, and entry |
-//! | `entry` | `cli` | what the command line knows of a system: a value made of it |
-//! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list` |
+//! | `systems` | `systems` | one file for each system: its declaration, exact solutions or invariants, and its entry |
+//! | `entry` | `cli` | what the command line knows about a system |
+//! | `cli` | `cli` | the commands `run`, `check`, `stability`, `list`, `completions`, `man` |
 //! | `check` | `cli` | measures whether the paper's theorems hold on a motion |
 //! | `stability` | `cli` | hard cases, for any system (`stability::any`) and for those of this crate |
 //! | `figure` | `cli` | draws plots; it contains no mechanics |
@@ -20,8 +20,8 @@
 //! | `guide` | `cli` | the book |
 //! | `cli::dsocs`, `experiment`, `reference` | `dsocs` (default) | the command `dsocs`: this crate's systems, and the paper's figures |
 //!
-//! The unit tests do without the systems and without what is made of them (`not(test)`): to build all of them a second time takes as long
-//! as the first time. Tests that need a system of this crate stand in the folder `tests`.
+//! The unit tests are built without the systems and without everything that uses them (`not(test)`), because a second build of the systems takes as
+//! long as the first. Tests that need a system of this crate are in the folder `tests`.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cli")]

@@ -13,11 +13,11 @@ pub struct AccuracyArguments {
     /// The order of the step: 2 is the paper's; 4, 6 and 8 are compositions of it [default: 2]
     #[arg(long, value_name = "P", value_parser = order)]
     order: Option<Composition>,
-    /// Run the continuous motion, by Taylor series, to this tolerance relative to the velocities, with output every --step
+    /// Compute the continuous motion by Taylor series, to this tolerance relative to the velocities, with output at every --step
     #[arg(long, value_name = "EPS", conflicts_with = "order", allow_hyphen_values = true, value_parser = expression::number)]
     tolerance: Option<f64>,
-    /// Record the global error of every coordinate at every node, measured against the continuous motion by Taylor series to
-    /// nearly all digits, and say how large it becomes
+    /// Record the error of every coordinate at every node, and report the largest. Errors are distances from the continuous motion, which
+    /// is computed by Taylor series to nearly all digits
     #[arg(long)]
     estimate_error: bool,
 }

@@ -18,7 +18,7 @@ use crate::stability::Bar;
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct CheckArguments {
-    /// The systems, of `list`; all of them unless given
+    /// Systems of `list` [default: all systems]
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
     #[arg(long, visible_alias = "h", value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -32,7 +32,7 @@ pub struct CheckArguments {
     /// How it begins with position and velocity
     #[command(flatten)]
     begin: BeginArguments,
-    /// A .json file for the figures
+    /// A .json file for the measured values
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }

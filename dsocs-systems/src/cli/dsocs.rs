@@ -29,7 +29,7 @@ enum Command {
     Paper(paper::PaperArguments),
     /// Write a page of all that can be measured: figures, tables, speed against error, theorems, hard cases
     Report(report::ReportArguments),
-    /// Write a crate with a system of one's own, to begin with
+    /// Create a crate with an example system, as the beginning of your own
     New(new::NewArguments),
     /// What every program does.
     #[command(flatten)]

@@ -14,10 +14,10 @@ use crate::entry::{Entry, Kind};
 /// What `list` takes.
 #[derive(Args, Debug)]
 pub struct ListArguments {
-    /// A system, to be told all of it: coordinates, parameters, defaults; without one, a line for each
+    /// A system, whose coordinates, parameters and defaults are shown; without it, one line for each system
     system: Option<String>,
 
-    /// How to write the list
+    /// The format of the list
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
 }

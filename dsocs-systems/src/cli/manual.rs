@@ -12,7 +12,7 @@ use super::{CliError, Program, output};
 /// What `completions` takes.
 #[derive(Args, Debug)]
 pub struct CompletionsArguments {
-    /// The shell that is to read them
+    /// The shell
     #[arg(value_enum)]
     shell: Shell,
 }
@@ -20,9 +20,9 @@ pub struct CompletionsArguments {
 /// What `man` takes.
 #[derive(Args, Debug)]
 pub struct ManArguments {
-    /// The command whose page is wanted, one of those that `--help` lists; without one, the page of the program
+    /// The command whose page is written, one of those that `--help` lists [default: the page of the program]
     command: Option<String>,
-    /// A folder, to write the pages of the program and of all commands to
+    /// Write the pages of the program and of all commands to this folder
     #[arg(long, value_name = "DIR", conflicts_with = "command")]
     out: Option<PathBuf>,
 }

@@ -29,19 +29,19 @@ const PANELS: usize = 4;
 pub struct MapArguments {
     /// The folder of a sweep
     folder: PathBuf,
-    /// The columns that are shown, each in a panel [default: those of the end]
+    /// The columns that are shown, each in a panel [default: the columns kept at the end]
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     of: Option<Vec<String>>,
-    /// The quantity that varies across [default: the first that has several values]
+    /// The quantity on the horizontal axis [default: the first that has several values]
     #[arg(long, value_name = "NAME")]
     x: Option<String>,
-    /// The quantity that varies upwards in a map [default: the second one, where there are two; none draws curves]
+    /// The quantity on the vertical axis of a map; `none` draws curves [default: the second that has several values, if there is one]
     #[arg(long, value_name = "NAME|none")]
     y: Option<String>,
-    /// Where another quantity that varies is to be; may be given several times [default: in the middle]
+    /// The value of another quantity that varies; may be given several times [default: in the middle]
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
     at: Vec<(String, f64)>,
-    /// A logarithmic scale for what is shown
+    /// A logarithmic scale for the columns that are shown
     #[arg(long)]
     log: bool,
     /// The figure: an .svg file, or with the feature `png` a .png file

@@ -97,14 +97,14 @@ const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plo
 enum Command {
     /// Run one system and write its trajectory
     Run(Box<run::RunArguments>),
-    /// Measure numerical stability on hard cases and hold it against the bars
+    /// Measure numerical stability on hard cases, and compare each value with its limit
     Stability(stability::StabilityArguments),
     /// Check the paper's theorems on a system: regularity, symplectic and momentum laws, reversibility, order
     Check(check::CheckArguments),
-    /// Run a plan of many runs, here or as a task of a scheduler
+    /// Run a plan of many runs, on this machine or as a task of a scheduler
     #[cfg(feature = "sweep")]
     Sweep(sweep::SweepArguments),
-    /// Draw a sweep: a map over two quantities that vary, curves over one
+    /// Draw a sweep: a map over two quantities that vary, or curves over one
     #[cfg(feature = "sweep")]
     Plot(map::MapArguments),
     /// List the systems with their parameters

@@ -19,8 +19,8 @@ pub struct NewArguments {
     /// The crate's name
     #[arg(long)]
     name: Option<String>,
-    /// A checkout of dsocs, whose crates the new one depends on by path; unless given, the checkout that this program was built
-    /// from, and where that is gone, or the program was installed from a registry, the crates of this version by name
+    /// A checkout of dsocs; the new crate depends on its crates by path [default: the checkout from which this program was built; if there
+    /// is none, or the program was installed from a registry, the crates of this version by name]
     #[arg(long, value_name = "DIR")]
     checkout: Option<PathBuf>,
 }

@@ -27,12 +27,12 @@ const PROGRESS: u64 = 1024;
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct RunArguments {
-    /// The system, one of `list`; may be left out where there is one
+    /// The system, one of `list`; may be left out if there is only one
     system: Option<String>,
     /// The step h, in s; negative to run back in time
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
-    /// The time to run to, in s
+    /// The end of the run, in s
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
     until: Option<f64>,
     /// Where it begins, and the parameters
@@ -41,7 +41,7 @@ pub struct RunArguments {
     /// Parameters that change
     #[command(flatten)]
     inputs: InputArguments,
-    /// The second node, instead of a velocity
+    /// The second node, a number for each coordinate, instead of a velocity
     #[arg(
         long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number,
         conflicts_with_all = ["v0", "start"]
@@ -53,17 +53,17 @@ pub struct RunArguments {
     /// Write every N-th node
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
-    /// Write (and plot) these columns alone, in this order
+    /// Write (and plot) only these columns, in this order
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     columns: Option<Vec<String>>,
     /// The table: a .csv or .json file, `-` for CSV on standard output (the default, unless there is a --plot or a --report)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// The format of the table, whatever the name of its file; on standard output it is CSV unless given
+    /// The format of the table; by default it follows from the name of its file, and on standard output it is CSV
     #[arg(long, value_enum)]
     format: Option<TableFormat>,
-    /// Record how regular the equations are at every node: the smallest singular values of D₃ and D₁, by which the
-    /// paper's theorem grants a discrete flow, and say where they vanish
+    /// Record how regular the equations are at every node: the smallest singular values of D₃ and D₁. The paper's theorem on the
+    /// discrete flow requires that neither is zero; report where one is
     #[arg(long)]
     certify: bool,
     /// How exact it is to be
@@ -75,7 +75,7 @@ pub struct RunArguments {
     /// Draw the path of these two columns, the second against the first, instead of columns against time
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', requires = "plot")]
     path: Option<Vec<String>>,
-    /// A page with the mechanism moving, and the plots of all columns under one slider: an .html file that needs no other
+    /// A page with the moving mechanism and the plots of all columns under one slider: a single .html file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }

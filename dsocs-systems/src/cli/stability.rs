@@ -22,7 +22,7 @@ const BESIDE: u8 = 11;
 #[derive(Args, Debug)]
 #[command(allow_negative_numbers = true)]
 pub struct StabilityArguments {
-    /// The systems, of `list`, to be measured on their own motions; all of them unless given
+    /// Systems of `list`, to be measured on their own motions [default: all systems]
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
     #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
@@ -36,10 +36,10 @@ pub struct StabilityArguments {
     /// The folder for stability.json
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
-    /// Leave out what takes more than seconds
+    /// Leave out everything that takes more than seconds
     #[arg(long)]
     quick: bool,
-    /// Run the cases of these numbers alone
+    /// Run only the cases with these numbers
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     cases: Option<Vec<u8>>,
 }

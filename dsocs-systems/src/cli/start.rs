@@ -10,16 +10,16 @@ use crate::entry::{Beginning, Entry};
 /// Where a motion begins, and the parameters.
 #[derive(Args, Debug)]
 pub struct StartArguments {
-    /// The first node, a number for each coordinate; here and wherever a number is asked for, `pi/2` or `sqrt(2)` is one, too
+    /// The first node, a number for each coordinate; numbers may be written like `pi/2` or `sqrt(2)`, as in all options
     #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     q0: Option<Vec<f64>>,
     /// The initial velocity, a number for each coordinate
     #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     v0: Option<Vec<f64>>,
-    /// The initial acceleration, a number for each coordinate, where a constraint is of third order
+    /// The initial acceleration, a number for each coordinate, if a constraint is of third order
     #[arg(long, value_name = "E,F", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
     a0: Option<Vec<f64>>,
-    /// In its place the initial constraint force, a number for each coordinate
+    /// The initial constraint force, a number for each coordinate, in place of the initial acceleration
     #[arg(
         long,
         value_name = "G,H",
@@ -43,8 +43,8 @@ pub struct BeginArguments {
     /// How the second node follows from position and velocity [default: second-order]
     #[arg(long, value_enum)]
     pub start: Option<StartOption>,
-    /// Move the start onto the constraints of positions and velocities, by as little as possible, instead of refusing one that
-    /// violates them
+    /// Move the start onto the constraints on positions and velocities, by the smallest change. Without this option a start that violates
+    /// them is refused
     #[arg(long)]
     pub project: bool,
 }

@@ -15,23 +15,23 @@ use crate::sweep::{Options, Plan, Shard, Status, Sweep, SweepError, status};
 /// What `sweep` takes.
 #[derive(Args, Debug)]
 pub struct SweepArguments {
-    /// The plan, a .toml file; `--status` does without
+    /// The plan, a .toml file; not needed with `--status`
     #[arg(required_unless_present = "status")]
     plan: Option<PathBuf>,
-    /// The folder of the sweep; parts that are there are not computed again
+    /// The folder of the sweep; finished parts in it are not computed again
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Say what is missing, and compute nothing; the exit status is 1 if something is
+    /// Report what is missing, and compute nothing; the exit status is 1 if something is missing
     #[arg(long)]
     status: bool,
-    /// Compute the I-th of N shares of the parts, 1/N to N/N [default: what the scheduler's environment says, or all: SLURM, PBS, LSF, Grid
-    /// Engine, AWS Batch, Kubernetes, Open MPI, PMI]
+    /// Compute the I-th of N shares of the parts, 1/N to N/N [default: from the environment of the scheduler (SLURM, PBS, LSF, Grid Engine,
+    /// AWS Batch, Kubernetes, Open MPI, PMI), else all parts]
     #[arg(long, value_name = "I/N", conflicts_with = "shards")]
     shard: Option<String>,
-    /// How many tasks there are, where the scheduler does not tell its tasks (PBS, Kubernetes)
+    /// The number of tasks, if the scheduler does not give it to its tasks (PBS, Kubernetes)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     shards: Option<u64>,
-    /// On how many threads [default: all that there are; in a shard `SLURM_CPUS_PER_TASK`, or 1]
+    /// The number of threads [default: one for each core; in a shard `SLURM_CPUS_PER_TASK`, or 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }

@@ -16,11 +16,11 @@ pub struct Description {
     pub parameters: Vec<Quantity>,
     /// The observed expressions.
     pub observables: Vec<Quantity>,
-    /// How many forms of constraint forces are known, and so how many multipliers there are.
+    /// The number of known one-forms of constraint forces, which is the number of multipliers.
     pub forms: usize,
-    /// How many holonomic, nonholonomic and kinematic constraints there are.
+    /// The numbers of holonomic, nonholonomic and kinematic constraints.
     pub constraints: [usize; 3],
-    /// The highest derivative that a constraint binds, at least 2.
+    /// The highest order of a derivative in a constraint, and at least 2.
     pub order: usize,
 }
 

@@ -11,7 +11,8 @@ use super::run::Errors;
 pub struct HeldInput {
     /// The name of the parameter.
     pub parameter: &'static str,
-    /// Increasing times, each with the value that holds from this time on. Before the first time the parameter has its own value.
+    /// Increasing times in s, each with the value that holds from this time on. Before the first time the parameter has the value that it has
+    /// in the system.
     pub values: Vec<[f64; 2]>,
 }
 

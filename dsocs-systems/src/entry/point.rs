@@ -41,7 +41,8 @@ pub enum Shown<'a> {
     Node(&'a Row<'a>),
     /// An event that happened: its place among those watched, and the time.
     Event(usize, f64),
-    /// Where the run ended: the last node, or the event that ended it. Of an event between nodes there is no force, and no multiplier.
+    /// The point where the run ended: the last node, or the event that ended it. For an event between nodes there are no forces and no
+    /// multipliers.
     End(&'a Row<'a>),
 }
 

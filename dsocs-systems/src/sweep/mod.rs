@@ -59,7 +59,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `manifest.json` | the plan with all that it leaves to the system, a hash of it, the version of this crate, the numeric mode, the columns |
+//! | `manifest.json` | the plan with all defaults of the system filled in, a hash of it, the version of this crate, the numeric mode, the columns |
 //! | `points/part-000000.parquet` | a row for each point: `point`, what varies by its name, `end_…`, `least_…`, `greatest_…`, `count_…`, `first_…`, `last_…` of events, `ended_by`, `error`, `message` |
 //! | `nodes/part-000000.parquet` | a row for each node that is kept: `point`, `node`, columns |
 //!
@@ -71,8 +71,8 @@
 //!
 //! A folder that holds the sweep of another plan is refused. So is a folder that was begun by another version of the program, or in another
 //! *numeric mode*: the last digits of the C library's `sin`, `cos` and `exp` depend on the instructions that the processor has. A program
-//! that is statically linked with musl has the same mode on all processors of a kind. If you change a system without a new version, this
-//! is not noticed: use a new folder.
+//! that is statically linked with musl has the same mode on all processors of the same architecture. A sweep does not notice that a system has
+//! changed if the version is the same. Use a new folder after such a change.
 //!
 //! # From a program
 //!

@@ -22,16 +22,16 @@ const SYSTEMS: [&str; 2] = ["particle", "pendulum"];
 /// What `report` takes.
 #[derive(Args, Debug)]
 pub struct ReportArguments {
-    /// The systems whose theorems are checked, of `list` [default: the paper's two]
+    /// Systems of `list` on which the theorems are checked [default: the paper's two]
     systems: Vec<String>,
-    /// The page: an .html file that needs no other
+    /// The page: a single .html file
     #[arg(long, value_name = "FILE", default_value = "results/report.html")]
     out: PathBuf,
-    /// The hard cases of these numbers alone
+    /// Run only the hard cases with these numbers
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     cases: Option<Vec<u8>>,
-    /// Speed against error as the bench `work_precision` measured it (`target/report/work_precision.csv`), other codes included;
-    /// unless given, this program measures its own methods
+    /// A file with speed against error as the bench `work_precision` measured it, other codes included
+    /// (`target/report/work_precision.csv`). By default this program measures its own methods
     #[arg(long, value_name = "FILE")]
     speed: Option<PathBuf>,
 }
