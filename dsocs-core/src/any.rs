@@ -1,25 +1,178 @@
 //! A system of any type, for what is done seldom.
 
+use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::geometry::Declared;
 use crate::start;
 use crate::start::third::OfThirdOrder;
-use crate::system::{Quantity, System};
+use crate::system::{Leg, Point, Quantity, System};
+use crate::tape::Number;
 
 /// An acceleration and multipliers.
 pub(crate) type Accelerated<const N: usize> = ([f64; N], Vec<f64>);
 
+/// A leg of the discrete path ([`Leg`]) with any number of coordinates, by reference.
+///
+/// Code that takes vectors in this form is compiled once, in this crate, and not again for every number of coordinates in the crates
+/// that use it.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyLeg<'a, T> {
+    /// The time of the middle node.
+    pub t: T,
+    /// The middle node `q1` of the step.
+    pub q: &'a [T],
+    /// The increment `q1 - q0`.
+    pub d: &'a [T],
+}
+
+impl<T, const N: usize> Leg<T, N> {
+    /// The same with any number of coordinates.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn any(&self) -> AnyLeg<'_, T>
+    where
+        T: Copy,
+    {
+        AnyLeg {
+            t: self.t,
+            q: &self.q,
+            d: &self.d,
+        }
+    }
+}
+
+impl<'a, T: Copy> AnyLeg<'a, T> {
+    /// The same in another type of number.
+    pub(crate) fn map<U>(&self, mut number: impl FnMut(T) -> U) -> OwnedLeg<U> {
+        OwnedLeg {
+            t: number(self.t),
+            q: map(self.q, &mut number),
+            d: map(self.d, &mut number),
+        }
+    }
+}
+
+/// A leg with any number of coordinates.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnedLeg<T> {
+    /// The time of the middle node.
+    pub t: T,
+    /// The middle node.
+    pub q: Vec<T>,
+    /// The increment.
+    pub d: Vec<T>,
+}
+
+impl<T: Copy> OwnedLeg<T> {
+    /// By reference.
+    pub(crate) fn any(&self) -> AnyLeg<'_, T> {
+        AnyLeg {
+            t: self.t,
+            q: &self.q,
+            d: &self.d,
+        }
+    }
+}
+
+/// A [`Point`] with any number of coordinates, by reference.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyPoint<'a, T> {
+    /// Time.
+    pub t: T,
+    /// Position.
+    pub q: &'a [T],
+    /// Velocity.
+    pub v: &'a [T],
+    /// Acceleration.
+    pub a: &'a [T],
+}
+
+impl<T, const N: usize> Point<T, N> {
+    /// The same with any number of coordinates.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn any(&self) -> AnyPoint<'_, T>
+    where
+        T: Copy,
+    {
+        AnyPoint {
+            t: self.t,
+            q: &self.q,
+            v: &self.v,
+            a: &self.a,
+        }
+    }
+}
+
+/// A point with any number of coordinates.
+#[derive(Clone, Debug)]
+pub struct OwnedPoint<T> {
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// Position, velocity and acceleration, then the time.
+    values: Vec<T>,
+}
+
+impl<T: Copy> OwnedPoint<T> {
+    /// The point of `n` coordinates with position, velocity and acceleration, then the time, `3n + 1` numbers.
+    pub(crate) fn new(coordinates: usize, values: Vec<T>) -> Self {
+        Self { coordinates, values }
+    }
+
+    /// By reference.
+    #[must_use]
+    pub fn any(&self) -> AnyPoint<'_, T> {
+        let (q, rest) = self.values.split_at(self.coordinates);
+        let (v, rest) = rest.split_at(self.coordinates);
+        let (a, t) = rest.split_at(self.coordinates);
+        AnyPoint { t: t[0], q, v, a }
+    }
+
+    /// The point with its number of coordinates.
+    #[must_use]
+    pub fn sized<const N: usize>(&self) -> Point<T, N>
+    where
+        T: Number,
+    {
+        let AnyPoint { t, q, v, a } = self.any();
+        Point {
+            t,
+            q: sized(q),
+            v: sized(v),
+            a: sized(a),
+        }
+    }
+}
+
+/// Numbers of another type.
+pub(crate) fn map<T: Copy, U>(numbers: &[T], number: impl FnMut(T) -> U) -> Vec<U> {
+    numbers.iter().copied().map(number).collect()
+}
+
+/// A vector with its number of coordinates; what is missing is NaN.
+pub(crate) fn sized<T: Number, const N: usize>(numbers: &[T]) -> [T; N] {
+    let mut vector = [T::splat(f64::NAN); N];
+    for (entry, number) in vector.iter_mut().zip(numbers) {
+        *entry = *number;
+    }
+    vector
+}
+
+/// The continuous system's constraint force at a point. Nothing is allocated.
+pub(crate) fn continuous_force<const N: usize>(
+    declaration: &Declaration<'_>,
+    point: &Point<f64, N>,
+) -> [f64; N] {
+    let mut force = [f64::NAN; N];
+    declaration.continuous_force_into(point.any(), &mut force);
+    force
+}
+
 /// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
 /// coordinates, not for every system.
 pub(crate) trait AnySystem<const N: usize>: Declared<N> {
-    /// The coordinates.
-    fn coordinates(&self) -> &'static [Quantity; N];
-
     /// The parameters, with their values.
     fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
-
-    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
-    fn constraints(&self) -> [usize; 3];
 
     /// The places of the constraints of third order among all constraints.
     fn third_order(&self) -> &'static [usize];
@@ -42,10 +195,6 @@ pub(crate) trait AnySystem<const N: usize>: Declared<N> {
 }
 
 impl<S: System<N>, const N: usize> AnySystem<N> for S {
-    fn coordinates(&self) -> &'static [Quantity; N] {
-        const { &S::COORDINATES }
-    }
-
     fn parameters(&self) -> Vec<(&'static Quantity, f64)> {
         let mut parameters = Vec::new();
         for (index, parameter) in S::PARAMETERS.iter().enumerate() {
@@ -54,10 +203,6 @@ impl<S: System<N>, const N: usize> AnySystem<N> for S {
             }
         }
         parameters
-    }
-
-    fn constraints(&self) -> [usize; 3] {
-        [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
     }
 
     fn third_order(&self) -> &'static [usize] {

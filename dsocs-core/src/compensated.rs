@@ -3,6 +3,7 @@
 // parts of every step, also of those that are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
 
+use crate::any::sized;
 use crate::scalar::Scalar;
 
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
@@ -36,8 +37,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     #[inline(always)]
     pub fn add(&mut self, term: &[T; N]) {
         for (i, &term) in term.iter().enumerate() {
-            let (sum, error) = two_sum(self.hi[i], term);
-            (self.hi[i], self.lo[i]) = fast_two_sum(sum, error + self.lo[i]);
+            (self.hi[i], self.lo[i]) = add((self.hi[i], self.lo[i]), term);
         }
     }
 
@@ -47,8 +47,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     pub fn plus(&self, term: &Self) -> Self {
         let mut result = *self;
         for i in 0..N {
-            let (sum, error) = two_sum(self.hi[i], term.hi[i]);
-            (result.hi[i], result.lo[i]) = fast_two_sum(sum, error + (self.lo[i] + term.lo[i]));
+            (result.hi[i], result.lo[i]) = plus((self.hi[i], self.lo[i]), (term.hi[i], term.lo[i]));
         }
         result
     }
@@ -61,6 +60,75 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
             lo: self.lo.map(|x| -x),
         }
     }
+}
+
+/// A vector of any number of such sums.
+#[derive(Clone, Debug)]
+pub(crate) struct Sum {
+    /// The numbers, rounded.
+    pub hi: Vec<f64>,
+    /// What rounding took away.
+    pub lo: Vec<f64>,
+}
+
+impl Sum {
+    /// Numbers that are known exactly.
+    pub fn exact(hi: Vec<f64>) -> Self {
+        Self {
+            lo: vec![0.0; hi.len()],
+            hi,
+        }
+    }
+
+    /// Adds numbers of plain double precision.
+    pub fn add(&mut self, term: &[f64]) {
+        for ((hi, lo), &term) in self.hi.iter_mut().zip(&mut self.lo).zip(term) {
+            (*hi, *lo) = add((*hi, *lo), term);
+        }
+    }
+
+    /// `self + term`, with the low parts of both.
+    #[must_use]
+    pub fn plus(&self, term: &Self) -> Self {
+        let mut result = self.clone();
+        let own = result.hi.iter_mut().zip(&mut result.lo);
+        for ((hi, lo), (&term_hi, &term_lo)) in own.zip(term.hi.iter().zip(&term.lo)) {
+            (*hi, *lo) = plus((*hi, *lo), (term_hi, term_lo));
+        }
+        result
+    }
+}
+
+impl<const N: usize> From<&Compensated<N>> for Sum {
+    fn from(sums: &Compensated<N>) -> Self {
+        Self {
+            hi: sums.hi.to_vec(),
+            lo: sums.lo.to_vec(),
+        }
+    }
+}
+
+impl<const N: usize> From<&Sum> for Compensated<N> {
+    fn from(sums: &Sum) -> Self {
+        Self {
+            hi: sized(&sums.hi),
+            lo: sized(&sums.lo),
+        }
+    }
+}
+
+/// Adds a number of plain double precision to a sum.
+#[inline(always)]
+fn add<T: Scalar>((hi, lo): (T, T), term: T) -> (T, T) {
+    let (sum, error) = two_sum(hi, term);
+    fast_two_sum(sum, error + lo)
+}
+
+/// Adds two sums.
+#[inline(always)]
+fn plus<T: Scalar>((hi, lo): (T, T), (term_hi, term_lo): (T, T)) -> (T, T) {
+    let (sum, error) = two_sum(hi, term_hi);
+    fast_two_sum(sum, error + (lo + term_lo))
 }
 
 /// The rounded sum and its rounding error, exactly (Knuth's `TwoSum`; no condition on the magnitudes).

@@ -1,9 +1,10 @@
 //! A declaration as it stands on its tape, in any type of number.
 
+use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::step::unknown::{Linearization, Unknown};
-use crate::system::{Leg, Point, System};
+use crate::system::{Quantity, System};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 
 /// What a system was declared to be: its tape, and the values of its parameters.
@@ -11,10 +12,14 @@ use crate::tape::{Leaf, Number, Part, Segment, Source};
 /// What is not evaluated in every step is evaluated here, with one evaluator for all systems (module `tape`). Methods of
 /// a step take its first two nodes as a [`Leg`] and begin with what the parameters decide; nothing is kept between two calls.
 #[derive(Clone, Copy)]
-pub struct Declaration<'s, const N: usize> {
+pub struct Declaration<'s> {
     source: &'s dyn Source,
-    /// The second difference that ends with a step's middle node, where constraints are of third order.
-    past: [f64; N],
+    /// The coordinates.
+    coordinates: &'static [Quantity],
+    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
+    constraints: [usize; 3],
+    /// The second difference that ends with a step's middle node, where constraints are of third order; zero if it is empty.
+    past: &'s [f64],
     /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
     rates: &'s [f64],
 }
@@ -59,29 +64,23 @@ impl<'a, T> At<'a, T> {
     };
 
     /// The first two nodes of a step.
-    fn leg<const N: usize>(h: T, leg: &'a Leg<T, N>) -> Self
-    where
-        T: Copy,
-    {
+    fn leg(h: T, leg: AnyLeg<'a, T>) -> Self {
         Self {
             h: Some(h),
             clock: Some(leg.t),
-            node: &leg.q,
-            increment: &leg.d,
+            node: leg.q,
+            increment: leg.d,
             ..Self::NOWHERE
         }
     }
 
     /// A point of the continuous system.
-    fn point<const N: usize>(point: &'a Point<T, N>) -> Self
-    where
-        T: Copy,
-    {
+    fn point(point: AnyPoint<'a, T>) -> Self {
         Self {
             t: Some(point.t),
-            q: &point.q,
-            v: &point.v,
-            a: &point.a,
+            q: point.q,
+            v: point.v,
+            a: point.a,
             ..Self::NOWHERE
         }
     }
@@ -111,7 +110,7 @@ fn evaluate<T: Number>(
             Leaf::D(i) => (at.increment, i),
             Leaf::J(i) => (at.j, i),
             Leaf::P(i) if at.past.is_empty() => {
-                return T::splat(past.get(i).copied().unwrap_or(f64::NAN));
+                return T::splat(past.get(i).copied().unwrap_or(0.0));
             }
             Leaf::P(i) => (at.past, i),
             Leaf::E(i) => (at.e, i),
@@ -124,36 +123,53 @@ fn evaluate<T: Number>(
     T::walk(source.tape().program(segment, part), source, &leaf, result);
 }
 
-impl<'s, const N: usize> Declaration<'s, N> {
+impl<'s> Declaration<'s> {
     /// The declaration of a system.
-    pub fn of<S: System<N>>(system: &'s S) -> Self {
+    pub fn of<S: System<N>, const N: usize>(system: &'s S) -> Self {
         Self {
             source: system,
-            past: [0.0; N],
+            coordinates: const { &S::COORDINATES },
+            constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
+            past: &[],
             rates: &[],
         }
     }
 
     /// The same for a step of third order that goes on from a second difference, the one that ends with the step's middle node.
     #[must_use]
-    pub(crate) fn after(self, past: [f64; N]) -> Self {
-        Self { past, ..self }
+    pub(crate) fn after<'p>(self, past: &'p [f64]) -> Declaration<'p>
+    where
+        's: 'p,
+    {
+        Declaration { past, ..self }
     }
 
-    fn place(&self) -> (&'s dyn Source, &[f64], &'s [f64]) {
-        (self.source, &self.past, self.rates)
+    fn place(&self) -> (&'s dyn Source, &'s [f64], &'s [f64]) {
+        (self.source, self.past, self.rates)
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// The coordinates.
+    pub(crate) fn coordinates(&self) -> &'static [Quantity] {
+        self.coordinates
+    }
+
+    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
+    pub(crate) fn constraints(&self) -> [usize; 3] {
+        self.constraints
     }
 
     /// The same with parameters that change: numbers that carry a derivative ([`crate::tangent::Tangent`]) have it from there.
-    pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r, N>
+    pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r>
     where
         's: 'r,
     {
-        Declaration {
-            source: self.source,
-            past: self.past,
-            rates,
-        }
+        Declaration { rates, ..*self }
     }
 
     /// Where the tape gets what is no expression.
@@ -200,8 +216,8 @@ impl<'s, const N: usize> Declaration<'s, N> {
         });
     }
 
-    fn vector<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> [T; N] {
-        let mut vector = [T::splat(f64::NAN); N];
+    fn vector<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
+        let mut vector = vec![T::splat(f64::NAN); self.dimension()];
         self.into(segment, part, at, &mut vector);
         vector
     }
@@ -212,14 +228,10 @@ impl<'s, const N: usize> Declaration<'s, N> {
         scalar[0]
     }
 
-    fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<[T; N]> {
-        let mut vectors = vec![[T::splat(f64::NAN); N]; self.forms_count()];
-        evaluate(self.place(), segment, Part::All, at, &mut |place, value| {
-            if let Some(vector) = vectors.get_mut(place / N) {
-                vector[place % N] = value;
-            }
-        });
-        vectors
+    /// As many vectors as a part of a segment holds.
+    fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<Vec<T>> {
+        let all = self.all(segment, Part::All, at);
+        all.chunks(self.dimension().max(1)).map(<[T]>::to_vec).collect()
     }
 
     /// How many results a part of a segment has.
@@ -248,13 +260,13 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// How many forms of constraint forces are known.
     #[must_use]
     pub fn forms_count(&self) -> usize {
-        self.count(Segment::Forms, Part::All) / N.max(1)
+        self.count(Segment::Forms, Part::All) / self.dimension().max(1)
     }
 
     /// Whether multipliers are among the unknowns.
     #[must_use]
     pub fn has_multipliers(&self) -> bool {
-        self.count(Segment::Continuous, Part::Head) > N
+        self.count(Segment::Continuous, Part::Head) > self.dimension()
     }
 
     /// What is known when a run with the step `h` begins, in the order of
@@ -268,18 +280,18 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// What is known when a step begins, in the order of [`Compiled::known`](crate::compiled::Compiled::known).
-    pub fn known<T: Number>(&self, h: T, leg: &Leg<T, N>) -> Vec<T> {
+    pub fn known<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.all(Segment::Known, Part::All, &At::leg(h, leg))
     }
 
     /// The rows of the step at the unknowns `z`.
-    pub fn rows<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+    pub fn rows<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Residual, Part::Head, &at)
     }
 
     /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
-    pub fn bounds(&self, h: f64, leg: &Leg<f64, N>, z: &[f64], out: &mut [f64]) {
+    pub fn bounds(&self, h: f64, leg: AnyLeg<'_, f64>, z: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
                 Leaf::H => Some(&h),
@@ -302,7 +314,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// A bound of the rounding error in each row of the continuous system, as many as `out` has room for. Nothing is allocated.
-    pub(crate) fn continuous_bounds(&self, point: &Point<f64, N>, multipliers: &[f64], out: &mut [f64]) {
+    pub(crate) fn continuous_bounds(&self, point: AnyPoint<'_, f64>, multipliers: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
                 Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
@@ -324,21 +336,21 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The Jacobian `∂row/∂z` of the rows, row by row.
-    pub fn jacobian<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+    pub fn jacobian<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Residual, Part::Tail, &at)
     }
 
     /// What each row is, divided by the declared one: denominators that were multiplied out, and factors of the parameters and
     /// of `h` that were dropped.
-    pub fn scales<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> Vec<T> {
+    pub fn scales<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.all(Segment::Scales, Part::All, &at)
     }
 
     /// The unknowns that belong to a second difference and to multipliers. Missing ones are zero, and what is beyond the
     /// last is left out.
-    pub fn unknown<T: Number>(&self, e: &[T; N], multipliers: &[T]) -> Vec<T> {
+    pub fn unknown<T: Number>(&self, e: &[T], multipliers: &[T]) -> Vec<T> {
         let at = At {
             e,
             multipliers,
@@ -348,44 +360,35 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The second difference that belongs to the unknowns.
-    pub fn second_difference<T: Number>(&self, h: T, leg: &Leg<T, N>, z: &[T]) -> [T; N] {
+    pub fn second_difference<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
         let at = At { z, ..At::leg(h, leg) };
         self.vector(Segment::SecondDifference, Part::All, &at)
     }
 
     /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
-    pub fn point<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Point<T, N> {
+    pub fn point<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> OwnedPoint<T> {
         let at = At { e, ..At::leg(h, leg) };
-        let (mut point, mut t) = ([[T::splat(f64::NAN); N]; 3], T::splat(f64::NAN));
-        evaluate(
-            self.place(),
-            Segment::Node,
-            Part::Head,
-            &at,
-            &mut |place, value| match point.as_flattened_mut().get_mut(place) {
-                Some(component) => *component = value,
-                None => t = value,
-            },
-        );
-        let [q, v, a] = point;
-        Point { t, q, v, a }
+        let n = self.dimension();
+        let mut values = vec![T::splat(f64::NAN); 3 * n + 1];
+        self.into(Segment::Node, Part::Head, &at, &mut values);
+        OwnedPoint::new(n, values)
     }
 
     /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
-    pub fn force<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> [T; N] {
+    pub fn force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
         let at = At { e, ..At::leg(h, leg) };
         self.vector(Segment::Node, Part::Tail, &at)
     }
 
     /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`.
-    pub fn forms<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<[T; N]> {
+    pub fn forms<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<Vec<T>> {
         let at = At { e, ..At::leg(h, leg) };
         self.vectors(Segment::Forms, &at)
     }
 
     /// The rows of the continuous system at a point: the constraints, those of lower order differentiated until accelerations
     /// come in, then the works `⟨u, Q⟩` along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
-    pub fn continuous<T: Number>(&self, point: &Point<T, N>, multipliers: &[T]) -> Vec<T> {
+    pub fn continuous<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
         let at = At {
             multipliers,
             ..At::point(point)
@@ -396,8 +399,8 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// The same with the third derivative `j`, for constraints of third order, whose rows are the constraints themselves.
     pub(crate) fn continuous_of_third<T: Number>(
         &self,
-        point: &Point<T, N>,
-        j: &[T; N],
+        point: AnyPoint<'_, T>,
+        j: &[T],
         multipliers: &[T],
     ) -> Vec<T> {
         let at = At {
@@ -409,7 +412,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The rows of the continuous system, then their Jacobian by accelerations and multipliers, row by row.
-    pub fn continuous_with_jacobian<T: Number>(&self, point: &Point<T, N>, multipliers: &[T]) -> Vec<T> {
+    pub fn continuous_with_jacobian<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
         let at = At {
             multipliers,
             ..At::point(point)
@@ -420,7 +423,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// The same as equations for the unknowns `U`.
     pub(crate) fn linearize_continuous<U: Unknown<f64>>(
         &self,
-        point: &Point<f64, N>,
+        point: AnyPoint<'_, f64>,
         multipliers: &[f64],
     ) -> Linearization<f64, U> {
         let at = At {
@@ -450,18 +453,24 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
-    pub fn continuous_force<T: Number>(&self, point: &Point<T, N>) -> [T; N] {
+    pub fn continuous_force<T: Number>(&self, point: AnyPoint<'_, T>) -> Vec<T> {
         self.vector(Segment::ContinuousForce, Part::All, &At::point(point))
     }
 
+    /// The same, into `out`. Nothing is allocated.
+    pub fn continuous_force_into<T: Number>(&self, point: AnyPoint<'_, T>, out: &mut [T]) {
+        out.fill(T::splat(f64::NAN));
+        self.into(Segment::ContinuousForce, Part::All, &At::point(point), out);
+    }
+
     /// The forms of the continuous system's constraint forces at a point.
-    pub fn continuous_forms<T: Number>(&self, point: &Point<T, N>) -> Vec<[T; N]> {
+    pub fn continuous_forms<T: Number>(&self, point: AnyPoint<'_, T>) -> Vec<Vec<T>> {
         self.vectors(Segment::ContinuousForms, &At::point(point))
     }
 
     /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(t, q)`, then `c(t, q, v)`, then
     /// `dg/dt`.
-    pub fn phase<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> Vec<T> {
+    pub fn phase<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
         let at = At {
             t: Some(t),
             q,
@@ -472,12 +481,12 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`.
-    pub fn pair<T: Number>(&self, h: T, leg: &Leg<T, N>) -> Vec<T> {
+    pub fn pair<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.all(Segment::Pair, Part::All, &At::leg(h, leg))
     }
 
     /// The Lagrangian `L(t, q, v)`.
-    pub fn lagrangian<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> T {
+    pub fn lagrangian<T: Number>(&self, t: T, q: &[T], v: &[T]) -> T {
         let at = At {
             t: Some(t),
             q,
@@ -488,12 +497,12 @@ impl<'s, const N: usize> Declaration<'s, N> {
     }
 
     /// The discrete Lagrangian `L_d(q0, q1)` on a leg.
-    pub fn discrete_lagrangian<T: Number>(&self, h: T, leg: &Leg<T, N>) -> T {
+    pub fn discrete_lagrangian<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> T {
         self.scalar(Segment::DiscreteLagrangian, &At::leg(h, leg))
     }
 
     /// The energy `⟨∂L/∂v, v⟩ - L`.
-    pub fn energy<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> T {
+    pub fn energy<T: Number>(&self, t: T, q: &[T], v: &[T]) -> T {
         let at = At {
             t: Some(t),
             q,
@@ -506,7 +515,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
     /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`. A holonomic
     /// constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`, which at nodes that obey it is `g(q2)` but for rounding: what rounding has left
     /// at the middle node is taken away little by little, since all of it at once would be seen in the second difference.
-    pub fn declared<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N], multipliers: &[T]) -> Vec<T> {
+    pub fn declared<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T], multipliers: &[T]) -> Vec<T> {
         let at = At {
             e,
             multipliers,
@@ -519,9 +528,9 @@ impl<'s, const N: usize> Declaration<'s, N> {
     pub(crate) fn declared_after<T: Number>(
         &self,
         h: T,
-        leg: &Leg<T, N>,
-        past: &[T; N],
-        e: &[T; N],
+        leg: AnyLeg<'_, T>,
+        past: &[T],
+        e: &[T],
         multipliers: &[T],
     ) -> Vec<T> {
         let at = At {
@@ -535,14 +544,7 @@ impl<'s, const N: usize> Declaration<'s, N> {
 
     /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components,
     /// row by row, as many as `out` has room for. Nothing is allocated.
-    pub(crate) fn phase_slopes(
-        &self,
-        of_velocity: bool,
-        t: f64,
-        q: &[f64; N],
-        v: &[f64; N],
-        out: &mut [f64],
-    ) {
+    pub(crate) fn phase_slopes(&self, of_velocity: bool, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         let at = At {
             t: Some(t),
             q,
@@ -559,52 +561,50 @@ impl<'s, const N: usize> Declaration<'s, N> {
         self.count(Segment::ExternalForces, Part::All) > 0
     }
 
-    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared.
-    pub fn external_forces<T: Number>(&self, t: T, q: &[T; N], v: &[T; N]) -> [T; N] {
+    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared. Nothing is allocated.
+    pub fn external_forces<T: Number>(&self, t: T, q: &[T], v: &[T], out: &mut [T]) {
         let at = At {
             t: Some(t),
             q,
             v,
             ..At::NOWHERE
         };
-        let mut forces = [T::splat(0.0); N];
-        self.into(Segment::ExternalForces, Part::All, &at, &mut forces);
-        forces
+        out.fill(T::splat(0.0));
+        self.into(Segment::ExternalForces, Part::All, &at, out);
     }
 
     /// The external forces on a leg, `[f⁻_d, f⁺_d]`: on its first node and on its second; zero where none are declared.
-    pub fn discrete_external_forces<T: Number>(&self, h: T, leg: &Leg<T, N>) -> [[T; N]; 2] {
-        let mut forces = [[T::splat(0.0); N]; 2];
+    pub fn discrete_external_forces<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> [Vec<T>; 2] {
+        let mut forces = vec![T::splat(0.0); 2 * self.dimension()];
         self.into(
             Segment::DiscreteExternalForces,
             Part::All,
             &At::leg(h, leg),
-            forces.as_flattened_mut(),
+            &mut forces,
         );
-        forces
+        let arriving = forces.split_off(self.dimension());
+        [forces, arriving]
     }
 
     /// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`; for the paper's map, the trapezoid's.
-    pub(crate) fn arriving<T: Number>(&self, h: T, leg: &Leg<T, N>) -> [T; N] {
+    pub(crate) fn arriving<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
         self.vector(Segment::Arriving, Part::All, &At::leg(h, leg))
     }
 
     /// The fields that span the virtual displacements of a step; none where multipliers are unknown instead.
-    pub(crate) fn fields<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<[T; N]> {
+    pub(crate) fn fields<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<Vec<T>> {
         let at = At { e, ..At::leg(h, leg) };
-        let mut fields = vec![[T::splat(f64::NAN); N]; self.count(Segment::Fields, Part::All) / N.max(1)];
-        self.into(Segment::Fields, Part::All, &at, fields.as_flattened_mut());
-        fields
+        self.vectors(Segment::Fields, &at)
     }
 
     /// What is to be divided out of each kinematic row of a step; 1 where there is nothing.
-    pub(crate) fn factors<T: Number>(&self, h: T, leg: &Leg<T, N>, e: &[T; N]) -> Vec<T> {
+    pub(crate) fn factors<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
         let at = At { e, ..At::leg(h, leg) };
         self.all(Segment::Factors, Part::All, &at)
     }
 
     /// The observed expressions at a point, as many as `out` has room for.
-    pub fn observe<T: Number>(&self, point: &Point<T, N>, out: &mut [T]) {
+    pub fn observe<T: Number>(&self, point: AnyPoint<'_, T>, out: &mut [T]) {
         self.into(Segment::Observe, Part::All, &At::point(point), out);
     }
 }

@@ -6,12 +6,12 @@
 
 use core::fmt;
 
-use crate::any::AnySystem;
+use crate::any::{AnyLeg, AnyPoint, map};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::multipliers;
-use crate::system::{Leg, Point};
+use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 
 /// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
@@ -192,85 +192,80 @@ impl fmt::Display for Deficiency {
 
 /// What a step leaves open at the second difference `e`; nothing where its Jacobian is regular or not finite.
 #[cold]
-pub(crate) fn of_step<const N: usize>(
-    system: &dyn AnySystem<N>,
-    declaration: &Declaration<'_, N>,
+pub(crate) fn of_step(
+    declaration: &Declaration<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
 ) -> Option<Deficiency> {
-    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
-    let legs = Leg {
-        t: Tangent::new(leg.t, 0.0),
-        q: fixed(&leg.q),
-        d: fixed(&leg.d),
-    };
-    let columns = |e: &[f64; N]| -> Vec<Vec<Tangent>> {
+    let n = declaration.dimension();
+    let legs = leg.map(Tangent::splat);
+    let columns = |e: &[f64]| -> Vec<Vec<Tangent>> {
         let known = multipliers::of_step(declaration, h, leg, e);
-        let columns = (0..N + known.len()).map(|j| {
-            let e = core::array::from_fn(|i| moved(e[i], i == j));
-            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], N + i == j)).collect();
-            declaration.declared(Tangent::new(h, 0.0), &legs, &e, &multipliers)
+        let columns = (0..n + known.len()).map(|j| {
+            let e: Vec<_> = (0..n).map(|i| moved(e[i], i == j)).collect();
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], n + i == j)).collect();
+            declaration.declared(Tangent::splat(h), legs.any(), &e, &multipliers)
         });
         columns.collect()
     };
     let middle = declaration.point(h, leg, e);
     let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
-    let found = examine(system, &columns(e), &middle)?;
-    Some(found.beside(|| examine(system, &columns(&beside(e, longest)), &middle)))
+    let found = examine(declaration, &columns(e), middle.any())?;
+    Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any())))
 }
 
 /// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
 #[cold]
-fn of_point<const N: usize>(system: &dyn AnySystem<N>, point: &Point<f64, N>) -> Option<Deficiency> {
-    let declaration = system.declaration();
-    let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
-    let columns = |point: &Point<f64, N>| -> Vec<Vec<Tangent>> {
+fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+    let n = declaration.dimension();
+    let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
         let known = if declaration.has_multipliers() {
-            multipliers::of_point(&declaration, point)
+            multipliers::of_point(declaration, point)
         } else {
             Vec::new()
         };
-        let columns = (0..N + known.len()).map(|j| {
-            let at = Point {
-                t: Tangent::new(point.t, 0.0),
-                q: fixed(&point.q),
-                v: fixed(&point.v),
-                a: core::array::from_fn(|i| moved(point.a[i], i == j)),
+        let columns = (0..n + known.len()).map(|j| {
+            let at = AnyPoint {
+                t: Tangent::splat(point.t),
+                q: &map(point.q, Tangent::splat),
+                v: &map(point.v, Tangent::splat),
+                a: &(0..n).map(|i| moved(point.a[i], i == j)).collect::<Vec<_>>(),
             };
-            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], N + i == j)).collect();
-            declaration.continuous(&at, &multipliers)
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], n + i == j)).collect();
+            declaration.continuous(at, &multipliers)
         });
         columns.collect()
     };
-    let found = examine(system, &columns(point), point)?;
-    let other = Point {
-        a: beside(&point.a, 1.0),
-        ..*point
+    let found = examine(declaration, &columns(point), point)?;
+    let other = AnyPoint {
+        a: &beside(point.a, 1.0),
+        ..point
     };
-    Some(found.beside(|| examine(system, &columns(&other), &other)))
+    Some(found.beside(|| examine(declaration, &columns(other), other)))
 }
 
 /// A place that lies beside another, along no axis and none of the usual diagonals.
-fn beside<const N: usize>(x: &[f64; N], size: f64) -> [f64; N] {
+fn beside(x: &[f64], size: f64) -> Vec<f64> {
     const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
-    core::array::from_fn(|i| x[i] + ASIDE[i % ASIDE.len()] * size)
+    let moved = x.iter().zip(ASIDE.iter().cycle());
+    moved.map(|(x, aside)| x + aside * size).collect()
 }
 
 /// What the equations for the acceleration at a start leave open, where that may be why they have no solution.
 #[cold]
-pub(crate) fn of_start<const N: usize>(
-    system: &dyn AnySystem<N>,
-    (t, q0, v0): (f64, &[f64; N], &[f64; N]),
-    near: Option<&[f64; N]>,
+pub(crate) fn of_start(
+    declaration: &Declaration<'_>,
+    (t, q0, v0): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
     cause: &NewtonFailure,
 ) -> Option<Deficiency> {
     if !matches!(cause.reason, StepFailure::Singular | StepFailure::NotConverged) {
         return None;
     }
-    let (q, v) = (*q0, *v0);
-    let a = near.copied().unwrap_or([0.0; N]);
-    of_point(system, &Point { t, q, v, a })
+    let at_rest = vec![0.0; declaration.dimension()];
+    let a = near.unwrap_or(&at_rest);
+    of_point(declaration, AnyPoint { t, q: q0, v: v0, a })
 }
 
 /// An unknown, which moves or not; one that is not known stands at 0.
@@ -280,19 +275,19 @@ fn moved(x: f64, moves: bool) -> Tangent {
 
 /// What equations leave open that are given by the derivatives of all rows by each unknown: third derivatives, then rates of multipliers.
 #[cold]
-pub(crate) fn of_columns<const N: usize>(
-    system: &dyn AnySystem<N>,
+pub(crate) fn of_columns(
+    declaration: &Declaration<'_>,
     columns: &[Vec<Tangent>],
-    point: &Point<f64, N>,
+    point: AnyPoint<'_, f64>,
 ) -> Option<Deficiency> {
-    examine(system, columns, point)
+    examine(declaration, columns, point)
 }
 
 /// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
-fn examine<const N: usize>(
-    system: &dyn AnySystem<N>,
+fn examine(
+    declaration: &Declaration<'_>,
     columns: &[Vec<Tangent>],
-    point: &Point<f64, N>,
+    point: AnyPoint<'_, f64>,
 ) -> Option<Deficiency> {
     let size = columns.len();
     if columns.iter().any(|column| column.len() != size) {
@@ -308,14 +303,15 @@ fn examine<const N: usize>(
     if right.is_empty() || left.is_empty() {
         return None;
     }
-    let names: [&'static str; N] = core::array::from_fn(|i| system.coordinates()[i].name);
-    let coordinates: Vec<usize> = (0..N).filter(|&i| has_part(&right, i)).collect();
+    let n = declaration.dimension();
+    let names = declaration.coordinates();
+    let coordinates: Vec<usize> = (0..n).filter(|&i| has_part(&right, i)).collect();
     let massless = right.iter().all(|vector| {
-        let along: [f64; N] = core::array::from_fn(|i| vector[i] * scales[i]);
-        is_massless(&system.declaration(), point, &along)
+        let along: Vec<f64> = (0..n).map(|i| vector[i] * scales[i]).collect();
+        is_massless(declaration, point, &along)
     });
     // constraints that depend on each other come before what follows from them: their displacements vanish, too
-    let constraints = system.constraints().into_iter().sum::<usize>().min(size);
+    let constraints = declaration.constraints().into_iter().sum::<usize>().min(size);
     let bound = Matrix::from_fn(size, constraints, |i, j| matrix[(j, i)]);
     let of_constraints = null_vectors(&bound);
     let left = if of_constraints.is_empty() {
@@ -327,9 +323,9 @@ fn examine<const N: usize>(
     let rows = (0..count).filter(|&i| has_part(&left, i));
     Some(Deficiency {
         combined: right.len() < coordinates.len(),
-        coordinates: coordinates.into_iter().map(|i| names[i]).collect(),
+        coordinates: coordinates.into_iter().map(|i| names[i].name).collect(),
         massless,
-        rows: rows.map(|i| row(system, i)).collect(),
+        rows: rows.map(|i| row(declaration, i)).collect(),
         at_guess_alone: false,
     })
 }
@@ -373,30 +369,34 @@ fn has_part(vectors: &[Vec<f64>], place: usize) -> bool {
 }
 
 /// Whether `∂²L/∂v²` is zero along a direction, which is not zero itself.
-fn is_massless<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    point: &Point<f64, N>,
-    along: &[f64; N],
-) -> bool {
-    let mass = |along: &[f64; N]| {
-        let point = Point {
-            t: Tangent::new(point.t, 0.0),
-            q: point.q.map(|q| Tangent::new(q, 0.0)),
-            v: point.v.map(|v| Tangent::new(v, 0.0)),
-            a: core::array::from_fn(|i| Tangent::new(0.0, along[i])),
+fn is_massless(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, along: &[f64]) -> bool {
+    let mass = |along: &[f64]| {
+        let point = AnyPoint {
+            t: Tangent::splat(point.t),
+            q: &map(point.q, Tangent::splat),
+            v: &map(point.v, Tangent::splat),
+            a: &map(along, |along| Tangent::new(0.0, along)),
         };
-        let forces = declaration.continuous_force(&point).map(Tangent::derivative);
-        forces.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()))
+        let forces = declaration.continuous_force(point);
+        forces
+            .iter()
+            .fold(0.0_f64, |largest, x| largest.max(x.derivative().abs()))
     };
     // against what the same coordinates weigh by themselves
-    let parts = (0..N).map(|j| mass(&core::array::from_fn(|i| if i == j { along[i] } else { 0.0 })));
+    let alone = |j: usize| -> Vec<f64> {
+        let parts = along.iter().enumerate();
+        parts
+            .map(|(i, &along)| if i == j { along } else { 0.0 })
+            .collect()
+    };
+    let parts = (0..along.len()).map(|j| mass(&alone(j)));
     let own = parts.fold(0.0_f64, f64::max);
     along.iter().any(|&x| x != 0.0) && mass(along) <= ZERO * own
 }
 
 /// What the row of a place is.
-pub(crate) fn row<const N: usize>(system: &dyn AnySystem<N>, place: usize) -> DependentRow {
-    let [holonomic, nonholonomic, kinematic] = system.constraints();
+pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
+    let [holonomic, nonholonomic, kinematic] = declaration.constraints();
     let lower = holonomic + nonholonomic;
     let constraints = lower + kinematic;
     if place < holonomic {
@@ -405,8 +405,8 @@ pub(crate) fn row<const N: usize>(system: &dyn AnySystem<N>, place: usize) -> De
         DependentRow::Nonholonomic(place - holonomic)
     } else if place < constraints {
         DependentRow::Kinematic(place - lower)
-    } else if constraints == 0 || system.declaration().has_multipliers() {
-        let coordinate = system.coordinates().get(place - constraints);
+    } else if constraints == 0 || declaration.has_multipliers() {
+        let coordinate = declaration.coordinates().get(place - constraints);
         DependentRow::Motion(coordinate.map_or("?", |coordinate| coordinate.name))
     } else {
         DependentRow::Displacement(place - constraints)

@@ -89,6 +89,42 @@ impl Matrix {
         product
     }
 
+    /// The inverse of a square matrix, whose rows may differ in size by hundreds of orders of magnitude; not finite if it is singular.
+    pub(crate) fn inverse(&self) -> Self {
+        let n = self.rows;
+        let mut left = self.clone();
+        let mut right = Self::from_fn(n, n, |i, j| if i == j { 1.0 } else { 0.0 });
+        for i in 0..n {
+            let largest = left.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            let scale = inverse_power_of_two(largest);
+            for matrix in [&mut left, &mut right] {
+                matrix.divide_row(i, scale.recip());
+            }
+        }
+        for k in 0..n {
+            // the row with the largest entry becomes the next
+            let column = &left.columns[k];
+            let pivot = (k..n).max_by(|&i, &j| column[i].abs().total_cmp(&column[j].abs()));
+            let pivot = pivot.unwrap_or(k);
+            for column in left.columns.iter_mut().chain(&mut right.columns) {
+                column.swap(k, pivot);
+            }
+            let entry = left[(k, k)];
+            let factors: Vec<f64> = left.columns[k].iter().map(|x| x / entry).collect();
+            for column in left.columns.iter_mut().chain(&mut right.columns) {
+                let pivot = column[k];
+                for (i, (x, factor)) in column.iter_mut().zip(&factors).enumerate() {
+                    *x = if i == k {
+                        pivot / entry
+                    } else {
+                        *x - factor * pivot
+                    };
+                }
+            }
+        }
+        right
+    }
+
     /// Square equations with rows and columns of a common size: decomposed, with the right-hand sides scaled along with their rows, and the lengths
     /// by which a solution is to be divided. `None` where they are not finite, or a column is zero.
     pub(crate) fn equilibrated(mut self, right: &mut [f64]) -> Option<(Singular, Vec<f64>)> {
@@ -274,6 +310,23 @@ mod tests {
             (smallest - 1.111_538_966_372_442e-10).abs() < 1e-16,
             "{smallest:e}"
         );
+    }
+
+    #[test]
+    fn the_inverse_is_the_inverse() {
+        let entries = [[3e150, 1e150, 0.0], [1e-140, -2e-140, 5e-141], [0.0, 4.0, 1.0]];
+        let matrix = Matrix::from_fn(3, 3, |i, j| entries[i][j]);
+        let inverse = matrix.inverse();
+        for (i, j) in (0..9).map(|place| (place / 3, place % 3)) {
+            let terms = || matrix.row(i).zip(&inverse.columns[j]).map(|(a, b)| a * b);
+            let product: f64 = terms().sum();
+            let size: f64 = terms().map(f64::abs).sum();
+            let identity = if i == j { 1.0 } else { 0.0 };
+            assert!((product - identity).abs() < 1e-15 * size.max(1.0), "{product}");
+        }
+        let singular = Matrix::from_fn(2, 2, |i, j| ((i + 1) * (j + 1)) as f64);
+        assert!(!singular.inverse().is_finite());
+        assert!(!Matrix::zeros(2, 2).inverse().is_finite());
     }
 
     #[test]

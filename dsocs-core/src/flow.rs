@@ -3,6 +3,7 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
+use crate::any::continuous_force;
 use crate::compensated::Compensated;
 use crate::compiled::Report;
 use crate::declaration::Declaration;
@@ -322,12 +323,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: Declaration::of(&*self.system).continuous_force(&Point {
-                t: t0,
-                q: q0,
-                v: v0,
-                a,
-            }),
+            force: continuous_force(
+                &Declaration::of(&*self.system),
+                &Point {
+                    t: t0,
+                    q: q0,
+                    v: v0,
+                    a,
+                },
+            ),
             energy: self.system.energy(t0, &q0, &v0),
             iterations: 0,
             stop: Stop::Start,

@@ -146,6 +146,7 @@ pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
+    pub use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
     pub use crate::compiled::{Compiled, Report};
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};

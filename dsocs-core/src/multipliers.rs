@@ -1,26 +1,27 @@
 //! Multipliers: what each constraint contributes to the constraint force.
 
+use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::regularity;
-use crate::system::{Leg, Point};
 
 /// Components of forms below this part of the largest are not scaled up.
 const FAINT: f64 = 1e-3;
 
 /// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
 /// the two are equal. NaN if the force or a form is not finite.
-pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) -> Vec<f64> {
-    let count = forms.len();
+pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
+    let (n, count) = (force.len(), forms.len());
     if count == 0 {
         return Vec::new();
     }
     // coordinates with their own units: a row of forms and force is scaled by its largest form
-    let scales: [f64; N] = core::array::from_fn(|i| {
+    let largest = |i: usize| {
         forms
             .iter()
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
-    });
+    };
+    let scales: Vec<f64> = (0..n).map(largest).collect();
     // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
     let least = FAINT * scales.iter().fold(0.0_f64, |largest, scale| largest.max(*scale));
     let scaled = |i: usize, x: f64| {
@@ -30,8 +31,8 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
             0.0
         }
     };
-    let matrix = Matrix::from_fn(N, count, |i, j| scaled(i, forms[j][i]));
-    let right: [f64; N] = core::array::from_fn(|i| scaled(i, force[i]));
+    let matrix = Matrix::from_fn(n, count, |i, j| scaled(i, forms[j][i]));
+    let right: Vec<f64> = (0..n).map(|i| scaled(i, force[i])).collect();
     if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {
         return vec![f64::NAN; count];
     }
@@ -39,18 +40,13 @@ pub(crate) fn multipliers<const N: usize>(force: &[f64; N], forms: &[[f64; N]]) 
 }
 
 /// The multipliers among the unknowns of the continuous system.
-pub(crate) fn of_motion<const N: usize>(motion: &[f64]) -> &[f64] {
-    motion.get(N..).unwrap_or_default()
+pub(crate) fn of_motion(coordinates: usize, motion: &[f64]) -> &[f64] {
+    motion.get(coordinates..).unwrap_or_default()
 }
 
 /// The multipliers that are unknown in a step, at the triple of a leg and a second difference: those that come nearest to the
 /// constraint force there. None where there are fields instead.
-pub(crate) fn of_step<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> Vec<f64> {
+pub(crate) fn of_step(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
     if !declaration.has_multipliers() {
         return Vec::new();
     }
@@ -62,21 +58,23 @@ pub(crate) fn of_step<const N: usize>(
             .iter()
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
     };
-    let all = (0..N).fold(0.0_f64, |most, i| {
+    let n = declaration.dimension();
+    let all = (0..n).fold(0.0_f64, |most, i| {
         most.max(lengths[i].map_or(0.0, |length| length * largest(i)))
     });
-    let units: [f64; N] = core::array::from_fn(|i| {
+    let unit = |i: usize| {
         // the forms of a coordinate that has no length are not
         let unit = lengths[i].unwrap_or_else(|| if all > 0.0 { all } else { 1.0 } / largest(i));
         if unit.is_normal() { unit } else { 1.0 }
-    });
-    let works = |x: &[f64; N]| -> [f64; N] { core::array::from_fn(|i| x[i] * units[i]) };
-    let forms: Vec<[f64; N]> = forms.iter().map(works).collect();
+    };
+    let units: Vec<f64> = (0..n).map(unit).collect();
+    let works = |x: &[f64]| -> Vec<f64> { x.iter().zip(&units).map(|(x, unit)| x * unit).collect() };
+    let forms: Vec<Vec<f64>> = forms.iter().map(|form| works(form)).collect();
     multipliers(&works(&declaration.force(h, leg, e)), &forms)
 }
 
 /// The multipliers of the continuous system at a point.
-pub(crate) fn of_point<const N: usize>(declaration: &Declaration<'_, N>, point: &Point<f64, N>) -> Vec<f64> {
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Vec<f64> {
     multipliers(
         &declaration.continuous_force(point),
         &declaration.continuous_forms(point),
@@ -84,8 +82,8 @@ pub(crate) fn of_point<const N: usize>(declaration: &Declaration<'_, N>, point: 
 }
 
 /// How many multipliers are left among the unknowns of a step.
-pub(crate) fn count_unknown<const N: usize>(declaration: &Declaration<'_, N>) -> usize {
+pub(crate) fn count_unknown(declaration: &Declaration<'_>) -> usize {
     let ones = vec![1.0; declaration.forms_count()];
-    let unknown = declaration.unknown(&[0.0; N], &ones);
+    let unknown = declaration.unknown(&vec![0.0; declaration.dimension()], &ones);
     unknown.iter().filter(|&&x| x != 0.0).count()
 }

@@ -4,10 +4,12 @@
 //! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
 //! are from singular is told by their smallest singular values.
 
+use crate::any::{AnyLeg, OwnedLeg, map};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::multipliers::of_step;
 use crate::rounding;
+use crate::scalar::Scalar as _;
 use crate::system::{Leg, System};
 use crate::tangent::{Tangent, Tangent2};
 use crate::tape::Number;
@@ -60,15 +62,15 @@ impl Regularity {
     /// The triple need not solve the equations.
     #[must_use]
     pub fn of<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        Self::of_declaration(&Declaration::of(system), h, leg, e)
+        Self::of_declaration(&Declaration::of(system), h, leg.any(), e)
     }
 
     /// The same of a declaration.
-    pub(crate) fn of_declaration<const N: usize>(
-        declaration: &Declaration<'_, N>,
+    pub(crate) fn of_declaration(
+        declaration: &Declaration<'_>,
         h: f64,
-        leg: &Leg<f64, N>,
-        e: &[f64; N],
+        leg: AnyLeg<'_, f64>,
+        e: &[f64],
     ) -> Self {
         let triple = Triple::new(declaration, h, leg, e);
         // q0 = q1 − d and q2 = q1 + d + e: moving q2 moves e, moving q0 moves d back and e on
@@ -79,13 +81,13 @@ impl Regularity {
     /// The regularity of a step of third order, with the equations by the last of four nodes; and, for the inverse flow, the constraints of
     /// third order (at the places `third`) by the first of them beside the other equations of the first three nodes. Each row of these is
     /// measured by the largest of its entries.
-    pub(crate) fn of_third<const N: usize>(
-        declaration: &Declaration<'_, N>,
-        past: &[f64; N],
+    pub(crate) fn of_third(
+        declaration: &Declaration<'_>,
+        past: &[f64],
         third: &[usize],
         h: f64,
-        leg: &Leg<f64, N>,
-        e: &[f64; N],
+        leg: AnyLeg<'_, f64>,
+        e: &[f64],
     ) -> Self {
         let triple = Triple::new(declaration, h, leg, e);
         let forward = triple.extremes([0.0, 1.0], false);
@@ -136,16 +138,22 @@ fn is_regular(smallest: f64, largest: f64) -> bool {
 ///
 /// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
 /// has the same unit for all.
-pub(crate) fn measured<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn measured(
+    declaration: &Declaration<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> [Option<f64>; N] {
-    let moved: [f64; N] = core::array::from_fn(|i| leg.d[i].abs().max((leg.d[i] + e[i]).abs()));
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Vec<Option<f64>> {
+    let moved: Vec<f64> = leg
+        .d
+        .iter()
+        .zip(e)
+        .map(|(d, e)| d.abs().max((d + e).abs()))
+        .collect();
     let weights = weights(declaration, h, leg);
-    let longest = (0..N).fold(0.0_f64, |longest, i| longest.max(weights[i] * moved[i]));
-    core::array::from_fn(|i| {
+    let weighted = moved.iter().zip(&weights);
+    let longest = weighted.fold(0.0_f64, |longest, (moved, weight)| longest.max(weight * moved));
+    let length = |i: usize| {
         let least = if weights[i] > 0.0 {
             STILL * longest / weights[i]
         } else {
@@ -153,54 +161,55 @@ pub(crate) fn measured<const N: usize>(
         };
         let length = moved[i].max(least);
         (length > 0.0 && length.is_finite()).then_some(length)
-    })
+    };
+    (0..moved.len()).map(length).collect()
 }
 
 /// The square root of the mass that moves with each coordinate; zero where there is none.
-fn weights<const N: usize>(declaration: &Declaration<'_, N>, h: f64, leg: &Leg<f64, N>) -> [f64; N] {
-    let v = leg.d.map(|d| d / h);
-    core::array::from_fn(|i| {
-        let along = |x: &[f64; N], part: f64| -> [Tangent2; N] {
-            core::array::from_fn(|j| {
-                let part = if i == j { part } else { 0.0 };
-                Tangent2::second(x[j], [part; 2])
-            })
+fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let v = map(leg.d, |d| d / h);
+    let weight = |i: usize| {
+        let along = |x: &[f64], part: f64| -> Vec<Tangent2> {
+            let numbers = x.iter().enumerate();
+            numbers
+                .map(|(j, &x)| {
+                    let part = if i == j { part } else { 0.0 };
+                    Tangent2::second(x, [part; 2])
+                })
+                .collect()
         };
         // by a part of the velocity: only differences of users' functions depend on it
         let unit = if v[i] == 0.0 { 1.0 } else { v[i].abs() };
         let mass = declaration
             .lagrangian(
                 Tangent2::second(leg.t, [0.0; 2]),
-                &along(&leg.q, 0.0),
+                &along(leg.q, 0.0),
                 &along(&v, unit),
             )
             .mixed();
         let weight = mass.abs().sqrt() / unit;
         if weight.is_finite() { weight } else { 0.0 }
-    })
+    };
+    (0..v.len()).map(weight).collect()
 }
 
 /// A length for every coordinate. One that does not move while others do is measured by its mass, or by 1 if it has none.
-pub(crate) fn lengths<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> [f64; N] {
+pub(crate) fn lengths(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
     let weights = weights(declaration, h, leg);
     let measured = measured(declaration, h, leg, e);
-    core::array::from_fn(|i| {
-        let by_mass = 1.0 / weights[i];
-        measured[i].unwrap_or(if by_mass.is_finite() { by_mass } else { 1.0 })
-    })
+    let lengths = measured.iter().zip(&weights).map(|(measured, weight)| {
+        let by_mass = 1.0 / weight;
+        measured.unwrap_or(if by_mass.is_finite() { by_mass } else { 1.0 })
+    });
+    lengths.collect()
 }
 
 /// The singular values of the derivative by all three nodes, in no order; none where it has none.
-pub(crate) fn all_singular_values<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn all_singular_values(
+    declaration: &Declaration<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
 ) -> Vec<f64> {
     let triple = Triple::new(declaration, h, leg, e);
     // q1 moves the node, both increments and so e twice
@@ -211,15 +220,15 @@ pub(crate) fn all_singular_values<const N: usize>(
 }
 
 /// A triple of nodes, and what its equations are measured by.
-struct Triple<'a, const N: usize> {
-    declaration: &'a Declaration<'a, N>,
+struct Triple<'a> {
+    declaration: &'a Declaration<'a>,
     h: f64,
-    leg: &'a Leg<f64, N>,
-    e: &'a [f64; N],
+    leg: AnyLeg<'a, f64>,
+    e: &'a [f64],
     /// The multipliers that are unknown or were solved for.
     multipliers: Vec<f64>,
     /// How far each coordinate moves.
-    lengths: [Option<f64>; N],
+    lengths: Vec<Option<f64>>,
 }
 
 /// The derivatives of all rows along one direction.
@@ -246,9 +255,9 @@ enum Length {
     Multiplier,
 }
 
-impl<'a, const N: usize> Triple<'a, N> {
+impl<'a> Triple<'a> {
     /// The triple of a leg and a second difference.
-    fn new(declaration: &'a Declaration<'a, N>, h: f64, leg: &'a Leg<f64, N>, e: &'a [f64; N]) -> Self {
+    fn new(declaration: &'a Declaration<'a>, h: f64, leg: AnyLeg<'a, f64>, e: &'a [f64]) -> Self {
         Self {
             declaration,
             h,
@@ -269,49 +278,46 @@ impl<'a, const N: usize> Triple<'a, N> {
     }
 
     /// The smallest and the largest singular value of the derivative by the first of four nodes.
-    fn extremes_of_four(&self, past: &[f64; N], third: &[usize]) -> [f64; 2] {
-        let fixed = |x: &[f64; N]| x.map(|x| Tangent::new(x, 0.0));
-        let h = Tangent::new(self.h, 0.0);
+    fn extremes_of_four(&self, past: &[f64], third: &[usize]) -> [f64; 2] {
+        let h = Tangent::splat(self.h);
+        let n = self.declaration.dimension();
+        let less = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
         // the triple before: its second difference is the one that the step went on from
-        let before = Leg {
+        let (q, d) = (less(self.leg.q, self.leg.d), less(self.leg.d, past));
+        let before = AnyLeg {
             t: self.leg.t - self.h,
-            q: core::array::from_fn(|i| self.leg.q[i] - self.leg.d[i]),
-            d: core::array::from_fn(|i| self.leg.d[i] - past[i]),
+            q: &q,
+            d: &d,
         };
-        let known = of_step(&self.declaration.after([0.0; N]), self.h, &before, past);
-        let columns = (0..N + known.len()).map(|k| {
-            let by = |i: usize| {
-                if i == k {
-                    self.lengths[i].unwrap_or(1.0)
-                } else {
-                    0.0
-                }
-            };
-            let moved = |x: &[f64; N], sign: f64| -> [Tangent; N] {
-                core::array::from_fn(|i| Tangent::new(x[i], sign * by(i)))
+        let known = of_step(&self.declaration.after(&[]), self.h, before, past);
+        let columns = (0..n + known.len()).map(|k| {
+            let moved = |x: &[f64], sign: f64| -> Vec<Tangent> {
+                let numbers = x.iter().zip(&self.lengths).enumerate();
+                numbers
+                    .map(|(i, (&x, length))| {
+                        let by = if i == k { length.unwrap_or(1.0) } else { 0.0 };
+                        Tangent::new(x, sign * by)
+                    })
+                    .collect()
             };
             let multipliers: Vec<_> = (0..known.len())
-                .map(|j| Tangent::new(known[j], if N + j == k { 1.0 } else { 0.0 }))
+                .map(|j| Tangent::new(known[j], if n + j == k { 1.0 } else { 0.0 }))
                 .collect();
-            let leg = Leg {
-                t: Tangent::new(self.leg.t, 0.0),
-                q: fixed(&self.leg.q),
-                d: fixed(&self.leg.d),
+            let leg = self.leg.map(Tangent::splat);
+            let own =
+                self.declaration
+                    .declared_after(h, leg.any(), &moved(past, 1.0), &moved(self.e, -1.0), &[]);
+            let first = OwnedLeg {
+                t: Tangent::splat(before.t),
+                q: map(before.q, Tangent::splat),
+                d: moved(before.d, -1.0),
             };
-            let own = self
-                .declaration
-                .declared_after(h, &leg, &moved(past, 1.0), &moved(self.e, -1.0), &[]);
-            let first = Leg {
-                t: Tangent::new(before.t, 0.0),
-                q: fixed(&before.q),
-                d: moved(&before.d, -1.0),
-            };
-            let zero = [Tangent::new(0.0, 0.0); N];
+            let zero = vec![Tangent::splat(0.0); n];
             let second = moved(past, 1.0);
             let others = self
                 .declaration
-                .declared_after(h, &first, &zero, &second, &multipliers);
-            let bound = of_first_pair(self.declaration, h, &first);
+                .declared_after(h, first.any(), &zero, &second, &multipliers);
+            let bound = of_first_pair(self.declaration, h, first.any());
             let rows = own.into_iter().zip(others).enumerate();
             rows.map(|(place, (own, other))| {
                 let row = match bound.get(place) {
@@ -355,9 +361,9 @@ impl<'a, const N: usize> Triple<'a, N> {
     /// first node that is sought, the last pair is given and obeys them, and they bind the first pair.
     fn matrix(&self, nodes: &[[f64; 3]], first_pair: bool) -> Option<Matrix> {
         let weights = weights(self.declaration, self.h, self.leg);
-        let mut columns = Vec::with_capacity(nodes.len() * N + self.multipliers.len());
+        let mut columns = Vec::with_capacity(nodes.len() * weights.len() + self.multipliers.len());
         for &[by_q, by_d, by_e] in nodes {
-            for (j, weight) in weights.into_iter().enumerate() {
+            for (j, &weight) in weights.iter().enumerate() {
                 let (length, kind) = match self.lengths[j] {
                     Some(length) => (length, Length::Leg),
                     None if weight > 0.0 => (weight.recip(), Length::Mass),
@@ -397,7 +403,9 @@ impl<'a, const N: usize> Triple<'a, N> {
         if let Some(multiplier) = multipliers.get_mut(j) {
             *multiplier = 1.0;
         }
-        let unknown = self.declaration.unknown(&[0.0; N], &multipliers);
+        let unknown = self
+            .declaration
+            .unknown(&vec![0.0; self.lengths.len()], &multipliers);
         unknown.iter().any(|&x| x != 0.0)
     }
 
@@ -409,16 +417,19 @@ impl<'a, const N: usize> Triple<'a, N> {
         multiplier: Option<usize>,
         first_pair: bool,
     ) -> Vec<f64> {
-        let along = |x: &[f64; N], part: usize| -> [Tangent; N] {
-            core::array::from_fn(|i| match coordinate {
-                Some((j, by)) if i == j => Tangent::new(x[i], by[part]),
-                _ => Tangent::new(x[i], 0.0),
-            })
+        let along = |x: &[f64], part: usize| -> Vec<Tangent> {
+            let numbers = x.iter().enumerate();
+            numbers
+                .map(|(i, &x)| match coordinate {
+                    Some((j, by)) if i == j => Tangent::new(x, by[part]),
+                    _ => Tangent::splat(x),
+                })
+                .collect()
         };
-        let leg = Leg {
-            t: Tangent::new(self.leg.t, 0.0),
-            q: along(&self.leg.q, 0),
-            d: along(&self.leg.d, 1),
+        let leg = OwnedLeg {
+            t: Tangent::splat(self.leg.t),
+            q: along(self.leg.q, 0),
+            d: along(self.leg.d, 1),
         };
         let e = along(self.e, 2);
         let by = |j: usize| if Some(j) == multiplier { 1.0 } else { 0.0 };
@@ -429,9 +440,9 @@ impl<'a, const N: usize> Triple<'a, N> {
             .map(|(j, &x)| Tangent::new(x, by(j)))
             .collect();
         let h = Tangent::new(self.h, 0.0);
-        let mut rows = stacked(self.declaration, h, &leg, &e, &multipliers);
+        let mut rows = stacked(self.declaration, h, leg.any(), &e, &multipliers);
         if first_pair {
-            rows.extend(of_first_pair(self.declaration, h, &leg));
+            rows.extend(of_first_pair(self.declaration, h, leg.any()));
         }
         rows.into_iter().map(Tangent::derivative).collect()
     }
@@ -525,18 +536,15 @@ fn size_rows(sizes: &mut [f64], columns: &[Column], counts: impl Fn(Length) -> b
 }
 
 /// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
-pub(crate) fn of_first_pair<T: Number, const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: T,
-    leg: &Leg<T, N>,
-) -> Vec<T> {
+pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
     let holonomic = declaration.holonomic();
-    let first = Leg {
+    let q: Vec<T> = leg.q.iter().zip(leg.d).map(|(&q, &d)| q - d).collect();
+    let first = AnyLeg {
         t: leg.t - h,
-        q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
+        q: &q,
         d: leg.d,
     };
-    let mut rows = declaration.pair(h, &first);
+    let mut rows = declaration.pair(h, first);
     rows.truncate(holonomic);
     rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
     rows
@@ -544,11 +552,11 @@ pub(crate) fn of_first_pair<T: Number, const N: usize>(
 
 /// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
 /// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
-pub(crate) fn stacked<T: Number, const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn stacked<T: Number>(
+    declaration: &Declaration<'_>,
     h: T,
-    leg: &Leg<T, N>,
-    e: &[T; N],
+    leg: AnyLeg<'_, T>,
+    e: &[T],
     multipliers: &[T],
 ) -> Vec<T> {
     let z = declaration.unknown(e, multipliers);

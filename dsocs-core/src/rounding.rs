@@ -7,12 +7,12 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::any::{AnyLeg, map};
 use crate::declaration::Declaration;
 use crate::multipliers::of_step;
 use crate::regularity::{of_first_pair, stacked};
 use crate::scalar::Scalar;
 use crate::step::unknown::Unknown;
-use crate::system::Leg;
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -273,10 +273,10 @@ impl Scalar for Bounded {
 
 /// A bound, to first order in the unit round-off, of the rounding error in each row of
 /// [`Compiled::linearize`](crate::compiled::Compiled::linearize).
-pub(crate) fn bounds<U: Unknown<f64>, const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn bounds<U: Unknown<f64>>(
+    declaration: &Declaration<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
+    leg: AnyLeg<'_, f64>,
     z: &U,
 ) -> U {
     let mut bounds = U::zero();
@@ -285,55 +285,37 @@ pub(crate) fn bounds<U: Unknown<f64>, const N: usize>(
 }
 
 /// How large the terms of each row of [`Declaration::phase`] are.
-pub(crate) fn phase_sizes<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    t: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> Vec<f64> {
-    let rows = declaration.phase(Bounded::splat(t), &q.map(Bounded::splat), &v.map(Bounded::splat));
+pub(crate) fn phase_sizes(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let rows = declaration.phase(
+        Bounded::splat(t),
+        &map(q, Bounded::splat),
+        &map(v, Bounded::splat),
+    );
     rows.iter().map(|row| row.error / UNIT).collect()
 }
 
 /// How large the terms of each row of [`Declaration::pair`] are.
-pub(crate) fn pair_sizes<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-) -> Vec<f64> {
-    let rows = declaration.pair(Bounded::splat(h), &exact(leg));
+pub(crate) fn pair_sizes(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let rows = declaration.pair(Bounded::splat(h), leg.map(Bounded::splat).any());
     rows.iter().map(|row| row.error / UNIT).collect()
 }
 
 /// The same for all rows of a step, in the order of [`stacked`].
-pub(crate) fn stacked_bounds<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn stacked_bounds(
+    declaration: &Declaration<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
 ) -> Vec<f64> {
     let multipliers = of_step(declaration, h, leg, e);
     let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
-    let (h, leg, e) = (Bounded::splat(h), exact(leg), e.map(Bounded::splat));
-    let rows = stacked(declaration, h, &leg, &e, &multipliers);
+    let (leg, e) = (leg.map(Bounded::splat), map(e, Bounded::splat));
+    let rows = stacked(declaration, Bounded::splat(h), leg.any(), &e, &multipliers);
     rows.into_iter().map(Bounded::error).collect()
 }
 
 /// The same for what constraints ask of the first pair of nodes.
-pub(crate) fn first_pair_bounds<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-) -> Vec<f64> {
-    let rows = of_first_pair(declaration, Bounded::splat(h), &exact(leg));
+pub(crate) fn first_pair_bounds(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let rows = of_first_pair(declaration, Bounded::splat(h), leg.map(Bounded::splat).any());
     rows.into_iter().map(Bounded::error).collect()
-}
-
-/// A leg without errors.
-fn exact<const N: usize>(leg: &Leg<f64, N>) -> Leg<Bounded, N> {
-    Leg {
-        t: Bounded::splat(leg.t),
-        q: leg.q.map(Bounded::splat),
-        d: leg.d.map(Bounded::splat),
-    }
 }

@@ -5,10 +5,11 @@ pub(crate) mod third;
 
 use core::marker::PhantomData;
 
-use crate::any::{Accelerated, AnySystem};
-use crate::compensated::Compensated;
+use crate::any::{Accelerated, AnySystem, map, sized};
+use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
 use crate::deficiency;
+use crate::dense::Matrix;
 use crate::error::{NewtonFailure, SetupError};
 use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
@@ -270,7 +271,7 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     None,
-                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
+                    onto_pair(&system.declaration(), (t0, h), &q0, &v0, &d)?,
                 )
             }
             Rule::SecondOrder { v0 } => {
@@ -283,7 +284,7 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
+                    onto_pair(&system.declaration(), (t0, h), &q0, &v0, &d)?,
                 )
             }
             Rule::ThreeNodes { q1, q2 } => {
@@ -317,7 +318,7 @@ impl<const N: usize> Start<N> {
                     q0,
                     v0,
                     Some(a0),
-                    consistency::onto_pair(&system.declaration(), (t0, h), &q0, &v0, d)?,
+                    onto_pair(&system.declaration(), (t0, h), &q0, &v0, &d)?,
                 )
             }
         };
@@ -356,9 +357,9 @@ impl<const N: usize> Start<N> {
         let d = Compensated::difference(q1, q0);
         if self.projected {
             let v0 = d.hi.map(|d| d / h);
-            return consistency::onto_pair(&declaration, (self.t0, h), q0, &v0, d);
+            return onto_pair(&declaration, (self.t0, h), q0, &v0, &d);
         }
-        consistency::check_pair(&declaration, (self.t0, h), q0, &d)?;
+        consistency::check_pair(&declaration, (self.t0, h), q0, &Sum::from(&d))?;
         Ok(d)
     }
 
@@ -408,11 +409,24 @@ impl<const N: usize> Start<N> {
         v: [f64; N],
     ) -> Result<([f64; N], [f64; N]), SetupError> {
         if self.projected {
-            return consistency::project(&system.declaration(), self.t0, q, v);
+            let (q, v) = consistency::project(&system.declaration(), self.t0, &q, &v)?;
+            return Ok((sized(&q), sized(&v)));
         }
         consistency::check(&system.declaration(), self.t0, &q, &v)?;
         Ok((q, v))
     }
+}
+
+/// The increment to the second node, moved onto the constraints of nodes and of pairs.
+fn onto_pair<const N: usize>(
+    declaration: &Declaration<'_>,
+    at: (f64, f64),
+    q0: &[f64; N],
+    v0: &[f64; N],
+    d: &Compensated<N>,
+) -> Result<Compensated<N>, SetupError> {
+    let moved = consistency::onto_pair(declaration, at, q0, v0, Sum::from(d))?;
+    Ok(Compensated::from(&moved))
 }
 
 /// The kinds of starts.
@@ -487,7 +501,7 @@ fn check_vector<const N: usize>(
     vector: &'static str,
     components: &[f64; N],
 ) -> Result<(), SetupError> {
-    let mut named = system.coordinates().iter().zip(components);
+    let mut named = system.declaration().coordinates().iter().zip(components);
     match named.find(|(_, value)| !value.is_finite()) {
         Some((coordinate, &value)) => Err(SetupError::Start {
             vector,
@@ -523,7 +537,13 @@ pub(crate) fn state<const N: usize>(
         Err(cause) => Err(SetupError::Acceleration {
             q0: q0.to_vec(),
             v0: v0.to_vec(),
-            deficiency: deficiency::of_start(system, (t0, q0, v0), near, &cause).map(Box::new),
+            deficiency: deficiency::of_start(
+                &system.declaration(),
+                (t0, q0, v0),
+                near.map(|near| &near[..]),
+                &cause,
+            )
+            .map(Box::new),
             cause: Box::new(cause),
         }),
     }
@@ -540,7 +560,7 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
 
 /// The same of a declaration whose continuous system has the unknowns `U`.
 fn solve_continuous<U: Unknown<f64>, const N: usize>(
-    declaration: Declaration<'_, N>,
+    declaration: Declaration<'_>,
     (t, q, v): (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<Accelerated<N>, NewtonFailure> {
@@ -557,10 +577,7 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
         *guess = *a;
     }
     match newton::solve_apart(&equations, guess, &zero, MAX_ITERATIONS, &mut ()) {
-        Ok(root) => Ok((
-            equations.point(&root.z).a,
-            of_motion::<N>(root.z.as_ref()).to_vec(),
-        )),
+        Ok(root) => Ok((equations.point(&root.z).a, of_motion(N, root.z.as_ref()).to_vec())),
         Err(_) => Err(newton::explain(&equations, guess, &zero, MAX_ITERATIONS)),
     }
 }
@@ -568,7 +585,7 @@ fn solve_continuous<U: Unknown<f64>, const N: usize>(
 /// The continuous system as equations for the acceleration and the multipliers.
 struct Continuous<'a, U, const N: usize> {
     /// The declaration.
-    declaration: Declaration<'a, N>,
+    declaration: Declaration<'a>,
     /// The time.
     t: f64,
     /// The position.
@@ -596,15 +613,16 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
     type Z = U;
 
     fn linearize(&self, z: &U) -> Linearization<f64, U> {
-        let multipliers = of_motion::<N>(z.as_ref());
-        self.declaration.linearize_continuous(&self.point(z), multipliers)
+        let multipliers = of_motion(N, z.as_ref());
+        self.declaration
+            .linearize_continuous(self.point(z).any(), multipliers)
     }
 
     fn rounding(&self, z: &U) -> U {
         let mut bounds = U::zero();
-        let multipliers = of_motion::<N>(z.as_ref());
+        let multipliers = of_motion(N, z.as_ref());
         self.declaration
-            .continuous_bounds(&self.point(z), multipliers, bounds.as_mut());
+            .continuous_bounds(self.point(z).any(), multipliers, bounds.as_mut());
         bounds
     }
 }
@@ -612,53 +630,55 @@ impl<U: Unknown<f64>, const N: usize> Equations for Continuous<'_, U, N> {
 /// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
 /// momentum stays, but for what the constraints do to it at once: where a constraint of velocities is another, the velocity is brought onto
 /// it by the shortest way, measured by the mass matrix (the impulse of its force).
-pub(crate) fn velocity_after<const N: usize>(
-    [before, after]: &[Declaration<'_, N>; 2],
-    (t, q, v): (f64, &[f64; N], &[f64; N]),
-) -> Result<[f64; N], SetupError> {
+pub(crate) fn velocity_after(
+    [before, after]: &[Declaration<'_>; 2],
+    (t, q, v): (f64, &[f64], &[f64]),
+) -> Result<Vec<f64>, SetupError> {
     let kept = momentum(before, (t, q, v));
     let velocity = velocity_of(after, (t, q), &kept, v);
-    let (_, velocity) = consistency::project(after, t, *q, velocity)?;
+    let (_, velocity) = consistency::project(after, t, q, &velocity)?;
     Ok(velocity)
 }
 
 /// The momentum with which a leg arrives, where the forces of constraints of velocities have acted up to its end: `(q, momentum)` moved
 /// along these forces until the velocity at the node obeys the constraints.
-pub(crate) fn arriving_on_constraints<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    (t, q): (f64, &[f64; N]),
-    arriving: &[f64; N],
-    guess: &[f64; N],
-) -> Result<[f64; N], SetupError> {
+pub(crate) fn arriving_on_constraints(
+    declaration: &Declaration<'_>,
+    (t, q): (f64, &[f64]),
+    arriving: &[f64],
+    guess: &[f64],
+) -> Result<Vec<f64>, SetupError> {
     let velocity = velocity_of(declaration, (t, q), arriving, guess);
-    let (_, velocity) = consistency::project(declaration, t, *q, velocity)?;
+    let (_, velocity) = consistency::project(declaration, t, q, &velocity)?;
     Ok(momentum(declaration, (t, q, &velocity)))
 }
 
 /// The momentum `∂L/∂v`.
-pub(crate) fn momentum<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    (t, q, v): (f64, &[f64; N], &[f64; N]),
-) -> [f64; N] {
-    core::array::from_fn(|j| {
-        let moved = core::array::from_fn(|i| Tangent::new(v[i], if i == j { 1.0 } else { 0.0 }));
+pub(crate) fn momentum(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Vec<f64> {
+    let q = map(q, Tangent::splat);
+    let derivative = |j| {
         declaration
-            .lagrangian(Tangent::splat(t), &q.map(Tangent::splat), &moved)
+            .lagrangian(Tangent::splat(t), &q, &consistency::moved(v, j))
             .derivative()
-    })
+    };
+    (0..v.len()).map(derivative).collect()
 }
 
 /// The velocity that has a momentum, from a guess.
-pub(crate) fn velocity_of<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    (t, q): (f64, &[f64; N]),
-    wanted: &[f64; N],
-    guess: &[f64; N],
-) -> [f64; N] {
-    let mut velocity = *guess;
+pub(crate) fn velocity_of(
+    declaration: &Declaration<'_>,
+    (t, q): (f64, &[f64]),
+    wanted: &[f64],
+    guess: &[f64],
+) -> Vec<f64> {
+    let mut velocity = guess.to_vec();
     for _ in 0..MAX_ITERATIONS {
         let found = momentum(declaration, (t, q, &velocity));
-        let missing: [f64; N] = core::array::from_fn(|i| wanted[i] - found[i]);
+        let missing: Vec<f64> = wanted
+            .iter()
+            .zip(&found)
+            .map(|(wanted, found)| wanted - found)
+            .collect();
         if missing.iter().all(|missing| *missing == 0.0) {
             break;
         }
@@ -676,21 +696,14 @@ pub(crate) fn velocity_of<const N: usize>(
     velocity
 }
 
-/// The mass matrix at `(t, q, v)`, row by row.
-pub(crate) fn mass_matrix<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    (t, q, v): (f64, &[f64; N], &[f64; N]),
-) -> [[f64; N]; N] {
+/// The mass matrix at `(t, q, v)`.
+pub(crate) fn mass_matrix(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
     consistency::mass_matrix(declaration, t, q, v)
 }
 
-/// The inverse of the mass matrix at `(t, q, v)`, row by row; the identity where there is none.
-pub(crate) fn inverse_mass<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    (t, q, v): (f64, &[f64; N], &[f64; N]),
-) -> [[f64; N]; N] {
-    let inverse = consistency::inverse_mass(declaration, t, q, v);
-    core::array::from_fn(|i| core::array::from_fn(|j| inverse[(i, j)]))
+/// The inverse of the mass matrix at `(t, q, v)`; the identity where there is none.
+pub(crate) fn inverse_mass(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
+    consistency::inverse_mass(declaration, t, q, v)
 }
 
 /// As many unknowns as values; NaN where there are fewer values.

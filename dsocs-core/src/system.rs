@@ -1,5 +1,6 @@
 //! What a system is to its user.
 
+use crate::any::sized;
 use crate::compiled::Compiled;
 use crate::composition::Symmetry;
 use crate::declaration::Declaration;
@@ -166,7 +167,9 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
 
     /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared.
     fn external_forces(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
-        Declaration::of(self).external_forces(t, q, v)
+        let mut forces = [0.0; N];
+        Declaration::of(self).external_forces(t, q, v, &mut forces);
+        forces
     }
 
     /// The generalized constraint force at the second of three nodes with the step `h` between them, in units of `L` per unit
@@ -176,7 +179,7 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// It is computed from differences of the nodes. So it loses the digits in which the nodes agree.
     fn force(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> [f64; N] {
         let (leg, e) = differences(t, nodes);
-        Declaration::of(self).force(h, &leg, &e)
+        sized(&Declaration::of(self).force(h, leg.any(), &e))
     }
 
     /// The residual of the declared equations at three nodes with the step `h` between them. The second node is at the time `t`. The
@@ -190,13 +193,13 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     fn residual(&self, t: f64, h: f64, nodes: &[[f64; N]; 3]) -> Vec<f64> {
         let (leg, e) = differences(t, nodes);
         let declaration = Declaration::of(self);
-        let multipliers = multipliers::of_step(&declaration, h, &leg, &e);
-        declaration.declared(h, &leg, &e, &multipliers)
+        let multipliers = multipliers::of_step(&declaration, h, leg.any(), &e);
+        declaration.declared(h, leg.any(), &e, &multipliers)
     }
 
     /// Writes the observed expressions at a point to `out`, in the order of [`System::OBSERVABLES`], as many as `out` has room for.
     fn observe(&self, point: &Point<f64, N>, out: &mut [f64]) {
-        Declaration::of(self).observe(point, out);
+        Declaration::of(self).observe(point.any(), out);
     }
 }
 

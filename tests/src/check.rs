@@ -254,7 +254,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
         )?;
     }
     let expected = independent::discrete_lagrangian(declaration, h, nodes[0], q);
-    let value = Tape::of(system).discrete_lagrangian(h, leg);
+    let value = Tape::of(system).discrete_lagrangian(h, leg.any());
     let (_, by_node) = differentiate(q, |q| {
         vec![independent::discrete_lagrangian(
             declaration,
@@ -268,13 +268,13 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
 }
 
 /// The declaration, moved along unknown `k` with [`Tangent`]s.
-struct Moving<const N: usize> {
+struct Moving {
     /// The rows' derivatives.
     rows: Vec<f64>,
     /// Those of what the rows were multiplied by.
     scales: Vec<f64>,
     /// The second difference's.
-    second_difference: [f64; N],
+    second_difference: Vec<f64>,
 }
 
 fn moving<S: System<N>, const N: usize>(
@@ -283,7 +283,7 @@ fn moving<S: System<N>, const N: usize>(
     leg: &Leg<f64, N>,
     z: &[f64],
     k: usize,
-) -> Moving<N> {
+) -> Moving {
     let fixed = |x: [f64; N]| x.map(|x| Tangent::new(x, 0.0));
     let leg = Leg {
         t: Tangent::new(leg.t, 0.0),
@@ -295,11 +295,12 @@ fn moving<S: System<N>, const N: usize>(
     let moving: Vec<_> = moving
         .map(|(j, &value)| Tangent::new(value, f64::from(u8::from(j == k))))
         .collect();
-    let derivatives = |rows: Vec<Tangent>| rows.into_iter().map(Tangent::derivative).collect();
+    let derivatives =
+        |rows: Vec<Tangent>| -> Vec<f64> { rows.into_iter().map(Tangent::derivative).collect() };
     Moving {
-        rows: derivatives(tape.rows(h, &leg, &moving)),
-        scales: derivatives(tape.scales(h, &leg, &moving)),
-        second_difference: tape.second_difference(h, &leg, &moving).map(Tangent::derivative),
+        rows: derivatives(tape.rows(h, leg.any(), &moving)),
+        scales: derivatives(tape.scales(h, leg.any(), &moving)),
+        second_difference: derivatives(tape.second_difference(h, leg.any(), &moving)),
     }
 }
 
@@ -357,7 +358,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
         return Err(Mismatch::Undefined);
     }
     let tape = Tape::of(system);
-    let generated = tape.continuous_with_jacobian(&Point { t: 0.0, q, v, a }, &[]);
+    let generated = tape.continuous_with_jacobian(Point { t: 0.0, q, v, a }.any(), &[]);
     let (generated_rows, generated_slopes) = generated.split_at(N);
     // a factor may have been divided out together with the other rows: then multiples of these may be missing
     let divides = declaration.divide(q, v);
@@ -400,7 +401,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     let (_, by_a) = differentiate(a, |a| {
         independent::continuous_force(declaration, dual(q), dual(v), a).to_vec()
     });
-    let force = tape.continuous_force(&Point { t: 0.0, q, v, a });
+    let force = tape.continuous_force(Point { t: 0.0, q, v, a }.any());
     for i in 0..N {
         let scale = 1.0 + expected[i].abs() + condition(&by_v[i], &v) + condition(&by_a[i], &a);
         expect(

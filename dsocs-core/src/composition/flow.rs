@@ -10,6 +10,7 @@ use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
 use super::momenta::{self, Momenta};
 use super::symmetry::Symmetry;
+use crate::any::continuous_force;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
@@ -552,7 +553,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
             q,
             v,
             a,
-            force: Declaration::of(&*self.system).continuous_force(&Point { t, q, v, a }),
+            force: continuous_force(&Declaration::of(&*self.system), &Point { t, q, v, a }),
             energy: self.system.energy(t, &q, &v),
             iterations: self.report.iterations,
             stop: self.report.stop,

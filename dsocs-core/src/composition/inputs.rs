@@ -4,6 +4,7 @@
 
 use super::flow::{ComposedFlow, State};
 use super::momenta::Momenta;
+use crate::any::sized;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::run::{Inputs, RunError, inputs};
@@ -22,7 +23,7 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for ComposedFlow<'_, S, N> 
         }
         let (t, q, v, a) = (self.time(), self.now.q.hi, self.now.v.hi, self.now.a);
         let sides = [Declaration::of(&*self.system), Declaration::of(&*system)];
-        let after = start::velocity_after(&sides, (t, &q, &v))?;
+        let after = sized(&start::velocity_after(&sides, (t, &q, &v))?);
         if let Some(joined) = &mut self.joined {
             // the momentum stays
             let now = (joined.now.q, joined.now.p, after);

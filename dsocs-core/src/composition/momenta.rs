@@ -15,7 +15,7 @@
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
 use super::backward::{MANY, is_same, little_by_little};
-use crate::any::AnySystem;
+use crate::any::{AnySystem, sized};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
@@ -93,7 +93,7 @@ pub(super) struct Momenta<'s, const N: usize> {
     /// Its linear equations.
     solvable: &'s dyn Solvable<N>,
     /// Its tape.
-    declaration: Declaration<'s, N>,
+    declaration: Declaration<'s>,
     /// Whether constraint forces act.
     constrained: bool,
 }
@@ -105,7 +105,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
             system,
             solvable: system,
             declaration: Declared::declaration(system),
-            constrained: system.constraints() != [0; 3],
+            constrained: Declared::declaration(system).constraints() != [0; 3],
         }
     }
 
@@ -116,7 +116,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         (q, v): (Compensated<N>, [f64; N]),
         near: Option<&[f64; N]>,
     ) -> Result<Node<N>, SetupError> {
-        let p = start::momentum(&self.declaration, (t, &q.hi, &v));
+        let p = sized(&start::momentum(&self.declaration, (t, &q.hi, &v)));
         self.node(t, (q, p, v), near)
     }
 
@@ -144,7 +144,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
     /// The constraint force at a node.
     fn force(&self, node: &Node<N>) -> [f64; N] {
         if self.constrained {
-            self.declaration.continuous_force(&node.point())
+            sized(&self.declaration.continuous_force(node.point().any()))
         } else {
             [0.0; N]
         }
@@ -153,8 +153,8 @@ impl<'s, const N: usize> Momenta<'s, N> {
     /// Computes velocity and acceleration of a node without constraint forces: legs do not need them there.
     pub(super) fn complete(&self, node: &mut Node<N>) -> Result<(), NewtonFailure> {
         if !self.constrained {
-            let at = (node.t, &node.q.hi);
-            node.v = start::velocity_of(&self.declaration, at, &node.p, &node.v);
+            let at = (node.t, &node.q.hi[..]);
+            node.v = sized(&start::velocity_of(&self.declaration, at, &node.p, &node.v));
             let at = (node.t, &node.q.hi, &node.v);
             node.a = self.system.acceleration(at, Some(&node.a))?.0;
         }
@@ -212,7 +212,8 @@ impl<'s, const N: usize> Momenta<'s, N> {
         let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
         let q = from.q.plus(&Compensated::exact(d));
         let leg = Leg { t, q: q.hi, d };
-        let arriving = self.declaration.arriving(h, &leg).map(|p| h * p);
+        let arriving: [f64; N] = sized(&self.declaration.arriving(h, leg.any()));
+        let arriving = arriving.map(|p| h * p);
         let mut node = Node {
             t,
             q,
@@ -251,7 +252,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
                     q: from.q.hi.map(Tangent::splat),
                     d: core::array::from_fn(|i| Tangent::new(-d[i], if i == j { -1.0 } else { 0.0 })),
                 };
-                let arriving = self.declaration.arriving(Tangent::splat(-h), &back);
+                let arriving = self.declaration.arriving(Tangent::splat(-h), back.any());
                 for i in 0..N {
                     matrix[i][j] = -h * arriving[i].derivative();
                     left[i] = -h * arriving[i].value() - p[i];
@@ -289,10 +290,10 @@ impl<'s, const N: usize> Momenta<'s, N> {
             let count = N + node.multipliers.len();
             let values = self
                 .declaration
-                .continuous_with_jacobian(&point, &node.multipliers);
+                .continuous_with_jacobian(point.any(), &node.multipliers);
             let (rows, jacobian) = values.split_at_checked(count).unwrap_or((&values, &[]));
             let solve = |right: &[f64]| self.solvable.solve_accelerations(jacobian, right);
-            let force = self.declaration.continuous_force(&point);
+            let force = self.declaration.continuous_force(point.any());
             let momentum = start::momentum(&self.declaration, (node.t, &node.q.hi, &node.v));
             let left: [f64; N] = core::array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
             let velocity = node.v;
@@ -305,12 +306,13 @@ impl<'s, const N: usize> Momenta<'s, N> {
             };
             // what a change of the velocity does to accelerations and multipliers, and to the momentum that is left
             let mass = start::mass_matrix(&self.declaration, (node.t, &node.q.hi, &node.v));
+            let mass: [[f64; N]; N] = core::array::from_fn(|i| core::array::from_fn(|j| mass[(i, j)]));
             let mut matrix = [[0.0; N]; N];
             let mut columns = Vec::with_capacity(N);
             for j in 0..N {
                 let moved = moving(&point, |k| if k == j { 1.0 } else { 0.0 }, |_| 0.0);
                 let multipliers: Vec<_> = node.multipliers.iter().map(|&x| Tangent::splat(x)).collect();
-                let slopes: Vec<f64> = (self.declaration.continuous(&moved, &multipliers).iter())
+                let slopes: Vec<f64> = (self.declaration.continuous(moved.any(), &multipliers).iter())
                     .map(|row| row.derivative())
                     .collect();
                 let Some(column) = solve(&slopes) else {
@@ -322,14 +324,14 @@ impl<'s, const N: usize> Momenta<'s, N> {
                     |k| if k == j { 1.0 } else { 0.0 },
                     |k| -column.get(k).copied().unwrap_or(f64::NAN),
                 );
-                let force = self.declaration.continuous_force(&along);
+                let force = self.declaration.continuous_force(along.any());
                 for i in 0..N {
                     matrix[i][j] = mass[i][j] - 0.5 * h * force[i].derivative();
                 }
                 columns.push(column);
             }
             let toward = moving(&point, |_| 0.0, |k| -straight.get(k).copied().unwrap_or(f64::NAN));
-            let toward = self.declaration.continuous_force(&toward);
+            let toward = self.declaration.continuous_force(toward.any());
             let right: [f64; N] = core::array::from_fn(|i| -left[i] + 0.5 * h * toward[i].derivative());
             let Some(dv) = <[f64; N]>::solve(&matrix, &right) else {
                 return Err(unsolved(reason(&matrix, &right), progress));

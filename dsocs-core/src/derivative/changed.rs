@@ -23,7 +23,7 @@ pub(super) struct Changed<const N: usize> {
 
 /// A step with two declarations: with the values before its middle node, and with those from there on.
 pub(super) struct Change<'p, const N: usize> {
-    pub sides: [Declaration<'p, N>; 2],
+    pub sides: [Declaration<'p>; 2],
     pub h: f64,
     pub step: Recorded<N>,
 }
@@ -42,7 +42,7 @@ impl<const N: usize> Change<'_, N> {
         let [old, new] = [0, 1].map(|side| self.sides[side].moving(rates.parameters[side]));
         let Recorded { leg, .. } = self.step;
         let h = Tangent::splat(self.h);
-        let leg = Leg {
+        let leg: Leg<Tangent, N> = Leg {
             t: Tangent::splat(leg.t),
             q: core::array::from_fn(|i| Tangent::new(leg.q[i], rates.node[i])),
             d: core::array::from_fn(|i| Tangent::new(leg.d[i], rates.increment[i])),
@@ -51,15 +51,17 @@ impl<const N: usize> Change<'_, N> {
             .map(|(i, x)| Tangent::new(*x, rates.unknowns.get(i).copied().unwrap_or(0.0)))
             .collect();
         let (e, multipliers) = x.split_at(N);
-        let e: [Tangent; N] = core::array::from_fn(|i| e[i]);
-        let [before, after] = [&old, &new].map(|side| side.arriving(h, &leg));
-        let mut rows = new.declared(h, &leg, &e, multipliers);
+        let leg = leg.any();
+        let [before, after] = [&old, &new].map(|side| side.arriving(h, leg));
+        let mut rows = new.declared(h, leg, e, multipliers);
         let lower = new.lower();
         rows.truncate(lower);
-        let force = new.force(h, &leg, &e);
-        let force: [Tangent; N] = core::array::from_fn(|i| force[i] + (after[i] - before[i]));
+        let mut force = new.force(h, leg, e);
+        for (i, force) in force.iter_mut().enumerate() {
+            *force = *force + (after[i] - before[i]);
+        }
         let sides = if lower > 0 { [&new, &new] } else { [&old, &new] };
-        let [left, right] = sides.map(|side| works(side, h, &leg, &e, &force, multipliers));
+        let [left, right] = sides.map(|side| works(side, h, leg, e, &force, multipliers));
         let half = Tangent::splat(0.5);
         rows.extend(
             left.into_iter()
@@ -84,7 +86,7 @@ impl<const N: usize> Change<'_, N> {
         x.extend(multipliers::of_step(
             &self.sides[1],
             self.h,
-            &self.step.leg,
+            self.step.leg.any(),
             &self.step.e,
         ));
         let by_unknowns = |x: &[f64]| {

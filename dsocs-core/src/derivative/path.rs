@@ -262,7 +262,7 @@ pub(super) struct Motion<'p, const N: usize> {
     pub begun: Begun<N>,
     pub steps: &'p [Recorded<N>],
     unknowns: &'p [f64],
-    stretches: Vec<(usize, Declaration<'p, N>)>,
+    stretches: Vec<(usize, Declaration<'p>)>,
     pub equations: Equations,
 }
 
@@ -296,7 +296,7 @@ impl Piece {
 impl<'p, const N: usize> Motion<'p, N> {
     fn new<S: System<N>>(
         path: &'p Path<'_, S, N>,
-        stretches: Vec<(usize, Declaration<'p, N>)>,
+        stretches: Vec<(usize, Declaration<'p>)>,
         begun: Begun<N>,
         system: &'p dyn AnySystem<N>,
     ) -> Self {
@@ -318,7 +318,7 @@ impl<'p, const N: usize> Motion<'p, N> {
     }
 
     /// The declaration on a stretch.
-    pub fn declaration(&self, stretch: usize) -> &Declaration<'p, N> {
+    pub fn declaration(&self, stretch: usize) -> &Declaration<'p> {
         &self.stretches[stretch].1
     }
 

@@ -110,7 +110,7 @@ impl<const N: usize> Begun<N> {
 /// The acceleration of the continuous system at the start, with its derivatives by the implicit function theorem.
 fn acceleration<const N: usize>(
     system: &dyn AnySystem<N>,
-    declaration: &Declaration<'_, N>,
+    declaration: &Declaration<'_>,
     beginning: &Beginning<N>,
     parameters: usize,
 ) -> Option<([f64; N], Slopes<N>)> {

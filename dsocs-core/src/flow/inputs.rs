@@ -1,6 +1,7 @@
 //! The step about a node where inputs change.
 
 use super::{Flow, Solved};
+use crate::any::{AnyLeg, OwnedLeg, map, sized};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
@@ -12,7 +13,7 @@ use crate::start;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::{Guess, Step, StepReport};
-use crate::system::{Leg, System};
+use crate::system::System;
 use crate::tangent::Tangent;
 
 /// So often the second difference at a change is improved.
@@ -107,10 +108,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             S::KINEMATIC,
             [S::HOLONOMIC, S::NONHOLONOMIC],
             h,
-            leg,
+            leg.any(),
         );
-        let (e, force) = match change.solve([e_old, e]) {
-            Ok(solved) => solved,
+        let (e, force) = match change.solve([&e_old, &e]) {
+            Ok((e, force)) => (sized(&e), sized(&force)),
             Err(cause) => return Err(self.failed(cause)),
         };
         let mut d = self.d;
@@ -137,9 +138,9 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
 }
 
 /// A step between two values of the inputs.
-struct Change<'s, const N: usize> {
+struct Change<'s> {
     /// The declaration with the values up to the node, and with those from there on.
-    sides: [Declaration<'s, N>; 2],
+    sides: [Declaration<'s>; 2],
     /// How many kinematic constraints there are.
     kinematic: usize,
     /// How many constraints of lower order, which are those of the leg after the node.
@@ -147,33 +148,33 @@ struct Change<'s, const N: usize> {
     /// The step.
     h: f64,
     /// The first two nodes.
-    leg: Leg<f64, N>,
+    leg: AnyLeg<'s, f64>,
     /// By how much the momentum that arrives is another than with the new values: `(D₂L_d + f⁺_d)` new less old.
-    jump: [f64; N],
+    jump: Vec<f64>,
 }
 
 /// Which rows stand for the kinematic ones.
-enum Kinematic<'k, const N: usize> {
+enum Kinematic<'k> {
     /// Those with the values of one side.
     Side(usize),
     /// What holds the second difference at a mean: derivatives of the rows, and the mean.
-    Mean(&'k [[f64; N]], &'k [f64; N]),
+    Mean(&'k [Vec<f64>], &'k [f64]),
 }
 
-impl<'s, const N: usize> Change<'s, N> {
+impl<'s> Change<'s> {
     fn new(
-        sides: [Declaration<'s, N>; 2],
+        sides: [Declaration<'s>; 2],
         kinematic: usize,
         [holonomic, nonholonomic]: [usize; 2],
         h: f64,
-        leg: Leg<f64, N>,
+        leg: AnyLeg<'s, f64>,
     ) -> Self {
-        let [mut old, new] = [&sides[0], &sides[1]].map(|side| side.arriving(h, &leg));
+        let [mut old, new] = [&sides[0], &sides[1]].map(|side| side.arriving(h, leg));
         if nonholonomic > 0 {
-            old = arrived(&sides, h, &leg, old);
+            old = arrived(&sides, h, leg, old);
         }
         Self {
-            jump: core::array::from_fn(|i| new[i] - old[i]),
+            jump: new.iter().zip(&old).map(|(new, old)| new - old).collect(),
             sides,
             kinematic,
             lower: holonomic + nonholonomic,
@@ -183,50 +184,56 @@ impl<'s, const N: usize> Change<'s, N> {
     }
 
     /// The second difference and the constraint force, from the second differences with each of the values on both sides.
-    fn solve(&self, guesses: [[f64; N]; 2]) -> Result<([f64; N], [f64; N]), NewtonFailure> {
-        let sides = [0, 1].map(|side| self.multipliers(side, &guesses[side]));
+    fn solve(&self, guesses: [&[f64]; 2]) -> Result<(Vec<f64>, Vec<f64>), NewtonFailure> {
+        let n = guesses[1].len();
+        let sides = [0, 1].map(|side| self.multipliers(side, guesses[side]));
         let mut x: Vec<f64> = guesses[1].to_vec();
         x.extend((0..sides[1].len()).map(|j| 0.5 * (sides[0][j] + sides[1][j])));
-        let mut mean = guesses[1];
+        let mut mean = guesses[1].to_vec();
         let mut slopes = Vec::new();
         if self.kinematic > 0 {
             // the mean of the two accelerations: that of the rows is another where they are not affine in it
-            let mut found = [[0.0; N]; 2];
+            let mut found = [Vec::new(), Vec::new()];
             for side in [0, 1] {
                 let mut start = guesses[side].to_vec();
                 start.extend(&sides[side]);
-                found[side] = first(&self.newton(start, &Kinematic::Side(side))?);
+                found[side] = self.newton(start, &Kinematic::Side(side))?;
+                found[side].truncate(n);
             }
-            mean = core::array::from_fn(|i| 0.5 * (found[0][i] + found[1][i]));
+            mean = (0..n).map(|i| 0.5 * (found[0][i] + found[1][i])).collect();
             slopes = self.slopes(&found);
-            x[..N].copy_from_slice(&mean);
+            x[..n].copy_from_slice(&mean);
         }
-        let x = self.newton(x, &Kinematic::Mean(&slopes, &mean))?;
-        let e = first(&x);
-        let force = self.sides[1].force(self.h, &self.leg, &e);
-        Ok((e, core::array::from_fn(|i| force[i] + self.jump[i])))
+        let mut e = self.newton(x, &Kinematic::Mean(&slopes, &mean))?;
+        e.truncate(n);
+        let mut force = self.sides[1].force(self.h, self.leg, &e);
+        for (force, jump) in force.iter_mut().zip(&self.jump) {
+            *force += jump;
+        }
+        Ok((e, force))
     }
 
     /// The multipliers that are unknown, with the values of one side.
-    fn multipliers(&self, side: usize, e: &[f64; N]) -> Vec<f64> {
-        multipliers::of_step(&self.sides[side], self.h, &self.leg, e)
+    fn multipliers(&self, side: usize, e: &[f64]) -> Vec<f64> {
+        multipliers::of_step(&self.sides[side], self.h, self.leg, e)
     }
 
     /// The kinematic rows with the values of one side, without their declared factors.
-    fn kinematic_rows(&self, side: usize, e: &[Tangent; N]) -> Vec<Tangent> {
+    fn kinematic_rows(&self, side: usize, e: &[Tangent]) -> Vec<Tangent> {
         let (declaration, h, leg) = (&self.sides[side], Tangent::splat(self.h), self.fixed_leg());
-        let rows = declaration.declared(h, &leg, e, &[]);
-        let factors = declaration.factors(h, &leg, e);
+        let rows = declaration.declared(h, leg.any(), e, &[]);
+        let factors = declaration.factors(h, leg.any(), e);
         let rows = rows.into_iter().skip(self.lower).zip(factors);
         rows.map(|(row, factor)| row / factor).collect()
     }
 
     /// The mean of the derivatives of the kinematic rows on both sides.
-    fn slopes(&self, at: &[[f64; N]; 2]) -> Vec<[f64; N]> {
-        let mut slopes = vec![[0.0; N]; self.kinematic];
+    fn slopes(&self, at: &[Vec<f64>; 2]) -> Vec<Vec<f64>> {
+        let n = at[0].len();
+        let mut slopes = vec![vec![0.0; n]; self.kinematic];
         for (side, e) in at.iter().enumerate() {
-            for j in 0..N {
-                let e = core::array::from_fn(|i| Tangent::new(e[i], unit(i == j)));
+            for j in 0..n {
+                let e: Vec<_> = (0..n).map(|i| Tangent::new(e[i], unit(i == j))).collect();
                 for (slopes, row) in slopes.iter_mut().zip(self.kinematic_rows(side, &e)) {
                     slopes[j] += 0.5 * row.derivative();
                 }
@@ -236,32 +243,29 @@ impl<'s, const N: usize> Change<'s, N> {
     }
 
     /// The leg as it is.
-    fn fixed_leg(&self) -> Leg<Tangent, N> {
-        let fixed = |x: &[f64; N]| x.map(Tangent::splat);
-        Leg {
-            t: Tangent::splat(self.leg.t),
-            q: fixed(&self.leg.q),
-            d: fixed(&self.leg.d),
-        }
+    fn fixed_leg(&self) -> OwnedLeg<Tangent> {
+        self.leg.map(Tangent::splat)
     }
 
     /// All rows at the second difference and the multipliers `x`.
-    fn rows(&self, x: &[Tangent], kinematic: &Kinematic<'_, N>) -> Vec<Tangent> {
+    fn rows(&self, x: &[Tangent], kinematic: &Kinematic<'_>) -> Vec<Tangent> {
         let (h, leg) = (Tangent::splat(self.h), self.fixed_leg());
-        let e: [Tangent; N] = core::array::from_fn(|i| x[i]);
-        let multipliers = &x[N..];
-        let mut rows = self.sides[1].declared(h, &leg, &e, multipliers);
+        let (e, multipliers) = x.split_at(self.leg.q.len());
+        let mut rows = self.sides[1].declared(h, leg.any(), e, multipliers);
         rows.truncate(self.lower);
         match kinematic {
-            Kinematic::Side(side) => rows.extend(self.kinematic_rows(*side, &e)),
+            Kinematic::Side(side) => rows.extend(self.kinematic_rows(*side, e)),
             Kinematic::Mean(slopes, mean) => rows.extend(slopes.iter().map(|slopes| {
-                (0..N).fold(Tangent::splat(0.0), |sum, i| {
-                    sum + Tangent::splat(slopes[i]) * (e[i] - Tangent::splat(mean[i]))
+                let terms = slopes.iter().zip(e).zip(*mean);
+                terms.fold(Tangent::splat(0.0), |sum, ((&slope, &e), &mean)| {
+                    sum + Tangent::splat(slope) * (e - Tangent::splat(mean))
                 })
             })),
         }
-        let force = self.sides[1].force(h, &leg, &e);
-        let force: [Tangent; N] = core::array::from_fn(|i| force[i] + Tangent::splat(self.jump[i]));
+        let mut force = self.sides[1].force(h, leg.any(), e);
+        for (force, jump) in force.iter_mut().zip(&self.jump) {
+            *force = *force + Tangent::splat(*jump);
+        }
         let sides = match kinematic {
             Kinematic::Side(side) => [*side; 2],
             // rows of positions and velocities are those of the leg after the node, and so are their forces
@@ -269,13 +273,13 @@ impl<'s, const N: usize> Change<'s, N> {
             Kinematic::Mean(..) => [0, 1],
         };
         let half = Tangent::splat(0.5);
-        let [old, new] = sides.map(|side| works(&self.sides[side], h, &leg, &e, &force, multipliers));
+        let [old, new] = sides.map(|side| works(&self.sides[side], h, leg.any(), e, &force, multipliers));
         rows.extend(old.into_iter().zip(new).map(|(old, new)| half * (old + new)));
         rows
     }
 
     /// Newton's iteration, with rows and unknowns in their own sizes.
-    fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_, N>) -> Result<Vec<f64>, NewtonFailure> {
+    fn newton(&self, mut x: Vec<f64>, kinematic: &Kinematic<'_>) -> Result<Vec<f64>, NewtonFailure> {
         let longest = self.leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let (mut updates, mut residual) = (Vec::new(), Vec::new());
         let mut reason = StepFailure::NotConverged;
@@ -297,7 +301,11 @@ impl<'s, const N: usize> Change<'s, N> {
             let mut largest = 0.0_f64;
             for (i, (x, update)) in x.iter_mut().zip(&update).enumerate() {
                 *x -= update;
-                let least = if i < N { LEAST * longest } else { 0.0 };
+                let least = if i < self.leg.q.len() {
+                    LEAST * longest
+                } else {
+                    0.0
+                };
                 let size = x.abs().max(least);
                 largest = largest.max(if *update == 0.0 { 0.0 } else { update.abs() / size });
             }
@@ -319,44 +327,43 @@ impl<'s, const N: usize> Change<'s, N> {
 
 /// The momentum with which the leg before arrives, `D₂L_d + f⁺_d`. Where the constraints of velocities change, their old forces act up
 /// to the node; the new ones begin there, with an impulse.
-fn arrived<const N: usize>(
-    sides: &[Declaration<'_, N>; 2],
-    h: f64,
-    leg: &Leg<f64, N>,
-    old: [f64; N],
-) -> [f64; N] {
-    let node = (leg.t, &leg.q);
-    let momentum = old.map(|momentum| h * momentum);
-    let guess = leg.d.map(|d| d / h);
-    let on = |side: &Declaration<'_, N>, momentum: &[f64; N]| {
+fn arrived(sides: &[Declaration<'_>; 2], h: f64, leg: AnyLeg<'_, f64>, old: Vec<f64>) -> Vec<f64> {
+    let node = (leg.t, leg.q);
+    let momentum = map(&old, |momentum| h * momentum);
+    let guess = map(leg.d, |d| d / h);
+    let on = |side: &Declaration<'_>, momentum: &[f64]| {
         start::arriving_on_constraints(side, node, momentum, &guess)
     };
-    match on(&sides[0], &momentum).and_then(|kept| Ok((kept, on(&sides[1], &kept)?))) {
+    let both = on(&sides[0], &momentum).and_then(|kept| {
+        let after = on(&sides[1], &kept)?;
+        Ok((kept, after))
+    });
+    match both {
         // the same constraints on both sides share their force out by themselves
-        Ok((kept, after)) if changed(&kept, &after) => kept.map(|momentum| momentum / h),
+        Ok((kept, after)) if changed(&kept, &after) => map(&kept, |momentum| momentum / h),
         _ => old,
     }
 }
 
 /// Whether two momenta differ by more than rounding.
-fn changed<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
+fn changed(x: &[f64], y: &[f64]) -> bool {
     let size = x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     x.iter().zip(y).any(|(x, y)| (x - y).abs() > ROUNDING * size)
 }
 
 /// The works of a force along the fields, or what the forms leave of it.
-pub(crate) fn works<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(crate) fn works(
+    declaration: &Declaration<'_>,
     h: Tangent,
-    leg: &Leg<Tangent, N>,
-    e: &[Tangent; N],
-    force: &[Tangent; N],
+    leg: AnyLeg<'_, Tangent>,
+    e: &[Tangent],
+    force: &[Tangent],
     multipliers: &[Tangent],
 ) -> Vec<Tangent> {
     let zero = Tangent::splat(0.0);
     if declaration.has_multipliers() {
         let forms = declaration.forms(h, leg, e);
-        return (0..N)
+        return (0..force.len())
             .map(|i| {
                 let terms = forms.iter().zip(multipliers);
                 terms.fold(force[i], |left, (form, &multiplier)| left - multiplier * form[i])
@@ -364,7 +371,10 @@ pub(crate) fn works<const N: usize>(
             .collect();
     }
     let fields = declaration.fields(h, leg, e);
-    let work = |field: &[Tangent; N]| (0..N).fold(zero, |sum, i| sum + field[i] * force[i]);
+    let work = |field: &Vec<Tangent>| {
+        let terms = field.iter().zip(force);
+        terms.fold(zero, |sum, (&field, &force)| sum + field * force)
+    };
     fields.iter().map(work).collect()
 }
 
@@ -382,11 +392,6 @@ fn update(columns: &[Vec<Tangent>], residual: &[f64]) -> Option<Vec<f64>> {
         *update /= length;
     }
     update.iter().all(|x| x.is_finite()).then_some(update)
-}
-
-/// The first components.
-fn first<const N: usize>(x: &[f64]) -> [f64; N] {
-    core::array::from_fn(|i| x.get(i).copied().unwrap_or(f64::NAN))
 }
 
 /// 1 for what moves.

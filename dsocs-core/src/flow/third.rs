@@ -117,13 +117,13 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         if solved.report.guess == Guess::Given && solved.report.stop == Stop::Start {
             return None;
         }
-        let declaration = Declaration::of(&*self.system).after(self.third.before);
+        let declaration = Declaration::of(&*self.system).after(&self.third.before);
         Some(Regularity::of_third(
             &declaration,
             &self.third.before,
             S::THIRD_ORDER,
             self.h,
-            &solved.leg,
+            solved.leg.any(),
             &solved.e,
         ))
     }

@@ -5,6 +5,7 @@
 //! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly.
 
 use super::{Flow, Solved};
+use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::system::{Leg, System};
 
@@ -84,19 +85,16 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
 
 /// How far the forces depart from the straight line between the middles of two legs: the largest of all components. It is relative to the
 /// change of the momentum over a step or to the force, whichever is larger.
-fn departure<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> f64 {
+fn departure<const N: usize>(declaration: &Declaration<'_>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
     let next: [f64; N] = core::array::from_fn(|i| leg.d[i] + e[i]);
     let force = |part: f64| {
         let place = part - 0.5;
         let d = if place < 0.0 { &leg.d } else { &next };
-        let q = core::array::from_fn(|i| leg.q[i] + place * d[i]);
-        let v = core::array::from_fn(|i| (leg.d[i] + part * e[i]) / h);
-        declaration.external_forces(leg.t + place * h, &q, &v)
+        let q: [f64; N] = core::array::from_fn(|i| leg.q[i] + place * d[i]);
+        let v: [f64; N] = core::array::from_fn(|i| (leg.d[i] + part * e[i]) / h);
+        let mut force = [0.0; N];
+        declaration.external_forces(leg.t + place * h, &q, &v, &mut force);
+        force
     };
     let [first, last] = [0.0, 1.0].map(force);
     let mut aside = [0.0_f64; N];
@@ -105,13 +103,13 @@ fn departure<const N: usize>(
             *aside = aside.max((force - (first[i] + part * (last[i] - first[i]))).abs());
         }
     }
-    let arrives = declaration.arriving(h, leg);
+    let arrives = declaration.arriving(h, leg.any());
     let leaves = declaration.arriving(
         h,
-        &Leg {
+        AnyLeg {
             t: leg.t + h,
-            q: core::array::from_fn(|i| leg.q[i] + next[i]),
-            d: next,
+            q: &core::array::from_fn::<_, N, _>(|i| leg.q[i] + next[i]),
+            d: &next,
         },
     );
     let parts = aside.iter().enumerate().map(|(i, aside)| {

@@ -1,8 +1,9 @@
 //! The admissible variations of a discrete path at a node.
 
-use super::array::{along, minus, moving, moving_leg, plus, times};
+use super::array::{along, minus, moving, moving_leg, plus, slopes, times};
 use super::map::Triple;
 use super::solvable::Declared;
+use crate::any::sized;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::scalar::Scalar as _;
@@ -36,8 +37,9 @@ pub fn admissible_variations<const N: usize>(
     constraints: usize,
 ) -> Option<Vec<[f64; N]>> {
     let declaration = system.declaration();
-    let forms = declaration.forms(h, &triple.leg, &triple.e);
+    let forms = declaration.forms(h, triple.leg.any(), &triple.e);
     if constraints == 0 || forms.len() == constraints {
+        let forms: Vec<[f64; N]> = forms.iter().map(|form| sized(form)).collect();
         return Some(kernel(&forms));
     }
     fields(&declaration, h, triple, constraints)
@@ -81,7 +83,7 @@ fn kernel<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
 
 /// The fields, from the works of a triple without a force.
 fn fields<const N: usize>(
-    declaration: &Declaration<'_, N>,
+    declaration: &Declaration<'_>,
     h: f64,
     triple: &Triple<N>,
     constraints: usize,
@@ -100,10 +102,10 @@ fn fields<const N: usize>(
         for (j, column) in by_e.iter_mut().enumerate() {
             let unit = along(j, 1.0);
             let leg = moving_leg(&leg(&e), &[0.0; N], &times(-0.5, &unit));
-            let force = declaration.force(Tangent::splat(h), &leg, &moving(&e, &unit));
-            *column = force.map(Tangent::derivative);
+            let force = declaration.force(Tangent::splat(h), leg.any(), &moving(&e, &unit));
+            *column = slopes(&sized(&force), 1.0);
         }
-        let force = declaration.force(h, &leg(&e), &e);
+        let force = declaration.force(h, leg(&e).any(), &e);
         let matrix = Matrix::from_fn(N, N, |i, j| by_e[j][i]);
         if !matrix.is_finite() || force.iter().any(|x| !x.is_finite()) {
             return None;
@@ -127,10 +129,11 @@ fn fields<const N: usize>(
         let unit = along(j, 1.0);
         let leg = moving_leg(&free, &[0.0; N], &[0.0; N]);
         let moved = moving(&e, &unit);
-        by_e[j] = declaration
-            .force(Tangent::splat(h), &leg, &moved)
-            .map(Tangent::derivative);
-        let rows = declaration.declared(Tangent::splat(h), &leg, &moved, &[]);
+        by_e[j] = slopes(
+            &sized(&declaration.force(Tangent::splat(h), leg.any(), &moved)),
+            1.0,
+        );
+        let rows = declaration.declared(Tangent::splat(h), leg.any(), &moved, &[]);
         for (k, row) in rows.iter().skip(constraints).enumerate() {
             if works.len() <= k {
                 works.push([0.0; N]);
@@ -150,8 +153,8 @@ fn fields<const N: usize>(
     let fields = fields?;
     // fields that depend on the acceleration are others elsewhere
     let halfway = times(0.5, &plus(&e, &triple.e));
-    let force = declaration.force(h, &leg(&halfway), &halfway);
-    let rows = declaration.declared(h, &leg(&halfway), &halfway, &[]);
+    let force = declaration.force(h, leg(&halfway).any(), &halfway);
+    let rows = declaration.declared(h, leg(&halfway).any(), &halfway, &[]);
     let foretold = rows.iter().skip(constraints).zip(&fields).all(|(row, field)| {
         let terms = field.iter().zip(&force).map(|(u, q)| u * q);
         let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term| {

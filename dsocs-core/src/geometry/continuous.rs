@@ -4,6 +4,7 @@ use super::array::{along, moving, moving_twice, plus, slopes};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::{Declared, Solvable};
+use crate::any::{continuous_force as continuous, sized};
 use crate::multipliers;
 use crate::scalar::Scalar as _;
 use crate::system::Point;
@@ -55,7 +56,7 @@ pub fn canonical_form<const N: usize>(
 /// per unit of the coordinate.
 #[must_use]
 pub fn constraint_force<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> [f64; N] {
-    system.declaration().continuous_force(point)
+    continuous(&system.declaration(), point)
 }
 
 /// The point of the continuous system's motion through `(q, v)` at the time `t`, with the acceleration that its rows determine.
@@ -114,17 +115,18 @@ pub fn variation<const N: usize>(
         a: moving(&point.a, a),
     };
     let declaration = system.declaration();
-    let multipliers = multipliers::of_point(&declaration, point);
+    let multipliers = multipliers::of_point(&declaration, point.any());
     let fixed: Vec<_> = multipliers.iter().map(|&x| Tangent::new(x, 0.0)).collect();
-    let rows = declaration.continuous(&at(&[0.0; N]), &fixed);
+    let rows = declaration.continuous(at(&[0.0; N]).any(), &fixed);
     let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
     // the rows come first
-    let both = declaration.continuous_with_jacobian(point, &multipliers);
+    let both = declaration.continuous_with_jacobian(point.any(), &multipliers);
     let change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
     let a = *change.first_chunk()?;
     let moved = at(&a);
-    let force = slopes(&declaration.continuous_force(&moved), 1.0);
-    let external = declaration.external_forces(moved.t, &moved.q, &moved.v);
+    let force = slopes(&sized(&declaration.continuous_force(moved.any())), 1.0);
+    let mut external = [Tangent::splat(0.0); N];
+    declaration.external_forces(moved.t, &moved.q, &moved.v, &mut external);
     let force = plus(&force, &slopes(&external, 1.0));
     Some(Variation { a, force })
 }

@@ -167,8 +167,8 @@ fn force_slopes<const N: usize>(
         ];
         for (found, (leg, by)) in found.iter_mut().zip(moved) {
             let e = moving(e, &times(unit, &by));
-            let force = declaration.force(h, &leg, &e);
-            let external = external::discrete(&declaration, h, &leg, &e);
+            let force = declaration.force(h, leg.any(), &e);
+            let external = external::discrete(&declaration, h, leg.any(), &e);
             let both = core::array::from_fn(|k| force[k] + external[k]);
             found[i] = slopes(&both, unit);
         }

@@ -3,8 +3,9 @@
 use super::array::{moving, plus};
 use super::map::Triple;
 use super::solvable::Declared;
+use crate::any::{AnyLeg, continuous_force, sized};
 use crate::declaration::Declaration;
-use crate::system::{Leg, Point};
+use crate::system::Point;
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
@@ -13,22 +14,25 @@ use crate::tape::Number;
 /// section 3.2.)
 #[must_use]
 pub fn external_forces<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> [f64; N] {
-    discrete(&system.declaration(), h, &triple.leg, &triple.e)
+    sized(&discrete(&system.declaration(), h, triple.leg.any(), &triple.e))
 }
 
 /// The same for any number.
-pub(super) fn discrete<T: Number, const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(super) fn discrete<T: Number>(
+    declaration: &Declaration<'_>,
     h: T,
-    leg: &Leg<T, N>,
-    e: &[T; N],
-) -> [T; N] {
-    let mut last = *leg;
-    last.t = leg.t + h;
-    last.d = core::array::from_fn(|i| leg.d[i] + e[i]);
-    last.q = core::array::from_fn(|i| leg.q[i] + last.d[i]);
+    leg: AnyLeg<'_, T>,
+    e: &[T],
+) -> Vec<T> {
+    let d: Vec<T> = leg.d.iter().zip(e).map(|(&d, &e)| d + e).collect();
+    let q: Vec<T> = leg.q.iter().zip(&d).map(|(&q, &d)| q + d).collect();
+    let last = AnyLeg {
+        t: leg.t + h,
+        q: &q,
+        d: &d,
+    };
     let [_, mut sum] = declaration.discrete_external_forces(h, leg);
-    let [minus, _] = declaration.discrete_external_forces(h, &last);
+    let [minus, _] = declaration.discrete_external_forces(h, last);
     for (sum, minus) in sum.iter_mut().zip(minus) {
         *sum = *sum + minus;
     }
@@ -40,8 +44,9 @@ pub(super) fn discrete<T: Number, const N: usize>(
 #[must_use]
 pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> f64 {
     let declaration = system.declaration();
-    let constraint = declaration.continuous_force(point);
-    let external = declaration.external_forces(point.t, &point.q, &point.v);
+    let constraint = continuous_force(&declaration, point);
+    let mut external = [0.0; N];
+    declaration.external_forces(point.t, &point.q, &point.v, &mut external);
     of_force(&declaration, point, &plus(&constraint, &external))
 }
 
@@ -50,15 +55,16 @@ pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) ->
 #[must_use]
 pub fn discrete_power<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> f64 {
     let declaration = system.declaration();
-    let constraint = declaration.force(h, &triple.leg, &triple.e);
-    let external = discrete(&declaration, h, &triple.leg, &triple.e);
-    let point = declaration.point(h, &triple.leg, &triple.e);
+    let leg = triple.leg.any();
+    let constraint: [f64; N] = sized(&declaration.force(h, leg, &triple.e));
+    let external = sized(&discrete(&declaration, h, leg, &triple.e));
+    let point: Point<f64, N> = declaration.point(h, leg, &triple.e).sized();
     of_force(&declaration, &point, &plus(&constraint, &external))
 }
 
 /// `⟨force, v⟩ − ∂L/∂t` at a point.
 fn of_force<const N: usize>(
-    declaration: &Declaration<'_, N>,
+    declaration: &Declaration<'_>,
     Point { t, q, v, .. }: &Point<f64, N>,
     force: &[f64; N],
 ) -> f64 {

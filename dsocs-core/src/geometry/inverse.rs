@@ -52,12 +52,12 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             q: q1,
             d: minus(&last.d, e),
         };
-        let lengths = regularity::lengths(&self.declaration(), self.h, last, &[0.0; N]);
+        let lengths = regularity::lengths(&self.declaration(), self.h, last.any(), &[0.0; N]);
         let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
             solution.z
         } else {
             let declaration = self.declaration();
-            let multipliers = multipliers::of_step(&declaration, self.h, &at(&e), &e);
+            let multipliers = multipliers::of_step(&declaration, self.h, at(&e).any(), &e);
             declaration.unknown(&e, &multipliers)
         };
         let mut before = f64::INFINITY;
@@ -127,8 +127,8 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             let unit = units.get(column).copied().unwrap_or(0.0);
             let moving = moving_leg(leg, &[0.0; N], &along(column, unit));
             let z = moved(z, |k| part(N + k));
-            let rows = declaration.rows(h, &moving, &z);
-            let e = declaration.second_difference(h, &moving, &z);
+            let rows = declaration.rows(h, moving.any(), &z);
+            let e = declaration.second_difference(h, moving.any(), &z);
             for (i, row) in rows.iter().enumerate() {
                 matrix[(i, column)] = row.derivative();
                 right[i] = -row.value();
@@ -138,7 +138,10 @@ impl<const N: usize> DiscreteFlow<'_, N> {
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
             }
-            for (i, row) in of_first_pair(&declaration, h, &moving).into_iter().enumerate() {
+            for (i, row) in of_first_pair(&declaration, h, moving.any())
+                .into_iter()
+                .enumerate()
+            {
                 matrix[(all + i, column)] = row.derivative();
                 right[all + i] = -row.value();
             }

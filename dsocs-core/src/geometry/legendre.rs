@@ -11,7 +11,7 @@ use crate::tangent::{Tangent, Tangent2};
 
 /// The derivative of `L_d` along `part` times each coordinate of the node `q1`, and each of the increment.
 fn derivative<const N: usize>(
-    declaration: &Declaration<'_, N>,
+    declaration: &Declaration<'_>,
     h: f64,
     leg: &Leg<f64, N>,
     [by_q, by_d]: [f64; 2],
@@ -20,7 +20,7 @@ fn derivative<const N: usize>(
     let mut slopes = [0.0; N];
     for (j, (slope, &unit)) in slopes.iter_mut().zip(&units).enumerate() {
         let leg = moving_leg(leg, &along(j, by_q * unit), &along(j, by_d * unit));
-        let value = declaration.discrete_lagrangian(Tangent::splat(h), &leg);
+        let value = declaration.discrete_lagrangian(Tangent::splat(h), leg.any());
         *slope = value.derivative() / unit;
     }
     slopes
@@ -29,7 +29,7 @@ fn derivative<const N: usize>(
 /// The discrete Lagrangian `L_d(q0, q1) = L(φ_{L_d}⁻¹(q0, q1))` on a leg (paper, section 3: it is not multiplied by `h`).
 #[must_use]
 pub fn discrete_lagrangian<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>) -> f64 {
-    system.declaration().discrete_lagrangian(h, leg)
+    system.declaration().discrete_lagrangian(h, leg.any())
 }
 
 /// The discrete Legendre transform `F⁻L_d(q0, q1) = −D₁L_d(q0, q1)` at `q0`, in units of `L` per unit of the coordinate
@@ -87,7 +87,7 @@ pub(super) fn product<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
 
 /// `D₁D₂L_d`: row `i` by the first node's coordinate `i`, column `j` by the second's coordinate `j`.
 pub(super) fn mixed<const N: usize>(
-    declaration: &Declaration<'_, N>,
+    declaration: &Declaration<'_>,
     h: f64,
     leg: &Leg<f64, N>,
 ) -> [[f64; N]; N] {
@@ -101,7 +101,7 @@ pub(super) fn mixed<const N: usize>(
                 q: moving_twice(&leg.q, [&[0.0; N], &second]),
                 d: moving_twice(&leg.d, [&along(i, -units[i]), &second]),
             };
-            let value = declaration.discrete_lagrangian(Tangent2::splat(h), &moved);
+            let value = declaration.discrete_lagrangian(Tangent2::splat(h), moved.any());
             *entry = value.mixed() / (units[i] * units[j]);
         }
     }

@@ -6,6 +6,7 @@ use super::form::Displacement;
 use super::legendre::product;
 use super::solvable::{Solution, Solvable, Sought};
 use super::units;
+use crate::any::sized;
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::regularity;
@@ -82,7 +83,7 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
     }
 
     /// The declaration.
-    pub(super) fn declaration(&self) -> Declaration<'s, N> {
+    pub(super) fn declaration(&self) -> Declaration<'s> {
         self.system.declaration()
     }
 
@@ -140,7 +141,7 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
     pub fn tangent(&self, triple: &Triple<N>) -> Result<TangentMap<N>, GeometryError> {
         let Triple { leg, e } = triple;
         let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
-        let lengths = regularity::lengths(&self.declaration(), self.h, leg, e);
+        let lengths = regularity::lengths(&self.declaration(), self.h, leg.any(), e);
         if (0..N).any(|i| (found[i] - e[i]).abs() > SAME * lengths[i]) {
             let [q0, q1, q2] = triple.nodes().map(Vec::from);
             let found = Triple { leg: *leg, e: found };
@@ -152,17 +153,17 @@ impl<'s, const N: usize> DiscreteFlow<'s, N> {
             });
         }
         let (declaration, units) = (self.declaration(), units(leg));
-        let jacobian = declaration.jacobian(self.h, leg, &z);
+        let jacobian = declaration.jacobian(self.h, leg.any(), &z);
         // q0 = q1 − d, so moving q0 moves d back, and moving q1 moves both
         let column = |j: usize, [by_q, by_d]: [f64; 2]| -> Option<[f64; N]> {
             let leg = moving_leg(leg, &along(j, by_q * units[j]), &along(j, by_d * units[j]));
             let h = Tangent::splat(self.h);
-            let rows = declaration.rows(h, &leg, &moved(&z, |_| 0.0));
+            let rows = declaration.rows(h, leg.any(), &moved(&z, |_| 0.0));
             let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
             let change = self.system.solve_unknowns(&jacobian, &right)?;
             let moving = moved(&z, |k| change[k]);
-            let e = declaration.second_difference(h, &leg, &moving);
-            let slopes = slopes(&e, units[j]);
+            let e = declaration.second_difference(h, leg.any(), &moving);
+            let slopes = slopes(&sized(&e), units[j]);
             slopes.iter().all(|slope| slope.is_finite()).then_some(slopes)
         };
         let columns =

@@ -10,6 +10,7 @@ use super::array::{minus, plus};
 use super::external::external_forces;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
+use crate::any::sized;
 use crate::system::Leg;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
@@ -52,7 +53,7 @@ pub fn momentum_equation<const N: usize>(
     generator: impl Fn(&[f64; N]) -> [f64; N],
 ) -> [f64; 2] {
     let (first, last) = (triple.first(), triple.last(flow.h));
-    let constraint = flow.declaration().force(flow.h, &first, &triple.e);
+    let constraint = sized(&flow.declaration().force(flow.h, first.any(), &triple.e));
     let force = plus(&constraint, &external_forces(flow.system, flow.h, triple));
     let at = generator(&first.q);
     let work = flow.h * product(&force, &at);

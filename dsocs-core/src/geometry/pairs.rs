@@ -5,6 +5,7 @@ use super::form::Displacement;
 use super::map::Triple;
 use super::solvable::Declared;
 use super::units;
+use crate::any::sized;
 use crate::dense::{Matrix, length};
 use crate::scalar::Scalar as _;
 use crate::system::Leg;
@@ -30,9 +31,9 @@ pub fn pair_displacements<const N: usize>(
         // q0 = q1 − d
         let by = minus(&unit.second, &unit.first);
         let moved = moving_leg(leg, &times(size, &unit.second), &times(size, &by));
-        let first = declaration.pair(h, &first_node(h, &moved));
+        let first = declaration.pair(h, first_node(h, &moved).any());
         let holonomic = first.into_iter().take(declaration.holonomic());
-        let rows = declaration.pair(h, &moved).into_iter().chain(holonomic);
+        let rows = declaration.pair(h, moved.any()).into_iter().chain(holonomic);
         rows.map(|row| row.derivative() / size).collect()
     })
 }
@@ -45,7 +46,8 @@ pub fn constraint_forms<const N: usize>(
     h: f64,
     triple: &Triple<N>,
 ) -> Vec<[f64; N]> {
-    system.declaration().forms(h, &triple.leg, &triple.e)
+    let forms = system.declaration().forms(h, triple.leg.any(), &triple.e);
+    forms.iter().map(|form| sized(form)).collect()
 }
 
 /// An orthonormal basis of the displacements `(δq, δv)` of a state at the time `t` along which holonomic constraints, their derivatives in

@@ -15,11 +15,11 @@ use crate::system::{Leg, System};
 pub trait Declared<const N: usize> {
     /// The declaration.
     #[doc(hidden)]
-    fn declaration(&self) -> Declaration<'_, N>;
+    fn declaration(&self) -> Declaration<'_>;
 }
 
 impl<S: System<N>, const N: usize> Declared<N> for S {
-    fn declaration(&self) -> Declaration<'_, N> {
+    fn declaration(&self) -> Declaration<'_> {
         Declaration::of(self)
     }
 }

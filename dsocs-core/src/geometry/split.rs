@@ -15,13 +15,13 @@ pub fn constraint_multipliers<const N: usize>(
 ) -> Vec<f64> {
     let declaration = system.declaration();
     multipliers(
-        &declaration.force(h, &triple.leg, &triple.e),
-        &declaration.forms(h, &triple.leg, &triple.e),
+        &declaration.force(h, triple.leg.any(), &triple.e),
+        &declaration.forms(h, triple.leg.any(), &triple.e),
     )
 }
 
 /// The multipliers of the continuous system at a point, as in [`constraint_multipliers`].
 #[must_use]
 pub fn continuous_multipliers<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> Vec<f64> {
-    of_point(&system.declaration(), point)
+    of_point(&system.declaration(), point.any())
 }

@@ -1,7 +1,7 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
-use super::array::{plus, times};
 use super::solvable::Declared;
+use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::multipliers::count_unknown;
 use crate::regularity::{self, Regularity};
@@ -40,8 +40,8 @@ impl FlowTheorem {
     #[must_use]
     pub fn at<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
         let declaration = system.declaration();
-        let regularity = Regularity::of_declaration(&declaration, h, leg, e);
-        let mut values = regularity::all_singular_values(&declaration, h, leg, e);
+        let regularity = Regularity::of_declaration(&declaration, h, leg.any(), e);
+        let mut values = regularity::all_singular_values(&declaration, h, leg.any(), e);
         values.sort_by(|x, y| y.total_cmp(x));
         let largest = values.first().copied().unwrap_or(f64::NAN);
         let full = N + count_unknown(&declaration);
@@ -51,7 +51,7 @@ impl FlowTheorem {
             full,
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
-            declared: is_declared(&declaration, h, leg, e),
+            declared: is_declared(&declaration, h, leg.any(), e),
         }
     }
 
@@ -69,15 +69,14 @@ impl FlowTheorem {
 }
 
 /// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
-fn is_declared<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> bool {
+fn is_declared(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
     let lengths = regularity::lengths(declaration, h, leg, e);
-    let near = plus(e, &times(NEARBY, &lengths));
-    let scales = |e: &[f64; N]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
+    let near: Vec<f64> = e
+        .iter()
+        .zip(&lengths)
+        .map(|(e, length)| e + NEARBY * length)
+        .collect();
+    let scales = |e: &[f64]| declaration.scales(h, leg, &declaration.unknown(e, &[]));
     // false also where one of them is no number
     scales(e)
         .iter()

@@ -58,7 +58,7 @@ pub fn rows_of_four_written<const N: usize>(
 
 /// The rows at three nodes, and the node before them where a step knows it.
 fn written<const N: usize>(
-    declaration: Declaration<'_, N>,
+    declaration: Declaration<'_>,
     t: f64,
     h: f64,
     before: Option<&[f64; N]>,
@@ -84,7 +84,7 @@ fn written<const N: usize>(
         }
     }
     let past_rounded = past.map(Double::rounded);
-    let declaration = declaration.after(past_rounded);
+    let declaration = declaration.after(&past_rounded);
     let rounded = Leg {
         t,
         q: *q1,
@@ -93,9 +93,9 @@ fn written<const N: usize>(
     let e_rounded = e.map(Double::rounded);
     let step = Double::exact(h);
 
-    let first = of_step(&declaration, h, &rounded, &e_rounded);
+    let first = of_step(&declaration, h, rounded.any(), &e_rounded);
     let mut multipliers: Vec<Double> = first.iter().copied().map(Double::exact).collect();
-    let mut rows = declaration.declared_after(step, &leg, &past, &e, &multipliers);
+    let mut rows = declaration.declared_after(step, leg.any(), &past, &e, &multipliers);
 
     let fixed: Vec<Tangent> = multipliers.iter().map(|x| Tangent::splat(x.rounded())).collect();
     let mut allowed = vec![0.0; rows.len()];
@@ -104,7 +104,7 @@ fn written<const N: usize>(
         let leg = moving_leg(&rounded, &times(by_q, &unit), &times(by_d, &unit));
         let e = moving(&e_rounded, &times(by_e, &unit));
         let past = moving(&past_rounded, &times(by_past, &unit));
-        let rows = declaration.declared_after(Tangent::splat(h), &leg, &past, &e, &fixed);
+        let rows = declaration.declared_after(Tangent::splat(h), leg.any(), &past, &e, &fixed);
         for (allowed, row) in allowed.iter_mut().zip(rows) {
             *allowed += row.derivative().abs() * size;
         }
@@ -133,20 +133,25 @@ fn written<const N: usize>(
     };
     let fixed: Vec<Bounded> = fixed.iter().map(|x| Bounded::splat(x.value())).collect();
     let [bounded_past, bounded_e] = [bounded(&past_rounded), bounded(&e_rounded)];
-    let evaluated =
-        declaration.declared_after(Bounded::splat(h), &bounded_leg, &bounded_past, &bounded_e, &fixed);
+    let evaluated = declaration.declared_after(
+        Bounded::splat(h),
+        bounded_leg.any(),
+        &bounded_past,
+        &bounded_e,
+        &fixed,
+    );
     for (allowed, row) in allowed.iter_mut().zip(evaluated) {
         *allowed += row.error();
     }
     if !multipliers.is_empty() {
-        let forms = declaration.forms(h, &rounded, &e_rounded);
+        let forms = declaration.forms(h, rounded.any(), &e_rounded);
         let from = rows.len().saturating_sub(N);
         for _ in 0..IMPROVED {
             let changes = nearest(&forms, &rows[from..], &allowed[from..]);
             for (multiplier, change) in multipliers.iter_mut().zip(changes) {
                 *multiplier = *multiplier + Double::exact(change);
             }
-            rows = declaration.declared_after(step, &leg, &past, &e, &multipliers);
+            rows = declaration.declared_after(step, leg.any(), &past, &e, &multipliers);
         }
     }
     rows.iter()
@@ -157,14 +162,15 @@ fn written<const N: usize>(
 }
 
 /// By how much multipliers change so that `row − Σ δλ α` is smallest, each row in units of what is explained of it.
-fn nearest<const N: usize>(forms: &[[f64; N]], rows: &[Double], units: &[f64]) -> Vec<f64> {
+fn nearest(forms: &[Vec<f64>], rows: &[Double], units: &[f64]) -> Vec<f64> {
     let weight = |i: usize| {
         let weight = units.get(i).map_or(f64::NAN, |unit| unit.recip());
         if weight.is_finite() { weight } else { 0.0 }
     };
-    let matrix = Matrix::from_fn(N, forms.len(), |i, j| weight(i) * forms[j][i]);
+    let entry = |i: usize, j: usize| forms[j].get(i).copied().unwrap_or(f64::NAN);
+    let matrix = Matrix::from_fn(rows.len(), forms.len(), |i, j| weight(i) * entry(i, j));
     let right: Vec<f64> = (0..rows.len()).map(|i| weight(i) * rows[i].rounded()).collect();
-    if right.len() != N || !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
+    if !matrix.is_finite() || right.iter().any(|x| !x.is_finite()) {
         return vec![0.0; forms.len()];
     }
     matrix.decomposed().solve(&right, f64::EPSILON)

@@ -45,7 +45,7 @@ impl<S: System<N>, const N: usize> View<N> for S {
     }
 
     fn observed_series(&self, point: &Point<Jet, N>, out: &mut [Jet]) {
-        Declaration::of(self).observe(point, out);
+        Declaration::of(self).observe(point.any(), out);
     }
 
     fn multipliers_of(&self, node: &Node<N>) -> Vec<f64> {

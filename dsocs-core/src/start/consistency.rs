@@ -1,13 +1,12 @@
 //! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
 
-use crate::compensated::Compensated;
+use crate::any::{AnyLeg, AnyPoint, OwnedLeg, map};
+use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
 use crate::rounding;
 use crate::scalar::Scalar as _;
-use crate::step::elimination;
-use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
@@ -23,17 +22,12 @@ const ROUNDED: f64 = f64::EPSILON;
 const SETTLED: f64 = 8.0 * f64::EPSILON;
 
 /// Whether there is anything to obey.
-fn is_bound<const N: usize>(declaration: &Declaration<'_, N>) -> bool {
+fn is_bound(declaration: &Declaration<'_>) -> bool {
     declaration.lower() > 0
 }
 
 /// Checks that a position and a velocity obey the constraints.
-pub(super) fn check<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    t: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> Result<(), SetupError> {
+pub(super) fn check(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Result<(), SetupError> {
     if !is_bound(declaration) {
         return Ok(());
     }
@@ -44,50 +38,40 @@ pub(super) fn check<const N: usize>(
 }
 
 /// Checks that the second node obeys the constraints with the first.
-pub(super) fn check_pair<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(super) fn check_pair(
+    declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
-    q0: &[f64; N],
-    d: &Compensated<N>,
+    q0: &[f64],
+    d: &Sum,
 ) -> Result<(), SetupError> {
     if !is_bound(declaration) {
         return Ok(());
     }
     // the first node, of whose pair nothing else is known
     let first = holonomic_rows(declaration, t0, q0);
-    let sizes = rounding::phase_sizes(declaration, t0, q0, &[0.0; N]);
+    let sizes = rounding::phase_sizes(declaration, t0, q0, &vec![0.0; q0.len()]);
     let mut all = violations(declaration, Node::First, &first, &sizes, &[]);
-    let leg = leg(t0 + h, q0, d);
-    let mut rows = declaration.pair(h, &leg);
-    for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, &leg)) {
+    let second = second(q0, d);
+    let leg = leg(t0 + h, &second, d);
+    let mut rows = declaration.pair(h, leg);
+    for (row, change) in rows.iter_mut().zip(of_rounded_nodes(declaration, h, q0, leg)) {
         if row.abs() <= change && change.is_finite() {
             *row = 0.0;
         }
     }
-    let sizes = rounding::pair_sizes(declaration, h, &leg);
+    let sizes = rounding::pair_sizes(declaration, h, leg);
     all.extend(violations(declaration, Node::Second, &rows, &sizes, &[]));
     obeyed(all)
 }
 
 /// How much the rows of a pair of nodes may change where both nodes are rounded: a velocity is their difference, to which a
 /// short step leaves few digits, so that no nodes of double precision obey a constraint of velocities better.
-fn of_rounded_nodes<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    h: f64,
-    q0: &[f64; N],
-    leg: &Leg<f64, N>,
-) -> Vec<f64> {
+fn of_rounded_nodes(declaration: &Declaration<'_>, h: f64, q0: &[f64], leg: AnyLeg<'_, f64>) -> Vec<f64> {
     let mut changes = vec![0.0; declaration.lower()];
-    for (j, (first, second)) in q0.iter().zip(&leg.q).enumerate() {
-        let moved =
-            |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
-        let ends = Leg {
-            t: Tangent::splat(leg.t),
-            q: moved(&leg.q),
-            d: moved(&leg.d),
-        };
+    for (j, (first, second)) in q0.iter().zip(leg.q).enumerate() {
+        let ends = moved_leg(leg, j);
         let rounding = f64::EPSILON * (first.abs() + second.abs());
-        let rows = declaration.pair(Tangent::splat(h), &ends);
+        let rows = declaration.pair(Tangent::splat(h), ends.any());
         for (change, row) in changes.iter_mut().zip(rows) {
             *change += row.derivative().abs() * rounding;
         }
@@ -107,8 +91,8 @@ enum Node {
 }
 
 /// The rows that are not zero.
-fn violations<const N: usize>(
-    declaration: &Declaration<'_, N>,
+fn violations(
+    declaration: &Declaration<'_>,
     node: Node,
     rows: &[f64],
     sizes: &[f64],
@@ -160,8 +144,8 @@ fn obeyed(violations: Vec<Violation>) -> Result<(), SetupError> {
 }
 
 /// Whether a projection has ended on the constraints, and not where their derivatives vanish.
-fn reached<const N: usize>(
-    declaration: &Declaration<'_, N>,
+fn reached(
+    declaration: &Declaration<'_>,
     rows: &[f64],
     sizes: &[f64],
     roundings: &[f64],
@@ -177,19 +161,14 @@ fn reached<const N: usize>(
 
 /// How much each row of a position and a velocity may be where these are rounded in their largest components: terms may vanish, or
 /// cancel, that are no measure of a row then.
-fn roundings<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    t: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> Vec<f64> {
+fn roundings(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
     let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
     let mut roundings = Vec::with_capacity(holonomic + lower);
     for (of_velocity, count, x) in [(false, holonomic, q), (true, lower, v)] {
-        let mut rows = vec![0.0; count * (1 + N)];
+        let mut rows = vec![0.0; count * (1 + x.len())];
         declaration.phase_slopes(of_velocity, t, q, v, &mut rows);
         let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-        let slopes = rows.split_at(count).1.chunks_exact(N);
+        let slopes = rows.split_at(count).1.chunks_exact(x.len());
         roundings.extend(slopes.map(|slopes| {
             let sum: f64 = slopes.iter().map(|slope| slope.abs()).sum();
             SETTLED * sum * largest
@@ -199,23 +178,16 @@ fn roundings<const N: usize>(
 }
 
 /// The same of a leg: for rows of a position its largest component counts, for rows of a velocity that of the leg.
-fn pair_roundings<const N: usize>(declaration: &Declaration<'_, N>, h: f64, leg: &Leg<f64, N>) -> Vec<f64> {
-    let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+fn pair_roundings(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let mut roundings = vec![0.0; declaration.lower()];
-    for j in 0..N {
-        let moved =
-            |x: &[f64; N]| core::array::from_fn(|i| Tangent::new(x[i], if i == j { 1.0 } else { 0.0 }));
-        let moved = Leg {
-            t: Tangent::splat(leg.t),
-            q: moved(&leg.q),
-            d: moved(&leg.d),
-        };
-        let rows = declaration.pair(Tangent::splat(h), &moved);
+    for j in 0..leg.q.len() {
+        let rows = declaration.pair(Tangent::splat(h), moved_leg(leg, j).any());
         for (place, (rounding, row)) in roundings.iter_mut().zip(rows).enumerate() {
             let size = if place < declaration.holonomic() {
-                largest(&leg.q)
+                largest(leg.q)
             } else {
-                largest(&leg.d)
+                largest(leg.d)
             };
             *rounding += SETTLED * row.derivative().abs() * size;
         }
@@ -224,34 +196,34 @@ fn pair_roundings<const N: usize>(declaration: &Declaration<'_, N>, h: f64, leg:
 }
 
 /// Moves a position onto the holonomic constraints, then a velocity onto all of lower order.
-pub(super) fn project<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(super) fn project(
+    declaration: &Declaration<'_>,
     t: f64,
-    q: [f64; N],
-    v: [f64; N],
-) -> Result<([f64; N], [f64; N]), SetupError> {
+    q: &[f64],
+    v: &[f64],
+) -> Result<(Vec<f64>, Vec<f64>), SetupError> {
     if !is_bound(declaration) {
-        return Ok((q, v));
+        return Ok((q.to_vec(), v.to_vec()));
     }
-    let inverse = inverse_mass(declaration, t, &q, &v);
+    let inverse = inverse_mass(declaration, t, q, v);
     let q = if declaration.holonomic() > 0 {
-        let rows = |q: &[Tangent; N]| {
-            let mut rows = declaration.phase(Tangent::splat(t), q, &v.map(|v| Tangent::new(v, 0.0)));
+        let rows = |q: &[Tangent]| {
+            let mut rows = declaration.phase(Tangent::splat(t), q, &map(v, Tangent::splat));
             rows.truncate(declaration.holonomic());
             rows
         };
-        solve(q, &inverse, &q, rows, |q| {
-            rounding::phase_sizes(declaration, t, q, &v)
+        solve(q.to_vec(), &inverse, q, &rows, &|q| {
+            rounding::phase_sizes(declaration, t, q, v)
         })?
     } else {
-        q
+        q.to_vec()
     };
-    let inverse = inverse_mass(declaration, t, &q, &v);
-    let rows = |v: &[Tangent; N]| {
-        let mut rows = declaration.phase(Tangent::splat(t), &q.map(|q| Tangent::new(q, 0.0)), v);
+    let inverse = inverse_mass(declaration, t, &q, v);
+    let rows = |v: &[Tangent]| {
+        let mut rows = declaration.phase(Tangent::splat(t), &map(&q, Tangent::splat), v);
         rows.split_off(declaration.holonomic().min(rows.len()))
     };
-    let v = solve(v, &inverse, &v, rows, |v| {
+    let v = solve(v.to_vec(), &inverse, v, &rows, &|v| {
         let mut sizes = rounding::phase_sizes(declaration, t, &q, v);
         sizes.split_off(declaration.holonomic().min(sizes.len()))
     })?;
@@ -266,124 +238,137 @@ pub(super) fn project<const N: usize>(
 }
 
 /// Moves the second node onto the constraints of nodes and of pairs.
-pub(super) fn onto_pair<const N: usize>(
-    declaration: &Declaration<'_, N>,
+pub(super) fn onto_pair(
+    declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
-    q0: &[f64; N],
-    v0: &[f64; N],
-    d: Compensated<N>,
-) -> Result<Compensated<N>, SetupError> {
+    q0: &[f64],
+    v0: &[f64],
+    d: Sum,
+) -> Result<Sum, SetupError> {
     if !is_bound(declaration) {
         return Ok(d);
     }
     let inverse = inverse_mass(declaration, t0, q0, v0);
-    let rows = |correction: &[Tangent; N]| {
-        let leg = leg(t0 + h, q0, &d);
-        let moved = |x: [f64; N]| core::array::from_fn(|i| Tangent::new(x[i], 0.0) + correction[i]);
-        let leg = Leg {
-            t: Tangent::splat(leg.t),
-            q: moved(leg.q),
-            d: moved(leg.d),
+    let rows = |correction: &[Tangent]| {
+        let moved = |x: &[f64]| -> Vec<Tangent> {
+            let numbers = x.iter().zip(correction);
+            numbers
+                .map(|(&x, &correction)| Tangent::splat(x) + correction)
+                .collect()
         };
-        declaration.pair(Tangent::splat(h), &leg)
+        let leg = OwnedLeg {
+            t: Tangent::splat(t0 + h),
+            q: moved(&second(q0, &d)),
+            d: moved(&d.hi),
+        };
+        declaration.pair(Tangent::splat(h), leg.any())
     };
     // what is sought is known to the digits of the leg
-    let around = core::array::from_fn(|i| q0[i].abs().max(d.hi[i].abs()));
-    let correction = solve([0.0; N], &inverse, &around, rows, |correction| {
-        let mut d = d;
+    let around: Vec<f64> = q0.iter().zip(&d.hi).map(|(q, d)| q.abs().max(d.abs())).collect();
+    let correction = solve(vec![0.0; q0.len()], &inverse, &around, &rows, &|correction| {
+        let mut d = d.clone();
         d.add(correction);
-        rounding::pair_sizes(declaration, h, &leg(t0 + h, q0, &d))
+        rounding::pair_sizes(declaration, h, leg(t0 + h, &second(q0, &d), &d))
     })?;
     let mut d = d;
     d.add(&correction);
-    let leg = leg(t0 + h, q0, &d);
+    let second = second(q0, &d);
+    let leg = leg(t0 + h, &second, &d);
     reached(
         declaration,
-        &declaration.pair(h, &leg),
-        &rounding::pair_sizes(declaration, h, &leg),
-        &pair_roundings(declaration, h, &leg),
+        &declaration.pair(h, leg),
+        &rounding::pair_sizes(declaration, h, leg),
+        &pair_roundings(declaration, h, leg),
     )?;
     Ok(d)
 }
 
-/// The leg from the first node, to the second at the time `t`.
-fn leg<const N: usize>(t: f64, q0: &[f64; N], d: &Compensated<N>) -> Leg<f64, N> {
-    Leg {
+/// The second node.
+fn second(q0: &[f64], d: &Sum) -> Vec<f64> {
+    Sum::exact(q0.to_vec()).plus(d).hi
+}
+
+/// The leg to the second node at the time `t`.
+fn leg<'a>(t: f64, second: &'a [f64], d: &'a Sum) -> AnyLeg<'a, f64> {
+    AnyLeg {
         t,
-        q: Compensated::exact(*q0).plus(d).hi,
-        d: d.hi,
+        q: second,
+        d: &d.hi,
     }
 }
 
+/// A leg of whose nodes a coordinate moves.
+fn moved_leg(leg: AnyLeg<'_, f64>, j: usize) -> OwnedLeg<Tangent> {
+    OwnedLeg {
+        t: Tangent::splat(leg.t),
+        q: moved(leg.q, j),
+        d: moved(leg.d, j),
+    }
+}
+
+/// Numbers of which one moves.
+pub(super) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
+    let numbers = x.iter().enumerate();
+    numbers
+        .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
+        .collect()
+}
+
 /// The holonomic constraints at a node.
-fn holonomic_rows<const N: usize>(declaration: &Declaration<'_, N>, t: f64, q: &[f64; N]) -> Vec<f64> {
-    let mut rows = declaration.phase(t, q, &[0.0; N]);
+fn holonomic_rows(declaration: &Declaration<'_>, t: f64, q: &[f64]) -> Vec<f64> {
+    let mut rows = declaration.phase(t, q, &vec![0.0; q.len()]);
     rows.truncate(declaration.holonomic());
     rows
 }
 
 /// The inverse of the mass matrix `∂²L/∂v²`, by which displacements are measured; the identity where there is none.
-pub(super) fn inverse_mass<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    t: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> Matrix {
-    let inverse = elimination::inverse::<false, N>(&mass_matrix(declaration, t, q, v));
-    let inverse = Matrix::from_fn(N, N, |i, j| inverse[j][i]);
+pub(super) fn inverse_mass(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
+    let inverse = mass_matrix(declaration, t, q, v).inverse();
     if inverse.is_finite() {
         inverse
     } else {
-        Matrix::from_fn(N, N, |i, j| if i == j { 1.0 } else { 0.0 })
+        Matrix::from_fn(q.len(), q.len(), |i, j| if i == j { 1.0 } else { 0.0 })
     }
 }
 
 /// The mass matrix `∂²L/∂v²`.
-pub(super) fn mass_matrix<const N: usize>(
-    declaration: &Declaration<'_, N>,
-    t: f64,
-    q: &[f64; N],
-    v: &[f64; N],
-) -> [[f64; N]; N] {
-    let columns: [[f64; N]; N] = core::array::from_fn(|j| {
-        let point = Point {
-            t: Tangent::splat(t),
-            q: q.map(|q| Tangent::new(q, 0.0)),
-            v: v.map(|v| Tangent::new(v, 0.0)),
-            a: core::array::from_fn(|i| Tangent::new(0.0, if i == j { 1.0 } else { 0.0 })),
-        };
-        declaration.continuous_force(&point).map(Tangent::derivative)
-    });
-    core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]))
+pub(super) fn mass_matrix(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Matrix {
+    let zero = vec![0.0; q.len()];
+    let point = AnyPoint {
+        t: Tangent::splat(t),
+        q: &map(q, Tangent::splat),
+        v: &map(v, Tangent::splat),
+        a: &[],
+    };
+    let column = |j| {
+        let a = moved(&zero, j);
+        declaration.continuous_force(AnyPoint { a: &a, ..point })
+    };
+    let columns: Vec<Vec<Tangent>> = (0..q.len()).map(column).collect();
+    Matrix::from_fn(q.len(), q.len(), |i, j| columns[j][i].derivative())
 }
 
 /// Newton's iteration for fewer rows than unknowns, along the forces of the rows: each update is the shortest by the mass
 /// matrix. What is sought is rounded like `around`, or like itself; `sizes` are those of the rows' terms. Where the rows are zero to
 /// rounding nothing is moved.
-fn solve<const N: usize>(
-    mut x: [f64; N],
+fn solve(
+    mut x: Vec<f64>,
     inverse: &Matrix,
-    around: &[f64; N],
-    rows: impl Fn(&[Tangent; N]) -> Vec<Tangent>,
-    sizes: impl Fn(&[f64; N]) -> Vec<f64>,
-) -> Result<[f64; N], SetupError> {
-    let largest = |x: &[f64; N]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    around: &[f64],
+    rows: &dyn Fn(&[Tangent]) -> Vec<Tangent>,
+    sizes: &dyn Fn(&[f64]) -> Vec<f64>,
+) -> Result<Vec<f64>, SetupError> {
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        let columns: Vec<Vec<Tangent>> = (0..N)
-            .map(|j| {
-                rows(&core::array::from_fn(|i| {
-                    Tangent::new(x[i], if i == j { 1.0 } else { 0.0 })
-                }))
-            })
-            .collect();
+        let columns: Vec<Vec<Tangent>> = (0..x.len()).map(|j| rows(&moved(&x, j))).collect();
         let count = columns.first().map_or(0, Vec::len);
         let value: Vec<f64> = (0..count).map(|i| columns[0][i].value()).collect();
         let within = |(value, size): (&f64, f64)| size.is_finite() && value.abs() <= ROUNDED * size;
         if value.iter().zip(sizes(&x)).all(within) {
             return Ok(x);
         }
-        let slope = Matrix::from_fn(count, N, |i, j| columns[j][i].derivative());
+        let slope = Matrix::from_fn(count, x.len(), |i, j| columns[j][i].derivative());
         let forces = inverse.times(&slope.transposed());
         let metric = slope.times(&forces);
         if value.iter().any(|entry| !entry.is_finite()) || !metric.is_finite() {
@@ -403,7 +388,7 @@ fn solve<const N: usize>(
         }
         last = step;
     }
-    let residual = rows(&x.map(|x| Tangent::new(x, 0.0)))
+    let residual = rows(&map(&x, Tangent::splat))
         .iter()
         .map(|row| row.value())
         .collect();

@@ -4,7 +4,7 @@ use super::check_vector;
 use core::cmp::Ordering;
 
 use super::consistency::{self, OBEYED};
-use crate::any::AnySystem;
+use crate::any::{AnyLeg, AnyPoint, AnySystem, OwnedPoint, map, sized};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -13,7 +13,7 @@ use crate::error::{SetupError, Violation};
 use crate::multipliers;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, Point, System};
+use crate::system::{Leg, System};
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
@@ -94,7 +94,7 @@ fn begin<const N: usize>(
 ) -> Result<Began<N>, SetupError> {
     let declaration = system.declaration();
     let equations = Equations {
-        system,
+        third: system.third_order(),
         declaration: &declaration,
         t: t0,
         q: q0,
@@ -107,31 +107,32 @@ fn begin<const N: usize>(
         }
         Free::Force(force) => {
             check_vector(system, "force", &force)?;
-            equations.acceleration_of(&force)?
+            sized(&equations.acceleration_of(&force)?)
         }
     };
     let a0 = if projected {
-        equations.projected(a0)?
+        sized(&equations.projected(&a0)?)
     } else {
         equations.check(&a0)?;
         a0
     };
-    let j0 = equations.jerk(&a0, &[0.0; N])?;
+    let j0: [f64; N] = sized(&equations.jerk(&a0, &[0.0; N])?);
     let mut d = Compensated::exact(v0.map(|v| h * v));
     d.add(&a0.map(|a| h * h / 2.0 * a));
     d.add(&j0.map(|j| h * h * h / 6.0 * j));
-    let d = consistency::onto_pair(&declaration, (t0, h), q0, v0, d)?;
+    let d = super::onto_pair(&declaration, (t0, h), q0, v0, &d)?;
     let leg = Leg {
         t: t0 + h,
         q: Compensated::exact(*q0).plus(&d).hi,
         d: d.hi,
     };
-    let near = core::array::from_fn(|i| h * h * (a0[i] + h * j0[i]));
+    let near: [f64; N] = core::array::from_fn(|i| h * h * (a0[i] + h * j0[i]));
     let multipliers = match free {
         Free::Acceleration(_) => Vec::new(),
         Free::Force(_) => equations.multipliers_after(h, &a0, &j0),
     };
-    let e = equations.second_difference(h, &leg, near, &multipliers)?;
+    let e = equations.second_difference(h, leg.any(), &near, &multipliers)?;
+    let e = Compensated::exact(sized(&e));
     Ok(Began { a0, d, e })
 }
 
@@ -144,68 +145,86 @@ fn jerk<const N: usize>(
 ) -> Option<[f64; N]> {
     let declaration = system.declaration();
     let equations = Equations {
-        system,
+        third: system.third_order(),
         declaration: &declaration,
         t,
         q,
         v,
     };
-    equations.jerk(a, near).ok()
+    Some(sized(&equations.jerk(a, near).ok()?))
 }
 
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.
-struct Equations<'a, const N: usize> {
-    system: &'a dyn AnySystem<N>,
-    declaration: &'a Declaration<'a, N>,
+struct Equations<'a> {
+    /// The places of the constraints of third order.
+    third: &'a [usize],
+    declaration: &'a Declaration<'a>,
     t: f64,
-    q: &'a [f64; N],
-    v: &'a [f64; N],
+    q: &'a [f64],
+    v: &'a [f64],
 }
 
-impl<const N: usize> Equations<'_, N> {
+impl Equations<'_> {
     /// How many constraints there are.
     fn constraints(&self) -> usize {
-        self.system.constraints().iter().sum()
+        self.declaration.constraints().iter().sum()
     }
 
     /// The point with an acceleration.
-    fn point(&self, a: &[f64; N]) -> Point<f64, N> {
-        Point {
+    fn point<'b>(&'b self, a: &'b [f64]) -> AnyPoint<'b, f64> {
+        AnyPoint {
             t: self.t,
-            q: *self.q,
-            v: *self.v,
-            a: *a,
+            q: self.q,
+            v: self.v,
+            a,
         }
     }
 
-    /// The same, where the acceleration alone may move.
-    fn moving(&self, a: &[Tangent; N]) -> Point<Tangent, N> {
-        Point {
-            t: Tangent::splat(self.t),
-            q: self.q.map(Tangent::splat),
-            v: self.v.map(Tangent::splat),
-            a: *a,
-        }
+    /// The same in another type of number, with its own acceleration.
+    fn moving<T: Number>(&self, a: &[T]) -> OwnedPoint<T> {
+        let mut values = map(self.q, T::splat);
+        values.extend(map(self.v, T::splat));
+        values.extend(a);
+        values.push(T::splat(self.t));
+        OwnedPoint::new(self.q.len(), values)
+    }
+
+    /// The point with an acceleration and a jerk, where time goes on.
+    fn going_on(&self, a: &[f64], j: &[f64]) -> OwnedPoint<Tangent> {
+        let along = |x: &[f64], by: &[f64]| -> Vec<Tangent> {
+            let pairs = x.iter().zip(by);
+            pairs.map(|(&x, &by)| Tangent::new(x, by)).collect()
+        };
+        let mut values = along(self.q, self.v);
+        values.extend(along(self.v, a));
+        values.extend(along(a, j));
+        values.push(Tangent::new(self.t, 1.0));
+        OwnedPoint::new(self.q.len(), values)
     }
 
     /// The acceleration that a constraint force belongs to; the force is affine in it.
-    fn acceleration_of(&self, force: &[f64; N]) -> Result<[f64; N], SetupError> {
+    fn acceleration_of(&self, force: &[f64]) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
-        let mut a = [0.0; N];
+        let mut a = vec![0.0; force.len()];
         // once more for what rounding has left
         for _ in 0..2 {
-            let found = self.declaration.continuous_force(&self.point(&a));
-            let missing: [f64; N] = core::array::from_fn(|i| force[i] - found[i]);
+            let found = self.declaration.continuous_force(self.point(&a));
+            let missing: Vec<f64> = force
+                .iter()
+                .zip(&found)
+                .map(|(force, found)| force - found)
+                .collect();
             for (a, update) in a.iter_mut().zip(inverse.times_vector(&missing)) {
                 *a += update;
             }
         }
-        let found = self.declaration.continuous_force(&self.point(&a));
+        let found = self.declaration.continuous_force(self.point(&a));
         let size = force
             .iter()
             .chain(&found)
             .fold(0.0_f64, |size, x| size.max(x.abs()));
-        let left = (0..N).fold(0.0_f64, |left, i| left.max((force[i] - found[i]).abs()));
+        let missing = force.iter().zip(&found);
+        let left = missing.fold(0.0_f64, |left, (force, found)| left.max((force - found).abs()));
         // the mass matrix is singular
         if left <= 1e-8 * size && a.iter().all(|a| a.is_finite()) {
             Ok(a)
@@ -219,11 +238,11 @@ impl<const N: usize> Equations<'_, N> {
     fn below<T: Number>(
         &self,
         rows: Vec<T>,
-        force: impl FnOnce() -> [T; N],
-        forms: impl FnOnce() -> Vec<[T; N]>,
+        force: impl FnOnce() -> Vec<T>,
+        forms: impl FnOnce() -> Vec<Vec<T>>,
     ) -> Vec<T> {
         let count = self.constraints();
-        let third = self.system.third_order();
+        let third = self.third;
         let mut below = Vec::with_capacity(rows.len());
         let multiplied = self.declaration.has_multipliers();
         for (place, row) in rows.into_iter().enumerate() {
@@ -238,17 +257,18 @@ impl<const N: usize> Equations<'_, N> {
         }
         if multiplied {
             let (forms, force) = (forms(), force());
-            let known: Vec<[f64; N]> = forms.iter().map(|form| form.map(|x| x.lane(0))).collect();
-            let acting = multipliers::multipliers(&force.map(|x| x.lane(0)), &known);
+            let known: Vec<Vec<f64>> = forms.iter().map(|form| map(form, |x| x.lane(0))).collect();
+            let acting = multipliers::multipliers(&map(&force, |x| x.lane(0)), &known);
             // a direction turns with the forms: where the force is a sum of them, their changes do not count
-            let left: [T; N] = core::array::from_fn(|i| {
+            let left = |i: usize| {
                 let parts = forms.iter().zip(&known).zip(&acting);
                 let changes =
                     parts.map(|((form, known), acting)| T::splat(*acting) * (form[i] - T::splat(known[i])));
                 force[i] - changes.fold(T::splat(0.0), |sum, change| sum + change)
-            });
-            below.extend(free_directions(&known).iter().map(|u| {
-                let works = u.iter().zip(left).map(|(&u, left)| T::splat(u) * left);
+            };
+            let left: Vec<T> = (0..force.len()).map(left).collect();
+            below.extend(free_directions(force.len(), &known).iter().map(|u| {
+                let works = u.iter().zip(&left).map(|(&u, &left)| T::splat(u) * left);
                 works.fold(T::splat(0.0), |sum, work| sum + work)
             }));
         }
@@ -260,11 +280,11 @@ impl<const N: usize> Equations<'_, N> {
     fn with_multipliers(
         &self,
         rows: Vec<Tangent>,
-        force: &[Tangent; N],
-        forms: &[[Tangent; N]],
+        force: &[Tangent],
+        forms: &[Vec<Tangent>],
         multipliers: &[f64],
     ) -> Vec<Tangent> {
-        let third = self.system.third_order();
+        let third = self.third;
         let constraints = rows.into_iter().take(self.constraints()).enumerate();
         let constraints = constraints.filter(|(place, _)| !third.contains(place));
         let mut all: Vec<_> = constraints.map(|(_, row)| row).collect();
@@ -273,52 +293,48 @@ impl<const N: usize> Equations<'_, N> {
             .zip(multipliers)
             .enumerate()
             .partition(|(place, _)| third.contains(place));
-        let left: [Tangent; N] = core::array::from_fn(|i| {
+        let left = |i: usize| {
             let known = own
                 .iter()
                 .map(|(_, (form, multiplier))| Tangent::splat(**multiplier) * form[i]);
             force[i] - known.fold(Tangent::splat(0.0), |sum, part| sum + part)
-        });
-        let others: Vec<[f64; N]> = others
+        };
+        let left: Vec<Tangent> = (0..force.len()).map(left).collect();
+        let others: Vec<Vec<f64>> = others
             .iter()
-            .map(|(_, (form, _))| form.map(Tangent::value))
+            .map(|(_, (form, _))| map(form, Tangent::value))
             .collect();
-        all.extend(free_directions(&others).iter().map(|u| {
-            let works = u.iter().zip(left).map(|(&u, left)| Tangent::splat(u) * left);
+        all.extend(free_directions(force.len(), &others).iter().map(|u| {
+            let works = u.iter().zip(&left).map(|(&u, &left)| Tangent::splat(u) * left);
             works.fold(Tangent::splat(0.0), |sum, work| sum + work)
         }));
         all
     }
 
     /// The equations without jerks of the continuous system, at an acceleration.
-    fn of_acceleration<T: Number>(&self, point: &Point<T, N>) -> Vec<T> {
+    fn of_acceleration<T: Number>(&self, point: AnyPoint<'_, T>) -> Vec<T> {
         self.below(
             self.declaration
-                .continuous_of_third(point, &[T::splat(0.0); N], &[]),
+                .continuous_of_third(point, &map(self.q, |_| T::splat(0.0)), &[]),
             || self.declaration.continuous_force(point),
             || self.declaration.continuous_forms(point),
         )
     }
 
     /// How large the terms of these equations are.
-    fn sizes(&self, a: &[f64; N]) -> Vec<f64> {
-        let point = Point {
-            t: Bounded::splat(self.t),
-            q: self.q.map(Bounded::splat),
-            v: self.v.map(Bounded::splat),
-            a: a.map(Bounded::splat),
-        };
-        let rows = self.of_acceleration(&point);
+    fn sizes(&self, a: &[f64]) -> Vec<f64> {
+        let point = self.moving(&map(a, Bounded::splat));
+        let rows = self.of_acceleration(point.any());
         rows.into_iter()
             .map(|row| row.error() / (f64::EPSILON / 2.0))
             .collect()
     }
 
     /// Checks that an acceleration obeys them.
-    fn check(&self, a: &[f64; N]) -> Result<(), SetupError> {
-        let rows = self.of_acceleration(&self.point(a));
+    fn check(&self, a: &[f64]) -> Result<(), SetupError> {
+        let rows = self.of_acceleration(self.point(a));
         let sizes = self.sizes(a);
-        let count = self.constraints() - self.system.third_order().len();
+        let count = self.constraints() - self.third.len();
         let violations = rows.iter().zip(sizes).enumerate();
         let wrong = violations
             .into_iter()
@@ -349,44 +365,36 @@ impl<const N: usize> Equations<'_, N> {
     }
 
     /// The nearest acceleration that obeys them.
-    fn projected(&self, a: [f64; N]) -> Result<[f64; N], SetupError> {
+    fn projected(&self, a: &[f64]) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
-        let rows = |a: &[Tangent; N]| self.of_acceleration(&self.moving(a));
-        nearest(&inverse, &a, rows)
+        nearest(&inverse, a, &|a| self.of_acceleration(self.moving(a).any()))
     }
 
     /// The jerk, from the constraints of third order and from the other equations, differentiated.
     ///
     /// Where multipliers are unknown, those that act are known from the acceleration, and their rates are unknown beside the jerk.
-    fn jerk(&self, a: &[f64; N], near: &[f64; N]) -> Result<[f64; N], SetupError> {
+    fn jerk(&self, a: &[f64], near: &[f64]) -> Result<Vec<f64>, SetupError> {
+        let n = a.len();
         let multipliers = if self.declaration.has_multipliers() {
-            multipliers::of_point(self.declaration, &self.point(a))
+            multipliers::of_point(self.declaration, self.point(a))
         } else {
             Vec::new()
         };
-        let size = N + multipliers.len();
-        let third = self.system.third_order();
+        let size = n + multipliers.len();
+        let third = self.third;
         let value = |x: &[f64], moved: Option<usize>| -> Vec<Tangent> {
-            let along = |x: &[f64; N], by: &[f64; N]| -> [Tangent; N] {
-                core::array::from_fn(|i| Tangent::new(x[i], by[i]))
-            };
-            let j = core::array::from_fn(|i| x[i]);
-            let point = Point {
-                t: Tangent::new(self.t, 1.0),
-                q: along(self.q, self.v),
-                v: along(self.v, a),
-                a: along(a, &j),
-            };
-            let rates = x[N..].iter().zip(&multipliers);
+            let point = self.going_on(a, &x[..n]);
+            let rates = x[n..].iter().zip(&multipliers);
             let rates: Vec<_> = rates.map(|(&rate, &known)| Tangent::new(known, rate)).collect();
             let differentiated =
                 self.declaration
-                    .continuous_of_third(&point, &[Tangent::splat(0.0); N], &rates);
-            let fixed: [Tangent; N] =
-                core::array::from_fn(|i| Tangent::new(x[i], if moved == Some(i) { 1.0 } else { 0.0 }));
-            let own = self
-                .declaration
-                .continuous_of_third(&self.moving(&a.map(Tangent::splat)), &fixed, &[]);
+                    .continuous_of_third(point.any(), &vec![Tangent::splat(0.0); n], &rates);
+            let fixed: Vec<Tangent> = (0..n)
+                .map(|i| Tangent::new(x[i], if moved == Some(i) { 1.0 } else { 0.0 }))
+                .collect();
+            let own =
+                self.declaration
+                    .continuous_of_third(self.moving(&map(a, Tangent::splat)).any(), &fixed, &[]);
             let rows = differentiated.iter().zip(own).enumerate();
             rows.map(|(place, (row, own))| {
                 if third.contains(&place) {
@@ -400,7 +408,7 @@ impl<const N: usize> Equations<'_, N> {
         let mut x = near.to_vec();
         x.resize(size, 0.0);
         let failed = |columns: &[Vec<Tangent>]| {
-            let deficiency = deficiency::of_columns(self.system, columns, &self.point(a));
+            let deficiency = deficiency::of_columns(self.declaration, columns, self.point(a));
             Err(SetupError::Jerk {
                 deficiency: deficiency.map(Box::new),
             })
@@ -442,7 +450,8 @@ impl<const N: usize> Equations<'_, N> {
                 step = step.max(update.abs());
             }
             if step <= SETTLED * largest || step == 0.0 || (step >= last && step <= 1e-9 * largest) {
-                return Ok(core::array::from_fn(|i| x[i]));
+                x.truncate(n);
+                return Ok(x);
             }
             last = step;
         }
@@ -450,28 +459,21 @@ impl<const N: usize> Equations<'_, N> {
     }
 
     /// The multipliers of all forms a step later, `λ0 + h λ̇0`; none where no forms are known.
-    fn multipliers_after(&self, h: f64, a: &[f64; N], j: &[f64; N]) -> Vec<f64> {
-        let along = |x: &[f64; N], by: &[f64; N]| -> [Tangent; N] {
-            core::array::from_fn(|i| Tangent::new(x[i], by[i]))
-        };
-        let point = Point {
-            t: Tangent::new(self.t, 1.0),
-            q: along(self.q, self.v),
-            v: along(self.v, a),
-            a: along(a, j),
-        };
-        let force = self.declaration.continuous_force(&point);
-        let forms = self.declaration.continuous_forms(&point);
-        let now: Vec<_> = forms.iter().map(|form| form.map(Tangent::value)).collect();
-        let known = multipliers::multipliers(&force.map(Tangent::value), &now);
+    fn multipliers_after(&self, h: f64, a: &[f64], j: &[f64]) -> Vec<f64> {
+        let point = self.going_on(a, j);
+        let force = self.declaration.continuous_force(point.any());
+        let forms = self.declaration.continuous_forms(point.any());
+        let now: Vec<_> = forms.iter().map(|form| map(form, Tangent::value)).collect();
+        let known = multipliers::multipliers(&map(&force, Tangent::value), &now);
         // d/dt Q = Σ λ̇ α + Σ λ dα/dt
-        let by_rates = core::array::from_fn(|i| {
+        let by_rate = |i: usize| {
             let turned = known
                 .iter()
                 .zip(&forms)
                 .map(|(known, form)| known * form[i].derivative());
             force[i].derivative() - turned.sum::<f64>()
-        });
+        };
+        let by_rates: Vec<f64> = (0..force.len()).map(by_rate).collect();
         let rates = multipliers::multipliers(&by_rates, &now);
         known
             .iter()
@@ -485,54 +487,53 @@ impl<const N: usize> Equations<'_, N> {
     fn second_difference(
         &self,
         h: f64,
-        leg: &Leg<f64, N>,
-        near: [f64; N],
+        leg: AnyLeg<'_, f64>,
+        near: &[f64],
         multipliers: &[f64],
-    ) -> Result<Compensated<N>, SetupError> {
+    ) -> Result<Vec<f64>, SetupError> {
         let inverse = consistency::inverse_mass(self.declaration, self.t, self.q, self.v);
-        let fixed = Leg {
-            t: Tangent::splat(leg.t),
-            q: leg.q.map(Tangent::splat),
-            d: leg.d.map(Tangent::splat),
-        };
+        let fixed = leg.map(Tangent::splat);
         let step = Tangent::splat(h);
         // after no second difference the third is the second
-        let rows = |e: &[Tangent; N]| {
-            let rows = self.declaration.declared(step, &fixed, e, &[]);
-            let force = || self.declaration.force(step, &fixed, e);
+        let rows = |e: &[Tangent]| {
+            let rows = self.declaration.declared(step, fixed.any(), e, &[]);
+            let force = || self.declaration.force(step, fixed.any(), e);
             if multipliers.is_empty() {
-                self.below(rows, force, || self.declaration.forms(step, &fixed, e))
+                self.below(rows, force, || self.declaration.forms(step, fixed.any(), e))
             } else {
-                let forms = self.declaration.forms(step, &fixed, e);
+                let forms = self.declaration.forms(step, fixed.any(), e);
                 self.with_multipliers(rows, &force(), &forms, multipliers)
             }
         };
-        Ok(Compensated::exact(nearest(&inverse, &near, rows)?))
+        nearest(&inverse, near, &rows)
     }
 }
 
 /// The point nearest to another, by the inverse of a metric, at which rows vanish: each update is the shortest way from there to where the rows
 /// vanish as they are linearized.
-fn nearest<const N: usize>(
+fn nearest(
     inverse: &Matrix,
-    near: &[f64; N],
-    rows: impl Fn(&[Tangent; N]) -> Vec<Tangent>,
-) -> Result<[f64; N], SetupError> {
-    let mut correction = [0.0; N];
+    near: &[f64],
+    rows: &dyn Fn(&[Tangent]) -> Vec<Tangent>,
+) -> Result<Vec<f64>, SetupError> {
+    let n = near.len();
+    let mut correction = vec![0.0; n];
     let mut last = f64::INFINITY;
     let mut left = Vec::new();
     for _ in 0..MAX_ITERATIONS {
-        let moved = |j: usize| {
-            core::array::from_fn(|i| Tangent::new(near[i] + correction[i], if i == j { 1.0 } else { 0.0 }))
-        };
-        let columns: Vec<Vec<Tangent>> = (0..N).map(|j| rows(&moved(j))).collect();
+        let reached: Vec<f64> = near
+            .iter()
+            .zip(&correction)
+            .map(|(near, correction)| near + correction)
+            .collect();
+        let columns: Vec<Vec<Tangent>> = (0..n).map(|j| rows(&consistency::moved(&reached, j))).collect();
         left = columns
             .first()
             .map_or_else(Vec::new, |column| column.iter().map(|row| row.value()).collect());
         if left.iter().all(|left| *left == 0.0) {
-            return Ok(core::array::from_fn(|i| near[i] + correction[i]));
+            return Ok(reached);
         }
-        let slope = Matrix::from_fn(left.len(), N, |i, j| columns[j][i].derivative());
+        let slope = Matrix::from_fn(left.len(), n, |i, j| columns[j][i].derivative());
         let forces = inverse.times(&slope.transposed());
         let metric = slope.times(&forces);
         let there = slope.times_vector(&correction);
@@ -546,38 +547,38 @@ fn nearest<const N: usize>(
         }
         let next = forces.times_vector(&metric.decomposed().solve(&wanted, f64::EPSILON));
         let (mut step, mut size) = (0.0_f64, 0.0_f64);
-        for i in 0..N {
+        for i in 0..n {
             step = step.max((next[i] - correction[i]).abs());
             size = size.max(near[i].abs()).max(next[i].abs());
             correction[i] = next[i];
         }
         if step <= ROUNDED * size || step >= last && step <= OBEYED * size {
-            return Ok(core::array::from_fn(|i| near[i] + correction[i]));
+            return Ok(near
+                .iter()
+                .zip(&correction)
+                .map(|(near, correction)| near + correction)
+                .collect());
         }
         last = step;
     }
     Err(SetupError::Projection { residual: left })
 }
 
-/// A basis of the directions on which forms vanish.
-fn free_directions<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
-    let largest = |form: &[f64; N]| form.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-    let rows: Vec<[f64; N]> = forms
-        .iter()
-        .map(|form| {
-            let size = largest(form);
-            if size > 0.0 { form.map(|x| x / size) } else { *form }
-        })
-        .collect();
-    let matrix = Matrix::from_fn(N, N, |i, j| rows.get(i).map_or(0.0, |row| row[j]));
+/// A basis of the directions of `n` coordinates on which forms vanish.
+fn free_directions(n: usize, forms: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let scaled = |form: &Vec<f64>| {
+        let size = form.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        map(form, |x| if size > 0.0 { x / size } else { x })
+    };
+    let rows: Vec<Vec<f64>> = forms.iter().map(scaled).collect();
+    let matrix = Matrix::from_fn(n, n, |i, j| rows.get(i).map_or(0.0, |row| row[j]));
     if !matrix.is_finite() {
-        return vec![[f64::NAN; N]; N - forms.len().min(N)];
+        return vec![vec![f64::NAN; n]; n - forms.len().min(n)];
     }
     let singular = matrix.decomposed();
     let vectors = singular.values.iter().zip(&singular.right);
     let free = vectors.filter(|(value, _)| **value <= NO_FORM);
-    free.map(|(_, vector)| core::array::from_fn(|i| vector[i]))
-        .collect()
+    free.map(|(_, vector)| vector.clone()).collect()
 }
 
 /// The solution of linear equations that are given by their columns; `None` where they are singular.

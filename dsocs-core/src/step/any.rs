@@ -20,8 +20,8 @@ pub(crate) trait AnyStep<const N: usize>: Equations {
     /// The system.
     fn system(&self) -> &dyn AnySystem<N>;
 
-    /// The declaration, after the second difference that a step of third order goes on from.
-    fn declaration(&self) -> Declaration<'_, N>;
+    /// The declaration, after the second difference that a step of third order goes on from: [`AnyStep::before`].
+    fn declaration<'a>(&'a self, before: &'a [f64; N]) -> Declaration<'a>;
 
     /// That second difference, and zero of second order.
     fn before(&self) -> [f64; N];
@@ -106,7 +106,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
 
     /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
     pub fn unknowns(&self, e: &[f64; N]) -> Z {
-        let multipliers = multipliers::of_step(&self.declaration(), self.h(), self.leg(), e);
+        let multipliers =
+            multipliers::of_step(&self.declaration(&self.before()), self.h(), self.leg().any(), e);
         self.unknown(e, &multipliers)
     }
 
@@ -207,8 +208,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
 
     /// The rows, as they were declared, that are not met at the second difference `e`, and what is left of each.
     fn unmet(&self, e: &[f64; N]) -> Vec<(DependentRow, f64)> {
-        let (h, leg) = (self.h(), self.leg());
-        let declaration = self.declaration();
+        let (h, leg, before) = (self.h(), self.leg().any(), self.before());
+        let declaration = self.declaration(&before);
         let multipliers = multipliers::of_step(&declaration, h, leg, e);
         let rows = declaration.declared(h, leg, e, &multipliers);
         // each against what it changes by on the way from a straight line
@@ -219,7 +220,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             .collect();
         let largest = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.2));
         let left = parts.into_iter().filter(|part| part.2 > UNMET * largest);
-        left.map(|(i, row, _)| (deficiency::row(self.system(), i), row))
+        left.map(|(i, row, _)| (deficiency::row(&declaration, i), row))
             .collect()
     }
 
@@ -246,9 +247,10 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// The error of the step.
     #[cold]
     pub fn error(&self, at: &Failing<N>, cause: NewtonFailure) -> StepError {
-        let leg = self.leg();
+        let (leg, before) = (self.leg(), self.before());
+        let declaration = self.declaration(&before);
         let e = self.second_difference(&vector(&cause.unknowns));
-        let open = |e| deficiency::of_step(self.system(), &self.declaration(), self.h(), leg, e);
+        let open = |e: &[f64; N]| deficiency::of_step(&declaration, self.h(), leg.any(), e);
         let deficiency = match cause.reason {
             StepFailure::Singular => open(&e),
             // rows that are singular but for rounding send the iteration anywhere: these are so on a straight line, too
@@ -265,7 +267,6 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         } else {
             Vec::new()
         };
-        let before = self.before();
         let next = |e: [f64; N]| {
             (0..N)
                 .map(|i| leg.q[i] + (leg.d[i] + (before[i] + e[i])))
@@ -283,9 +284,8 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             } else {
                 next(self.second_difference(&vector(&cause.other)))
             },
-            regularity: Regularity::of_declaration(&self.declaration(), self.h(), leg, &e),
-            coordinates: self
-                .system()
+            regularity: Regularity::of_declaration(&declaration, self.h(), leg.any(), &e),
+            coordinates: declaration
                 .coordinates()
                 .iter()
                 .map(|coordinate| coordinate.name)

@@ -161,7 +161,7 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     }
 
     fn rounding(&self, z: &Self::Z) -> Self::Z {
-        rounding::bounds(&AnyStep::declaration(self), self.h, &self.leg, z)
+        rounding::bounds(&self.declaration(&self.before()), self.h, self.leg.any(), z)
     }
 }
 
@@ -258,8 +258,8 @@ impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
         self.system
     }
 
-    fn declaration(&self) -> Declaration<'_, N> {
-        Declaration::of(self.system).after(self.before())
+    fn declaration<'a>(&'a self, before: &'a [f64; N]) -> Declaration<'a> {
+        Declaration::of(self.system).after(before)
     }
 
     fn before(&self) -> [f64; N] {

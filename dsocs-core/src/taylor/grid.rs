@@ -205,7 +205,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Stands at the next node of the grid.
-    fn arrive_on_grid(&mut self, declaration: &Declaration<'_, N>, target: f64) {
+    fn arrive_on_grid(&mut self, declaration: &Declaration<'_>, target: f64) {
         let mut point = self
             .polynomial()
             .map_or_else(|| self.point(), |polynomial| polynomial.at(target));

@@ -3,6 +3,7 @@
 use super::error::SeriesFailure;
 use super::flow::TaylorFlow;
 use super::jets::{Equations as _, Recurrences};
+use crate::any::sized;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::SetupError;
@@ -41,7 +42,7 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         }
         let (t, q, v) = (self.motion.time(), self.motion.q.hi, self.motion.v.hi);
         let sides = [self.equations.declaration(), Declaration::of(&*system)];
-        let after = start::velocity_after(&sides, (t, &q, &v))?;
+        let after = sized(&start::velocity_after(&sides, (t, &q, &v))?);
         let old = core::mem::replace(&mut self.equations, Recurrences::held(system));
         let before = self.motion.v;
         if let Some(projection) = &mut self.motion.projection {

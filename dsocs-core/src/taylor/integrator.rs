@@ -9,6 +9,7 @@ use super::order::Order;
 use super::projection::Projection;
 use super::series::Series;
 use super::watch::{self, End, Watch};
+use crate::any::continuous_force;
 use crate::compensated::Compensated;
 use crate::dispatch::{self, Work};
 use crate::error::SetupError;
@@ -220,7 +221,7 @@ impl<const N: usize> Integrator<N> {
             q,
             v,
             a,
-            force: declaration.continuous_force(&Point { t, q, v, a }),
+            force: continuous_force(&declaration, &Point { t, q, v, a }),
             energy: declaration.energy(t, &q, &v),
             iterations: self.expansions,
             stop: Stop::Start,

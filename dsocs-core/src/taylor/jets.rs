@@ -57,7 +57,7 @@ pub(super) trait Equations<const N: usize> {
     fn switch(&self, group: usize, place: usize) -> &'static str;
 
     /// The declaration.
-    fn declaration(&self) -> Declaration<'_, N>;
+    fn declaration(&self) -> Declaration<'_>;
 
     /// The system as a run shows it.
     fn view(&self) -> &dyn View<N>;
@@ -123,7 +123,7 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
         S::SWITCHES.get(place).copied().unwrap_or("an expression")
     }
 
-    fn declaration(&self) -> Declaration<'_, N> {
+    fn declaration(&self) -> Declaration<'_> {
         Declaration::of(&*self.system)
     }
 

@@ -36,7 +36,7 @@ pub(super) struct Projection<const N: usize> {
 
 impl<const N: usize> Projection<N> {
     /// The constraints of a declaration; `None` if it has none of lower order.
-    pub fn new(declaration: &Declaration<'_, N>, (t, q, v): (f64, &[f64; N], &[f64; N])) -> Option<Self> {
+    pub fn new(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64; N], &[f64; N])) -> Option<Self> {
         let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
         if lower == 0 {
             return None;
@@ -56,7 +56,7 @@ impl<const N: usize> Projection<N> {
         });
         Some(Self {
             counts: [holonomic, lower],
-            inverse,
+            inverse: core::array::from_fn(|i| core::array::from_fn(|j| inverse[(i, j)])),
             is_affine,
             rows,
             directions: Vec::with_capacity(lower),
@@ -71,7 +71,7 @@ impl<const N: usize> Projection<N> {
     /// Brings a position and a velocity at a time back. Nothing is allocated.
     pub fn apply(
         &mut self,
-        declaration: &Declaration<'_, N>,
+        declaration: &Declaration<'_>,
         t: f64,
         q: &mut Compensated<N>,
         v: &mut Compensated<N>,

@@ -164,9 +164,9 @@ fn left<const N: usize>(
     let constraints = holonomic + nonholonomic + kinematic;
     let rows = |triple: &Triple<N>| {
         let multipliers = constraint_multipliers(subject.system, h, triple);
-        let forces = declaration.force(h, &triple.leg, &triple.e);
+        let forces = declaration.force(h, triple.leg.any(), &triple.e);
         let forces = forces.iter().zip(force).map(|(q, force)| q - force).collect();
-        let mut constraint = declaration.declared(h, &triple.leg, &triple.e, &multipliers);
+        let mut constraint = declaration.declared(h, triple.leg.any(), &triple.e, &multipliers);
         let works = constraint.split_off(constraints.min(constraint.len()));
         constraint.drain(..holonomic.min(constraint.len()));
         let works = if constraints == 0 { Vec::new() } else { works };

@@ -255,11 +255,11 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
             let declaration = system.declaration();
             let values = [
                 node.leg.q.to_vec(),
-                declaration.point(h, &node.leg, &node.e).v.to_vec(),
+                declaration.point(h, node.leg.any(), &node.e).any().v.to_vec(),
                 if truth[2].is_empty() {
                     Vec::new()
                 } else {
-                    declaration.force(h, &node.leg, &node.e).to_vec()
+                    declaration.force(h, node.leg.any(), &node.e)
                 },
                 if truth[3].is_empty() {
                     Vec::new()

@@ -141,7 +141,8 @@ fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured
         if let Some(middle) = before {
             let e = core::array::from_fn(|i| leg.d[i] - middle.d[i]);
             let triple = Triple { leg: middle, e };
-            let Point { t, q, v, .. } = declaration.point(h, &middle, &e);
+            let point: Point<f64, N> = declaration.point(h, middle.any(), &e).sized();
+            let Point { t, q, v, .. } = point;
             let energy = declaration.energy(t, &q, &v);
             let power = discrete_power(system, h, &triple);
             if let Some([_, earlier]) = last {

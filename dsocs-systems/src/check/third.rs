@@ -191,7 +191,8 @@ fn missed_power<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f6
             d: core::array::from_fn(|i| three[1].q[i] - three[0].q[i]),
         };
         let e = core::array::from_fn(|i| (three[2].q[i] - three[1].q[i]) - leg.d[i]);
-        let Point { t, q, v, .. } = declaration.point(h, &leg, &e);
+        let point: Point<f64, N> = declaration.point(h, leg.any(), &e).sized();
+        let Point { t, q, v, .. } = point;
         let energy = declaration.energy(t, &q, &v);
         let power = discrete_power(subject.system, h, &Triple { leg, e });
         match last {

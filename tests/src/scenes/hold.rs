@@ -202,8 +202,8 @@ fn triple<S: System<N>, const N: usize>(
         }
     }
     let tape = Declaration::of(system);
-    let force = tape.force(step.h, &leg, &e);
-    let constraints = tape.declared(step.h, &leg, &e, &[]);
+    let force = tape.force(step.h, leg.any(), &e);
+    let constraints = tape.declared(step.h, leg.any(), &e, &[]);
     let expected = step
         .action(&exact)
         .into_iter()

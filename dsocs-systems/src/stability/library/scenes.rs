@@ -76,7 +76,7 @@ impl<const N: usize> Twin<N> {
         // the rows are known to the bounds of their rounding, the unknowns to their last place
         let at = system.linearize(&constants, &known, &z);
         let mut bounds = z;
-        Declaration::of(system).bounds(h, &self.leg, z.as_ref(), bounds.as_mut());
+        Declaration::of(system).bounds(h, self.leg.any(), z.as_ref(), bounds.as_mut());
         let mut noise = || MAGNIFIED * (2.0 * self.random.unit() - 1.0);
         let mut moved = z;
         for z in moved.as_mut() {
