@@ -309,7 +309,7 @@ fn jacobian<S: System<N>, const N: usize>(system: &S, start: Start<N>) {
             let moving: Vec<_> = moving
                 .map(|(k, &from)| Tangent::new(from, f64::from(u8::from(k == j))))
                 .collect();
-            let rows = Declaration::of(system).rows(Tangent::new(h, 0.0), &moving_leg, &moving);
+            let rows = Declaration::of(system).rows(Tangent::new(h, 0.0), moving_leg.any(), &moving);
             for (i, (row, moved)) in generated.jacobian.as_ref().iter().zip(&rows).enumerate() {
                 let row: &[f64] = row.as_ref();
                 let (entry, exact) = (row[j], moved.derivative());

@@ -265,7 +265,7 @@ fn where_the_motor_has_no_power_there_need_be_no_exact_decrease() {
         assert_eq!(error.step_failure(), Some(StepFailure::NoSolution));
         let leg = flow.leg();
         let declaration = Declaration::of(&PENDULUM);
-        let row = |e: f64| declaration.rows(h, &leg, &declaration.unknown(&[e, e], &[]))[0];
+        let row = |e: f64| declaration.rows(h, leg.any(), &declaration.unknown(&[e, e], &[]))[0];
         let sign = row(0.0).signum();
         let last = leg.d[0].abs().max(leg.d[1].abs());
         for k in -20_000..=20_000 {

@@ -167,7 +167,7 @@ fn a_motion_is_asked_in_order() {
     assert!(matches!(motion.at(0.5), Err(RunError::Behind { .. })));
     assert!(matches!(motion.at(11.0), Err(RunError::Until { .. })));
     // the acceleration solves the equations
-    let rows = dsocs_core::__private::Declaration::of(&pendulum).continuous(&first, &[]);
+    let rows = dsocs_core::__private::Declaration::of(&pendulum).continuous(first.any(), &[]);
     assert!(rows.iter().all(|row| row.abs() < 1e-7), "{rows:?}");
     let mut back = Motion::new(&pendulum, state, -1.0, Tolerance::relative(1e-12)).unwrap();
     assert!(back.at(-0.5).is_ok() && back.at(-1.0).is_ok());

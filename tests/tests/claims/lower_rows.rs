@@ -57,7 +57,7 @@ fn compare<S: System<N>, P: Lower<N>, const N: usize>(system: &S, by_hand: &P) {
         let constraints = by_hand.constraints(h, nodes);
         // all different
         let multipliers: Vec<f64> = (1..=constraints.len()).map(|k| multiplier * k as f64).collect();
-        let rows = declaration.declared(h, &leg, &e, &multipliers);
+        let rows = declaration.declared(h, leg.any(), &e, &multipliers);
         let force = independent::force(by_hand, h, nodes);
         let mut expected: Vec<f64> = constraints.iter().map(|(row, _)| *row).collect();
         expected.extend((0..N).map(|i| {
