@@ -253,13 +253,14 @@ impl<'g> Writer<'g> {
                 };
                 let y = inverse(sequence);
                 let of_value = quote!(#select(#left, #right, __T::splat(1.0), __T::splat(0.0)));
-                let decides = match switch {
-                    Some([table, place]) => quote! {
+                let decides = if let Some([table, place]) = switch {
+                    quote! {
                         #y = #select(#left, #right, __T::splat(-1.0), __T::splat(1.0));
                         #y = #table.start(#place, #left - #right, #y);
                         #y = __T::select_lt(#y, __T::splat(0.0), __T::splat(1.0), __T::splat(0.0));
-                    },
-                    None => quote!(#y = #of_value;),
+                    }
+                } else {
+                    quote!(#y = #of_value;)
                 };
                 quote! {
                     #decides
