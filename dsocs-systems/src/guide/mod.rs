@@ -1,6 +1,6 @@
-//! The book: from a first system to how the whole thing works. Every listing is compiled and run by `cargo test`.
+//! The book: from a first system to how everything works. Every listing is compiled and run by `cargo test`.
 //!
-//! | chapter | what it answers |
+//! | chapter | questions that it answers |
 //! |---|---|
 //! | [Your own system in ten minutes](your_own_system) | How do I write a system down, run it, plot it, check it? |
 //! | [The declaration](declaration) | Which statements are there? |
@@ -9,16 +9,16 @@
 //! | [Control](control) | How does a Lyapunov function become a torque? |
 //! | [Choosing maps](maps) | Which discretization, and what does it cost? |
 //! | [Time, forces, inputs](time_forces_inputs) | How do I write friction, a motor, a digital controller? |
-//! | [Which method when](methods) | The discrete step, a composition, or a Taylor series? |
-//! | [Many runs and clusters](many_runs) | How do I run a plan of ten thousand, here or on a cluster? |
+//! | [Which method when](methods) | Do I use the discrete step, a composition, or a Taylor series? |
+//! | [Many runs and clusters](many_runs) | How do I make ten thousand runs, on one machine or on a cluster? |
 //! | [Derivatives and optimisation](derivatives) | How do I fit parameters, or plan torques? |
 //! | [Two roots](two_roots) | What if a step has two solutions? |
 //! | [When it fails](errors) | What does this error mean, and what helps? |
-//! | [Checks and hard cases](checks) | How do I know that it is right? |
+//! | [Checks and hard cases](checks) | How do I know that a run is right? |
 //! | [Performance](performance) | How fast does it run, and how long does it build? |
 //! | [How it works](how_it_works) | What happens between the declaration and a step? |
 //!
-//! Words that the book uses:
+//! Terms of the book:
 //!
 //! | word | meaning |
 //! |---|---|
@@ -26,12 +26,15 @@
 //! | leg | two consecutive nodes, or the motion between them |
 //! | triple | three consecutive nodes; the equations of a step of the paper's method are about one triple |
 //! | row | one scalar equation of a step; in a table, one line |
-//! | map | how a position, a velocity and an acceleration are formed from the nodes of a leg or a triple |
+//! | form | a one-form: the direction of a constraint force, with one component for each coordinate |
+//! | multiplier | the size `λ_j` of the constraint force along the form of one constraint |
+//! | map | the rule that gives a position, a velocity and an acceleration from the nodes of a leg or a triple |
+//! | bar | the limit that a measured value has to meet |
 //! | tape | the declaration as a list of operations, evaluated at run time where speed does not matter |
 //! | lane | one of the eight runs, or steps, that are computed side by side with SIMD instructions |
 //! | certificate | two singular values that tell whether the equations of a step determine the next node and the previous one |
 //!
-//! Conventions: `n` coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
+//! Notation: `n` is the number of coordinates, `q` the position, `v = q̇` the velocity, `a = q̈` the acceleration, `h` the step, `L` the Lagrangian.
 //! In a checkout of the project, write `cargo run --release --` in place of `dsocs`.
 
 #[doc = include_str!("checks.md")]
