@@ -1,4 +1,4 @@
-//! Files that are written under another name until they are whole.
+//! Files that are written under another name until they are complete.
 
 use std::io;
 use std::path::Path;

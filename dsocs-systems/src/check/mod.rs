@@ -48,7 +48,7 @@ const STATES_TOLERANCE: f64 = 1e-13;
 /// What is expected of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
-    /// The kind of its constraints. Without constraints, and with holonomic ones alone, the flow is symplectic.
+    /// The kind of its constraints. Without constraints, and with only holonomic ones, the flow is symplectic.
     pub kind: Kind,
     /// The order.
     pub order: f64,
@@ -59,7 +59,7 @@ pub struct Expected {
 /// How the motion begins with its position and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Begin {
-    /// Whether the second node is the paper's, `q1 = q0 + h v0`, by which a motion is of order 1; else it is of second order.
+    /// Whether the second node is the paper's, `q1 = q0 + h v0`. With it the motion is of first order, otherwise of second order.
     pub paper: bool,
     /// Whether the start is moved onto the constraints of positions and velocities first.
     pub projected: bool,

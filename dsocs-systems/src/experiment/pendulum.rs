@@ -15,7 +15,7 @@ pub const V0: [f64; 2] = [0.0, 0.5];
 pub const UNTIL: f64 = 2000.0;
 /// The steps of the error table, in s.
 pub const STEPS: [f64; 5] = [0.1, 0.05, 0.025, 0.0125, 0.00625];
-/// Smaller steps, whose errors tell where the paper's slope of 1.3 comes from, in s; they are no part of the figure.
+/// Smaller steps, in s. Their errors explain the paper's slope of 1.3. They are not part of the figure.
 pub const FURTHER_STEPS: [f64; 2] = [0.003_125, 0.001_562_5];
 /// The step of the motion that is shown, in s.
 pub const SHOWN_STEP: f64 = 0.1;

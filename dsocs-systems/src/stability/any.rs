@@ -40,7 +40,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Measures all figures of the case on a motion of a system; `done` is told of each. Quick cases take seconds.
+    /// Measures all figures of the case on a motion of a system, and calls `done` with each. Quick cases take seconds.
     pub fn run(
         &self,
         entry: &Entry,

@@ -30,7 +30,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Measures all figures of the case; `done` is told of each. Quick cases take seconds.
+    /// Measures all figures of the case, and calls `done` with each. Quick cases take seconds.
     pub fn run(&self, quick: bool, done: &mut dyn FnMut(&Row)) -> Vec<Row> {
         let mut report = Report {
             number: self.number,

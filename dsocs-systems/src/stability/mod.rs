@@ -19,16 +19,16 @@ pub use library::{CASES, Case};
 /// The limit that a figure has to meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bar {
-    /// The figure may not be larger.
+    /// The figure must not be larger than this limit.
     AtMost(f64),
-    /// The figure may not be smaller.
+    /// The figure must not be smaller than this limit.
     AtLeast(f64),
-    /// The figure is for information.
+    /// There is no limit; the figure is for information only.
     Reported,
 }
 
 impl Bar {
-    /// Whether a figure meets the limit. NaN never does, not even where the figure is for information.
+    /// Whether a figure meets the limit. NaN never does, even if there is no limit.
     #[must_use]
     pub fn holds(self, figure: f64) -> bool {
         match self {

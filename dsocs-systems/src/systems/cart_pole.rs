@@ -31,7 +31,7 @@ pub fn entry() -> crate::Entry {
 /// `Ė = −m l θ̇ cos θ ẍ`, the function `V = E²/2` then falls at the rate `F = k m l (E θ̇ cos θ)²`.
 ///
 /// Their law prescribes the acceleration of the pivot. Here the law is the Lyapunov constraint `dV/dt = −F` of the whole system, cart and
-/// pole, and the constraint force is the motor's force on the cart. So the force that the law needs is a result. `V̇ + F` has the factor
+/// pole, and the constraint force is the motor's force on the cart. So a run computes the force that the law needs. `V̇ + F` has the factor
 /// `−m l E θ̇ cos θ`, which vanishes whenever the pole is level or at rest. The constraint is declared with this factor divided out, which
 /// leaves the law itself. There is no saturation, and nothing brings the cart back. Near the upright position the pole slows down along its
 /// separatrix; another control law has to catch it there.
@@ -88,8 +88,8 @@ impl Default for CartPole {
 }
 
 impl CartPole {
-    /// The right-hand side of the motion under the law, for the state `(x, θ, ẋ, θ̇)`, and the motor's force, in N: the pole
-    /// moves with its pivot, and the force is what the cart and the pole's pull on it need.
+    /// The right-hand side of the motion under the law, for the state `(x, θ, ẋ, θ̇)`, and the motor's force, in N. The pole
+    /// moves with its pivot. The force accelerates the cart against the pull of the pole.
     ///
     /// It is written from the law, independently of the declaration.
     #[must_use]

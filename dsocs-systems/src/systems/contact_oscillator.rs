@@ -18,14 +18,15 @@ pub fn entry() -> crate::Entry {
         .until(100.0)
 }
 
-/// A particle in a quadratic potential and a constant magnetic field with the contact structure `ż = y ẋ` for its constraint.
+/// A particle in a quadratic potential and a constant magnetic field, under the nonholonomic constraint `ż = y ẋ` (a contact structure).
 ///
 /// The energy is the only known invariant. Without the field the system is reversible. According to the second source this is
-/// the reason why nonholonomic methods keep the energy well; the source finds no method that does so on all of its irreversible problems.
+/// the reason why nonholonomic methods keep the energy well. On irreversible problems the source finds no method that always keeps it.
 /// With a field of three nonzero components, no reflection of the coordinates reverses the motion. The steps are still
-/// symmetric in time, and yet **the energy drifts**, in no particular direction. From the default start with `h = 0.1`, its
-/// mean over stretches of 10 000 is off by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2, −9.7 and −9.6 % up to `t = 100 000`;
-/// with `h = 0.05` by +0.5 % in the first stretch and +6.0 % in the last. Without the field it stays at −0.27 % (−0.07 %).
+/// symmetric in time, and yet **the energy drifts**, in no particular direction. From the default start with `h = 0.1`, the mean
+/// of the energy over successive intervals of 10 000 units of time differs from the true energy by +0.6, +0.2, −4.6, −8.0, −6.7, −5.1, −7.5, −9.2, −9.7 and −9.6 % up to `t = 100 000`;
+/// with `h = 0.05` by +0.5 % in the first interval and +6.0 % in the last. Without the field it stays at −0.27 % for `h = 0.1`, and at
+/// −0.07 % for `h = 0.05`.
 #[dsocs {
     coordinates(
         /// The first position [1].

@@ -1,4 +1,4 @@
-//! The paper's pendulum with a Lyapunov function that falls by exactly what it should in every step.
+//! The paper's pendulum with a Lyapunov function that decreases by exactly `h F` in every step.
 
 use dsocs_core::dsocs;
 

@@ -1,4 +1,4 @@
-//! The paper's pendulum with friction: along the motor, in the pivot and made up for, and in the pivot without that.
+//! The paper's pendulum with friction: in the motor, in the pivot with compensation, and in the pivot without compensation.
 
 use dsocs_core::dsocs;
 
@@ -35,7 +35,7 @@ pub fn pivot_entry() -> crate::Entry {
         .symmetry("turning the wheel", |_: &[f64; 2]| [0.0, 1.0])
 }
 
-/// The paper's example with friction in the pivot for which nothing makes up, before its motion ends.
+/// The paper's example with friction in the pivot that is not compensated, before its motion ends.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn stalled_entry() -> crate::Entry {
@@ -123,7 +123,7 @@ macro_rules! pendulum {
 }
 
 pendulum! {
-    /// [`InertiaWheelPendulum`] with friction in the motor, and in the pivot, for which the constraint makes up.
+    /// [`InertiaWheelPendulum`] with friction in the motor and in the pivot; the constraint compensates for that in the pivot.
     ///
     /// Friction in the motor changes only the motor's torque; the motion is the same as without it. Friction in the pivot acts on the
     /// pendulum, where the motor does not act, and changes `V` at the rate `−c θ̇ ∂V/∂p₁`. Here `F` contains this rate,
@@ -134,7 +134,7 @@ pendulum! {
 }
 
 pendulum! {
-    /// [`InertiaWheelPendulum`] with friction in the pivot that the constraint `dV/dt = −ρ w tanh w` does not know of: its motion ends.
+    /// [`InertiaWheelPendulum`] with friction in the pivot that the constraint `dV/dt = −ρ w tanh w` does not contain: its motion ends.
     ///
     /// Where `w = 0` the motor cannot change `V`, but friction does. There the constraint is `c e p₁²/(d (I + (n+1) J)²) =
     /// 0`, which cannot be met. On the way there the torque grows like `1/w`, and `w` becomes zero after a finite time, beyond

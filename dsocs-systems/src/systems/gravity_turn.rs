@@ -18,8 +18,8 @@ pub fn entry() -> crate::Entry {
 
 /// A particle in the plane whose speed grows at a prescribed rate, whatever gravity does: thrust or brake along the path.
 ///
-/// The constraint is of second order and by Chetaev's rule its virtual displacements are `ker ∂c/∂q̈`, those orthogonal to the velocity;
-/// they are written out. So the force is along the velocity, and gravity alone bends the path. The speed is exactly
+/// The constraint is of second order. By Chetaev's rule its virtual displacements are `ker ∂c/∂q̈`: those orthogonal to the velocity. The
+/// declaration writes them out. So the force is along the velocity, and only gravity bends the path. The speed is exactly
 /// `s = s₀ + τ t`, and with the path's angle `γ` the quantity `artanh(sin γ) + (g/τ) ln s` is invariant.
 #[dsocs {
     coordinates(

@@ -1,4 +1,4 @@
-//! The heavy top, its attitude a quaternion of unit length.
+//! The heavy top, with a quaternion of unit length as its attitude.
 
 use dsocs_core::dsocs;
 
@@ -25,10 +25,10 @@ pub fn entry() -> crate::Entry {
 
 /// A symmetric top with a fixed point on its axis, in gravity.
 ///
-/// The quaternion `q = w + x i + y j + z k` turns the body's axes into those of space, and the angular velocity in the body is
-/// `2 q̄ q̇`, without its real part; `z` points upwards, and the top's axis is the third of the body. The unit length of `q` is a
-/// holonomic constraint, because the kinetic energy does not depend on changes of the length. Its multiplier belongs to this
-/// description alone; it is no force on the real top.
+/// The quaternion `q = w + x i + y j + z k` turns the body's axes into those of space. The angular velocity in the body is the imaginary part
+/// of `2 q̄ q̇`. The third axis of space points upwards, and the top's axis is the third axis of the body. The unit length of `q` is a holonomic
+/// constraint, because the kinetic energy does not depend on changes of the length. Its multiplier belongs only to this description; it is
+/// not a force on the real top.
 ///
 /// Invariants are the energy and the angular momenta about the vertical and about the top's axis. Rotations act on `q` by
 /// multiplication, which is linear. So with the midpoint map `L_d` has the same symmetries as `L`, and the discrete motion keeps both
@@ -87,8 +87,8 @@ impl Default for HeavyTop {
 }
 
 impl HeavyTop {
-    /// The quaternion and its rate of the Euler angles `(θ, φ, ψ)`, the tilt of the axis from the vertical, its turn about the
-    /// vertical and the turn of the top about it, and of their rates.
+    /// The quaternion and its rate for given Euler angles `(θ, φ, ψ)`, in rad, and their rates, in rad/s. `θ` is the tilt of the top's axis from
+    /// the vertical, `φ` the rotation of this axis about the vertical, and `ψ` the rotation of the top about its axis.
     #[must_use]
     pub fn state([theta, phi, psi]: [f64; 3], rates: [f64; 3]) -> ([f64; 4], [f64; 4]) {
         let (sin, cos) = (theta / 2.0).sin_cos();

@@ -17,13 +17,13 @@ pub fn entry() -> crate::Entry {
 
 /// A pendulum on a pivot that moves up and down as `a cos ωt`.
 ///
-/// `θ` is the angle from the upright position and obeys `θ̈ = (g − a ω² cos ωt)/l sin θ`. Where the vibration is fast and
-/// small, the pendulum moves slowly in the effective potential `m g l (cos θ + a² ω²/(4 g l) sin²θ)`, and upright is stable
-/// above the amplitude [`Kapitza::critical_amplitude`], where `a² ω² = 2 g l`. There it swings with
+/// `θ` is the angle from the upright position and obeys `θ̈ = (g − a ω² cos ωt)/l sin θ`. If the vibration is fast and
+/// small, the pendulum moves slowly in the effective potential `m g l (cos θ + a² ω²/(4 g l) sin²θ)`. The upright position is stable if the
+/// amplitude is larger than [`Kapitza::critical_amplitude`], at which `a² ω² = 2 g l`. About the stable upright position the pendulum swings with
 /// [`Kapitza::slow_frequency`].
 ///
-/// The Lagrangian depends on time through the pivot; the reported energy is `⟨∂L/∂v, v⟩ − L`, which is not the
-/// mechanical energy: the pivot's motion does work, `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so the default map is
+/// The Lagrangian depends on time through the pivot. The reported energy is `E = ⟨∂L/∂v, v⟩ − L`, which is not the
+/// mechanical energy. It is not constant, because the pivot's motion does work: `dE/dt = −∂L/∂t`. The momentum depends on time and angle, so the default map is
 /// `midpoint`.
 #[dsocs {
     coordinates(

@@ -2,7 +2,7 @@
 
 use dsocs_core::dsocs;
 
-/// The classical start: at rest, but for its turning. It does not slide down.
+/// The classical start: the edge turns and is otherwise at rest. It does not slide down.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
@@ -18,7 +18,7 @@ pub fn entry() -> crate::Entry {
         .symmetry("translation across the slope", |_: &[f64; 3]| [0.0, 1.0, 0.0])
 }
 
-/// A knife edge that moves on an inclined plane in its own direction alone.
+/// A knife edge that moves on an inclined plane, only in its own direction.
 ///
 /// `x` points down the slope, `y` across it, and the edge makes the angle `φ` with `x`: `ẋ sin φ = ẏ cos φ`. It turns at a constant
 /// rate, and gravity works along the edge: with the speed `u` along it, `u̇ = g sin α cos φ`. The motion is in closed form

@@ -20,11 +20,13 @@ pub fn entry() -> crate::Entry {
 ///
 /// The Lagrangian is `m v²/2 + c A · v` with the vector potential `A = (−y, x) B/2 (1 + g r²/2)`. The force is orthogonal to the
 /// velocity, so the speed is constant and the path has the signed curvature `−c B(r)/(m |v|)`: it is the path of
-/// [`CurvedParticle`](crate::CurvedParticle) with that curvature, whose force is a constraint's. Here the flow is
-/// symplectic, and by the rotational symmetry `m (x ẏ − y ẋ) + c B/2 (1 + g r²/2) r²` is invariant; there neither need be.
+/// [`CurvedParticle`](crate::CurvedParticle) with that curvature. There the force is a constraint force; here it comes from the Lagrangian. So
+/// here the flow is symplectic, and by the rotational symmetry `m (x ẏ − y ẋ) + c B/2 (1 + g r²/2) r²` is invariant. Neither needs to hold for
+/// the constrained particle.
 /// With `g = 0` the path is a circle, at the cyclotron frequency `c B/m` ([`MagneticParticle::exact`]).
 ///
-/// `L` is linear in `v` beside the kinetic energy, with coefficients that depend on the position: the discrete Lagrangian is taken at the midpoint.
+/// Beside the kinetic energy, `L` has terms that are linear in `v`, with coefficients that depend on the position. So the discrete Lagrangian is
+/// taken at the midpoint.
 #[dsocs {
     coordinates(
         /// The first position in the plane [m].

@@ -1,4 +1,4 @@
-//! The systems: a file each, with the declaration, its source, exact solutions or invariants, and the default run.
+//! The systems. Each has one file, with the declaration, its source, exact solutions or invariants, and the default run.
 
 pub mod arm;
 pub mod cart_pole;

@@ -20,9 +20,9 @@ pub fn entry() -> crate::Entry {
 /// A free particle whose height changes with its way along `x` by `ż = s y ẋ`: the simplest nonholonomic constraint.
 ///
 /// By d'Alembert's principle `ẋ √(1 + s² y²)` and `ẏ` are invariant, which gives the motion in closed form
-/// ([`NonholonomicParticle::exact`]). The translation along `y` is a virtual displacement, and its momentum is conserved; that
-/// along `x` is none, and its momentum follows the momentum equation. The discrete Lagrangian is taken at the midpoint, where
-/// the constraint is imposed on a leg.
+/// ([`NonholonomicParticle::exact`]). The translation along `y` is a virtual displacement, so its momentum is conserved. The
+/// translation along `x` is not a virtual displacement, and its momentum obeys the momentum equation. The discrete Lagrangian is taken at the
+/// midpoint, where the constraint is imposed on a leg.
 #[dsocs {
     coordinates(
         /// The first horizontal position [m].

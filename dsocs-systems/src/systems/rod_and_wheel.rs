@@ -26,8 +26,8 @@ pub fn entry() -> crate::Entry {
 /// declaration, each with its own rule.
 ///
 /// `y` points upwards and `x = sin θ`, `y = cos θ`. The rod's force `λ_0 = M cos θ − I θ̇²` (times the rod's length, positive where it pushes
-/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The mean of the Lagrangian at
-/// both nodes makes the legs symmetric: with the paper's map `λ_0` is of first order only, since the mass matrix depends on the
+/// outwards) follows by d'Alembert's principle; the motor turns the wheel with the torque `λ_1`. The discrete Lagrangian is the mean over both
+/// nodes, which makes the legs symmetric. With the paper's map, `λ_0` would be of first order only, because the mass matrix depends on the
 /// position. As in the paper's pendulum, the Lyapunov constraint gives a step two roots, but here the factor `w` is
 /// not divided out.
 #[dsocs {

@@ -27,9 +27,9 @@ pub fn entry() -> crate::Entry {
 /// A disk that stays upright on a horizontal plane and rolls without slipping.
 ///
 /// `(x, y)` is the point of contact, `θ` the angle by which the disk has rolled and `φ` its heading: `ẋ = R θ̇ cos φ`,
-/// `ẏ = R θ̇ sin φ`. Both angles go on at constant rates, and the point of contact moves on a circle of the radius `R θ̇/φ̇`
-/// ([`RollingDisk::exact`]). So does the discrete motion, at a radius that is larger by the factor `(h φ̇/2) / sin(h φ̇/2)` for
-/// the same rates.
+/// `ẏ = R θ̇ sin φ`. Both angles change at constant rates, and the point of contact moves on a circle of the radius `R θ̇/φ̇`
+/// ([`RollingDisk::exact`]). The discrete motion is also on a circle. For the same rates its radius is larger by the factor
+/// `(h φ̇/2) / sin(h φ̇/2)`.
 #[dsocs {
     coordinates(
         /// The first position of the point of contact [m].

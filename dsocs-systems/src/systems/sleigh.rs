@@ -25,9 +25,9 @@ pub fn entry() -> crate::Entry {
 /// A body that slides on a horizontal plane, with a blade at the distance `a` behind its centre of mass.
 ///
 /// `(x, y)` is the blade's point of contact and `θ` its direction, across which it cannot move. With the speed `u` along the blade and the
-/// rate `ω = θ̇`: `u̇ = a ω²`, `ω̇ = −(a/k²) u ω` with `k² = (I + m a²)/m`. The energy `m (u² + k² ω²)/2` is kept, and yet
-/// every motion that turns tends to one straight ahead, with `u = V = √(u² + k² ω²)`: volume in phase space is not kept. In
-/// closed form
+/// rate `ω = θ̇`: `u̇ = a ω²`, `ω̇ = −(a/k²) u ω` with `k² = (I + m a²)/m`. The energy `m (u² + k² ω²)/2` is
+/// conserved. Still, every motion that turns tends to a straight one, with `u = V = √(u² + k² ω²)`, because volume in phase space is not
+/// conserved. The motion in closed form is
 /// `u = V tanh s`, `ω = ± (V/k) sech s`, `s = (a V/k²)(t − t₀)` ([`Sleigh::exact`]).
 #[dsocs {
     coordinates(
@@ -76,7 +76,7 @@ impl Sleigh {
     /// The exact direction `θ`, speed `u` along the blade and rate `ω`, in rad, m/s and rad/s, a time `t`, in s, after others;
     /// for a motion that turns (`ω ≠ 0`) and `a ≠ 0`.
     ///
-    /// From `θ̇ = ω`, `θ` goes on by `k/a` times the change of the Gudermannian `2 arctan tanh(s/2)`.
+    /// From `θ̇ = ω`, `θ` changes by `k/a` times the change of the Gudermannian `2 arctan tanh(s/2)`.
     #[must_use]
     pub fn exact(&self, [theta, speed, rate]: [f64; 3], t: f64) -> [f64; 3] {
         let k = self.gyration().sqrt();

@@ -41,8 +41,8 @@ pub fn entry() -> crate::Entry {
 
 /// A board on two axles with wheels, which turn by `φ` in front and `−φ` behind, and a rotor on top.
 ///
-/// `(x, y)` is the middle of the board and `θ` its direction; `ψ` is the rotor's angle relative to the board. The wheels do not slip aside: the front
-/// ones are at the distance `l` before the middle, the rear ones behind it, so
+/// `(x, y)` is the middle of the board and `θ` its direction; `ψ` is the rotor's angle relative to the board. The wheels do not slip sideways. The
+/// front wheels are at the distance `l` before the middle, and the rear wheels at the same distance behind it. So
 ///
 /// `−sin(θ ± φ) ẋ + cos(θ ± φ) ẏ ± l cos φ θ̇ = 0`.
 ///
@@ -112,7 +112,7 @@ impl Default for Snakeboard {
 impl Snakeboard {
     /// The right-hand side of the motion for the state `(x, y, θ, ψ, φ, u, ψ̇, φ̇)`.
     ///
-    /// It is written from d'Alembert's principle by hand, without multipliers and independently of the declaration: work along
+    /// It is derived from d'Alembert's principle by hand, without multipliers and independently of the declaration. The work along
     /// `(cos θ, sin θ, tan φ / l, 0, 0)` gives
     /// `(m + K tan²φ / l²) u̇ = (tan φ / l)(k_ψ ψ − K u φ̇ / (l cos²φ))`, where `K` is the inertia of the board and its axles.
     #[must_use]

@@ -18,10 +18,10 @@ pub fn entry() -> crate::Entry {
 
 /// A point mass on a massless rod that may swing in any direction.
 ///
-/// The pivot is the origin and `z` points upwards. No vector field on the sphere is without a zero, so there is no global basis of the virtual
-/// displacements, and the multiplier is an unknown of the step; `λ_0` is the force of the rod in N, positive where it pushes outwards. Invariants are
-/// the energy and the angular momentum about the vertical, `m (x ẏ − y ẋ)`; the discrete motion keeps the second one exactly, since the rotation is a
-/// virtual displacement. The same motion in angles, which have no value on the vertical, is [`SphericalPendulum`](crate::SphericalPendulum)'s.
+/// The pivot is the origin and `z` points upwards. Every vector field on the sphere has a zero, so there is no global basis of the virtual
+/// displacements. So the multiplier is an unknown of the step. `λ_0` is the force of the rod in N, positive where it pushes outwards. Invariants are
+/// the energy and the angular momentum about the vertical, `m (x ẏ − y ẋ)`. The discrete motion keeps the second one exactly, because the rotation is a
+/// virtual displacement. [`SphericalPendulum`](crate::SphericalPendulum) is the same motion in angles, which have no value on the vertical.
 #[dsocs {
     coordinates(
         /// The first horizontal position [m].
@@ -59,7 +59,7 @@ impl Default for Sphere {
 }
 
 impl Sphere {
-    /// Position and velocity of the angles `(θ, φ)` from the downward vertical and about it, and of their rates.
+    /// Position and velocity for given angles `(θ, φ)` and their rates: `θ` from the downward vertical, `φ` about it.
     #[must_use]
     pub fn of_angles(
         &self,

@@ -1,8 +1,8 @@
-//! A train of masses with dampers between them, drawn to and fro at one end.
+//! A train of masses with springs and dampers between them, moved to and fro at one end.
 
 use dsocs_core::dsocs;
 
-/// A train at rest that is set moving; what it began with dies out.
+/// A train at rest that is set moving. Its transient motion dies out.
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
@@ -18,7 +18,7 @@ pub fn entry() -> crate::Entry {
 /// Five equal masses on a line, joined by equal springs and dampers, the last one joined to a wall; the point to which the
 /// first is joined moves as `a cos Ωt`.
 ///
-/// Springs and the moving point are in the Lagrangian, which so depends on time; dampers are external forces, linear in the velocities.
+/// The springs and the moving point are in the Lagrangian, so it depends on time. The dampers are external forces, linear in the velocities.
 /// With the complex wave number `2 (1 − cos μ)(k + i c Ω) = m Ω²` the steady motion is `x_j = Re a sin((6 − j) μ)/sin(6 μ)
 /// e^{iΩt}`, `j = 1, …, 5` ([`Train::amplitudes`]); every other motion tends to it.
 #[dsocs {
@@ -73,7 +73,7 @@ impl Default for Train {
 impl Train {
     /// The complex amplitudes of the steady motion, real and imaginary parts, in m: `x_j = Re (A_j e^{iΩt})`.
     ///
-    /// `sin(n μ)/sin μ` are the Chebyshev polynomials of the second kind of `cos μ`, so that no complex sine is needed: `A_j =
+    /// `sin(n μ)/sin μ` are the Chebyshev polynomials of the second kind of `cos μ`, so no complex sine is needed: `A_j =
     /// a U_{5−j}/U_5`.
     #[must_use]
     pub fn amplitudes(&self) -> [[f64; 2]; 5] {
