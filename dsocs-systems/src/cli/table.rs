@@ -12,9 +12,9 @@ use super::number::shortest;
 /// The format of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TableFormat {
-    /// Comma-separated values with a line of names; each number in the shortest form that reads back the same, nothing for what is not finite.
+    /// Comma-separated values with a line of names. Each number has the shortest form that reads back the same; numbers that are not finite are empty
     Csv,
-    /// One object `{…, "columns": […], "rows": [[…], …]}`; null for what is not finite.
+    /// One object `{…, "columns": […], "rows": [[…], …]}`; numbers that are not finite are null
     Json,
 }
 
