@@ -1,4 +1,4 @@
-//! Chapter *Constraints of every order and their forces*: what holds a skate on its course, as force and as multiplier.
+//! Chapter *Constraints of every order and their forces*: the force that keeps a skate on its course, and its multiplier.
 //!
 //! `cargo run --release --example constraints`
 

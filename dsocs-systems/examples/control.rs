@@ -1,4 +1,4 @@
-//! Chapter *Control*: a Lyapunov constraint, and the law of the motor that it stands for.
+//! Chapter *Control*: a Lyapunov constraint, and the motor's control law that follows from it.
 //!
 //! `cargo run --release --example control`
 

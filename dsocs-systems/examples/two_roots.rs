@@ -1,4 +1,4 @@
-//! Chapter *Two roots*: a step with two solutions, and three ways to say which is meant.
+//! Chapter *Two roots*: a step with two solutions, and three ways to choose one of them.
 //!
 //! `cargo run --release --example two_roots`
 

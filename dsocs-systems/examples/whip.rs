@@ -1,8 +1,8 @@
 //! Chapter *Performance*, "Chains": a chain of rods in Cartesian coordinates that hangs folded from both ends, and one end is let go.
 //!
-//! Its tip falls faster than a stone. Of a chain without width and with ever shorter links, the tip that has fallen by `x` has the
-//! speed `√(g x (2L − x)/(L − x))`, without bound towards `x = L`: the energy of the whole chain goes into the part that still
-//! moves (Calkin and March, "The dynamics of a falling chain", Am. J. Phys. 57 (1989), 154).
+//! Its tip falls faster than a stone. In the limit of short links and no width of the fold, a tip that has fallen by `x` has the
+//! speed `√(g x (2L − x)/(L − x))`, which is unbounded as `x` tends to `L`: the energy of the whole chain goes into the part that
+//! still moves (Calkin and March, "The dynamics of a falling chain", Am. J. Phys. 57 (1989), 154).
 //!
 //! `cargo run --release --example whip`
 

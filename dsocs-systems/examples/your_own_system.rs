@@ -1,4 +1,4 @@
-//! Chapter *Your own system in ten minutes*: a system of one's own with the whole command line.
+//! Chapter *Your own system in ten minutes*: your own system with the whole command line.
 //!
 //! `cargo run --release --example your_own_system -- run --report bead.html`
 

@@ -1,8 +1,8 @@
 #!/bin/bash
 # A sweep on several machines by GNU parallel: parallel.sh plan.toml sweep/ 16 [machines]
 #
-# `machines` is a file of names for ssh, one a line (`2/name` where two processes are to run there); without it all run here. Plan and folder
-# are on a file system that all machines see.
+# `machines` is a file of names for ssh, one per line (`2/name` for two processes on that machine). Without it all processes run on this machine.
+# Plan and folder are on a file system that all machines see.
 set -euo pipefail
 plan=$1 out=$2 shards=$3
 where=()

@@ -1,8 +1,8 @@
 #!/bin/bash
 # A sweep as an array of SLURM: sbatch slurm.sh plan.toml sweep/
 #
-# The folder is on a file system that all nodes see. A task computes what is missing of its share; a task that was killed is started
-# again alone (sbatch --array=2 slurm.sh …) and then computes all that is missing. `dsocs sweep --status --out sweep/` says what that is.
+# The folder is on a file system that all nodes see. A task computes the missing parts of its share. If a task was killed, start it again as an
+# array of one (sbatch --array=2 slurm.sh …): it then computes all missing parts. `dsocs sweep --status --out sweep/` says which are missing.
 #SBATCH --job-name=sweep
 #SBATCH --array=1-4
 #SBATCH --cpus-per-task=1

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Tries slurm.sh on a SLURM of one node that it installs and starts itself (Debian, as root, without systemd): an array of four, of which one
-# task is killed and started again. Then nothing may be missing, and every table is what one process alone writes.
+# Tests slurm.sh on a SLURM of one node, which it installs and starts itself (Debian, as root, without systemd). It runs an array of four tasks; one
+# is killed and started again. Then no part may be missing, and every table must equal that of a single process.
 #
 # DSOCS=/path/to/dsocs try-slurm.sh          also with Dask, if its second word is `dask` (pip install distributed dask-jobqueue)
 set -euo pipefail
