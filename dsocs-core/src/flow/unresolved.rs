@@ -24,7 +24,7 @@ const UNRESOLVED: f64 = 0.1;
 /// larger. Each such step reduces the order of the run to 1.
 ///
 /// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on.
-/// A smaller step or a softer switch helps, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the switch. The force is evaluated
+/// Three things help: a smaller step, a force that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump. The force is evaluated
 /// at three places between the legs, and only in steps that differ from their prediction. So a pulse shorter than a quarter of a step may be
 /// missed.
 #[derive(Clone, Copy, Debug, PartialEq)]

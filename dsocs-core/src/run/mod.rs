@@ -1,4 +1,4 @@
-//! One run, whatever its method: the verbs, and what they hand out.
+//! The functions that drive a run of any method, and the types of their results.
 //!
 //! A method provides one step, the node there and a [`Clock`]; [`Stepper`] makes a run of these. A run hands out [`Node`]s to
 //! an iterator, a [`Trajectory`] or an [`Observer`]. Between the nodes the motion is a [`Polynomial`], on which [`Events`] are found.
@@ -146,8 +146,8 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         None
     }
 
-    /// The steps so far that were too long for the external forces, of a [`crate::Flow`]; `None` where there were none. Methods that find
-    /// the place where a force is switched have none.
+    /// The steps of a [`crate::Flow`] so far that were too long for the external forces. `None` if there were none, and for all other
+    /// methods.
     fn unresolved(&self) -> Option<Unresolved> {
         None
     }
@@ -347,7 +347,7 @@ fn collect<R: Stepper<N> + ?Sized, const N: usize>(
     Ok(())
 }
 
-/// A motion in progress as the verbs need it that hand something out at every step: they are compiled once for each number of
+/// A motion in progress, as the functions see it that hand something out at every step. They are compiled once for each number of
 /// coordinates, not for every system.
 pub(crate) trait Run<const N: usize> {
     /// See [`Stepper::step`].
