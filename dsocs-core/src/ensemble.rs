@@ -91,6 +91,8 @@ pub struct Ensemble<'a, S: System<N>, const N: usize> {
     max_iterations: u32,
     /// The instructions of the steps, if not the widest.
     instructions: Instructions,
+    /// Whether only this thread works.
+    here: bool,
     /// Told how many trajectories have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
     /// The threads, if not rayon's own.
@@ -106,6 +108,25 @@ impl<S: System<N>, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
             .field("starts", &self.starts)
             .finish_non_exhaustive()
     }
+}
+
+/// The place of a parameter, and its values, one for each start.
+pub(crate) fn one_each<S: System<N>, const N: usize>(
+    parameter: &str,
+    values: impl IntoIterator<Item = f64>,
+    starts: usize,
+) -> Result<(usize, Vec<f64>), RunError> {
+    let refused = |error| RunError::Input(Box::new(error));
+    let place = inputs::known::<S, N>(parameter).map_err(refused)?;
+    let values: Vec<f64> = values.into_iter().collect();
+    if values.len() != starts {
+        return Err(refused(InputError::Count {
+            parameter: S::PARAMETERS[place].name,
+            values: values.len(),
+            starts,
+        }));
+    }
+    Ok((place, values))
 }
 
 /// One observed trajectory of an ensemble.
@@ -139,6 +160,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             own: None,
             max_iterations: MAX_ITERATIONS,
             instructions: Instructions::best(),
+            here: false,
             progress: None,
             #[cfg(feature = "rayon")]
             pool: None,
@@ -186,17 +208,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     where
         S: Clone,
     {
-        let refused = |error| RunError::Input(Box::new(error));
-        let place = inputs::known::<S, N>(parameter).map_err(refused)?;
-        let values: Vec<f64> = values.into_iter().collect();
-        if values.len() != self.starts.len() {
-            return Err(refused(InputError::Count {
-                parameter: S::PARAMETERS[place].name,
-                values: values.len(),
-                starts: self.starts.len(),
-            }));
-        }
-        self.varied.push((place, values));
+        let values = one_each::<S, N>(parameter, values, self.starts.len())?;
+        self.varied.push(values);
         self.own = Some(Own::new());
         Ok(self)
     }
@@ -280,6 +293,12 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// ended so far, failed ones included. Several threads may call it at the same time, so a number may arrive before a smaller one.
     pub fn progress(mut self, progress: &'a (dyn Fn(usize) + Sync)) -> Self {
         self.progress = Some(progress);
+        self
+    }
+
+    /// Runs all trajectories in the thread that asks for them, one block after the other.
+    pub fn here(mut self) -> Self {
+        self.here = true;
         self
     }
 
@@ -382,14 +401,20 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             blocks.into_iter().flatten().collect()
         };
         match &self.pool {
+            _ if self.here => self.each_block(&block),
             Some(pool) => pool.install(all),
             None => all(),
         }
     }
 
+    /// Calls a function for every block, in this thread.
+    fn each_block<R>(&self, block: impl Fn((usize, &[Start<N>])) -> Vec<R>) -> Vec<R> {
+        self.starts.chunks(LANES).enumerate().flat_map(block).collect()
+    }
+
     /// Calls a function for every block.
     #[cfg(not(feature = "rayon"))]
     fn all_blocks<R>(&self, block: impl Fn((usize, &[Start<N>])) -> Vec<R>) -> Vec<R> {
-        self.starts.chunks(LANES).enumerate().flat_map(block).collect()
+        self.each_block(block)
     }
 }

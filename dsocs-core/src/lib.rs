@@ -160,7 +160,7 @@ pub mod __private {
     pub use crate::tape::{Number, Source, Tape};
     pub use crate::taylor::coefficient::Coefficient;
     pub use crate::taylor::jets::Jets;
-    pub use crate::taylor::kernel::{RECIPROCALS, Table, add_product, weighted};
+    pub use crate::taylor::kernel::{RECIPROCALS, Table, add_product, newest, weighted};
     pub use crate::taylor::solve::{Accelerations, back};
 
     /// Computes a part of a long method in a function of its own.

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 const WEIGHTS: [f64; 4] = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
 
 /// The lanes in one direction: the place itself, and four on either side.
-const PLACES: usize = 1 + 2 * WEIGHTS.len();
+pub(crate) const PLACES: usize = 1 + 2 * WEIGHTS.len();
 
 /// A number and its derivative in one direction (`Tangent`), or in two and by both (`Tangent<Dual<f64>>`, see
 /// [`Tangent::second`]).

@@ -240,6 +240,73 @@ fn events_extremes_and_nodes_are_kept() {
     assert_eq!(nodes, 2);
 }
 
+/// Points in lanes: the same bytes whatever shares the lanes, the runs alone but for rounding, and failures as rows.
+#[test]
+fn lanes_do_not_change_with_what_runs_beside() {
+    let plan = |part: u64, lanes: &str| {
+        format!(
+            "system = \"pendulum\"\nstep = 0.05\nuntil = 8\npart = {part}\n{lanes}[vary]\nrho = [1, 2.5]\ntheta = {{ from = -1, to = 1, count = 7 }}\ni = [312.5, 0, 300]\n[keep]\nend = [\"t\", \"theta\", \"v_psi\", \"lyapunov\"]"
+        )
+    };
+    let names = ["rho", "i", "end_t", "end_theta", "end_v_psi", "end_lyapunov"];
+    let run = |plan: &str, threads: usize| {
+        let out = tempfile::tempdir().unwrap();
+        let sweep = Sweep::new(&Plan::read(plan).unwrap(), &systems::all()).unwrap();
+        let options = Options {
+            threads,
+            ..Options::default()
+        };
+        let report = sweep.run(out.path(), &options).unwrap();
+        let content = Content::open(out.path()).unwrap();
+        (
+            report.failed,
+            content.numbers(&names).unwrap(),
+            tables(out.path()),
+        )
+    };
+    let mut first = None;
+    for (part, threads) in [(42, 1), (5, 2), (1, 1), (17, 2)] {
+        let (failed, numbers, _) = run(&plan(part, "lanes = true\n"), threads);
+        assert_eq!(failed, 14);
+        let bits: Vec<Vec<u64>> = numbers
+            .iter()
+            .map(|column| column.iter().map(|x| x.to_bits()).collect())
+            .collect();
+        let first = first.get_or_insert_with(|| bits.clone());
+        assert!(*first == bits, "parts of {part}");
+    }
+    let (_, lanes, bytes) = run(&plan(5, "lanes = true\n"), 1);
+    assert!(bytes == run(&plan(5, "lanes = true\n"), 2).2);
+    let (_, alone, _) = run(&plan(5, ""), 1);
+    for (lanes, alone) in lanes.iter().zip(&alone) {
+        for (lane, alone) in lanes.iter().zip(alone) {
+            assert_eq!(lane.is_nan(), alone.is_nan());
+            assert!(
+                lane.is_nan() || (lane - alone).abs() < 1e-6 * (1.0 + alone.abs()),
+                "{lane} {alone}"
+            );
+        }
+    }
+    for (plan, told) in [
+        (
+            "system = \"pendulum\"\nlanes = true\norder = 4\n[vary]\nrho = [1, 2]",
+            "order 2",
+        ),
+        (
+            "system = \"pendulum\"\nlanes = true\n[vary]\n\"rho@1\" = [1, 2]",
+            "inputs",
+        ),
+        (
+            "system = \"train\"\nlanes = true\n[vary]\nx = [1, 2]",
+            "Entry::in_lanes",
+        ),
+    ] {
+        let refused = Plan::read(plan).and_then(|plan| Sweep::new(&plan, &systems::all()).map(drop));
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("lanes") && refused.contains(told), "{refused}");
+    }
+}
+
 #[test]
 fn a_run_that_fails_is_a_row() {
     let (folder, out) = with(

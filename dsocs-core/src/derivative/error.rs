@@ -71,6 +71,12 @@ pub enum DerivativeError {
         /// Which constraints.
         constraints: &'static str,
     },
+    /// The continuous motion cannot be differentiated.
+    #[error("the continuous motion has no derivatives here: {reason}")]
+    Continuous {
+        /// Why not.
+        reason: &'static str,
+    },
     /// The Jacobian of a step is singular.
     #[error(
         "the step about node {index} (t = {time}) has no derivative: its Jacobian is singular or not finite there; a smaller step may \

@@ -34,3 +34,4 @@ pub use error::DerivativeError;
 pub use forward::{NodeTangent, Variable};
 pub use gradient::Gradient;
 pub use path::Path;
+pub(crate) use path::parameter;

@@ -218,11 +218,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
 
     /// The index of a parameter.
     pub(super) fn parameter(name: &str) -> Result<usize, DerivativeError> {
-        let place = S::PARAMETERS.iter().position(|known| known.name == name);
-        place.ok_or_else(|| DerivativeError::Parameter {
-            name: name.to_owned(),
-            known: S::PARAMETERS.iter().map(|known| known.name).collect(),
-        })
+        parameter::<S, N>(name)
     }
 
     /// The path without the type of its system.
@@ -253,6 +249,15 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     pub(super) fn input_places(&self) -> &[usize] {
         &self.inputs
     }
+}
+
+/// The index of a parameter.
+pub(crate) fn parameter<S: System<N>, const N: usize>(name: &str) -> Result<usize, DerivativeError> {
+    let place = S::PARAMETERS.iter().position(|known| known.name == name);
+    place.ok_or_else(|| DerivativeError::Parameter {
+        name: name.to_owned(),
+        known: S::PARAMETERS.iter().map(|known| known.name).collect(),
+    })
 }
 
 /// A path without the type of its system. Derivatives are computed from it.

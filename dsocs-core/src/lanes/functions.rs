@@ -136,6 +136,12 @@ fn circular<R: Register>(x: Lanes<R>, quarters: u64, function: fn(f64) -> f64) -
     patch(x, valid, result, function)
 }
 
+/// `a + b r + c r² + d r³`. No closure: called several times, it would not be compiled for the registers.
+#[inline(always)]
+fn part<R: Register>(r: Lanes<R>, square: Lanes<R>, [a, b, c, d]: [f64; 4]) -> Lanes<R> {
+    (Lanes::splat(a) + Lanes::splat(b) * r) + (Lanes::splat(c) + Lanes::splat(d) * r) * square
+}
+
 /// A power of two `2^k` and `exp(r) - 1` with `x = k ln 2 + r`, for arguments of at most [`LARGEST_EXPONENT`].
 #[inline(always)]
 fn reduced_exponential<R: Register>(x: Lanes<R>) -> (Lanes<R>, Lanes<R>) {
@@ -148,20 +154,23 @@ fn reduced_exponential<R: Register>(x: Lanes<R>) -> (Lanes<R>, Lanes<R>) {
     let square = r * r;
     let fourth = square * square;
     // 1/3! + r/4! + … + r¹¹/14!, four coefficients at a time: the sums do not wait for one another
-    let part = |coefficients: [f64; 4]| {
-        let [a, b, c, d] = coefficients.map(Lanes::splat);
-        (a + b * r) + (c + d * r) * square
-    };
-    let inner = part([1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0])
+    let inner = part(r, square, [1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0])
         + fourth
-            * (part([1.0 / 5_040.0, 1.0 / 40_320.0, 1.0 / 362_880.0, 1.0 / 3_628_800.0])
-                + fourth
-                    * part([
+            * (part(
+                r,
+                square,
+                [1.0 / 5_040.0, 1.0 / 40_320.0, 1.0 / 362_880.0, 1.0 / 3_628_800.0],
+            ) + fourth
+                * part(
+                    r,
+                    square,
+                    [
                         1.0 / 39_916_800.0,
                         1.0 / 479_001_600.0,
                         1.0 / 6_227_020_800.0,
                         1.0 / 87_178_291_200.0,
-                    ]));
+                    ],
+                ));
     // the rest of the argument enters with the slope 1 + r, which is enough for its size
     let small = Lanes::splat(0.5) * square + (square * r * inner + (rest + rest * r));
     let power = Lanes(

@@ -81,8 +81,13 @@ impl<R: Register> Coefficient for Lanes<R> {
     }
 
     #[inline(always)]
-    fn of_tracks(number: impl FnMut(usize) -> f64) -> Self {
-        Self::from(core::array::from_fn(number))
+    fn of_tracks(mut number: impl FnMut(usize) -> f64) -> Self {
+        // no closures within closures: they would not be compiled for the registers
+        let mut lanes = [0.0; LANES];
+        for (lane, value) in lanes.iter_mut().enumerate() {
+            *value = number(lane);
+        }
+        Self::from(lanes)
     }
 
     // a function of its own: elimination is long, and gains nothing from registers

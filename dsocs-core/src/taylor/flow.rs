@@ -47,15 +47,25 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     /// [`SetupError`] if the tolerance, the start or a parameter cannot be used, if the start gives no velocity, or if the system
     /// has no Taylor series there.
     pub fn new(system: &'s S, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
+        Self::of(Recurrences::new(system), start, tolerance)
+    }
+
+    /// The same for recurrences of a system that may be a copy.
+    pub(super) fn of(
+        mut equations: Recurrences<'s, S, N>,
+        start: Start<N>,
+        tolerance: Tolerance,
+    ) -> Result<Self, SetupError> {
         if const { S::ORDER > 2 } {
             return Err(SetupError::ThirdOrder {
                 method: "the Taylor series (TaylorFlow)",
             });
         }
         tolerance.check()?;
+        let system = equations.system.clone();
+        let system = &*system;
         start::check_parameters(system)?;
         let phase = start.phase(system)?;
-        let mut equations = Recurrences::new(system);
         match Integrator::new(&mut equations, phase, &tolerance) {
             Ok(motion) => Ok(Self { equations, motion }),
             // what the equations for the acceleration leave open says more than a series that is not finite

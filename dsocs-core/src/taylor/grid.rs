@@ -1,11 +1,13 @@
 //! A run by Taylor series: nodes at its own steps or on a grid of times.
 
+use core::ops::ControlFlow;
+
 use super::integrator::Integrator;
 use super::jets::Equations;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
-use crate::run::{self, Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
+use crate::run::{self, Clock, End, Node, Observer, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
 use crate::system::Point;
 
@@ -164,6 +166,53 @@ impl<const N: usize> Iterator for Run<'_, N> {
 }
 
 impl<const N: usize> Integrator<N> {
+    /// Hands out the nodes that the steps have come to, and returns the time that the next ones go towards; breaks at the last node, and
+    /// where an observer ends the run.
+    pub(super) fn hand_nodes_out(
+        &mut self,
+        equations: &dyn Equations<N>,
+        end: &End,
+        mut observer: Option<&mut dyn Observer<N>>,
+    ) -> ControlFlow<(), f64> {
+        loop {
+            if !self.clock.is_handed_out() {
+                self.clock.hand_out(true);
+            } else if self.on_grid.is_some() {
+                if !self.reaches_node() {
+                    break;
+                }
+                let (target, _) = self.target(end.time());
+                self.arrive_on_grid(&equations.declaration(), target);
+            } else if self.clock.time() == self.time() {
+                break;
+            } else {
+                self.clock.arrive(self.time());
+            }
+            if let Some(observer) = &mut observer {
+                observer.node(&self.node(equations))?;
+            }
+            if self.clock.has_reached(end) {
+                return ControlFlow::Break(());
+            }
+            self.expansions = 0;
+        }
+        ControlFlow::Continue(self.towards(end))
+    }
+
+    /// The time that steps go towards.
+    pub(super) fn towards(&self, end: &End) -> f64 {
+        if self.on_grid.is_some() {
+            self.target(end.time()).1
+        } else {
+            end.time()
+        }
+    }
+
+    /// Whether the next node of the grid has been reached.
+    pub(super) fn reaches_node(&self) -> bool {
+        self.covers(self.clock.time_of(self.clock.index() + 1))
+    }
+
     /// The time of the next node, and the time that the steps go towards.
     fn target(&self, end: f64) -> (f64, f64) {
         let target = self.clock.time_of(self.clock.index() + 1);

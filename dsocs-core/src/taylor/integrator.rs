@@ -20,10 +20,10 @@ use crate::step::{Guess, StepReport};
 use crate::system::Point;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
-const MAX_STEPS: u64 = 10_000_000;
+pub(super) const MAX_STEPS: u64 = 10_000_000;
 
 /// How much smaller a step is tried after one that was not good.
-const SHORTER: f64 = 0.5;
+pub(super) const SHORTER: f64 = 0.5;
 
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(super) struct Integrator<const N: usize> {
@@ -34,11 +34,11 @@ pub(super) struct Integrator<const N: usize> {
     /// The control of the steps.
     pub(super) control: Control<N>,
     /// The choice of the order.
-    order: Order,
+    pub(super) order: Order,
     /// The time where the last step began, and its length.
-    last: Option<(Compensated<1>, f64)>,
+    pub(super) last: Option<(Compensated<1>, f64)>,
     /// The current time.
-    t: Compensated<1>,
+    pub(super) t: Compensated<1>,
     /// The current position.
     pub(super) q: Compensated<N>,
     /// The current velocity.
@@ -69,6 +69,8 @@ pub(super) struct Integrator<const N: usize> {
     pub(super) on_grid: Option<Point<f64, N>>,
     /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
     pub(super) shown: f64,
+    /// Whether the instructions of all machines are used, so that the results are the same on all.
+    pub(super) rounded: bool,
 }
 
 impl<const N: usize> fmt::Debug for Integrator<N> {
@@ -118,6 +120,7 @@ impl<const N: usize> Integrator<N> {
             expansions: 0,
             on_grid: None,
             shown: t0,
+            rounded: false,
         };
         if let Some(a0) = near {
             motion.next.expect(&a0);
@@ -252,15 +255,13 @@ impl<const N: usize> Integrator<N> {
     /// in the direction of the run, and never reached.
     pub(super) fn go(&mut self, equations: &mut dyn Equations<N>, until: f64) -> Result<(), RunError> {
         let until = self.before_knot(until);
-        let (until, scale) = if until.is_infinite() {
-            let far = if self.clock.is_forward() {
-                f64::MAX
-            } else {
-                f64::MIN
-            };
-            (far, self.t.hi[0].abs())
+        let smallest = self.smallest_step(until);
+        let until = if !until.is_infinite() {
+            until
+        } else if self.clock.is_forward() {
+            f64::MAX
         } else {
-            (until, self.t.hi[0].abs().max(until.abs()))
+            f64::MIN
         };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
         if self.steps >= self.max_steps {
@@ -275,15 +276,16 @@ impl<const N: usize> Integrator<N> {
         if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck) {
             return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
         }
-        let smallest = self.smallest.max(f64::EPSILON / 4.0 * scale);
         let rejected = self.rejected;
-        match dispatch::run(Advance {
+        let rounded = self.rounded;
+        let step = Advance {
             motion: self,
             equations: &mut *equations,
             until,
             left,
             smallest,
-        }) {
+        };
+        match dispatch::run_as(rounded, step) {
             Outcome::Good => {
                 self.steps += 1;
                 self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
@@ -294,6 +296,36 @@ impl<const N: usize> Integrator<N> {
                 .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
                 .into()),
         }
+    }
+
+    /// The length of the step that the tolerance allows, by the series of its beginning.
+    #[inline(always)]
+    pub(super) fn wanted(&mut self) -> f64 {
+        let Self {
+            control,
+            order,
+            series,
+            ..
+        } = self;
+        match self.last {
+            Some((_, last)) if !self.is_new => {
+                let log_size = control.log_size(series, last);
+                order.learn(control, series, log_size);
+                exp2(control.log_step(series, order.current(), log_size))
+            }
+            _ => control.first_step(series, order.current()),
+        }
+    }
+
+    /// The smallest step on the way to a time.
+    pub(super) fn smallest_step(&self, until: f64) -> f64 {
+        let now = self.t.hi[0].abs();
+        let scale = if until.is_infinite() {
+            now
+        } else {
+            now.max(until.abs())
+        };
+        self.smallest.max(f64::EPSILON / 4.0 * scale)
     }
 
     /// The next knot in the direction of the run, if it comes before a time; else that time.
@@ -378,18 +410,7 @@ impl<const N: usize> Work for Advance<'_, N> {
             smallest,
         } = self;
         core::mem::swap(&mut motion.series, &mut motion.next);
-        let wanted = match motion.last {
-            Some((_, last)) if !motion.is_new => {
-                let log_size = motion.control.log_size(&motion.series, last);
-                motion.order.learn(&motion.control, &motion.series, log_size);
-                exp2(
-                    motion
-                        .control
-                        .log_step(&motion.series, motion.order.current(), log_size),
-                )
-            }
-            _ => motion.control.first_step(&motion.series, motion.order.current()),
-        };
+        let wanted = motion.wanted();
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
         if wanted.is_nan() || wanted < smallest {

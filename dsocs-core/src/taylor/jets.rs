@@ -71,6 +71,8 @@ pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     fixed: S::Fixed<f64>,
     /// What is kept of the orders before.
     table: S::Table<f64>,
+    /// Whether the instructions of all machines are used, so that the results are the same on all.
+    rounded: bool,
 }
 
 impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
@@ -85,16 +87,40 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
             fixed: system.fixed(&system.parameters()),
             system,
             table: Default::default(),
+            rounded: false,
         }
+    }
+}
+
+impl<S: System<N>, const N: usize> Recurrences<'_, S, N> {
+    /// Uses the instructions of all machines.
+    pub(super) fn rounded(mut self) -> Self {
+        self.rounded = true;
+        self
+    }
+
+    /// Whether a sign decides between pieces: in the declaration, or in a function of the user's at the last point of expansion.
+    pub(super) fn has_pieces_here(&mut self) -> bool {
+        let groups = S::Table::<f64>::GROUPS;
+        let declared = S::SWITCHES.len().saturating_sub(groups.saturating_sub(1));
+        S::SWITCHES[..declared].iter().any(|name| !name.is_empty())
+            || (1..groups).any(|group| !self.table.group(0, group).is_empty())
+    }
+
+    /// The switches of the declaration, which are the places of steep functions if there are no pieces.
+    pub(super) fn steep(&mut self) -> &mut [Switch] {
+        self.table.group(0, 0)
     }
 }
 
 impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
     fn expand(&mut self, series: &mut Series<N>) {
-        dispatch::run(Expansion {
+        let rounded = self.rounded;
+        let expansion = Expansion {
             recurrences: self,
             series,
-        });
+        };
+        dispatch::run_as(rounded, expansion);
     }
 
     fn groups(&self) -> usize {
@@ -143,7 +169,9 @@ impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, S, N> {
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        let Recurrences { system, fixed, table } = self.recurrences;
+        let Recurrences {
+            system, fixed, table, ..
+        } = self.recurrences;
         system.expand::<f64, FUSED>(fixed, self.series, table);
     }
 }

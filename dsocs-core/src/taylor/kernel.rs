@@ -118,6 +118,10 @@ impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches
         }
         any
     }
+
+    fn moves(&self) -> bool {
+        self.calls.iter().flatten().any(|call| !call.is_still())
+    }
 }
 
 impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Table<T, P, S, C, W> {
@@ -173,7 +177,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
     }
 
     /// The inner sums of products of order `k`, of which the first `USED` are asked for; if `EAGER` and `k > 2`, without the terms of the
-    /// orders 1 and `k-1`.
+    /// orders 1 and `k-1` of numbers that stand side by side in a register.
     #[inline(always)]
     #[must_use]
     pub fn product_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
@@ -181,10 +185,13 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         k: usize,
     ) -> [Row<T>; P] {
         if !T::PACKED {
-            return core::array::from_fn(|place| {
+            // no closures: what they call would not be compiled for the machine's own instructions
+            let mut sums = [[T::splat(0.0); LANES]; P];
+            for (place, sum) in sums.iter_mut().enumerate() {
                 let used = USED.saturating_sub(LANES * place).min(LANES);
-                some::<T>(&self.products[place], k, first::<EAGER>(k), used)
-            });
+                *sum = some::<T>(&self.products[place], k, used);
+            }
+            return sums;
         }
         // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
         if P <= 2 {
@@ -219,7 +226,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
             *sum = if T::PACKED {
                 square_sum::<T, FUSED>(block, k, first::<EAGER>(k), LANES)
             } else {
-                square_sum::<T, FUSED>(block, k, first::<EAGER>(k), used)
+                square_sum::<T, FUSED>(block, k, 1, used)
             };
         }
         sums
@@ -231,6 +238,17 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
 #[must_use]
 pub fn add_product<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
     sum.add_product::<FUSED>(a, b)
+}
+
+/// `sum + a b` where inner sums leave out their newest terms: with numbers that stand side by side in a register.
+#[inline(always)]
+#[must_use]
+pub fn newest<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
+    if T::PACKED {
+        sum.add_product::<FUSED>(a, b)
+    } else {
+        sum
+    }
 }
 
 /// `Σ c_i x_i`, in four sums side by side: one alone would wait for itself.
@@ -295,10 +313,10 @@ fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
 
 /// The first sums of one block, each of which fills registers alone.
 #[inline(always)]
-fn some<T: Coefficient>(block: &Products<T>, k: usize, first: usize, used: usize) -> Row<T> {
+fn some<T: Coefficient>(block: &Products<T>, k: usize, used: usize) -> Row<T> {
     let k = k.clamp(1, ROWS - 1);
     let mut sums = [T::splat(0.0); LANES];
-    for j in first..k + 1 - first {
+    for j in 1..k {
         add_rows::<T, false>(&mut sums, &block.left[j], &block.right[k - j], used);
     }
     sums

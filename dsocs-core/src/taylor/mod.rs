@@ -70,8 +70,10 @@
 // recurrences read several orders at a time, by index, as they stand in the books
 #![allow(clippy::needless_range_loop)]
 
+mod block;
 pub(crate) mod coefficient;
 mod control;
+mod ensemble;
 mod error;
 mod flow;
 mod grid;
@@ -80,15 +82,19 @@ mod integrator;
 mod jet;
 pub(crate) mod jets;
 pub(crate) mod kernel;
+mod lanes;
 mod motion;
+mod moved;
 mod order;
 mod projection;
 mod series;
 pub(crate) mod solve;
 mod switch;
+mod tangents;
 mod watch;
 
 pub use control::Tolerance;
+pub use ensemble::TaylorEnsemble;
 pub use error::{FailedSeries, SeriesError, SeriesFailure};
 pub use flow::TaylorFlow;
 pub use jet::Jet;
@@ -97,3 +103,4 @@ pub use kernel::MAX_ORDER;
 pub(crate) use kernel::ROWS;
 pub use motion::{GlobalError, Motion};
 pub use series::Series;
+pub use tangents::TaylorTangents;

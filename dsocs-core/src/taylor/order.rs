@@ -61,6 +61,11 @@ impl Order {
         self.current
     }
 
+    /// The order below.
+    pub(super) fn below(&self) -> usize {
+        self.current.saturating_sub(CHANGE).max(LOWEST)
+    }
+
     /// The order of the next expansion.
     #[inline(always)]
     pub(super) fn next(&mut self) -> usize {
@@ -87,7 +92,7 @@ impl Order {
         let order = self.current;
         let worth = |p: usize| control.log_step(series, p, log_size) - log_work(p);
         let here = worth(order);
-        let below = order.saturating_sub(CHANGE).max(LOWEST);
+        let below = self.below();
         for (gain, other) in self.gains.iter_mut().zip([order + CHANGE, below]) {
             let difference = worth(other) - here;
             // a series that ends says nothing

@@ -2,6 +2,8 @@
 
 use super::coefficient::Coefficient;
 use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
+use crate::lanes::{Lanes, Mask, Register};
+use crate::scalar::Scalar as _;
 
 /// The Taylor coefficients of a motion at a point, computed by the generated recurrences.
 ///
@@ -135,11 +137,79 @@ impl<const N: usize, T: Coefficient> Series<N, T> {
         for i in 0..N {
             end[i] = add_product::<FUSED, T>(v[i], a[i], h);
         }
-        [q.map(|q| q * h), v.map(|v| v * h), end]
+        for i in 0..N {
+            (q[i], v[i]) = (q[i] * h, v[i] * h);
+        }
+        [q, v, end]
+    }
+}
+
+impl<const N: usize, R: Register> Series<N, Lanes<R>> {
+    /// Keeps the coefficients of order `k` only in some lanes: of the velocity, and of the position.
+    #[inline(always)]
+    pub(super) fn cut(&mut self, k: usize, velocity: Mask<R>, position: Mask<R>) {
+        let zero = Lanes::splat(0.0);
+        for (rows, within) in [(&mut self.v, velocity), (&mut self.q, position)] {
+            for x in &mut rows[k] {
+                *x = within.select(*x, zero);
+            }
+        }
+    }
+
+    /// The series of one lane, to the order that is set; those of higher orders are zero.
+    pub(super) fn lane(&self, lane: usize, series: &mut Series<N>) {
+        let last = series.order();
+        series.t = self.t.lane(lane);
+        for k in 0..=last + 1 {
+            series.q[k] = self.q[k].map(|q| q.lane(lane));
+            series.v[k] = self.v[k].map(|v| v.lane(lane));
+        }
+    }
+
+    /// Takes a series into one lane.
+    pub(super) fn set_lane(&mut self, lane: usize, series: &Series<N>) {
+        self.make_room(series.order());
+        self.t.set_lane(lane, series.t);
+        for k in 0..=self.order + 1 {
+            for i in 0..N {
+                let [q, v] = [
+                    if k <= series.order + 1 {
+                        series.q[k][i]
+                    } else {
+                        0.0
+                    },
+                    if k <= series.order { series.v[k][i] } else { 0.0 },
+                ];
+                self.q[k][i].set_lane(lane, q);
+                self.v[k][i].set_lane(lane, v);
+            }
+        }
+    }
+
+    /// Takes one lane of other series.
+    pub(super) fn copy_lane(&mut self, lane: usize, other: &Self) {
+        let mut series = Series::new(other.order);
+        other.lane(lane, &mut series);
+        self.set_lane(lane, &series);
+    }
+
+    /// Raises the order, if it is lower.
+    fn make_room(&mut self, order: usize) {
+        if order > self.order {
+            let zero = [Lanes::splat(0.0); N];
+            self.v[self.order + 1..=order + 1].fill(zero);
+            self.q[self.order + 2..=order + 1].fill(zero);
+            self.order = order;
+        }
     }
 }
 
 impl<const N: usize> Series<N> {
+    /// Sets the coefficient of order `k` of the velocity.
+    pub(super) fn set_velocity(&mut self, k: usize, v: [f64; N]) {
+        self.v[k] = v;
+    }
+
     /// Takes the coefficients of a polynomial motion; those of higher orders are zero.
     pub(crate) fn fill(&mut self, position: &[[f64; N]]) {
         let last = position.len().min(self.order + 2);

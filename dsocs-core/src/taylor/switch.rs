@@ -342,4 +342,7 @@ pub trait Switches {
 
     /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
     fn enter(&mut self, track: usize) -> bool;
+
+    /// Whether a value of the user's functions moves.
+    fn moves(&self) -> bool;
 }

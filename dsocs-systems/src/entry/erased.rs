@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use dsocs_core::{Quantity, SetupError, Start, System};
 
-#[cfg(feature = "sweep")]
-use super::point;
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
+#[cfg(feature = "sweep")]
+use super::{lanes, point};
 use crate::check::{self, Expected, Finding, Settings};
 
 /// A system of any type and dimension.
@@ -41,6 +41,20 @@ pub(super) trait AnySystem: Send {
         beginning: &Beginning,
         sink: &mut dyn FnMut(point::Shown<'_>),
     ) -> Result<Option<usize>, RunFailure>;
+
+    /// Runs several points side by side to their ends, if the system was asked to and can; see [`lanes::ends`].
+    #[cfg(feature = "sweep")]
+    fn ends(
+        &self,
+        plan: &Plan,
+        beginnings: &[Beginning],
+        parameters: &[lanes::Varied],
+        sink: &mut dyn FnMut(usize, &Row<'_>),
+    ) -> bool;
+
+    /// Whether the system was asked to run in lanes.
+    #[cfg(feature = "sweep")]
+    fn has_lanes(&self) -> bool;
 
     /// The same system once more, for another thread.
     #[cfg(feature = "sweep")]
@@ -77,12 +91,32 @@ pub(super) struct Erased<S, const N: usize> {
     system: S,
     /// Parameters that the declaration does not list.
     extra: Vec<Extra<S>>,
+    /// What runs points side by side. Only what is named here is compiled.
+    #[cfg(feature = "sweep")]
+    lanes: Option<lanes::Ends<S, N>>,
 }
 
 impl<S, const N: usize> Erased<S, N> {
     /// Erases the type of a system.
     pub(super) fn new(system: S, extra: Vec<Extra<S>>) -> Self {
-        Self { system, extra }
+        Self {
+            system,
+            extra,
+            #[cfg(feature = "sweep")]
+            lanes: None,
+        }
+    }
+
+    /// The same for a system whose sweeps run in lanes.
+    pub(super) fn in_lanes(system: S) -> Self
+    where
+        S: System<N> + Clone + Sync,
+    {
+        Self {
+            #[cfg(feature = "sweep")]
+            lanes: Some(lanes::ends),
+            ..Self::new(system, Vec::new())
+        }
     }
 }
 
@@ -174,10 +208,34 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
     }
 
     #[cfg(feature = "sweep")]
+    fn ends(
+        &self,
+        plan: &Plan,
+        beginnings: &[Beginning],
+        parameters: &[lanes::Varied],
+        sink: &mut dyn FnMut(usize, &Row<'_>),
+    ) -> bool {
+        let starts: Result<Vec<_>, _> = beginnings
+            .iter()
+            .map(|beginning| start(beginning, &S::COORDINATES))
+            .collect();
+        match (self.lanes, starts) {
+            (Some(ends), Ok(starts)) => ends(&self.system, plan, starts, parameters, sink),
+            _ => false,
+        }
+    }
+
+    #[cfg(feature = "sweep")]
+    fn has_lanes(&self) -> bool {
+        self.lanes.is_some()
+    }
+
+    #[cfg(feature = "sweep")]
     fn copy(&self) -> Box<dyn AnySystem> {
         Box::new(Self {
             system: self.system.clone(),
             extra: self.extra.clone(),
+            lanes: self.lanes,
         })
     }
 

@@ -13,6 +13,7 @@
 //! until = 100
 //! order = 4                    # 2 (unless given), 4, 6 or 8; or `tolerance = 1e-9`: the continuous motion
 //! part = 1000                  # points in a part; the 256th of all unless given
+//! lanes = true                 # eight runs at once; only ends can be kept, and the last digits are not those of `dsocs run`
 //!
 //! [start]                      # as far as it does not vary
 //! q0 = [0.5, 0]

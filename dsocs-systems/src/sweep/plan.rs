@@ -37,6 +37,8 @@ pub struct Plan {
     pub events: Vec<PlannedEvent>,
     /// The number of points in a part. By default it is 1/256 of all points, at most 65536.
     pub part: Option<u64>,
+    /// Whether eight runs share the lanes of the processor; see [`Entry::in_lanes`](crate::Entry::in_lanes).
+    pub lanes: bool,
 }
 
 /// The start of the runs, as far as it does not vary.
@@ -192,6 +194,7 @@ impl Plan {
             },
             events: events(&mut plan)?,
             part: plan.count("part")?,
+            lanes: plan.flag("lanes")?,
         };
         start.finish()?;
         keep.finish()?;
@@ -228,6 +231,13 @@ impl Plan {
                 }
                 Values::List(_) | Values::Range { .. } => {}
             }
+        }
+        let to_ends = self.events.is_empty() && self.keep.extremes.is_empty() && self.keep.nodes.is_none();
+        if self.lanes && !(to_ends && self.method == Method::Step && self.inputs.is_empty()) {
+            return fail(
+                "lanes",
+                "lanes take runs of order 2 of which only the end is kept, without inputs: leave out `lanes`, or events, extremes, nodes, inputs and the method",
+            );
         }
         for (place, event) in self.events.iter().enumerate() {
             if self.events[..place].iter().any(|other| other.name == event.name) {

@@ -43,6 +43,8 @@ pub struct Setting {
     pub columns: [Vec<(String, Kind)>; 2],
     /// How many points a part has.
     pub part: u64,
+    /// Whether points are run side by side in lanes.
+    pub in_lanes: bool,
 }
 
 /// Where a value of a point goes.
@@ -118,6 +120,16 @@ impl Setting {
         let part = plan
             .part
             .unwrap_or(points.count().div_ceil(PARTS).clamp(1, LARGEST));
+        if plan.lanes && !(entry.has_lanes() && entry::shares(&run)) {
+            return Err(SweepError::plan(
+                "lanes",
+                if entry.has_lanes() {
+                    "lanes take no inputs that change: leave out `lanes`, or the inputs"
+                } else {
+                    "this system's steps are not compiled for lanes: leave out `lanes`, or make the entry with Entry::in_lanes"
+                },
+            ));
+        }
         let mut setting = Self {
             points,
             targets,
@@ -131,6 +143,7 @@ impl Setting {
             nodes,
             columns: [Vec::new(), Vec::new()],
             part,
+            in_lanes: plan.lanes,
         };
         setting.columns = setting.columns(plan, &all)?;
         let told = setting.told(plan, entry, &all);
@@ -295,6 +308,7 @@ impl Setting {
                 "ends": event.ends,
             })).collect::<Vec<_>>(),
             "part": self.part,
+            "lanes": self.in_lanes,
         })
     }
 }

@@ -7,10 +7,13 @@ use super::folder::{Folder, PartFile, Which};
 use super::setting::{Setting, Target};
 use super::table::{Cells, Kind, Writer};
 use super::{SweepError, add};
-use crate::entry::{self, Entry, Row, Shown, code};
+use crate::entry::{self, Entry, Row, Shown, Varied, code};
 
 /// The rows of nodes are written when there are this many. The last run may exceed it.
 const ROWS: usize = 1 << 17;
+
+/// So many points are run side by side: eight fill the lanes, and more of them share what each call costs.
+const TOGETHER: u64 = 32;
 
 /// A thread with a system of its own.
 pub struct Worker<'s> {
@@ -67,11 +70,15 @@ impl<'s> Worker<'s> {
             None => None,
         };
         let mut failed = 0;
-        for point in points {
+        let mut beside = Beside::default();
+        for point in points.clone() {
             if end() {
                 return Ok(None);
             }
-            failed += u64::from(!self.point(point, &mut table, &mut nodes));
+            if setting.in_lanes && !beside.holds(point) {
+                beside = self.beside(point..points.end.min(point + TOGETHER));
+            }
+            failed += u64::from(!self.point(point, beside.take(point), &mut table, &mut nodes));
             if let Some(writer) = &mut writer
                 && nodes.count >= ROWS
             {
@@ -105,8 +112,40 @@ impl<'s> Worker<'s> {
         Ok(Some(failed))
     }
 
-    /// Runs a point, and says whether it reached its end.
-    fn point(&mut self, point: u64, table: &mut Rows, nodes: &mut Rows) -> bool {
+    /// Runs points side by side.
+    fn beside(&mut self, points: Range<u64>) -> Beside {
+        let setting = self.setting;
+        let mut beginnings = Vec::new();
+        let mut parameters: Vec<Varied> = setting
+            .targets
+            .iter()
+            .filter_map(|target| match target {
+                Target::Parameter(name) => Some((*name, Vec::new())),
+                _ => None,
+            })
+            .collect();
+        for point in points.clone() {
+            self.set(point);
+            beginnings.push(setting.beginning(&self.start[0], &self.start[1]));
+            let mut varied = parameters.iter_mut();
+            for (&value, target) in self.values.iter().zip(&setting.targets) {
+                if let Target::Parameter(_) = target
+                    && let Some((_, values)) = varied.next()
+                {
+                    values.push(value);
+                }
+            }
+        }
+        let mut ends = vec![None; beginnings.len()];
+        self.entry
+            .ends(&self.run, &beginnings, &parameters, &mut |place, row| {
+                ends[place] = Some(row.values().collect());
+            });
+        Beside { points, ends }
+    }
+
+    /// Gives what varies the values of a point.
+    fn set(&mut self, point: u64) {
         let setting = self.setting;
         setting.points.values(point, &mut self.values);
         for (&value, &target) in self.values.iter().zip(&setting.targets) {
@@ -118,6 +157,12 @@ impl<'s> Worker<'s> {
                 Target::Parameter(name) => drop(self.entry.set(name, value)),
             }
         }
+    }
+
+    /// Runs a point, unless its end is known, and says whether it reached its end.
+    fn point(&mut self, point: u64, known: Option<Vec<f64>>, table: &mut Rows, nodes: &mut Rows) -> bool {
+        let setting = self.setting;
+        self.set(point);
         let beginning = setting.beginning(&self.start[0], &self.start[1]);
         let extremes = setting.extremes.len();
         let mut kept = Kept {
@@ -129,11 +174,16 @@ impl<'s> Worker<'s> {
         let looked_at = setting.nodes.is_some() || extremes > 0;
         #[allow(clippy::cast_possible_wrap)] // below 2⁵³
         let number = point as i64;
-        let result = self
-            .entry
-            .point(&self.run, &beginning, &setting.watched, looked_at, &mut |shown| {
-                kept.take(setting, number, nodes, &shown);
-            });
+        let result = if let Some(values) = known {
+            kept.values = values;
+            kept.ends(setting);
+            Ok(None)
+        } else {
+            self.entry
+                .point(&self.run, &beginning, &setting.watched, looked_at, &mut |shown| {
+                    kept.take(setting, number, nodes, &shown);
+                })
+        };
         table.whole(number);
         for &value in &self.values {
             table.number(value);
@@ -161,6 +211,26 @@ impl<'s> Worker<'s> {
         table.text(result.as_ref().err().map(ToString::to_string));
         table.end();
         result.is_ok()
+    }
+}
+
+/// The ends of points that were run side by side; `None` for those that have to be run alone.
+#[derive(Default)]
+struct Beside {
+    points: Range<u64>,
+    ends: Vec<Option<Vec<f64>>>,
+}
+
+impl Beside {
+    /// Whether a point is among them.
+    fn holds(&self, point: u64) -> bool {
+        self.points.contains(&point)
+    }
+
+    /// The columns of a point's end.
+    fn take(&mut self, point: u64) -> Option<Vec<f64>> {
+        let place = usize::try_from(point.checked_sub(self.points.start)?).ok()?;
+        self.ends.get_mut(place)?.take()
     }
 }
 
@@ -204,10 +274,15 @@ impl Kept {
                 self.read(row);
                 // an event between nodes may be farther than all of them
                 self.extremes(setting);
-                for (kept, &column) in self.end.iter_mut().zip(&setting.end) {
-                    *kept = self.values[column];
-                }
+                self.ends(setting);
             }
+        }
+    }
+
+    /// Keeps what was read as the end.
+    fn ends(&mut self, setting: &Setting) {
+        for (kept, &column) in self.end.iter_mut().zip(&setting.end) {
+            *kept = self.values[column];
         }
     }
 

@@ -6,7 +6,7 @@ use dsocs_core::{Point, System, dsocs, statements};
 #[cfg(feature = "dsocs")]
 #[must_use]
 pub fn entry() -> crate::Entry {
-    crate::Entry::new(InertiaWheelPendulum::default())
+    crate::Entry::in_lanes(InertiaWheelPendulum::default())
         .named("pendulum")
         .described("the inertia wheel pendulum with a Lyapunov constraint")
         .source("Borda, Fernández and Grillo, section 5.2")

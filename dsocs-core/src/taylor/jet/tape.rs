@@ -300,12 +300,25 @@ impl Tape {
 
     /// The function's coefficient of order `k`, `k ≥ 1`, from those of its arguments; lower orders come first.
     /// Products are rounded before they are summed if `rounded`.
+    #[inline]
     pub fn coefficient<const A: usize>(&mut self, k: usize, rounded: bool, inputs: [f64; A]) -> f64 {
+        if self.is_still() {
+            return 0.0;
+        }
         self.next(k, rounded, &|i| inputs.get(i).copied().unwrap_or(f64::NAN))
+    }
+
+    /// Whether the function's value does not move, and nothing was compared.
+    #[inline]
+    pub(crate) fn is_still(&self) -> bool {
+        self.result.is_none() && self.recording.noted == 0
     }
 
     /// As [`Tape::coefficient`], for arguments that are asked for by their place.
     pub(crate) fn next(&mut self, k: usize, rounded: bool, inputs: &dyn Fn(usize) -> f64) -> f64 {
+        if self.is_still() {
+            return 0.0;
+        }
         let Recording {
             entries,
             length,
@@ -313,9 +326,6 @@ impl Tape {
             arguments,
             noted,
         } = &mut self.recording;
-        if self.result.is_none() && *noted == 0 {
-            return 0.0;
-        }
         let k = k.clamp(1, ROWS - 1);
         let live = *length;
         let next = Next {

@@ -262,13 +262,15 @@ impl Plan {
         let (remember, declare) = if eager {
             (
                 quote! {
-                    if #k == 1 {
-                        #f = #s;
+                    if <__T as ::dsocs_core::__private::Coefficient>::PACKED {
+                        if #k == 1 {
+                            #f = #s;
+                        }
+                        if #k == 2 {
+                            #o = #f;
+                        }
+                        #p = #s;
                     }
-                    if #k == 2 {
-                        #o = #f;
-                    }
-                    #p = #s;
                 },
                 quote! {
                     let (mut #o, mut #p, mut #f) =

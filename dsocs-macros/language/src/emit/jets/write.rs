@@ -357,7 +357,7 @@ impl<'g> Writer<'g> {
         if !self.eager {
             return sum;
         }
-        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::add_product::<__FUSED, __T>(#sum, #a, #b));
+        let add = |sum: TokenStream, a: TokenStream, b: TokenStream| quote!(::dsocs_core::__private::newest::<__FUSED, __T>(#sum, #a, #b));
         // j x_j is x_1 for j = 1
         let first = |operand: Operand| element("o", operand.sequence());
         let before = |operand: Operand| {

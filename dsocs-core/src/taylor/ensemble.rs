@@ -1,0 +1,288 @@
+//! Many continuous motions of one system, in SIMD lanes and on several threads.
+
+use core::fmt;
+#[cfg(feature = "rayon")]
+use std::sync::Arc;
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+use super::block::Run;
+use super::control::Tolerance;
+use super::integrator::MAX_STEPS;
+use crate::ensemble::{Observed, one_each};
+use crate::error::SetupError;
+use crate::held::Held;
+use crate::instructions::Instructions;
+use crate::lanes::LANES;
+use crate::run::{Failure, Node, Observer, RunError, Trajectory};
+use crate::start::{self, Start};
+use crate::system::System;
+
+/// So many motions are run together at most: more would leave threads without work at the end.
+const BLOCK: usize = 32 * LANES;
+
+/// Many motions of one system by Taylor series, each from a start of its own and to the same tolerance: what
+/// [`Ensemble`](crate::Ensemble) is for the discrete flow.
+///
+/// Eight motions share the SIMD lanes of an expansion. Each has its own order and its own steps, as a [`TaylorFlow`](crate::TaylorFlow)
+/// has, and where one motion ends, the next start takes its lane. The first step of a motion is made in a single flow, and so is a step that
+/// its lane cannot decide. A system with jumps or corners (`if`, `abs`, `signum`, `min`) makes all its steps in single flows.
+///
+/// - Results come in the order of the starts.
+/// - A motion that fails ends with its own error, and the others go on.
+/// - A result does not depend on the number of threads, on the other motions, or on the instructions of the machine: it is the same bit
+///   for bit. It agrees with that of a [`TaylorFlow`](crate::TaylorFlow) to within the tolerance: single flows use fused products where
+///   the machine has them.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::taylor::TaylorEnsemble;
+///
+/// /// A pendulum.
+/// #[dsocs {
+///     coordinates(theta);
+///     lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos();
+/// }]
+/// struct Pendulum {}
+///
+/// let pendulum = Pendulum {};
+/// // let go at angles from 0.1 to 3
+/// let starts = (1..=30).map(|k| Start::second_order([0.1 * f64::from(k)], [0.0]));
+/// let ends = TaylorEnsemble::new(&pendulum, Tolerance::relative(1e-12))?.starts(starts).to(10.0);
+/// for (k, end) in (1..=30).zip(ends) {
+///     let end = end?;
+///     let lost = end.energy + 9.81 * (0.1 * f64::from(k)).cos();
+///     assert!(lost.abs() < 1e-10);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub struct TaylorEnsemble<'a, S: System<N>, const N: usize> {
+    /// The system.
+    system: &'a S,
+    /// The tolerance of all.
+    tolerance: Tolerance,
+    /// The starts.
+    starts: Vec<Start<N>>,
+    /// The parameters that vary.
+    varied: Varied<S>,
+    /// The distance of the nodes in time, if they lie on a grid.
+    every: Option<f64>,
+    /// How many steps each may take.
+    max_steps: u64,
+    /// The instructions, if not the widest.
+    instructions: Instructions,
+    /// The threads, if not rayon's own.
+    #[cfg(feature = "rayon")]
+    pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+/// Parameters that vary, by their places, each with a value for every start.
+pub(super) struct Varied<S> {
+    values: Vec<(usize, Vec<f64>)>,
+    /// Copies a system.
+    copy: Option<fn(&S) -> S>,
+}
+
+impl<S> Varied<S> {
+    /// Whether there are any.
+    pub fn is_some(&self) -> bool {
+        self.copy.is_some()
+    }
+
+    /// The system of one motion.
+    pub fn system<'s, const N: usize>(&self, system: &'s S, place: usize) -> Held<'s, S>
+    where
+        S: System<N>,
+    {
+        let Some(copy) = self.copy else {
+            return Held::new(system);
+        };
+        let mut own = copy(system);
+        for (parameter, values) in &self.values {
+            if let (Some(parameter), Some(&value)) = (own.parameter_mut(*parameter), values.get(place)) {
+                *parameter = value;
+            }
+        }
+        Held::owning(system, own)
+    }
+}
+
+// by hand, because a derivation would ask for as much of the system
+impl<S: System<N>, const N: usize> fmt::Debug for TaylorEnsemble<'_, S, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TaylorEnsemble")
+            .field("tolerance", &self.tolerance)
+            .field("starts", &self.starts)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
+    /// An ensemble without motions.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError`] if the tolerance or a parameter of the system cannot be used.
+    pub fn new(system: &'a S, tolerance: Tolerance) -> Result<Self, SetupError> {
+        tolerance.check()?;
+        start::check_parameters(system)?;
+        Ok(Self {
+            system,
+            tolerance,
+            starts: Vec::new(),
+            varied: Varied {
+                values: Vec::new(),
+                copy: None,
+            },
+            every: None,
+            max_steps: MAX_STEPS,
+            instructions: Instructions::best(),
+            #[cfg(feature = "rayon")]
+            pool: None,
+        })
+    }
+
+    /// Adds motions, one for each start.
+    pub fn starts(mut self, starts: impl IntoIterator<Item = Start<N>>) -> Self {
+        self.starts.extend(starts);
+        self
+    }
+
+    /// Gives a parameter a value of its own in each motion, in the order of the starts that were added before. Several parameters may
+    /// vary.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
+    /// begin with is the error of its own motion.
+    pub fn varied(mut self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError>
+    where
+        S: Clone,
+    {
+        let values = one_each::<S, N>(parameter, values, self.starts.len())?;
+        self.varied.values.push(values);
+        self.varied.copy = Some(S::clone);
+        Ok(self)
+    }
+
+    /// Puts the nodes on a grid of times, a distance of `h` apart, as [`TaylorFlow::every`](crate::TaylorFlow::every) does.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
+    pub fn every(mut self, h: f64) -> Result<Self, SetupError> {
+        if !h.is_finite() || h == 0.0 {
+            return Err(SetupError::Step { h });
+        }
+        self.every = Some(h);
+        Ok(self)
+    }
+
+    /// Sets the largest number of steps of each motion (10 million by default).
+    pub fn max_steps(mut self, limit: u64) -> Self {
+        self.max_steps = limit;
+        self
+    }
+
+    /// Sets the widest instructions that may be used, to compare them: unless set, the widest that the machine has. The results
+    /// do not depend on them.
+    pub fn instructions(mut self, widest: Instructions) -> Self {
+        self.instructions = widest;
+        self
+    }
+
+    /// Uses a thread pool of its own with so many threads (0: as many as there are cores). Without this the ensemble uses
+    /// rayon's global pool.
+    ///
+    /// # Errors
+    ///
+    /// [`rayon::ThreadPoolBuildError`] if the threads cannot be started.
+    #[cfg(feature = "rayon")]
+    pub fn threads(mut self, threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        self.pool = Some(Arc::new(pool));
+        Ok(self)
+    }
+
+    /// Runs every motion to the time `t`, or to the last node of the grid at or before it, and returns the node there for each, in the order
+    /// of the starts. Without a grid, a time before a start is reached back in time. For a motion that does not begin or does not reach it, the result is its [`RunError`].
+    #[must_use]
+    pub fn to(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
+        let runs = self.runs(t, false, |_| |_: &Node<N>| {});
+        runs.into_iter().map(|run| run.last).collect()
+    }
+
+    /// Runs every motion to the time `t` and collects its nodes. For a motion that fails, the [`Failure`] contains the nodes so far.
+    #[must_use]
+    pub fn until(&self, t: f64) -> Vec<Result<Trajectory<N>, Failure<N>>> {
+        let runs = self.stream(t, |_| Trajectory::default());
+        let collected = |Observed { observer, last }| match last {
+            Ok(_) => Ok(observer),
+            Err(error) => Err(Failure {
+                error,
+                trajectory: observer,
+            }),
+        };
+        runs.into_iter().map(collected).collect()
+    }
+
+    /// Runs every motion to the time `t`, and hands its nodes to an observer of its own, which is made from the number of the start.
+    /// An observer may end its motion.
+    #[must_use]
+    pub fn stream<O: Observer<N> + Send>(
+        &self,
+        t: f64,
+        observer: impl Fn(usize) -> O + Sync,
+    ) -> Vec<Observed<O, N>> {
+        self.runs(t, true, observer)
+    }
+
+    /// Runs all blocks.
+    fn runs<O: Observer<N> + Send>(
+        &self,
+        t: f64,
+        observes: bool,
+        observer: impl Fn(usize) -> O + Sync,
+    ) -> Vec<Observed<O, N>> {
+        let run = Run {
+            system: self.system,
+            varied: &self.varied,
+            tolerance: self.tolerance,
+            max_steps: self.max_steps,
+            every: self.every,
+            t,
+            observes,
+            instructions: self.instructions,
+        };
+        self.all_blocks(|first, starts| run.block(first, starts, &observer))
+    }
+
+    /// Calls a function for every block, on all threads.
+    #[cfg(feature = "rayon")]
+    fn all_blocks<R: Send>(&self, block: impl Fn(usize, &[Start<N>]) -> Vec<R> + Sync) -> Vec<R> {
+        let all = || {
+            let each = self.starts.len().div_ceil(4 * rayon::current_num_threads());
+            let size = each.next_multiple_of(LANES).clamp(LANES, BLOCK);
+            let blocks = self.starts.par_chunks(size).enumerate();
+            let blocks: Vec<Vec<R>> = blocks
+                .map(|(number, starts)| block(number * size, starts))
+                .collect();
+            blocks.into_iter().flatten().collect()
+        };
+        match &self.pool {
+            Some(pool) => pool.install(all),
+            None => all(),
+        }
+    }
+
+    /// Calls a function for every block.
+    #[cfg(not(feature = "rayon"))]
+    fn all_blocks<R>(&self, block: impl Fn(usize, &[Start<N>]) -> Vec<R>) -> Vec<R> {
+        let blocks = self.starts.chunks(BLOCK).enumerate();
+        blocks
+            .flat_map(|(number, starts)| block(number * BLOCK, starts))
+            .collect()
+    }
+}

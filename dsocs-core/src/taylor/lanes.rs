@@ -1,0 +1,321 @@
+//! Expansions of several motions side by side, which are compiled for each kind of register.
+
+use core::array;
+
+use wide::f64x8;
+
+use super::kernel::{MAX_ORDER, ROWS};
+use super::series::Series;
+use super::switch::{Switch, Switches as _};
+use crate::compensated::Compensated;
+use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
+use crate::lanes::{LANES, Lanes, Mask};
+use crate::scalar::Scalar as _;
+use crate::system::System;
+
+/// Vectors, `[component][lane]`.
+type Vectors<const N: usize> = [[f64; LANES]; N];
+
+/// Where motions are, by lanes.
+pub(super) struct Ends<const N: usize> {
+    /// Times.
+    pub t: [f64; LANES],
+    /// Positions.
+    pub q: Compensated<N, [f64; LANES]>,
+    /// Velocities.
+    pub v: Compensated<N, [f64; LANES]>,
+    /// Accelerations by the series that lead there.
+    pub a: Vectors<N>,
+}
+
+impl<const N: usize> Ends<N> {
+    /// At zero.
+    pub fn new() -> Self {
+        let zero = Compensated {
+            hi: [[0.0; LANES]; N],
+            lo: [[0.0; LANES]; N],
+        };
+        Self {
+            t: [0.0; LANES],
+            q: zero,
+            v: zero,
+            a: [[0.0; LANES]; N],
+        }
+    }
+
+    /// Puts one motion into its lane.
+    pub fn set(&mut self, lane: usize, t: f64, q: &Compensated<N>, v: &Compensated<N>) {
+        self.t[lane] = t;
+        for (to, from) in [(&mut self.q, q), (&mut self.v, v)] {
+            for i in 0..N {
+                (to.hi[i][lane], to.lo[i][lane]) = (from.hi[i], from.lo[i]);
+            }
+        }
+    }
+
+    /// Position, velocity and acceleration in one lane.
+    pub fn get(&self, lane: usize) -> (Compensated<N>, Compensated<N>, [f64; N]) {
+        let one = |x: &Compensated<N, [f64; LANES]>| Compensated {
+            hi: array::from_fn(|i| x.hi[i][lane]),
+            lo: array::from_fn(|i| x.lo[i][lane]),
+        };
+        (one(&self.q), one(&self.v), array::from_fn(|i| self.a[i][lane]))
+    }
+}
+
+/// The series of eight motions, in any kind of register. Each has an order of its own: beyond it its coefficients are zero.
+pub(super) trait Engine<S, const N: usize> {
+    /// Gives the motion in a lane the parameters of `system`.
+    fn set_parameters(&mut self, lane: usize, system: &S);
+
+    /// Goes a time `h` along each series, from the points of expansion.
+    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends<N>);
+
+    /// Expands the motions there, to the order of each. Coefficients from the order `first` on will be asked for.
+    fn expand(&mut self, ends: &Ends<N>, orders: &[usize; LANES], first: usize);
+
+    /// The new series take the place of the old ones, but for the lanes whose bits are set.
+    fn go_on(&mut self, back: u32);
+
+    /// What the control of a step asks of the new series in a lane: its velocity's coefficients of the orders 0, 1 and `first` to the last.
+    fn tell(&self, lane: usize, first: usize, series: &mut Series<N>);
+
+    /// Takes a series for a lane.
+    fn take(&mut self, lane: usize, series: &Series<N>);
+
+    /// The series before the last [`Engine::go_on`].
+    fn last(&self, lane: usize, series: &mut Series<N>);
+
+    /// Lets a lane be idle.
+    fn clear(&mut self, lane: usize);
+
+    /// The switches of the declaration in a lane.
+    fn switches(&mut self, lane: usize) -> &mut [Switch];
+
+    /// Whether a function of the user's has compared something in a lane.
+    fn has_compared(&mut self, lane: usize) -> bool;
+}
+
+/// The series with the instructions that are asked for, or the widest that there are below them.
+pub(super) fn engine<'s, S: System<N>, const N: usize>(
+    instructions: Instructions,
+    system: &'s S,
+) -> Box<dyn Engine<S, N> + 's> {
+    #[cfg(target_arch = "x86_64")]
+    if const { OTHERS } {
+        use crate::lanes::x86::{Avx2, Avx512};
+        if instructions >= Instructions::Avx512
+            && let Some(token) = Avx512::token()
+        {
+            return Box::new(Expansions::<Avx512, S, N>::new(token, system));
+        }
+        if instructions >= Instructions::Avx2
+            && let Some(token) = Avx2::token()
+        {
+            return Box::new(Expansions::<Avx2, S, N>::new(token, system));
+        }
+    }
+    let _ = instructions;
+    Box::new(Expansions::<f64x8, S, N>::new((), system))
+}
+
+/// The series in registers of one kind.
+struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
+    /// What tells that the machine has them.
+    token: R::Token,
+    /// The system, for what is not a parameter.
+    system: &'s S,
+    /// The parameters.
+    parameters: S::Parameters<Lanes<R>>,
+    /// What they decide.
+    fixed: S::Fixed<Lanes<R>>,
+    /// What is kept of the orders before.
+    table: S::Table<Lanes<R>>,
+    /// The series at the current points.
+    series: Box<Series<N, Lanes<R>>>,
+    /// The series at the ends of the steps that are tried.
+    next: Box<Series<N, Lanes<R>>>,
+    /// Coefficients of their velocities, taken out of registers.
+    told: Box<[Vectors<N>; ROWS]>,
+}
+
+impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
+    fn new(token: R::Token, system: &'s S) -> Self {
+        let parameters = system.parameters::<Lanes<R>>();
+        Self {
+            token,
+            system,
+            fixed: system.fixed(&parameters),
+            parameters,
+            table: S::Table::default(),
+            series: Box::new(Series::new(2)),
+            next: Box::new(Series::new(2)),
+            told: Box::new([[[0.0; LANES]; N]; ROWS]),
+        }
+    }
+}
+
+/// Vectors in registers.
+#[inline(always)]
+fn loaded<R: Chosen, const N: usize>(x: &Vectors<N>) -> [Lanes<R>; N] {
+    let mut lanes = [Lanes::splat(0.0); N];
+    for (lanes, &x) in lanes.iter_mut().zip(x) {
+        *lanes = x.into();
+    }
+    lanes
+}
+
+/// The same taken out of them.
+#[inline(always)]
+fn stored<R: Chosen, const N: usize>(lanes: &[Lanes<R>; N], x: &mut Vectors<N>) {
+    for (x, &lanes) in x.iter_mut().zip(lanes) {
+        *x = lanes.into();
+    }
+}
+
+/// The lanes whose order is not lower, as bits.
+#[inline(always)]
+fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
+    let mut bits = 0;
+    for (lane, &order) in orders.iter().enumerate() {
+        bits |= u32::from(order >= least) << lane;
+    }
+    bits
+}
+
+/// Work for the registers: the ends of steps.
+struct Arrival<'a, R: Chosen, const N: usize> {
+    series: &'a Series<N, Lanes<R>>,
+    h: &'a [f64; LANES],
+    ends: &'a mut Ends<N>,
+}
+
+impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { series, h, ends } = self;
+        let [dq, dv, a] = series.increments::<false>(Lanes::from(*h));
+        for (x, dx) in [(&mut ends.q, dq), (&mut ends.v, dv)] {
+            let mut sum = Compensated::<N, Lanes<R>> {
+                hi: loaded(&x.hi),
+                lo: loaded(&x.lo),
+            };
+            sum.add(&dx);
+            stored(&sum.hi, &mut x.hi);
+            stored(&sum.lo, &mut x.lo);
+        }
+        stored(&a, &mut ends.a);
+    }
+}
+
+/// Work for the registers: expansions.
+struct Expansion<'a, 's, R: Chosen, S: System<N>, const N: usize> {
+    expansions: &'a mut Expansions<'s, R, S, N>,
+    ends: &'a Ends<N>,
+    orders: &'a [usize; LANES],
+    first: usize,
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            expansions,
+            ends,
+            orders,
+            first,
+        } = self;
+        let Expansions {
+            system,
+            fixed,
+            table,
+            next,
+            told,
+            ..
+        } = expansions;
+        let (mut least, mut most) = (MAX_ORDER, 2);
+        for &order in orders {
+            (least, most) = (least.min(order), most.max(order));
+        }
+        next.set_order(most);
+        next.begin(ends.t.into(), &loaded(&ends.q.hi), &loaded(&ends.v.hi));
+        next.expect(&loaded(&ends.a));
+        system.expand::<Lanes<R>, false>(fixed, next, table);
+        for k in least + 1..=most {
+            let [velocity, position] = [lanes_where(orders, k), lanes_where(orders, k - 1)];
+            next.cut(k, Mask::from_bits(velocity), Mask::from_bits(position));
+        }
+        if least < most {
+            let bits = lanes_where(orders, most);
+            next.cut(most + 1, Mask::splat(false), Mask::from_bits(bits));
+        }
+        let rows = next.velocity();
+        stored(&rows[1], &mut told[1]);
+        for (row, told) in rows.iter().zip(told.iter_mut()).skip(first.max(2)) {
+            stored(row, told);
+        }
+    }
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Expansions<'_, R, S, N> {
+    fn set_parameters(&mut self, lane: usize, system: &S) {
+        for (place, parameter) in self.parameters.as_mut().iter_mut().enumerate() {
+            parameter.set_lane(lane, system.parameter(place).unwrap_or(f64::NAN));
+        }
+        self.fixed = self.system.fixed(&self.parameters);
+    }
+
+    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends<N>) {
+        let series = &*self.series;
+        R::run(self.token, Arrival { series, h, ends });
+    }
+
+    fn expand(&mut self, ends: &Ends<N>, orders: &[usize; LANES], first: usize) {
+        R::run(
+            self.token,
+            Expansion {
+                expansions: self,
+                ends,
+                orders,
+                first,
+            },
+        );
+    }
+
+    fn go_on(&mut self, back: u32) {
+        for lane in (0..LANES).filter(|lane| back >> lane & 1 == 1) {
+            self.next.copy_lane(lane, &self.series);
+        }
+        core::mem::swap(&mut self.series, &mut self.next);
+    }
+
+    fn tell(&self, lane: usize, first: usize, series: &mut Series<N>) {
+        for k in [1].into_iter().chain(first.max(2)..=series.order()) {
+            series.set_velocity(k, array::from_fn(|i| self.told[k][i][lane]));
+        }
+    }
+
+    fn take(&mut self, lane: usize, series: &Series<N>) {
+        self.series.set_lane(lane, series);
+    }
+
+    fn last(&self, lane: usize, series: &mut Series<N>) {
+        self.next.lane(lane, series);
+    }
+
+    fn clear(&mut self, lane: usize) {
+        self.series.set_lane(lane, &Series::new(2));
+    }
+
+    fn switches(&mut self, lane: usize) -> &mut [Switch] {
+        self.table.group(lane, 0)
+    }
+
+    fn has_compared(&mut self, lane: usize) -> bool {
+        (1..S::Table::<Lanes<R>>::GROUPS).any(|group| !self.table.group(lane, group).is_empty())
+    }
+}

@@ -1,0 +1,284 @@
+//! Derivatives of the continuous motion: its variational equations, solved by the same series.
+//!
+//! A step of the motion is a polynomial in its length, with coefficients that depend on the point where it begins. With numbers that carry
+//! derivatives the recurrences give the derivatives of these coefficients. The length of a step is that of the plain motion.
+
+use super::control::Tolerance;
+use super::flow::TaylorFlow;
+use super::moved::{DIRECTIONS, Moved};
+use super::series::Series;
+use super::switch::Switches as _;
+use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
+use crate::run::{RunError, Stepper as _};
+use crate::scalar::Scalar as _;
+use crate::start::{Start, StartOrder};
+use crate::system::{Point, System};
+
+/// A [`TaylorFlow`] with the derivatives of its motion by components of the start and by parameters.
+///
+/// The motion is that of the flow, bit for bit, and the derivatives are those of the continuous motion, about as exact as the tolerance asks of
+/// the motion. Four variables together cost a few plain runs.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::Variable;
+/// use dsocs_core::taylor::TaylorTangents;
+///
+/// /// A mass on a spring.
+/// #[dsocs {
+///     coordinates(x);
+///     lagrangian = dot(x).powi(2) / 2 - stiffness * x.powi(2) / 2;
+/// }]
+/// struct Oscillator {
+///     stiffness: f64,
+/// }
+///
+/// let oscillator = Oscillator { stiffness: 4.0 };
+/// let variables = [Variable::Parameter("stiffness"), Variable::Velocity(0)];
+/// let start = Start::second_order([1.0], [0.0]);
+/// let mut tangents = TaylorTangents::new(&oscillator, start, Tolerance::relative(1e-14), &variables)?;
+/// // x = cos(ω t) with ω² = k: ∂x/∂k = −t sin(ω t) / 2ω, and ∂x/∂v = sin(ω t) / ω
+/// let [by_stiffness, by_velocity] = tangents.to(1.0)?[..] else { unreachable!() };
+/// assert!((by_stiffness.q[0] + 2.0_f64.sin() / 4.0).abs() < 1e-14);
+/// assert!((by_velocity.q[0] - 2.0_f64.sin() / 2.0).abs() < 1e-14);
+/// # Ok::<(), dsocs_core::DerivativeError>(())
+/// ```
+///
+/// # Limits
+///
+/// There are no derivatives across jumps and corners, of systems with constraints on positions or velocities (their starts are not free), and
+/// of moving functions of your own.
+pub struct TaylorTangents<'s, S: System<N>, const N: usize> {
+    /// The motion.
+    flow: TaylorFlow<'s, S, N>,
+    /// Some variables each.
+    groups: Vec<Group<S, N>>,
+    /// How many variables there are.
+    count: usize,
+}
+
+// by hand, because a derivation would ask the system for as much
+impl<S: System<N>, const N: usize> core::fmt::Debug for TaylorTangents<'_, S, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("TaylorTangents")
+            .field("flow", &self.flow)
+            .field("variables", &self.count)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The derivatives by up to [`DIRECTIONS`] variables.
+struct Group<S: System<N>, const N: usize> {
+    /// What the parameters decide.
+    fixed: S::Fixed<Moved>,
+    /// What is kept of the orders before.
+    table: S::Table<Moved>,
+    /// The series.
+    series: Box<Series<N, Moved>>,
+    /// The derivatives of position, velocity and acceleration at the current point, `[component][direction]`.
+    now: [[[f64; DIRECTIONS]; N]; 3],
+}
+
+/// A variable after its name and index were looked up.
+enum Moving {
+    Position(usize),
+    Velocity(usize),
+    Parameter(usize),
+}
+
+impl Moving {
+    /// Looks a variable up.
+    fn find<S: System<N>, const N: usize>(variable: Variable<'_>) -> Result<Self, DerivativeError> {
+        let coordinate = |index: usize| {
+            if index < N {
+                Ok(index)
+            } else {
+                Err(DerivativeError::Index {
+                    what: "coordinate",
+                    index,
+                    count: N,
+                })
+            }
+        };
+        match variable {
+            Variable::Position(index) => coordinate(index).map(Self::Position),
+            Variable::Velocity(index) => coordinate(index).map(Self::Velocity),
+            Variable::Parameter(name) => parameter::<S, N>(name).map(Self::Parameter),
+            Variable::SecondNode(_) => Err(DerivativeError::Variable {
+                start: "position and velocity",
+                variable: "second node",
+            }),
+            Variable::Input { name, .. } => Err(DerivativeError::Input {
+                name: name.to_owned(),
+                inputs: Vec::new(),
+            }),
+        }
+    }
+}
+
+impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
+    /// A motion from a start, with its derivatives by some variables.
+    ///
+    /// # Errors
+    ///
+    /// [`DerivativeError::Run`] as [`TaylorFlow::new`]; the others if a variable is unknown or the motion has no derivatives.
+    pub fn new(
+        system: &'s S,
+        start: Start<N>,
+        tolerance: Tolerance,
+        variables: &[Variable<'_>],
+    ) -> Result<Self, DerivativeError> {
+        if start.order() == StartOrder::Nodes {
+            return Err(DerivativeError::Continuous {
+                reason: "its start has to be given by position and velocity, as by Start::second_order",
+            });
+        }
+        if S::HOLONOMIC + S::NONHOLONOMIC > 0 {
+            return Err(DerivativeError::Continuous {
+                reason: "constraints on positions or velocities bind its start; `Path` differentiates runs from two nodes",
+            });
+        }
+        let flow = TaylorFlow::new(system, start, tolerance).map_err(RunError::from)?;
+        let found: Vec<Moving> = variables
+            .iter()
+            .map(|variable| Moving::find::<S, N>(*variable))
+            .collect::<Result<_, _>>()?;
+        let groups = found.chunks(DIRECTIONS).map(|some| Group::new(system, some));
+        let mut tangents = Self {
+            groups: groups.collect(),
+            count: found.len(),
+            flow,
+        };
+        tangents.step_along(0.0)?;
+        Ok(tangents)
+    }
+
+    /// The motion.
+    #[must_use]
+    pub fn flow(&self) -> &TaylorFlow<'s, S, N> {
+        &self.flow
+    }
+
+    /// Runs to the time `t`, not before the last one, and returns the derivatives there, one for each variable.
+    ///
+    /// # Errors
+    ///
+    /// [`DerivativeError`] if the motion does not reach `t`, or has no derivatives on the way.
+    pub fn to(&mut self, t: f64) -> Result<Vec<NodeTangent<N>>, DerivativeError> {
+        self.along(t, &mut |_, _| {})?;
+        Ok(self.tangents())
+    }
+
+    /// The same, and calls `visit` at the end of each step with the motion and its derivatives there.
+    ///
+    /// # Errors
+    ///
+    /// As [`TaylorTangents::to`].
+    pub fn along(
+        &mut self,
+        t: f64,
+        visit: &mut dyn FnMut(&Point<f64, N>, &[NodeTangent<N>]),
+    ) -> Result<(), DerivativeError> {
+        if !t.is_finite() {
+            return Err(RunError::Until { until: t }.into());
+        }
+        let end = self.flow.clock().until(t)?;
+        while self.flow.time() != end.time() {
+            self.flow.step(end.time())?;
+            let Some((_, h)) = self.flow.motion.last else {
+                break;
+            };
+            if self.flow.motion.is_new {
+                return Err(DerivativeError::Continuous {
+                    reason: "it meets a jump or a corner; differences of whole runs have no such limit",
+                });
+            }
+            self.step_along(h)?;
+            visit(&self.flow.motion.point(), &self.tangents());
+        }
+        Ok(())
+    }
+
+    /// The derivatives at the current point.
+    #[must_use]
+    pub fn tangents(&self) -> Vec<NodeTangent<N>> {
+        let one = |place: usize| {
+            let [q, v, a] = &self.groups[place / DIRECTIONS].now;
+            let of = |x: &[[f64; DIRECTIONS]; N]| x.map(|x| x[place % DIRECTIONS]);
+            NodeTangent {
+                q: of(q),
+                v: of(v),
+                a: of(a),
+            }
+        };
+        (0..self.count).map(one).collect()
+    }
+
+    /// Takes the derivatives along a step of the length `h`, which has just been made; with 0 at the start.
+    fn step_along(&mut self, h: f64) -> Result<(), DerivativeError> {
+        let motion = &self.flow.motion;
+        let series = if h == 0.0 { &motion.next } else { &motion.series };
+        for group in &mut self.groups {
+            group.step(&*self.flow.equations.system, series, h);
+            if group.table.moves() {
+                return Err(DerivativeError::Continuous {
+                    reason: "it depends on a function of yours, whose series have no derivatives; `Path` differentiates the discrete motion",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<S: System<N>, const N: usize> Group<S, N> {
+    fn new(system: &S, variables: &[Moving]) -> Self {
+        let mut parameters = system.parameters::<Moved>();
+        let mut now = [[[0.0; DIRECTIONS]; N]; 3];
+        for (direction, variable) in variables.iter().enumerate() {
+            match *variable {
+                Moving::Position(i) => now[0][i][direction] = 1.0,
+                Moving::Velocity(i) => now[1][i][direction] = 1.0,
+                Moving::Parameter(place) => {
+                    if let Some(parameter) = parameters.as_mut().get_mut(place) {
+                        parameter.by[direction] = 1.0;
+                    }
+                }
+            }
+        }
+        Self {
+            fixed: system.fixed(&parameters),
+            table: S::Table::default(),
+            series: Box::new(Series::new(2)),
+            now,
+        }
+    }
+
+    /// Goes along a step whose plain series this is.
+    fn step(&mut self, system: &S, plain: &Series<N>, h: f64) {
+        let Self {
+            fixed,
+            table,
+            series,
+            now,
+        } = self;
+        let with = |values: [f64; N], by: &[[f64; DIRECTIONS]; N]| -> [Moved; N] {
+            core::array::from_fn(|i| Moved {
+                value: values[i],
+                by: by[i],
+            })
+        };
+        let (q, v) = plain.start();
+        series.set_order(plain.order());
+        series.begin(Moved::splat(plain.time()), &with(q, &now[0]), &with(v, &now[1]));
+        series.expect(&plain.velocity()[1].map(Moved::splat));
+        system.expand::<Moved, false>(fixed, series, table);
+        let [dq, dv, a] = series.increments::<false>(Moved::splat(h));
+        for i in 0..N {
+            for direction in 0..DIRECTIONS {
+                now[0][i][direction] += dq[i].by[direction];
+                now[1][i][direction] += dv[i].by[direction];
+                now[2][i][direction] = a[i].by[direction];
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Points of a sweep side by side, in SIMD lanes.
+
+use dsocs_core::{Ensemble, RunError, Start, System};
+
+use super::{Method, Plan, Row};
+
+/// A parameter that varies, by its name, and its value at each point.
+pub type Varied = (&'static str, Vec<f64>);
+
+/// What runs points of a system side by side.
+pub(super) type Ends<S, const N: usize> =
+    fn(&S, &Plan, Vec<Start<N>>, &[Varied], &mut dyn FnMut(usize, &Row<'_>)) -> bool;
+
+/// Whether a run can share lanes: with the paper's step, and if parameters do not change during the run.
+#[must_use]
+pub fn shares(plan: &Plan) -> bool {
+    plan.method == Method::Step && plan.inputs.is_empty()
+}
+
+/// Runs points to their ends, and hands the last node of each to `sink`. A point that fails is left out: a run of its own says why. Returns
+/// whether the points could be run.
+pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
+    system: &S,
+    plan: &Plan,
+    starts: Vec<Start<N>>,
+    parameters: &[Varied],
+    sink: &mut dyn FnMut(usize, &Row<'_>),
+) -> bool {
+    if !shares(plan) {
+        return false;
+    }
+    let ended = || -> Result<_, RunError> {
+        let mut ensemble = Ensemble::new(system, plan.h)?.starts(starts);
+        for (name, values) in parameters {
+            ensemble = ensemble.varied(name, values.iter().copied())?;
+        }
+        Ok(ensemble.here().to(plan.until))
+    };
+    let Ok(ended) = ended() else {
+        return false;
+    };
+    let mut own = system.clone();
+    let mut observed = vec![0.0; S::OBSERVABLES.len()];
+    for (place, node) in ended.iter().enumerate() {
+        let Ok(node) = node else { continue };
+        for (name, values) in parameters {
+            let parameter = S::PARAMETERS.iter().position(|known| known.name == *name);
+            if let Some(parameter) = parameter.and_then(|parameter| own.parameter_mut(parameter)) {
+                *parameter = values[place];
+            }
+        }
+        let view: &dyn dsocs_core::View<N> = &own;
+        view.observed(&node.point(), &mut observed);
+        sink(place, &Row::of(node, &observed, &view.multipliers_of(node)));
+    }
+    true
+}
