@@ -297,7 +297,7 @@ fn lanes_do_not_change_with_what_runs_beside() {
             "inputs",
         ),
         (
-            "system = \"train\"\nlanes = true\n[vary]\nx = [1, 2]",
+            "system = \"train\"\nlanes = true\n[vary]\nmass = [1, 2]",
             "Entry::in_lanes",
         ),
     ] {
