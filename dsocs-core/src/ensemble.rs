@@ -92,6 +92,7 @@ pub struct Ensemble<'a, S: System<N>, const N: usize> {
     /// The instructions of the steps, if not the widest.
     instructions: Instructions,
     /// Whether only this thread works.
+    #[cfg(feature = "rayon")]
     here: bool,
     /// Told how many trajectories have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
@@ -160,6 +161,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             own: None,
             max_iterations: MAX_ITERATIONS,
             instructions: Instructions::best(),
+            #[cfg(feature = "rayon")]
             here: false,
             progress: None,
             #[cfg(feature = "rayon")]
@@ -297,8 +299,12 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     }
 
     /// Runs all trajectories in the thread that asks for them, one block after the other.
+    #[cfg_attr(not(feature = "rayon"), allow(unused_mut))]
     pub fn here(mut self) -> Self {
-        self.here = true;
+        #[cfg(feature = "rayon")]
+        {
+            self.here = true;
+        }
         self
     }
 

@@ -51,8 +51,6 @@ struct Member<'s, S: System<N>, O, const N: usize> {
     step: Trial,
     /// Whether that is a second trial.
     again: bool,
-    /// Whether nodes are observed.
-    observes: bool,
     /// Whether the flow knows all of the series at the current point, as after a step of its own.
     is_complete: bool,
     /// Whether it makes all steps alone.
@@ -140,7 +138,7 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
                     let Some(member) = &mut members[lane] else {
                         continue;
                     };
-                    match member.propose(lane, &mut lanes) {
+                    match member.propose(lane, &mut lanes, self.observes) {
                         Goes::On => {
                             (h[lane], orders[lane]) = (member.step.h(), member.flow.motion.next.order());
                             active |= 1 << lane;
@@ -198,7 +196,6 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
                 end,
                 step: Trial::default(),
                 again: false,
-                observes: self.observes,
                 is_complete: true,
                 stays_alone: false,
             }),
@@ -295,17 +292,13 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         }
     }
 
-    /// The next step.
-    fn propose(&mut self, lane: usize, lanes: &mut Lanes<'_, S, N>) -> Goes {
+    /// The next step; nodes on the way are observed if asked for.
+    fn propose(&mut self, lane: usize, lanes: &mut Lanes<'_, S, N>, observes: bool) -> Goes {
         let TaylorFlow { motion, equations } = &mut self.flow;
         if core::mem::take(&mut self.again) {
             return Goes::On;
         }
-        let observer: Option<&mut dyn Observer<N>> = if self.observes {
-            Some(&mut self.observer)
-        } else {
-            None
-        };
+        let observer: Option<&mut dyn Observer<N>> = if observes { Some(&mut self.observer) } else { None };
         let until = match motion.hand_nodes_out(equations, &self.end, observer) {
             ControlFlow::Continue(until) => until,
             ControlFlow::Break(()) => return Goes::Ended(Ok(())),
