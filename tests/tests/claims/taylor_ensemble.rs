@@ -99,23 +99,23 @@ fn pendulum(part: f64) -> Start<2> {
 
 #[test]
 fn motions_in_lanes_are_those_of_single_flows() {
-    let parts: Vec<f64> = (0..21).map(|k| f64::from(k) / 21.0).collect();
+    let parts: Vec<f64> = (0..11).map(|k| f64::from(k) / 11.0).collect();
     let starts: Vec<_> = parts.iter().map(|&part| pendulum(part)).collect();
     // the steep switch of the pendulum lies within
-    agrees(&InertiaWheelPendulum::default(), &starts, 40.0, 1e-6);
+    agrees(&InertiaWheelPendulum::default(), &starts, 32.0, 1e-6);
     let particle = |&part: &f64| Start::second_order([0.1, part], [0.5 + part, 1.0]).at(part);
     let starts: Vec<_> = parts.iter().map(particle).collect();
-    agrees(&CurvedParticle::default(), &starts, 20.0, 1e-8);
+    agrees(&CurvedParticle::default(), &starts, 8.0, 1e-8);
     let field = CurvedParticle {
         mass: 1.0,
         curvature: Wavy::default(),
     };
-    agrees(&field, &starts, 10.0, 1e-8);
+    agrees(&field, &starts, 4.0, 1e-8);
     let corner = CurvedParticle {
         mass: 1.0,
         curvature: Corner,
     };
-    agrees(&corner, &starts, 6.0, 1e-7);
+    agrees(&corner, &starts, 3.0, 1e-7);
 }
 
 #[test]
