@@ -143,6 +143,10 @@ impl Deficiency {
             return None;
         }
         Some(match (self.is_of_constraints(), self.rows.len()) {
+            (true, 1) if matches!(self.rows[0], DependentRow::Kinematic(_)) => {
+                "a factor of the constraint is zero here, as a velocity is at rest: divide it out (`branch = divide(factor)`, for example \
+                 `divide(dot(x))`), or begin elsewhere"
+            }
             (true, 1) => {
                 "the constraint's derivatives are zero here: write it so that they are not (`x - y` instead of its square), or \
                  begin elsewhere"
@@ -328,6 +332,20 @@ fn examine(
         rows: rows.map(|i| row(declaration, i)).collect(),
         at_guess_alone: false,
     })
+}
+
+/// A basis of the directions that a square matrix takes to zero, each with 1 for its largest component.
+pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> {
+    let scales = equilibrate(&mut matrix, size);
+    let directions = null_vectors(&matrix).into_iter().map(|mut vector| {
+        let mut largest = 0.0_f64;
+        for (x, scale) in vector.iter_mut().zip(&scales) {
+            *x *= scale;
+            largest = largest.max(x.abs());
+        }
+        map(&vector, |x| x / largest)
+    });
+    directions.collect()
 }
 
 /// Scales rows and columns in turn until their largest entries are about 1, and tells by what the columns were multiplied.

@@ -136,6 +136,30 @@ fn another_order_is_not_found() {
     assert_eq!(missing(&findings), ["power balance", "contact", "order"]);
 }
 
+/// A body that is driven by a wheel on it.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = dot(x).powi(2) / 2 + (dot(x) + dot(y)).powi(2) / 20;
+    kinematic = ddot(x) + x;
+    constraint_forces = [(0, 1)];
+}]
+struct Satellite;
+
+#[test]
+fn a_momentum_that_stays_zero_is_no_failure() {
+    let expected = Expected {
+        kind: Kind::SecondOrder,
+        order: 2.0,
+        reversible: true,
+    };
+    let entry = systems::double_pendulum::entry();
+    for v in [[0.0, 0.0], [0.0, 1e-3], [0.0, 1.0]] {
+        let start = ([1.0, 0.0], v);
+        let findings = check(&Satellite, &[], expected, &settings(&entry), start).unwrap();
+        assert_eq!(missing(&findings), [""; 0], "{:?}", missed(&findings));
+    }
+}
+
 /// A pendulum whose inertia depends on its angle, with the paper's map.
 #[dsocs {
     coordinates(theta);

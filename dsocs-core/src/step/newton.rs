@@ -7,6 +7,8 @@ use super::convergence::{
 };
 use super::elimination::Determinant;
 use super::unknown::{Linearization, Unknown};
+use crate::deficiency::null_directions;
+use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepFailure};
 
 /// The unit round-off, `2⁻⁵³`.
@@ -23,6 +25,9 @@ pub(crate) const BENT: f64 = 1e-4;
 
 /// How far an unknown is moved, relative to itself, to see whether the rows depend on it.
 const NEARBY: f64 = 1e-3;
+
+/// So many times the bound of a row's rounding may be left of it along a rounded direction that does not change it.
+const LEFT: f64 = 64.0;
 
 /// How often a full update may be taken although no part of it makes the next one smaller.
 const PATIENCE: u32 = 3;
@@ -534,15 +539,36 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
             });
         }
         let is_zero = |rows: &Z| rows.as_ref().iter().all(|&row| row == 0.0);
-        // a double root is one; rows that stay zero when an unknown is moved say nothing of that unknown
-        let determined = |place: usize| {
+        // a double root is one; rows that stay zero along a direction that the Jacobian takes to zero do not determine it
+        let determined = |direction: Vec<f64>| {
+            let lengths = z.as_ref().iter().zip(self.size.as_ref());
+            let lengths = lengths.map(|(z, size)| z.abs().max(*size));
+            // how far a change by the direction is, in units of the unknowns
+            let far = direction
+                .iter()
+                .zip(lengths)
+                .fold(0.0_f64, |far, (part, length)| {
+                    let far_here = if length > 0.0 { part.abs() / length } else { 0.0 };
+                    far.max(far_here)
+                });
+            let part = if far > 0.0 { NEARBY / far } else { NEARBY };
             let mut moved = z;
-            let (unknown, size) = (moved.as_mut(), self.size.as_ref());
-            let length = unknown[place].abs().max(size[place]);
-            unknown[place] += if length > 0.0 { NEARBY * length } else { NEARBY };
-            !is_zero(&self.equations.linearize(&moved).rows)
+            for (z, along) in moved.as_mut().iter_mut().zip(&direction) {
+                *z += part * along;
+            }
+            // the direction is rounded, and what rounding leaves is zero, too
+            let rows = self.equations.linearize(&moved).rows;
+            let bounds = self.equations.rounding(&moved);
+            let mut rows = rows.as_ref().iter().zip(bounds.as_ref());
+            rows.any(|(row, bound)| {
+                let is_rounding = row.abs() <= LEFT * bound;
+                *row != 0.0 && !is_rounding
+            })
         };
-        if is_zero(&rows) && (0..z.as_ref().len()).all(determined) {
+        let count = rows.as_ref().len();
+        let jacobian = at.jacobian.as_ref();
+        let jacobian = || Matrix::from_fn(count, count, |i, j| jacobian[i].as_ref()[j]);
+        if is_zero(&rows) && null_directions(jacobian(), count).into_iter().all(determined) {
             return Ok(Iterate {
                 z,
                 rows,

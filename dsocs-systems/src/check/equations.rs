@@ -2,7 +2,8 @@
 
 use dsocs_core::Leg;
 use dsocs_core::geometry::{
-    Triple, admissible_variations, external_forces, legendre_minus, legendre_plus, rows_of_written,
+    Displacement, Triple, admissible_variations, discrete_form, external_forces, legendre_minus,
+    legendre_plus, rows_of_written,
 };
 
 use super::{Report, Subject, larger, largest};
@@ -70,13 +71,20 @@ fn written<const N: usize>(subject: &Subject<'_, N>, t: f64, nodes: &[[f64; N]; 
     })
 }
 
-/// How large the derivatives of `L_d` by each coordinate of a node become along the motion.
+/// How large the derivatives of `L_d` by each coordinate of a node become along the motion, and the terms that they are the sums of:
+/// masses times increments. These terms cancel in a momentum that is conserved and zero.
 fn sizes<const N: usize>(subject: &Subject<'_, N>) -> [f64; N] {
     let mut sizes = [0.0; N];
     for triple in &subject.triples {
-        let arriving = legendre_plus(subject.system, subject.h, &triple.first());
-        for (size, part) in sizes.iter_mut().zip(arriving) {
-            *size = larger(*size, part.abs());
+        let leg = triple.first();
+        let arriving = legendre_plus(subject.system, subject.h, &leg);
+        let form = discrete_form(subject.system, subject.h, &leg);
+        for (i, (size, part)) in sizes.iter_mut().zip(arriving).enumerate() {
+            let terms = leg.d.iter().enumerate().map(|(j, d)| {
+                let mass = form.of(&Displacement::unit(i), &Displacement::unit(N + j));
+                (mass * d).abs()
+            });
+            *size = larger(*size, larger(part.abs(), terms.sum()));
         }
     }
     sizes

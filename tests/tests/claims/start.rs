@@ -4,7 +4,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use dsocs_core::{Flow, Start, Stepper};
+use dsocs_core::{Flow, Start, Stepper, dsocs};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::{self, START};
 
@@ -118,5 +118,41 @@ fn the_exact_start_is_on_the_continuous_motion() {
             assert!((found - exact).abs() < 5e-16, "h = {h}: {found} {exact}");
         }
         assert!(Flow::new(&particle, 2.0 * h, start).is_err());
+    }
+}
+
+/// A body on a spring with a second one that drives it, under a law that says nothing at rest.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = body / 2 * dot(x).powi(2) + wheel / 2 * (dot(x) + ratio * dot(y)).powi(2);
+    kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + dot(x).powi(2);
+    constraint_forces = [(0, 1)];
+}]
+struct Driven {
+    body: f64,
+    wheel: f64,
+    ratio: f64,
+}
+
+#[test]
+fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
+    // the rows are zero at no acceleration, and along a direction that mixes the coordinates as the masses do
+    for (body, wheel, ratio) in [
+        (1.0, 0.1, 1.0),
+        (3.0, 0.7, -0.3),
+        (1e-3, 17.0, 0.9),
+        (0.2, 1e-4, 1e3),
+        (7e5, 3.0, 1e-3),
+    ] {
+        let driven = Driven { body, wheel, ratio };
+        for x in [1.0, -0.3, 1e-6, 4e3] {
+            let start = Start::second_order([x, 0.0], [0.0, 0.0]);
+            let refused = Flow::new(&driven, 0.01, start).unwrap_err().to_string();
+            for words in ["kinematic constraint 1 says nothing", "branch = divide"] {
+                assert!(refused.contains(words), "{body} {wheel} {ratio} {x}: {refused}");
+            }
+            // a motion is no rest
+            assert!(Flow::new(&driven, 0.01, Start::second_order([x, 0.0], [x, 0.0])).is_ok());
+        }
     }
 }
