@@ -89,7 +89,8 @@ struct Arguments {
 
 /// What is said of commands that are not there.
 #[cfg(not(feature = "sweep"))]
-const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plot`): build with the feature `sweep` of dsocs-systems, \
+const NO_SWEEP: &str = "Many runs by a plan, here or on a cluster (`sweep`, `plot`): they need the feature `sweep` of dsocs-systems. \
+    In a crate of your own, write it into `Cargo.toml`: `dsocs-systems = { …, features = [\"cli\", \"sweep\"] }`. In a checkout of dsocs: \
     `cargo run --release --features sweep -- sweep --help`";
 
 /// What every program does.
