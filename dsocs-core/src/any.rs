@@ -41,7 +41,7 @@ impl<T, const N: usize> Leg<T, N> {
     }
 }
 
-impl<'a, T: Copy> AnyLeg<'a, T> {
+impl<T: Copy> AnyLeg<'_, T> {
     /// The same in another type of number.
     pub(crate) fn map<U>(&self, mut number: impl FnMut(T) -> U) -> OwnedLeg<U> {
         OwnedLeg {

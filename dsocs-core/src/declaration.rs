@@ -10,7 +10,7 @@ use crate::tape::{Leaf, Number, Part, Segment, Source};
 /// What a system was declared to be: its tape, and the values of its parameters.
 ///
 /// What is not evaluated in every step is evaluated here, with one evaluator for all systems (module `tape`). Methods of
-/// a step take its first two nodes as a [`Leg`] and begin with what the parameters decide; nothing is kept between two calls.
+/// a step take its first two nodes as a [`Leg`](crate::Leg) and begin with what the parameters decide; nothing is kept between two calls.
 #[derive(Clone, Copy)]
 pub struct Declaration<'s> {
     source: &'s dyn Source,
