@@ -141,7 +141,7 @@ pub use start::Start;
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Point, Quantity, System};
-pub use taylor::{FailedSeries, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
+pub use taylor::{FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]

@@ -98,6 +98,11 @@ impl<const N: usize> Control<N> {
         }
     }
 
+    /// The tolerance relative to the velocity.
+    pub(super) fn relative(&self) -> f64 {
+        self.relative
+    }
+
     /// Sets in what units the components compare.
     pub(super) fn scales(&mut self, scales: &[f64; N]) {
         self.weights = scales.map(f64::recip);

@@ -36,6 +36,25 @@ pub enum SeriesFailure {
         /// name.
         switch: &'static str,
     },
+    /// The velocity would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from the
+    /// velocity before.
+    #[error("the velocity would have to jump")]
+    Jumps {
+        /// The switch, as above; `None` at such a time.
+        switch: Option<&'static str>,
+        /// What makes it jump.
+        by: Jump,
+    },
+}
+
+/// What makes a velocity jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Jump {
+    /// A holonomic constraint has a corner, or a nonholonomic one jumps.
+    Constraint,
+    /// The Lagrangian jumps along the motion, or the momentum does.
+    Lagrangian,
 }
 
 /// A last step below this part of the mean tells that steps have become shorter and shorter.
@@ -117,6 +136,31 @@ impl fmt::Display for SeriesError {
                  constraint",
                 coordinates.join(", ")
             ),
+            SeriesFailure::Jumps { switch, by } => {
+                let place = match switch {
+                    Some(switch) => format!("`{switch}` is zero there, and beyond"),
+                    None => "beyond this place".to_owned(),
+                };
+                let (why, advice) = match by {
+                    Jump::Constraint => (
+                        "a constraint on positions or velocities asks for another velocity than before. How such an impact goes \
+                         on (how much energy is lost) the declaration does not say",
+                        "round the corner off, as `(x.powi(2) + 1e-6).sqrt()` does for `x.abs()`, or a spline for the linear pieces of \
+                         `Samples`",
+                    ),
+                    Jump::Lagrangian => (
+                        "the Lagrangian is another, or the momentum that belongs to this velocity is. The force at such a jump is an impulse, \
+                         which no derivative of the pieces has",
+                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+                    ),
+                };
+                write!(
+                    f,
+                    "the velocity would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {place} {why}. Either {advice}; \
+                     or let the run end here, and begin another one with the velocity after the jump",
+                    coordinates.join(", ")
+                )
+            }
         }
     }
 }

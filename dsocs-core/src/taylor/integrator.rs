@@ -3,14 +3,15 @@
 use core::fmt;
 
 use super::control::{Control, Tolerance, exp2};
-use super::error::{FailedSeries, SeriesError, SeriesFailure};
+use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use super::jets::Equations;
 use super::order::Order;
-use super::projection::Projection;
+use super::projection::{Projection, size};
 use super::series::Series;
 use super::watch::{self, End, Watch};
 use crate::any::continuous_force;
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
 use crate::error::SetupError;
 use crate::run::{Clock, Node, Polynomial, RunError, Search};
@@ -21,6 +22,15 @@ use crate::system::Point;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
 pub(super) const MAX_STEPS: u64 = 10_000_000;
+
+/// A velocity that the constraints move at a switch by more than so many times the tolerance jumps there.
+const JUMPS: f64 = 100.0;
+
+/// And by more than this part of it.
+const LEAST_JUMP: f64 = 1e-7;
+
+/// How far beside a switch the Lagrangian is compared, as a part of a step, and by which part of its terms it jumps.
+const BESIDE: [f64; 2] = [1e-8, 1e-5];
 
 /// How much smaller a step is tried after one that was not good.
 pub(super) const SHORTER: f64 = 0.5;
@@ -59,6 +69,8 @@ pub(super) struct Integrator<const N: usize> {
     pub(super) projection: Option<Projection<N>>,
     /// What a system with switches needs.
     pub(super) watch: Option<Box<Watch>>,
+    /// What makes the velocity jump at the current point, and at which switch.
+    pub(super) jump: Option<(Option<&'static str>, Jump)>,
     /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
     pub(super) is_new: bool,
     /// The time where the motion began.
@@ -115,6 +127,7 @@ impl<const N: usize> Integrator<N> {
             knots: Vec::new(),
             projection: Projection::new(&equations.declaration(), (t0, &q0, &v0)),
             watch: Watch::new(equations),
+            jump: None,
             is_new: true,
             began: t0,
             expansions: 0,
@@ -139,6 +152,7 @@ impl<const N: usize> Integrator<N> {
     pub(super) fn begin(&mut self, equations: &mut dyn Equations<N>) {
         let t = self.side(self.t.hi[0], true);
         self.next.begin(t, &self.q.hi, &self.v.hi);
+        self.jump = None;
         if self.watch.is_some() {
             watch::each(equations, |_, _, switch| {
                 switch.set(0.0);
@@ -276,6 +290,9 @@ impl<const N: usize> Integrator<N> {
         if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck) {
             return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
         }
+        if let Some((switch, by)) = self.jump {
+            return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
+        }
         let rejected = self.rejected;
         let rounded = self.rounded;
         let step = Advance {
@@ -326,6 +343,66 @@ impl<const N: usize> Integrator<N> {
             now.max(until.abs())
         };
         self.smallest.max(f64::EPSILON / 4.0 * scale)
+    }
+
+    /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
+    #[inline(always)]
+    fn moved(&self, h: f64) -> Option<[f64; N]> {
+        let least = (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1);
+        let projection = self.projection.as_ref()?;
+        let [v, a, ..] = self.series.velocity() else {
+            return None;
+        };
+        projection.moved(least, size(v).max(size(a) * h.abs()))
+    }
+
+    /// What makes the velocity jump at the end of a step of the length `h`, where something is switched.
+    #[cold]
+    #[inline(never)]
+    fn jump_after(
+        &mut self,
+        equations: &mut dyn Equations<N>,
+        h: f64,
+    ) -> Option<(Option<&'static str>, Jump)> {
+        let by = if let Some(before) = self.moved(h) {
+            // the motion ends with the velocity that it has
+            self.v = Compensated::exact(before);
+            Jump::Constraint
+        } else if self.jumps_in_action(&equations.declaration(), h) {
+            Jump::Lagrangian
+        } else {
+            return None;
+        };
+        let mut switch = None;
+        watch::each(equations, |group, place, at| {
+            if switch.is_none() && at.touches() {
+                switch = Some((group, place));
+            }
+        });
+        Some((switch.map(|(group, place)| equations.switch(group, place)), by))
+    }
+
+    /// Whether the Lagrangian jumps with the position or the velocity, or the momentum does, at the end of a step of the length `h`. One that
+    /// jumps in time alone, as a force that is switched on does, changes no velocity.
+    fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
+        let [part, least] = BESIDE;
+        let beside = part * h;
+        let [_, _, a] = self.series.increments::<false>(h);
+        let at = |s: f64| {
+            let v: [f64; N] = core::array::from_fn(|i| self.v.hi[i] + s * a[i]);
+            let q: [f64; N] = core::array::from_fn(|i| self.q.hi[i] + s * self.v.hi[i]);
+            (q, v)
+        };
+        // the Lagrangian, and the power of the momentum
+        let values = |t: f64, (q, v): &([f64; N], [f64; N])| {
+            let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
+            [l, l + e, l.abs().max(e.abs())]
+        };
+        let [before, beyond] = [-beside, beside].map(|s| (self.time() + s, at(s)));
+        let first = values(before.0, &before.1);
+        let [moved, last] = [before.0, beyond.0].map(|t| values(t, &beyond.1));
+        let size = first[2].max(last[2]);
+        (moved[0] - first[0]).abs() > least * size || (last[1] - first[1]).abs() > least * size
     }
 
     /// The next knot in the direction of the run, if it comes before a time; else that time.
@@ -436,7 +513,10 @@ impl<const N: usize> Work for Advance<'_, N> {
                 End { size, at_switch } = motion.locate::<FUSED>(equations, left.signum(), [0.0, size]);
                 continue;
             }
-            let good = motion.control.good(&motion.series, &motion.next, &a, size);
+            let is_knot = motion.side(t, true) != motion.side(t, false);
+            // a velocity that jumps where no expansion shows a switch
+            let jumps = !at_switch && !is_knot && motion.moved(h).is_some();
+            let good = !jumps && motion.control.good(&motion.series, &motion.next, &a, size);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && motion.next.is_finite()) {
                 motion.last = Some((motion.t, h));
@@ -446,6 +526,11 @@ impl<const N: usize> Work for Advance<'_, N> {
                     motion.t.add(&[h]);
                 }
                 (motion.q, motion.v) = (q, v);
+                let jump = if at_switch || is_knot || size <= smallest {
+                    motion.jump_after(equations, h)
+                } else {
+                    None
+                };
                 if at_switch {
                     let tau = if wanted < 1e100 { wanted } else { size };
                     motion.go_over(equations, tau.copysign(left), size <= smallest);
@@ -453,9 +538,10 @@ impl<const N: usize> Work for Advance<'_, N> {
                     motion.go_on(equations);
                 }
                 // beyond a knot the system may be another
-                if motion.side(t, true) != motion.side(t, false) {
+                if is_knot {
                     motion.begin(equations);
                 }
+                motion.jump = jump;
                 return Outcome::Good;
             }
             motion.rejected += 1;

@@ -53,7 +53,8 @@
 //! *Jumps and corners.* A function with a jump or a corner (`if`, `abs`, `signum`, `min`) consists of pieces, and a series is valid in one
 //! piece. The sign of an argument, such as that of `abs`, decides which piece it is. So a step ends where such an argument changes its sign. This
 //! place is found to rounding. The next series belongs to the next piece. If the motion is led back to this place from both sides, as by dry
-//! friction at rest, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Branches that depend on the values of numbers
+//! friction at rest, no piece continues it, and the run ends with [`SeriesFailure::Sticks`]. Where the velocity
+//! would have to jump, as that of a bead at the corner of a wire, it ends with [`SeriesFailure::Jumps`]. Branches that depend on the values of numbers
 //! ([`crate::Real::re`]) are not found. There the steps become short.
 //!
 //! *Constraints on positions and velocities* are differentiated until accelerations appear. After each step, position and velocity are
@@ -95,7 +96,7 @@ mod watch;
 
 pub use control::Tolerance;
 pub use ensemble::TaylorEnsemble;
-pub use error::{FailedSeries, SeriesError, SeriesFailure};
+pub use error::{FailedSeries, Jump, SeriesError, SeriesFailure};
 pub use flow::TaylorFlow;
 pub use jet::Jet;
 pub(crate) use jet::Tape;

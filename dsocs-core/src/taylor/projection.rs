@@ -32,6 +32,8 @@ pub(super) struct Projection<const N: usize> {
     is_affine: bool,
     /// Directions of correction, orthonormal by the mass matrix, and the same as forms.
     directions: Vec<[[f64; N]; 2]>,
+    /// The last velocity before it was corrected, and by how much that was.
+    corrected: ([f64; N], f64),
 }
 
 impl<const N: usize> Projection<N> {
@@ -60,6 +62,7 @@ impl<const N: usize> Projection<N> {
             is_affine,
             rows,
             directions: Vec::with_capacity(lower),
+            corrected: (*v, 0.0),
         })
     }
 
@@ -86,6 +89,7 @@ impl<const N: usize> Projection<N> {
                 }
             }
         }
+        let before = v.hi;
         for _ in 0..CORRECTIONS {
             declaration.phase_slopes(true, t, &q.hi, &v.hi, &mut self.rows);
             let correction = self.correction(self.counts[1], &v.hi);
@@ -94,6 +98,15 @@ impl<const N: usize> Projection<N> {
                 break;
             }
         }
+        let by: [f64; N] = core::array::from_fn(|i| v.hi[i] - before[i]);
+        self.corrected = (before, size(&by));
+    }
+
+    /// The last velocity as it was before its correction, if that was by more than a part of its size or of another one: a motion may turn
+    /// round where it is corrected.
+    pub fn moved(&self, part: f64, other: f64) -> Option<[f64; N]> {
+        let (before, by) = self.corrected;
+        (by > part * size(&before).max(other)).then_some(before)
     }
 
     /// The shortest correction that makes the rows vanish to first order: their slopes are made orthonormal one by one.
@@ -131,7 +144,6 @@ impl<const N: usize> Projection<N> {
                 is_last: true,
             };
         }
-        let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         Correction {
             is_last: size(&by) <= LAST * size(x),
             by,
@@ -150,6 +162,11 @@ struct Correction<const N: usize> {
     by: [f64; N],
     /// Whether what is left after it is rounding.
     is_last: bool,
+}
+
+/// The largest component.
+pub(super) fn size<const N: usize>(x: &[f64; N]) -> f64 {
+    x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
 }
 
 /// The sum of products.

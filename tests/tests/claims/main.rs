@@ -22,6 +22,7 @@ mod geometry;
 mod global_error;
 mod inputs;
 mod jacobians;
+mod jumps;
 mod library;
 mod lower_rows;
 mod particle_reference;

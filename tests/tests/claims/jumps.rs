@@ -1,0 +1,176 @@
+//! Velocities that would have to jump: a constraint with a corner, a Lagrangian with a jump. The motion ends there, and the error says why;
+//! where only a force or an acceleration jumps it goes on.
+
+use dsocs_core::{
+    Jump, RunError, Samples, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
+};
+
+/// A bead on a wire that is bent at the origin.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    holonomic = y - slope * x.abs();
+}]
+struct Bent {
+    slope: f64,
+    gravity: f64,
+}
+
+/// A wheel on a road that is known at some places.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    holonomic = y - road.at(x);
+}]
+struct Road {
+    road: Samples,
+    gravity: f64,
+}
+
+/// A lift whose height is planned; the plan has corners in time.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.powi(2) / 2;
+    holonomic = y - plan.at(t);
+}]
+struct Lift {
+    plan: Samples,
+}
+
+/// A blade whose direction jumps at the line x = 0.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    nonholonomic = dot(y) - slope * x.signum() * dot(x);
+}]
+struct Turned {
+    slope: f64,
+}
+
+/// A blade whose direction has a corner there, which no velocity feels.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    nonholonomic = dot(y) - slope * x.abs() * dot(x);
+}]
+struct Corner {
+    slope: f64,
+}
+
+/// A mass that jumps with the place or with the time, and a potential that does.
+#[dsocs {
+    coordinates(x, y);
+    let mass = 1 + by_place * x.signum() + by_time * (t - 1).signum();
+    let potential = step * x.signum() + field * x * (t - 1).signum();
+    lagrangian = mass * dot(x).powi(2) / 2 + dot(y).powi(2) / 2 - potential;
+}]
+struct Pieces {
+    by_place: f64,
+    by_time: f64,
+    step: f64,
+    field: f64,
+}
+
+/// Where the velocity of a motion would have to jump: the time, the velocity before, and why.
+fn jump<S: System<2>>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
+    let [q, v] = start;
+    let start = Start::second_order(q, v);
+    let mut flow = TaylorFlow::new(system, start, Tolerance::relative(tolerance)).unwrap();
+    match flow.to(5.0).unwrap_err() {
+        RunError::Series(error) => {
+            let details = error.details();
+            let SeriesFailure::Jumps { by, .. } = details.cause else {
+                panic!("{error}")
+            };
+            let advice = error.to_string();
+            assert!(advice.contains("velocity would have to jump"), "{advice}");
+            (details.time, [details.v[0], details.v[1]], by)
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_corner_of_a_constraint_is_an_impact() {
+    let bent = Bent {
+        slope: 0.5,
+        gravity: 9.81,
+    };
+    // down the slope from x = 1: x = 1 − a t²/2 with a = g s/(1 + s²)
+    let rate: f64 = 9.81 * 0.5 / 1.25;
+    let exact = (2.0 / rate).sqrt();
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let (t, v, by) = jump(&bent, [[1.0, 0.5], [0.0, 0.0]], tolerance);
+        assert!(
+            (t - exact).abs() < tolerance && by == Jump::Constraint,
+            "{t} {by:?}"
+        );
+        // the velocity is that before
+        assert!(
+            (v[0] + rate * exact).abs() < 10.0 * tolerance && (v[1] - 0.5 * v[0]).abs() < 1e-9,
+            "{v:?}"
+        );
+    }
+    let turned = Turned { slope: 0.5 };
+    let (t, _, by) = jump(&turned, [[0.5, 0.0], [-1.0, -0.5]], 1e-9);
+    assert!((t - 0.5).abs() < 1e-12 && by == Jump::Constraint, "{t}");
+}
+
+#[test]
+fn a_profile_by_samples_has_corners() {
+    let road = Samples::linear([(0.0, 0.0), (1.0, 0.0), (2.0, 0.3), (4.0, 0.3)]).unwrap();
+    let road = Road { road, gravity: 9.81 };
+    let (t, v, by) = jump(&road, [[0.2, 0.0], [4.0, 0.0]], 1e-9);
+    assert!((t - 0.2).abs() < 1e-12 && by == Jump::Constraint, "{t}");
+    assert_eq!(v, [4.0, 0.0]);
+    let plan = Samples::linear([(0.0, 0.0), (1.0, 0.5), (9.0, 0.5)]).unwrap();
+    let (t, v, by) = jump(&Lift { plan }, [[1.0, 0.0], [0.0, 0.5]], 1e-9);
+    assert!((t - 1.0).abs() < 1e-12 && by == Jump::Constraint, "{t}");
+    assert!((v[0] + 1.0_f64.sin()).abs() < 1e-8 && v[1] == 0.5, "{v:?}");
+}
+
+#[test]
+fn a_lagrangian_that_jumps_is_an_impulse() {
+    let plain = Pieces {
+        by_place: 0.0,
+        by_time: 0.0,
+        step: 0.0,
+        field: 0.0,
+    };
+    let moving = [[-0.5, 0.0], [1.0, 0.3]];
+    let of_mass = Pieces {
+        by_place: 0.3,
+        ..plain
+    };
+    let of_time = Pieces {
+        by_time: 0.3,
+        ..plain
+    };
+    let of_potential = Pieces { step: 1e-3, ..plain };
+    for (system, place) in [(of_mass, 0.5), (of_time, 1.0), (of_potential, 0.5)] {
+        let (t, _, by) = jump(&system, moving, 1e-9);
+        assert!((t - place).abs() < 1e-12 && by == Jump::Lagrangian, "{t} {by:?}");
+    }
+}
+
+#[test]
+fn where_only_the_acceleration_jumps_the_motion_goes_on() {
+    let field = Pieces {
+        by_place: 0.0,
+        by_time: 0.0,
+        step: 0.0,
+        field: 0.5,
+    };
+    let start = Start::second_order([-0.5, 0.0], [1.0, 0.3]);
+    let end = TaylorFlow::new(&field, start, Tolerance::relative(1e-12))
+        .unwrap()
+        .to(2.0)
+        .unwrap();
+    // 0.5 to the right for a second, then 0.5 to the left for another one
+    assert!((end.q[0] - (-0.5 + 1.25 + 1.5 - 0.25)).abs() < 1e-11, "{end:?}");
+    let corner = Corner { slope: 0.5 };
+    let start = Start::second_order([0.5, 0.0], [-1.0, -0.25]);
+    let mut flow = TaylorFlow::new(&corner, start, Tolerance::relative(1e-12)).unwrap();
+    let end = flow.to(1.5).unwrap();
+    assert!(end.q[0] < -0.4 && (end.energy - 0.53125).abs() < 1e-11, "{end:?}");
+}
