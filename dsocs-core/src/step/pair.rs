@@ -428,3 +428,48 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
         Ok(Pair { found, other })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Which of two roots the last solutions, the last first, lead to.
+    fn led(past: &[f64], found: f64, other: f64) -> Option<Candidate> {
+        let past: Vec<[f64; 1]> = past.iter().map(|z| [*z]).collect();
+        continued_unknowns(&past, &[found], &[other], &[1.0])
+    }
+
+    #[test]
+    fn unknowns_lead_to_a_root_only_if_they_led_to_the_last() {
+        use Candidate::{Found, Other};
+        assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 4.0, 0.0), Some(Found));
+        assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 0.0, 4.0), Some(Other));
+        // between the two
+        assert_eq!(led(&[3.0, 2.0, 1.0, 0.0], 6.0, 2.0), None);
+        // three solutions that change by a quarter of the distance would not have foreseen the last one
+        assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 0.0), None);
+        assert_eq!(led(&[3.0, 2.0, 1.0], 4.0, 44.0), Some(Found));
+        // one says only which is near, two nothing of one that is extrapolated from the last alone
+        assert_eq!(led(&[3.0], 3.0, 9.0), Some(Found));
+        assert_eq!(led(&[3.0, 2.0], 4.0, 9.0), Some(Found));
+        assert_eq!(led(&[3.0, 2.0], 3.0, 9.0), None);
+        assert_eq!(led(&[], 3.0, 9.0), None);
+    }
+
+    #[test]
+    fn polynomials_are_extrapolated() {
+        // of degree 1, 2 and 3
+        for (degree, exact) in [
+            (1, [true; 3]),
+            (2, [false, true, true]),
+            (3, [false, false, true]),
+        ] {
+            let value = |k: i32| f64::from(k).powi(degree);
+            let found = extrapolations(&[value(4), value(3), value(2), value(1)]);
+            assert_eq!(found.len(), 3);
+            for (found, exact) in found.iter().zip(exact) {
+                assert_eq!((found - value(5)).abs() < 1e-12, exact, "{degree}: {found}");
+            }
+        }
+    }
+}

@@ -373,4 +373,61 @@ mod tests {
         assert_eq!(predictor.predict(), Some([8.0, 1.0]));
         assert_eq!(predictor.size(), &[8.0, 1.0]);
     }
+
+    /// What is said of the last of some determinants, the first first.
+    fn said(determinants: &[f64]) -> Continuation {
+        let mut kept = Determinants::UNKNOWN;
+        let mut said = Continuation::Fits;
+        for &determinant in determinants {
+            said = kept.take(Determinant::of(determinant));
+            kept.push();
+        }
+        said
+    }
+
+    #[test]
+    fn determinants_are_continued() {
+        use Continuation::{Departs, Fits, Turned};
+        // as a parabola goes
+        assert_eq!(said(&[1.0, 1.2, 1.5, 1.9]), Fits);
+        assert_eq!(said(&[4.0, 3.0, 2.0, 1.0]), Fits);
+        // at zero nothing tells the two roots of a pair
+        assert_eq!(said(&[3.0, 2.0, 1.0, 0.0]), Turned);
+        // the other root of a pair
+        assert_eq!(said(&[1.0, 1.0, 1.0, -1.0]), Turned);
+        assert_eq!(said(&[1.0, 1.0, -1.0]), Turned);
+        assert_eq!(said(&[1.0, 1.0, 1.0, 3.0]), Departs);
+        // one that has changed by more than itself may have turned back before zero
+        assert_eq!(said(&[2.3, 1.6, 1.0, 0.45]), Departs);
+        // after a jump one determinant that is near the last one says nothing
+        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8]), Turned);
+        // two do
+        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8, 0.7]), Fits);
+    }
+
+    #[test]
+    fn the_past_is_what_was_pushed() {
+        let values = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0, 2.0];
+        let mut predictor = Predictor::new();
+        for (count, value) in values.iter().enumerate() {
+            predictor.push(&[*value]);
+            let past = predictor.past();
+            assert_eq!(past.len(), (count + 1).min(PAST));
+            for (k, [found]) in past.iter().enumerate() {
+                assert!((found - values[count - k]).abs() < 1e-12, "{past:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_foreseen_is_near_the_prediction() {
+        let mut predictor = Predictor::new();
+        assert!(!predictor.foresees(&[1.0, 1.0], 0.1));
+        for _ in 0..6 {
+            predictor.push(&[1.0, 2.0]);
+        }
+        assert!(predictor.foresees(&[1.05, 2.1], 0.1));
+        assert!(!predictor.foresees(&[1.05, 2.4], 0.1));
+        assert!(!predictor.foresees(&[f64::NAN, 2.0], 0.1));
+    }
 }

@@ -189,3 +189,91 @@ fn paths_that_end_otherwise_have_no_fold() {
     let edge = path(|x| (1.0 + x.sqrt() + x, 0.5 / x.sqrt() + 1.0, 1e-16), 4.0);
     assert!(matches!(edge, Err(None)), "{edge:?}");
 }
+
+/// `z (z − 1)`, of which `z = 0` is no root of the declared rows.
+struct Declared;
+
+impl Equations for Declared {
+    type Z = [f64; 1];
+
+    fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
+        Linearization {
+            rows: [z[0] * (z[0] - 1.0)],
+            jacobian: [[2.0 * z[0] - 1.0]],
+        }
+    }
+
+    fn rounding(&self, z: &[f64; 1]) -> [f64; 1] {
+        [f64::EPSILON * (z[0] * z[0]).max(1e-3)]
+    }
+
+    fn is_declared(&self, z: &[f64; 1], _: &[f64; 1]) -> bool {
+        z[0].abs() > 0.1
+    }
+}
+
+#[test]
+fn another_root_is_one_of_the_declared_rows_and_farther_than_rounding() {
+    let pair = Scalar(|z: f64| (z * z - 1.0, 2.0 * z, f64::EPSILON * (z * z + 1.0)));
+    for guess in [-3.0, -0.5, 0.3, 4.0] {
+        let other = other_root(&pair, &[guess], &[1.0], &[1.0]).unwrap();
+        assert!((other[0] + 1.0).abs() < 1e-15, "{guess}: {other:?}");
+    }
+    assert_eq!(other_root(&Declared, &[0.4], &[1.0], &[1.0]), None);
+    // two roots that are one to rounding
+    let double = Scalar(|z: f64| ((z - 1.0).powi(2), 2.0 * (z - 1.0), 8.0 * f64::EPSILON));
+    for guess in [3.0, 0.2] {
+        assert_eq!(other_root(&double, &[guess], &[1.0], &[1.0]), None, "{guess}");
+    }
+    // beyond the fold the rows have the other orientation; without a fold nothing is looked for
+    let near = nearby(&pair, &[0.7], &[1.0], &[1.0]).unwrap();
+    assert!((near[0] + 1.0).abs() < 1e-15, "{near:?}");
+    let straight = Scalar(|z: f64| (z + 0.01 * z.powi(3) - 1.01, 1.0 + 0.03 * z * z, f64::EPSILON));
+    assert_eq!(nearby(&straight, &[0.9], &[1.0], &[1.0]), None);
+}
+
+#[test]
+fn a_root_tells_whether_another_one_may_be_close() {
+    /// A parabola that is watched.
+    struct Watched<const SHORT: bool>(f64);
+    impl<const SHORT: bool> Equations for Watched<SHORT> {
+        type Z = [f64; 1];
+
+        fn are_watched(&self) -> bool {
+            true
+        }
+
+        fn past_is_short(&self) -> bool {
+            SHORT
+        }
+
+        fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
+            // roots at 1 and at 1 + the distance
+            let (one, other) = (z[0] - 1.0, z[0] - 1.0 - self.0);
+            Linearization {
+                rows: [one * other],
+                jacobian: [[one + other]],
+            }
+        }
+
+        fn rounding(&self, _: &[f64; 1]) -> [f64; 1] {
+            [f64::EPSILON]
+        }
+    }
+    let solved = |distance: f64, start: f64| {
+        let root = solve(&Watched::<false>(distance), [start], &[1.0], 60, &mut ());
+        root.unwrap_or_else(|failed| panic!("{}", failed.reason))
+    };
+    // the other one is nearer than the unknown is large, and the way to this one is bent
+    let near = solved(0.1, 0.999);
+    assert!(
+        near.evaluations == 3 && near.close && near.bend > BENT,
+        "{near:?}"
+    );
+    // far away, and straight
+    let far = solved(1e3, 0.999);
+    assert!(!far.close, "{far:?}");
+    let short = solve(&Watched::<true>(20.0), [0.7], &[1.0], 60, &mut ());
+    let short = short.unwrap_or_else(|failed| panic!("{}", failed.reason));
+    assert!(!short.close && short.bend > BENT, "{short:?}");
+}
