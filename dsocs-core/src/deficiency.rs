@@ -64,8 +64,13 @@ impl fmt::Display for DependentRow {
 }
 
 impl DependentRow {
+    /// Whether it is the work of a constraint force.
+    pub(crate) fn is_work(self) -> bool {
+        matches!(self, Self::Displacement(_))
+    }
+
     /// Whether it is a constraint.
-    fn is_constraint(self) -> bool {
+    pub(crate) fn is_constraint(self) -> bool {
         !matches!(self, Self::Displacement(_) | Self::Motion(_))
     }
 

@@ -56,6 +56,24 @@ pub struct NewtonFailure {
     pub other: Vec<f64>,
 }
 
+/// So many of the last updates say how the iteration converges.
+const TAIL: usize = 8;
+
+impl NewtonFailure {
+    /// Whether several roots have become one: each update is then the same part of the one before, `1 − 1/m` of it at an `m`-fold root.
+    #[must_use]
+    pub fn is_at_multiple_root(&self) -> bool {
+        let finite = self.updates.iter().skip_while(|update| !update.is_finite());
+        let updates: Vec<f64> = finite.copied().collect();
+        let Some(tail) = updates.len().checked_sub(TAIL + 1).map(|from| &updates[from..]) else {
+            return false;
+        };
+        let mut ratios = tail.windows(2).map(|pair| pair[1] / pair[0]);
+        let first = ratios.next().unwrap_or(f64::NAN);
+        (0.45..0.9).contains(&first) && ratios.all(|ratio| (ratio - first).abs() < 0.02)
+    }
+}
+
 impl fmt::Display for NewtonFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.reason, History(self))
@@ -74,8 +92,9 @@ impl fmt::Display for History<'_> {
                 let shown = &updates[..5];
                 write!(
                     f,
-                    ", relative updates {} … {last:.1e} ({} in all)",
+                    ", relative updates {} … {} ({} in all)",
                     Numbers(shown),
+                    Magnitude(*last),
                     updates.len()
                 )
             }
@@ -128,6 +147,9 @@ struct Rounded(f64);
 
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_nan() {
+            return f.write_str("undefined");
+        }
         let text = format!("{:.9}", self.0);
         let short = if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.')
@@ -135,6 +157,18 @@ impl fmt::Display for Rounded {
             &text
         };
         f.write_str(short)
+    }
+}
+
+/// A size in two digits.
+struct Magnitude(f64);
+
+impl fmt::Display for Magnitude {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_nan() {
+            return f.write_str("undefined");
+        }
+        write!(f, "{:.1e}", self.0)
     }
 }
 
@@ -162,6 +196,9 @@ impl fmt::Display for Violation {
             value,
             size,
         } = *self;
+        if value.is_nan() {
+            return write!(f, "{constraint} {} at {at}, where it has no value", index + 1);
+        }
         write!(
             f,
             "{constraint} {} at {at} by {value:.3e}, where its terms are of the size {size:.3e}",
@@ -262,7 +299,7 @@ pub enum SetupError {
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
         "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {}; {}",
-        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .cause), acceleration_advice(.v0, .cause, .deficiency.as_deref())
+        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .cause), acceleration_advice(.v0, .cause, (.deficiency.as_deref(), *.at_any_velocity))
     )]
     Acceleration {
         /// The first node.
@@ -271,6 +308,8 @@ pub enum SetupError {
         v0: Vec<f64>,
         /// What the equations leave open there, if that is why.
         deficiency: Option<Box<Deficiency>>,
+        /// Whether the equations fail at this position with other velocities, too, for the same reason.
+        at_any_velocity: bool,
         /// How the solution for the acceleration failed.
         #[source]
         cause: Box<NewtonFailure>,
@@ -295,8 +334,8 @@ pub enum SetupError {
     DeterminedAcceleration,
     /// The acceleration that belongs to the constraint force of a start cannot be solved for.
     #[error(
-        "no acceleration belongs to the constraint force at the start (what is left is {left:.1e}), since the mass matrix is singular there: \
-         give the acceleration (`Start::third_order`)"
+        "no acceleration belongs to the constraint force at the start (what is left is {}), since the mass matrix is singular there: \
+         give the acceleration (`Start::third_order`)", Magnitude(*.left)
     )]
     StartForce {
         /// How much of the force is left.
@@ -337,12 +376,23 @@ pub enum SetupError {
     Series(#[from] SeriesError),
 }
 
+/// What is said of roots that have become one.
+const MULTIPLE: &str = "every update of the iteration is the same part of the one before, so several solutions are one here, and the equations do not \
+                        determine it as the theorem asks: write the root itself instead of a power of it, as `ddot(x) + x` for `(ddot(x) + x).powi(2)`";
+
 /// What to try where the second-order start fails.
-fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&Deficiency>) -> &'static str {
+fn acceleration_advice(
+    v0: &[f64],
+    cause: &NewtonFailure,
+    (deficiency, at_any_velocity): (Option<&Deficiency>, bool),
+) -> &'static str {
     if let Some(advice) = deficiency.and_then(Deficiency::advice) {
         return advice;
     }
-    let at_rest = v0.iter().all(|&v| v == 0.0);
+    if cause.is_at_multiple_root() {
+        return MULTIPLE;
+    }
+    let at_rest = v0.iter().all(|&v| v == 0.0) && !at_any_velocity;
     match (cause.reason, at_rest) {
         (StepFailure::NotFinite, true) => {
             "the system starts at rest, where an expression of the declaration has no value: a constraint on the direction of \
@@ -350,8 +400,8 @@ fn acceleration_advice(v0: &[f64], cause: &NewtonFailure, deficiency: Option<&De
              velocity, or write the constraint as the quotient itself"
         }
         (StepFailure::NotFinite, false) => {
-            "an expression of the declaration has no value there (a division by zero, a root of a negative number): check the \
-             start and the parameters"
+            "an expression of the declaration or its derivative has no value there (a division by zero, a root of zero or of a negative \
+             number): check the start and the parameters"
         }
         (_, true) => {
             "the system starts at rest, where the acceleration may not be unique: start with a velocity, say which one is meant \
@@ -444,11 +494,14 @@ impl StepError {
         if let Some(advice) = deficiency.and_then(Deficiency::advice) {
             return advice;
         }
+        if step.cause.is_at_multiple_root() {
+            return MULTIPLE;
+        }
         match step.cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate if step.q0 == step.q1 => {
                 "the system is at rest here (q0 = q1), where a constraint on the direction of the velocity has no value, nor has \
                  the quotient of a constraint and the factor in `branch`: start with a velocity that is not zero, or write the \
-                 constraint as the quotient itself"
+                 constraint as the quotient itself; or a potential has no derivative at this position: start elsewhere"
             }
             StepFailure::NotFinite => {
                 "some expression of the declaration has no value here (a division by zero, a root or logarithm of a \
@@ -475,6 +528,14 @@ impl StepError {
                  `Flow::advance_to`"
             }
             StepFailure::AmbiguousRoot => "choose a root with `Flow::advance_to`, or try a smaller h",
+            StepFailure::NoSolution
+                if !step
+                    .unmet
+                    .iter()
+                    .any(|(row, _)| row.is_constraint() || row.is_work()) =>
+            {
+                "the motion ends here, unless a smaller h leads past: a force or a velocity may grow without bound, as where a mass vanishes"
+            }
             StepFailure::NoSolution => {
                 "the motion ends here, unless a smaller h leads past: ask whether the constraint forces can do at this state what the \
                  constraints ask for, with the external forces that act"

@@ -10,7 +10,7 @@ use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
 use crate::deficiency;
 use crate::dense::Matrix;
-use crate::error::{NewtonFailure, SetupError};
+use crate::error::{NewtonFailure, SetupError, StepFailure};
 use crate::multipliers::of_motion;
 use crate::run::{RunError, Stepper as _};
 use crate::scalar::Scalar as _;
@@ -535,6 +535,7 @@ pub(crate) fn state<const N: usize>(
     match system.acceleration((t0, q0, v0), near) {
         Ok(found) => Ok(found),
         Err(cause) => Err(SetupError::Acceleration {
+            at_any_velocity: fails_in_motion(system, (t0, q0), cause.reason),
             q0: q0.to_vec(),
             v0: v0.to_vec(),
             deficiency: deficiency::of_start(
@@ -547,6 +548,19 @@ pub(crate) fn state<const N: usize>(
             cause: Box::new(cause),
         }),
     }
+}
+
+/// Whether the equations fail for a reason at a position whatever the velocity: along no axis, and of one size or another.
+fn fails_in_motion<const N: usize>(
+    system: &dyn AnySystem<N>,
+    (t, q): (f64, &[f64; N]),
+    reason: StepFailure,
+) -> bool {
+    [1.0, -1e-3, 1e3].into_iter().all(|size| {
+        let v = core::array::from_fn(|i| size / (i as f64 + 1.3));
+        let found = system.acceleration((t, q, &v), None);
+        found.is_err_and(|failure| failure.reason == reason)
+    })
 }
 
 /// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.

@@ -33,14 +33,15 @@ pub enum GeometryError {
     },
     /// No first node that belongs to the other two was found.
     #[error(
-        "no node before q1 = {q1:?}, q2 = {q2:?} is found: the last update was {update:.1e} of a leg; a smaller h makes it easier"
+        "no node before q1 = {q1:?}, q2 = {q2:?} is found{}; a smaller h makes it easier",
+        last_update(*.update)
     )]
     Inverse {
         /// The second node.
         q1: Vec<f64>,
         /// The third node.
         q2: Vec<f64>,
-        /// The last update, relative to the leg.
+        /// The last update, relative to the leg; infinite where none could be computed.
         update: f64,
     },
     /// The triple does not solve the equations.
@@ -63,4 +64,13 @@ pub enum GeometryError {
         /// The second node.
         q1: Vec<f64>,
     },
+}
+
+/// How far the search for a first node came.
+fn last_update(update: f64) -> String {
+    if update.is_finite() {
+        format!(": the last update was {update:.1e} of a leg")
+    } else {
+        ", since the equations do not determine one there".to_owned()
+    }
 }

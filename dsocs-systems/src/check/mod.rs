@@ -23,7 +23,7 @@ use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::{Leg, Point, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
-use crate::stability::Bar;
+use crate::stability::{Bar, told};
 
 use probe::{First, Probe, State};
 
@@ -91,11 +91,11 @@ pub struct Finding {
     pub check: &'static str,
     /// What is measured.
     pub what: String,
-    /// The measured value.
+    /// The measured value; NaN where there is none.
     pub figure: f64,
     /// The limit that the figure has to meet.
     pub bar: Bar,
-    /// Why there is no figure.
+    /// Why there is no figure: always said where there is none.
     pub failure: Option<String>,
     /// A remark.
     pub note: Option<String>,
@@ -123,10 +123,7 @@ struct Report {
 impl Report {
     /// Takes in a figure, or why there is none.
     fn push(&mut self, what: impl Into<String>, bar: Bar, measured: Measured) {
-        let (figure, failure) = match measured {
-            Ok(figure) => (figure, None),
-            Err(error) => (f64::NAN, Some(error.to_string())),
-        };
+        let (figure, failure) = told(measured);
         self.findings.push(Finding {
             check: self.check,
             what: what.into(),
@@ -420,4 +417,10 @@ fn largest<T>(of: impl IntoIterator<Item = T>, mut figure: impl FnMut(T) -> Meas
         largest = larger(largest, figure(item)?);
     }
     Ok(largest)
+}
+
+/// The smallest of some figures, without those that have no value; why there is none if that leaves none.
+fn smallest(figures: impl Iterator<Item = f64>) -> Measured {
+    let least = figures.filter(|figure| !figure.is_nan()).reduce(f64::min);
+    least.ok_or_else(|| "it has no value anywhere along the motion".into())
 }

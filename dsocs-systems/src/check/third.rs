@@ -4,7 +4,7 @@ use dsocs_core::geometry::{Declared, Triple, discrete_power, rows_of_four_writte
 use dsocs_core::{Flow, Leg, Node, Point, Regularity, Start, Stepper, System};
 
 use super::order::{above, fitted};
-use super::{Expected, Finding, Measured, Report, Settings, larger};
+use super::{Expected, Finding, Measured, Report, Settings, larger, smallest};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
 
@@ -98,13 +98,7 @@ fn window<S, const N: usize>(subject: &Subject<'_, S, N>, nodes: &[Node<N>], rep
 /// The conditions of the flow along the motion.
 fn certificates(regularity: &[Regularity], report: &mut Report) {
     let count = |lost: fn(&Regularity) -> bool| Ok(regularity.iter().filter(|at| lost(at)).count() as f64);
-    let smallest = |value: fn(&Regularity) -> f64| {
-        let values = regularity.iter().map(value);
-        Ok(values.fold(
-            f64::INFINITY,
-            |least, value| if value < least { value } else { least },
-        ))
-    };
+    let smallest = |value: fn(&Regularity) -> f64| smallest(regularity.iter().map(value));
     report.push(
         format!("of {} steps, those where D₄ is not injective", regularity.len()),
         Bar::AtMost(0.0),

@@ -75,16 +75,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
             entry.kind(),
             settings.h
         );
-        text.extend([title, "\n".into(), table(&findings).to_string(), "\n".into()]);
-        for finding in &findings {
-            if let Some(failure) = &finding.failure {
-                let said = [finding.check, ": ", &finding.what, ": ", failure, "\n"];
-                text.extend(said);
-            }
-            if let Some(note) = &finding.note {
-                text.extend([finding.check, ": ", note, "\n"]);
-            }
-        }
+        text.extend([title, "\n".into(), self::text(&findings)]);
         encoded.push(json!({
             "system": entry.name(),
             "kind": entry.kind(),
@@ -104,6 +95,21 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
         return Err(CliError::Bars { missed });
     }
     Ok(())
+}
+
+/// The figures as a table, and below it what is said of them.
+pub(super) fn text(findings: &[Finding]) -> String {
+    let mut text = table(findings).to_string();
+    text.push('\n');
+    for finding in findings {
+        if let Some(failure) = &finding.failure {
+            text.extend([finding.check, ": ", &finding.what, ": ", failure, "\n"]);
+        }
+        if let Some(note) = &finding.note {
+            text.extend([finding.check, ": ", note, "\n"]);
+        }
+    }
+    text
 }
 
 /// A figure as JSON.

@@ -18,11 +18,25 @@ fn options(failure: &RunFailure) -> &'static str {
         // a missing mass or row is no matter of the start, and rows that repeat each other do so for all values of the parameters
         RunFailure::Setup(SetupError::Acceleration {
             deficiency: Some(deficiency),
+            at_any_velocity,
             ..
-        }) if !deficiency.at_guess_alone => match (deficiency.massless, deficiency.rows.len()) {
-            (true, _) | (_, 1) => {
-                "\n(on the command line: `--set`, if a parameter is zero that should not be)"
+        }) if !deficiency.at_guess_alone => {
+            match (at_any_velocity, deficiency.massless, deficiency.rows.len()) {
+                (false, ..) => "\n(on the command line: `--v0`)",
+                (true, true, _) | (true, _, 1) => {
+                    "\n(on the command line: `--set`, if a parameter is zero that should not be)"
+                }
+                _ => "",
             }
+        }
+        // the root is no matter of the start, nor is a position without a value of the velocity
+        RunFailure::Setup(SetupError::Acceleration { cause, .. }) if cause.is_at_multiple_root() => "",
+        RunFailure::Setup(SetupError::Acceleration {
+            at_any_velocity: true,
+            cause,
+            ..
+        }) => match cause.reason {
+            StepFailure::NotFinite => "\n(on the command line: `--q0`, or `--set` where a parameter is why)",
             _ => "",
         },
         // the paper's start has no velocity there either

@@ -40,6 +40,8 @@ pub mod dsocs;
 mod energy;
 mod error;
 pub(crate) mod expression;
+#[cfg(test)]
+mod hints;
 mod input;
 mod interrupt;
 mod label;

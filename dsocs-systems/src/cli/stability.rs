@@ -201,7 +201,7 @@ fn encoded(rows: &[Row]) -> Vec<Value> {
 }
 
 /// The rows as a table.
-fn table(rows: &[Row]) -> Table {
+pub(super) fn table(rows: &[Row]) -> Table {
     let mut table = terminal::table(presets::UTF8_FULL_CONDENSED);
     table.set_header(["case", "figure", "bar", "", "s"]);
     let mut last = 0;
@@ -236,9 +236,11 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-/// A number in two or three digits.
+/// A number in two or three digits; a dash for none.
 pub fn number(x: f64) -> String {
-    if x == 0.0 || ((0.01..1e5).contains(&x.abs()) && (x * 100.0).fract() == 0.0) {
+    if x.is_nan() {
+        "–".to_owned()
+    } else if x == 0.0 || ((0.01..1e5).contains(&x.abs()) && (x * 100.0).fract() == 0.0) {
         format!("{x}")
     } else if (0.01..1e5).contains(&x.abs()) {
         format!("{x:.3}")

@@ -19,6 +19,9 @@ pub struct Row<'a> {
     pub force: &'a [f64],
     /// Energy.
     pub energy: f64,
+    /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power, and the sum of the
+    /// energy's terms without their signs.
+    pub balance: Option<[f64; 2]>,
     /// The observed expressions of the declaration.
     pub observed: &'a [f64],
     /// The multipliers of the constraints' forms.
@@ -43,6 +46,7 @@ impl<'a> Row<'a> {
             v: &node.v,
             force: &node.force,
             energy: node.energy,
+            balance: None,
             observed,
             multipliers,
             regularity: None,

@@ -83,6 +83,7 @@ pub(super) fn go<S: System<N>, const N: usize>(
             v: &event.v,
             force: &none,
             energy: energy(&event),
+            balance: None,
             observed: &observed,
             multipliers: &vec![f64::NAN; S::FORMS],
             regularity: None,

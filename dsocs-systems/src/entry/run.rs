@@ -171,9 +171,23 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
         };
         // what the step says of forces is asked for at every node
         let forced = S::EXTERNAL_FORCES && plan.method == Method::Step && !plan.certify;
-        hand_on(run, (system, forced), error, plan, sink)
+        let is_closed = !S::EXTERNAL_FORCES
+            && !S::DEPENDS_ON_TIME
+            && S::KINEMATIC == 0
+            && plan.inputs.is_empty()
+            && !matches!(plan.method, Method::Tolerance(_));
+        let balance = |node: &Node<N>| {
+            let power: f64 = node.force.iter().zip(&node.v).map(|(force, v)| force * v).sum();
+            let lagrangian = system.lagrangian(node.t, &node.q, &node.v);
+            [power, node.energy.abs() + 2.0 * lagrangian.abs()]
+        };
+        let balance: Option<&Balance<'_, N>> = if is_closed { Some(&balance) } else { None };
+        hand_on(run, (system, forced, balance), error, plan, sink)
     })
 }
+
+/// The power of a node's constraint force, and the sum of the energy's terms.
+type Balance<'b, const N: usize> = dyn Fn(&Node<N>) -> [f64; 2] + 'b;
 
 /// A motion in progress, by any method.
 pub(super) type Run<'r, const N: usize> = dyn Inputs<N> + 'r;
@@ -257,7 +271,7 @@ fn driven<const N: usize>(
 /// Hands the nodes of a run on, whatever the system's type.
 fn hand_on<const N: usize>(
     run: &mut dyn Inputs<N>,
-    (system, forced): (&dyn View<N>, bool),
+    (system, forced, balance): (&dyn View<N>, bool, Option<&Balance<'_, N>>),
     mut error: Option<&mut dyn Errors<N>>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
@@ -274,6 +288,7 @@ fn hand_on<const N: usize>(
         let mut row = Row {
             regularity,
             unresolved,
+            balance: balance.map(|of| of(node)),
             ..Row::of(node, &observed, &multipliers)
         };
         let Some(error) = &mut error else {

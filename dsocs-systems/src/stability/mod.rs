@@ -48,11 +48,11 @@ pub struct Row {
     pub case: &'static str,
     /// What is measured.
     pub what: String,
-    /// The figure.
+    /// The figure; NaN where there is none.
     pub figure: f64,
     /// The bar.
     pub bar: Bar,
-    /// Why there is no figure.
+    /// Why there is no figure: always said where there is none.
     pub failure: Option<String>,
     /// How long it took, in s.
     pub seconds: f64,
@@ -68,6 +68,18 @@ impl Row {
 
 /// What a measurement gives.
 type Measured = Result<f64, Box<dyn Error>>;
+
+/// What is said of a measurement that ends with a value that is none.
+const UNDEFINED: &str = "it has no value here: some expression of the declaration, or a derivative of it, has none at a state that is looked at";
+
+/// A figure, or why there is none.
+pub(crate) fn told(measured: Measured) -> (f64, Option<String>) {
+    match measured {
+        Ok(figure) if figure.is_nan() => (figure, Some(UNDEFINED.to_owned())),
+        Ok(figure) => (figure, None),
+        Err(error) => (f64::NAN, Some(error.to_string())),
+    }
+}
 
 /// The figures of one case.
 struct Report<'a> {
@@ -112,10 +124,7 @@ impl Report<'_> {
 
     /// Takes in a figure.
     fn push(&mut self, what: String, bar: Bar, measured: Measured, seconds: f64) {
-        let (figure, failure) = match measured {
-            Ok(figure) => (figure, None),
-            Err(error) => (f64::NAN, Some(error.to_string())),
-        };
+        let (figure, failure) = told(measured);
         let row = Row {
             number: self.number,
             case: self.case,

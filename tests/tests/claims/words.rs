@@ -179,3 +179,72 @@ fn two_solutions_are_told_with_their_distance() {
     }
     assert!(!message.contains("close"), "{message}");
 }
+
+/// A mass on a cone, whose tip has no slope.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2)).sqrt();
+}]
+struct Cone;
+
+/// A law, squared.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (ddot(x) + x).powi(2);
+    constraint_forces = [(1,)];
+}]
+struct SquaredLaw;
+
+/// A mass that vanishes on the way.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (x.powi(2) * dot(x).powi(2) + dot(y).powi(2)) / 2 + x * y / 10 - x;
+}]
+struct Vanishing;
+
+#[test]
+fn advice_is_about_what_is_so() {
+    let tip = Start::second_order([0.0; 2], [0.0; 2]);
+    let error = Flow::new(&Cone, 0.01, tip).map(|_| ()).unwrap_err();
+    let SetupError::Acceleration {
+        at_any_velocity: true,
+        ..
+    } = error
+    else {
+        panic!("{error:?}");
+    };
+    let message = error.to_string();
+    assert!(
+        message.contains("residual by row [undefined, undefined]"),
+        "{message}"
+    );
+    assert!(
+        !message.contains("start with a velocity") && message.contains("check the start"),
+        "{message}"
+    );
+    // as it says: elsewhere, and not with a velocity
+    assert!(Flow::new(&Cone, 0.01, Start::second_order([0.0; 2], [1.0, 0.3])).is_err());
+    Flow::new(&Cone, 0.01, Start::second_order([0.1, 0.0], [0.0; 2])).unwrap();
+
+    for v in [0.0, 0.1] {
+        let error = Flow::new(&SquaredLaw, 0.01, Start::second_order([1.0], [v]))
+            .map(|_| ())
+            .unwrap_err();
+        let SetupError::Acceleration { cause, .. } = &error else {
+            panic!("{error:?}");
+        };
+        assert!(
+            cause.is_at_multiple_root() && error.to_string().contains("write the root itself"),
+            "{error}"
+        );
+    }
+
+    let start = Start::second_order([1.0, 0.0], [0.0; 2]);
+    let error = Flow::new(&Vanishing, 0.01, start)
+        .unwrap()
+        .to(3.0)
+        .unwrap_err()
+        .to_string();
+    assert!(!error.contains("constraint forces"), "{error}");
+}

@@ -200,7 +200,8 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
         let findings = entry.check(&settings)?;
         missed += findings.iter().filter(|finding| !finding.ok()).count();
         let rows = findings.iter().map(|finding| {
-            let verdict = [finding.check.to_owned(), finding.what.clone()].map(Cell::Text);
+            let what = explained(&finding.what, finding.failure.as_deref());
+            let verdict = [finding.check.to_owned(), what].map(Cell::Text);
             let figures = figures_of(finding.figure, finding.bar, finding.ok());
             verdict.into_iter().chain(figures).collect()
         });
@@ -229,10 +230,7 @@ fn hard_cases(page: &mut Page, numbers: Option<&[u8]>) -> usize {
     bar.finish_and_clear();
     let missed = rows.iter().filter(|row| !row.ok()).count();
     let lines = rows.iter().map(|row| {
-        let what = row
-            .failure
-            .as_ref()
-            .map_or_else(|| row.what.clone(), |failure| format!("{}: {failure}", row.what));
+        let what = explained(&row.what, row.failure.as_deref());
         let words = [format!("{} {}", row.number, row.case), what].map(Cell::Text);
         words
             .into_iter()
@@ -241,6 +239,11 @@ fn hard_cases(page: &mut Page, numbers: Option<&[u8]>) -> usize {
     });
     page.add(page::table("", &["case", "what", "#figure", "#bar", ""], lines));
     missed
+}
+
+/// What is measured, and why there is no figure of it.
+fn explained(what: &str, failure: Option<&str>) -> String {
+    failure.map_or_else(|| what.to_owned(), |failure| format!("{what}: {failure}"))
 }
 
 /// A figure, its bar, and whether it is met.

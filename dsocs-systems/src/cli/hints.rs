@@ -1,0 +1,324 @@
+//! What errors advise on the command line, followed to the letter; and that no number is shown where there is none.
+
+use std::path::Path;
+
+use clap::{CommandFactory, Parser};
+use dsocs_core::dsocs;
+
+use super::{Arguments, CliError, Program};
+use crate::check::{Begin, Settings};
+use crate::entry::Entry;
+
+/// A weight on a spring, whose mass may be zero.
+#[dsocs {
+    coordinates(x);
+    lagrangian = mass * dot(x).powi(2) / 2 - x.powi(2) / 2;
+}]
+#[derive(Clone)]
+struct Weight {
+    mass: f64,
+}
+
+/// A servo, whose gain may be zero.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = gain * (ddot(x) + x);
+    constraint_forces = [(1,)];
+}]
+#[derive(Clone)]
+struct Servo {
+    gain: f64,
+}
+
+/// A particle with a curvature, which it has none of at rest.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - curvature;
+    variational = [(dot(x), dot(y))];
+}]
+#[derive(Clone)]
+struct Turn {
+    curvature: f64,
+}
+
+/// A curvature that grows, and so a constraint of third order.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = dot((dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3)) - rate * speed;
+    constraint_forces = [(-dot(y), dot(x))];
+}]
+#[derive(Clone)]
+struct Bend {
+    rate: f64,
+}
+
+/// A constraint that a start with the velocity `drift` obeys whatever the acceleration.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (dot(x) - drift) * (ddot(x) + x);
+    constraint_forces = [(1,)];
+}]
+#[derive(Clone)]
+struct Either {
+    drift: f64,
+}
+
+/// A mass on a rod.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    holonomic = x.powi(2) + y.powi(2) - length.powi(2);
+}]
+#[derive(Clone)]
+struct Rod {
+    length: f64,
+}
+
+/// A potential that ends at the origin.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 + strength * x.ln();
+}]
+#[derive(Clone)]
+struct Edge {
+    strength: f64,
+}
+
+/// A cone, whose tip may be rounded.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - (x.powi(2) + y.powi(2) + tip.powi(2)).sqrt();
+}]
+#[derive(Clone)]
+struct Cone {
+    tip: f64,
+}
+
+/// A servo's law, squared: its two solutions are one.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = (ddot(x) + rate * x).powi(2);
+    constraint_forces = [(1,)];
+}]
+#[derive(Clone)]
+struct Squared {
+    rate: f64,
+}
+
+/// An acceleration of which only the size is given.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x).powi(2) - rate;
+    constraint_forces = [(1,)];
+}]
+#[derive(Clone)]
+struct Unsigned {
+    rate: f64,
+}
+
+/// Dry friction, in which the mass comes to rest.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - 20 * x.powi(2);
+    external_forces = -dry * dot(x).signum();
+}]
+#[derive(Clone)]
+struct Dry {
+    dry: f64,
+}
+
+/// The systems.
+fn entries() -> Vec<Entry> {
+    let [one, two] = [1.0, 2.0];
+    vec![
+        Entry::new(Weight { mass: one }).start([one], [0.0]),
+        Entry::new(Servo { gain: one }).start([one], [0.0]),
+        Entry::new(Turn { curvature: one }).start([0.0, 0.0], [one, 0.0]),
+        Entry::new(Bend { rate: 0.1 }).start([0.0, 0.0], [one, 0.0]),
+        Entry::new(Either { drift: 0.3 }).start([one], [0.0]),
+        Entry::new(Rod { length: one }).start([0.6, -0.8], [0.0, 0.0]),
+        Entry::new(Edge { strength: 1e-3 }).start([0.05], [two]),
+        Entry::new(Cone { tip: 0.0 }).start([0.0, 0.0], [0.0, 0.0]),
+        Entry::new(Squared { rate: one }).start([one], [0.0]),
+        Entry::new(Unsigned { rate: one }).start([one], [0.0]),
+        Entry::new(Dry { dry: 0.5 }).start([0.2], [0.0]).until(4.0),
+    ]
+    .into_iter()
+    .map(|entry| {
+        if entry.name() == "dry" {
+            entry
+        } else {
+            entry.until(0.5)
+        }
+        .step(0.01)
+    })
+    .collect()
+}
+
+/// What a command answers; rows go to a file.
+fn execute(folder: &Path, words: &str) -> Result<(), CliError> {
+    let out = folder.join(if words.starts_with("check") {
+        "a.json"
+    } else {
+        "a.csv"
+    });
+    let out = out.display().to_string();
+    let words = words.split(' ').chain(["--out", &out]);
+    let Arguments { command } = Arguments::try_parse_from(core::iter::once("dsocs").chain(words)).unwrap();
+    command.execute(&mut Program::new(entries()).verified()?)
+}
+
+/// The options that an error names.
+fn options(error: &str) -> Vec<&str> {
+    error
+        .split(|c: char| !c.is_ascii_alphanumeric() && c != '-')
+        .filter(|word| word.starts_with("--"))
+        .collect()
+}
+
+/// Commands that are refused, the options that the error names, and for each of them a command that follows it.
+const ADVICE: &[(&str, &[(&str, &str)])] = &[
+    ("run weight --set mass=0", &[("--set", "run weight --set mass=2")]),
+    (
+        "check weight --set mass=0",
+        &[("--set", "check weight --set mass=2")],
+    ),
+    (
+        "run cone",
+        &[("--q0", "run cone --q0 1,0"), ("--set", "run cone --set tip=0.1")],
+    ),
+    ("run squared", &[]),
+    ("run servo --set gain=0", &[("--set", "run servo --set gain=2")]),
+    ("run turn --v0 0,0", &[("--v0", "run turn --v0 0,1")]),
+    ("run either --v0 0.3", &[("--v0", "run either --v0 0.4")]),
+    // only the library can say which of two accelerations is meant
+    ("run unsigned", &[]),
+    (
+        "run rod --order 4",
+        &[
+            ("--order", "run rod --order 2"),
+            ("--tolerance", "run rod --tolerance 1e-9"),
+        ],
+    ),
+    (
+        "run bend",
+        &[("--a0", "run bend --a0 0,0.1"), ("--f0", "run bend --f0 0,0.1")],
+    ),
+    (
+        "check bend",
+        &[("--a0", "check bend --a0 0,0.1"), ("--f0", "run bend --f0 0,0.1")],
+    ),
+    (
+        "run weight --a0 1",
+        &[("--a0", "run weight"), ("--f0", "run weight")],
+    ),
+    (
+        "run bend --a0 0,0.1 --tolerance 1e-9",
+        &[
+            ("--tolerance", "run bend --a0 0,0.1"),
+            ("--order", "run bend --a0 0,0.1"),
+            ("--estimate-error", "run bend --a0 0,0.1"),
+        ],
+    ),
+    (
+        "run rod --q0 0.6,-0.7",
+        &[("--project", "run rod --q0 0.6,-0.7 --project")],
+    ),
+    (
+        "check rod --q0 0.6,-0.7",
+        &[("--project", "check rod --q0 0.6,-0.7 --project")],
+    ),
+    (
+        "run weight --until -1",
+        &[
+            ("--until", "run weight --until 1"),
+            ("--step", "run weight --until -1 --step -0.01"),
+        ],
+    ),
+];
+
+#[test]
+fn advice_is_followed_to_the_letter() {
+    let folder = tempfile::tempdir().unwrap();
+    let syntax = Arguments::command();
+    for (refused, advice) in ADVICE {
+        let error = match execute(folder.path(), refused) {
+            Err(error) => error.to_string(),
+            Ok(()) => panic!("{refused}: not refused"),
+        };
+        let named = options(&error);
+        let expected: Vec<&str> = advice.iter().map(|(option, _)| *option).collect();
+        assert_eq!(named, expected, "{refused}: {error}");
+        let command = refused
+            .split(' ')
+            .next()
+            .and_then(|name| syntax.find_subcommand(name))
+            .unwrap();
+        for (option, followed) in *advice {
+            let known = command.get_arguments().filter_map(|argument| argument.get_long());
+            assert!(
+                known.into_iter().any(|long| option[2..] == *long),
+                "{refused}: {option}"
+            );
+            if let Err(error) = execute(folder.path(), followed) {
+                panic!("{refused}: {option}, as in `{followed}`: {error}");
+            }
+        }
+    }
+}
+
+/// What is printed of a check and of the hard cases of a system.
+fn printed(entry: &Entry, until: f64, h: f64) -> String {
+    let [q0, v0] = entry.default_start().unwrap();
+    let settings = Settings {
+        h,
+        until: Some(until),
+        t0: 0.0,
+        q0,
+        v0,
+        a0: None,
+        begin: Begin::default(),
+    };
+    let mut text = match entry.check(&settings) {
+        Ok(findings) => {
+            for finding in &findings {
+                assert!(
+                    finding.failure.is_some() || !finding.figure.is_nan(),
+                    "{finding:?}"
+                );
+            }
+            super::check::text(&findings)
+        }
+        Err(error) => error.to_string(),
+    };
+    for case in crate::stability::any::CASES
+        .iter()
+        .filter(|case| case.number != 1)
+    {
+        let rows = case.run(entry, &settings, true, &mut |_| ());
+        text += &super::stability::table(&rows).to_string();
+    }
+    text
+}
+
+#[test]
+fn no_number_is_shown_where_there_is_none() {
+    for entry in entries() {
+        // the dry mass sticks after 1.4 s, the edge is met backward
+        let until = if entry.name() == "dry" { 4.0 } else { 0.3 };
+        for h in [0.01, -0.01] {
+            let text = printed(&entry, until * f64::signum(h), h);
+            // what the hard cases put in for a number
+            let text = text.replace("set to NaN", "");
+            assert!(!text.contains("NaN"), "{}: {text}", entry.name());
+        }
+    }
+}
