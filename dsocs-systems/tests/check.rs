@@ -318,6 +318,24 @@ fn a_motion_that_ends_is_checked_as_far_as_it_goes() {
 }
 
 #[test]
+fn a_steep_function_is_followed_backward_from_nearby() {
+    let entry = systems::friction::pivot_entry();
+    let findings = entry
+        .check(&Settings {
+            h: 0.2,
+            until: Some(40.0),
+            ..settings(&entry)
+        })
+        .unwrap();
+    assert_eq!(missed(&findings), []);
+    let inverse = findings.iter().rfind(|finding| finding.check == "reversibility");
+    let note = inverse
+        .and_then(|finding| finding.note.as_deref())
+        .unwrap_or_default();
+    assert!(note.contains("another first node"), "{note}");
+}
+
+#[test]
 fn rows_of_written_nodes_tell_a_wrong_digit() {
     let h = 0.01;
     let leg = |x: f64, y: f64, d: [f64; 2]| Leg { t: 0.0, q: [x, y], d };

@@ -44,7 +44,17 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     ///
     /// [`GeometryError::Inverse`] if no first node is found.
     pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
-        let mut e = self.reversed(last).unwrap_or([0.0; N]);
+        self.backward_near(last, &self.reversed(last).unwrap_or([0.0; N]))
+    }
+
+    /// The same near a second difference. Several first nodes may lead to one pair, as several last nodes may follow one: the theorem makes
+    /// the flow a diffeomorphism near each of its trajectories.
+    ///
+    /// # Errors
+    ///
+    /// [`GeometryError::Inverse`] if no first node is found.
+    pub fn backward_near(&self, last: &Leg<f64, N>, near: &[f64; N]) -> Result<Triple<N>, GeometryError> {
+        let mut e = *near;
         let q1 = minus(&last.q, &last.d);
         let t = last.t - self.h;
         let at = |e: &[f64; N]| Leg {
