@@ -122,11 +122,14 @@ fn a_profile_by_samples_has_corners() {
     let road = Road { road, gravity: 9.81 };
     let (t, v, by) = jump(&road, [[0.2, 0.0], [4.0, 0.0]], 1e-9);
     assert!((t - 0.2).abs() < 1e-12 && by == Jump::Constraint, "{t}");
-    assert_eq!(v, [4.0, 0.0]);
+    assert!((v[0] - 4.0).abs() < 1e-12 && v[1].abs() < 1e-12, "{v:?}");
     let plan = Samples::linear([(0.0, 0.0), (1.0, 0.5), (9.0, 0.5)]).unwrap();
     let (t, v, by) = jump(&Lift { plan }, [[1.0, 0.0], [0.0, 0.5]], 1e-9);
     assert!((t - 1.0).abs() < 1e-12 && by == Jump::Constraint, "{t}");
-    assert!((v[0] + 1.0_f64.sin()).abs() < 1e-8 && v[1] == 0.5, "{v:?}");
+    assert!(
+        (v[0] + 1.0_f64.sin()).abs() < 1e-8 && (v[1] - 0.5).abs() < 1e-12,
+        "{v:?}"
+    );
 }
 
 #[test]
