@@ -32,6 +32,12 @@ pub trait Scalar:
     /// Functions of the user's, which compute with dual numbers over `f64`, enter the generated code here.
     fn from_lanes<const P: usize>(function: impl FnMut(usize) -> [f64; P]) -> [Self; P];
 
+    /// Numbers as doubles, where that is what they are.
+    fn doubles(numbers: &mut [Self]) -> Option<&mut [f64]> {
+        let _ = numbers;
+        None
+    }
+
     /// `then` in the lanes where `left < right`, `otherwise` in the others (also where either is NaN).
     fn select_lt(left: Self, right: Self, then: Self, otherwise: Self) -> Self;
 
@@ -126,6 +132,11 @@ impl Scalar for f64 {
     #[inline(always)]
     fn from_lanes<const P: usize>(mut function: impl FnMut(usize) -> [f64; P]) -> [Self; P] {
         function(0)
+    }
+
+    #[inline(always)]
+    fn doubles(numbers: &mut [Self]) -> Option<&mut [f64]> {
+        Some(numbers)
     }
 
     #[inline(always)]

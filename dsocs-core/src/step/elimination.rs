@@ -8,6 +8,11 @@
 
 use crate::scalar::Scalar;
 
+mod many;
+
+/// Up to so many rows are eliminated where they are used, with loops of lengths that are known.
+const FEW: usize = 8;
+
 /// Determinants must be larger than this for Cramer's rule, and pivots of rows as they are.
 pub(super) const SMALLEST_DETERMINANT: f64 = 1e-100;
 
@@ -111,6 +116,13 @@ pub(super) fn eliminate<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut 
 /// The same as part of its caller, which is compiled for the machine's own instructions.
 #[inline(always)]
 pub(super) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: &mut [T; M]) -> Pivots<T> {
+    if M > FEW
+        && let (Some(a), Some(x)) = (T::doubles(a.as_flattened_mut()), T::doubles(x))
+    {
+        let Pivots { smallest, largest, sign } = many::eliminate(a, x, &mut [0.0; M]);
+        let [smallest, largest, sign] = [smallest, largest, sign].map(T::splat);
+        return Pivots { smallest, largest, sign };
+    }
     let mut inverse = *x; // of the pivots
     let mut exchanges = Solution { sign: T::splat(1.0) };
     take_all_out(a, x, &mut inverse, &mut exchanges);
@@ -321,9 +333,7 @@ fn take_all_out<T: Scalar, R: Copy, K: Kind<T, R, M>, const M: usize>(
     inverse: &mut [T; M],
     kind: &mut K,
 ) {
-    /// Up to so many columns stand one after the other, each with loops of lengths that are known.
-    const UNROLLED: usize = 8;
-    if M <= UNROLLED {
+    if M <= FEW {
         macro_rules! columns {
             ($($k:literal)*) => {
                 $(if $k < M { take_out(a, x, inverse, kind, $k); })*
@@ -440,6 +450,57 @@ mod tests {
         assert_eq!(small.in_units_of(small.exponent), small.value);
         assert!(of(determinant_of(&[[f64::NAN]])).is_nan());
         assert_eq!(of(determinant_of(&[[1.0, 2.0], [2.0, 4.0]])), 0.0);
+    }
+
+    #[test]
+    fn many_rows_are_eliminated_as_few_are() {
+        /// Column by column, as few rows are.
+        fn one_by_one<const M: usize>(a: &mut [[f64; M]; M], x: &mut [f64; M]) -> bool {
+            let (mut inverse, mut odd) = ([0.0; M], false);
+            for k in 0..M {
+                odd ^= swap_up(a, x, k);
+                inverse[k] = a[k][k].recip();
+                for i in k + 1..M {
+                    let factor = a[i][k] * inverse[k];
+                    for j in k + 1..M {
+                        a[i][j] -= factor * a[k][j];
+                    }
+                    x[i] -= factor * x[k];
+                }
+            }
+            for k in (0..M).rev() {
+                x[k] *= inverse[k];
+                for i in 0..k {
+                    x[i] -= a[i][k] * x[k];
+                }
+            }
+            odd
+        }
+        fn check<const M: usize>(seed: &mut u32) {
+            let mut next = || {
+                *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(*seed) / f64::from(u32::MAX) - 0.5
+            };
+            let matrix: [[f64; M]; M] = core::array::from_fn(|_| core::array::from_fn(|_| next()));
+            let right: [f64; M] = core::array::from_fn(|_| next());
+            let [mut a, mut b] = [matrix; 2];
+            let [mut x, mut y] = [right; 2];
+            let pivots = eliminate(&mut a, &mut x);
+            let odd = one_by_one(&mut b, &mut y);
+            assert_eq!(x, y);
+            assert_eq!(pivots.sign, if odd { -1.0 } else { 1.0 });
+            let sizes: [f64; M] = core::array::from_fn(|k| b[k][k].abs());
+            assert_eq!(core::array::from_fn::<_, M, _>(|k| a[k][k].abs()), sizes);
+            assert_eq!(pivots.smallest, sizes.into_iter().fold(f64::INFINITY, f64::min));
+            assert_eq!(pivots.largest, sizes.into_iter().fold(0.0, f64::max));
+        }
+        let mut seed = 1;
+        for _ in 0..20 {
+            check::<9>(&mut seed);
+            check::<10>(&mut seed);
+            check::<17>(&mut seed);
+            check::<32>(&mut seed);
+        }
     }
 
     #[test]

@@ -1,0 +1,134 @@
+//! Elimination of many rows of doubles: one function for any number of them, for the widest registers that the machine has.
+//!
+//! It takes two columns out at a time, so that an entry is loaded and stored once for both. Every entry has the same operations in
+//! the same order as one column after the other, so the bits are the same, too.
+
+use super::Pivots;
+use crate::dispatch::{Work, run_wide};
+
+/// So many numbers go side by side.
+const WIDTH: usize = 4;
+
+/// Gauss elimination with partial pivoting, in place, of the rows of a square matrix that stand one after the other. The pivots stay on
+/// the diagonal.
+pub(super) fn eliminate(a: &mut [f64], x: &mut [f64], inverse: &mut [f64]) -> Pivots<f64> {
+    run_wide(Elimination { a, x, inverse })
+}
+
+/// The matrix, the right-hand sides, which become the solution, and room for the reciprocals of the pivots.
+struct Elimination<'a> {
+    a: &'a mut [f64],
+    x: &'a mut [f64],
+    inverse: &'a mut [f64],
+}
+
+impl Work for Elimination<'_> {
+    type Output = Pivots<f64>;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Pivots<f64> {
+        let Self { a, x, inverse } = self;
+        let size = x.len();
+        let mut odd = false;
+        let mut k = 0;
+        while k < size {
+            odd ^= bring_up(a, x, k);
+            inverse[k] = a[k * size + k].recip();
+            if k + 1 == size {
+                break;
+            }
+            // the factors stand where the column is taken out, and the next column is all that the next pivot asks for
+            let next = a[k * size + k + 1];
+            for i in k + 1..size {
+                let row = &mut a[i * size + k..i * size + k + 2];
+                row[0] *= inverse[k];
+                row[1] -= row[0] * next;
+            }
+            odd ^= bring_up(a, x, k + 1);
+            take_two_out(a, x, inverse, k);
+            k += 2;
+        }
+        solve(a, x, inverse, odd)
+    }
+}
+
+/// Takes the columns `k` and `k + 1` out of the rows below; the factors of the first stand in its place.
+#[inline(always)]
+fn take_two_out(a: &mut [f64], x: &mut [f64], inverse: &mut [f64], k: usize) {
+    let size = x.len();
+    let (done, below) = a.split_at_mut((k + 2) * size);
+    let (first, second) = done[k * size..].split_at_mut(size);
+    let factor = second[k];
+    for (second, &first) in second[k + 2..].iter_mut().zip(&first[k + 2..]) {
+        *second -= factor * first;
+    }
+    x[k + 1] -= factor * x[k];
+    inverse[k + 1] = second[k + 1].recip();
+    // from a place on where registers begin: what stands there in the rows below is not read again
+    let from = (k + 2) / WIDTH * WIDTH;
+    let (first_chunks, first_rest) = first[from..].as_chunks::<WIDTH>();
+    let (second_chunks, second_rest) = second[from..].as_chunks::<WIDTH>();
+    let [x_first, x_second] = [x[k], x[k + 1]];
+    for (row, x) in below.chunks_exact_mut(size).zip(&mut x[k + 2..]) {
+        let factors = [row[k], row[k + 1] * inverse[k + 1]];
+        let (chunks, rest) = row[from..].as_chunks_mut::<WIDTH>();
+        for ((chunk, first), second) in chunks.iter_mut().zip(first_chunks).zip(second_chunks) {
+            for place in 0..WIDTH {
+                chunk[place] = without(chunk[place], factors, [first[place], second[place]]);
+            }
+        }
+        for ((entry, &first), &second) in rest.iter_mut().zip(first_rest).zip(second_rest) {
+            *entry = without(*entry, factors, [first, second]);
+        }
+        *x = without(*x, factors, [x_first, x_second]);
+    }
+}
+
+/// An entry without its parts in two rows.
+#[inline(always)]
+fn without(entry: f64, factors: [f64; 2], upper: [f64; 2]) -> f64 {
+    entry - factors[0] * upper[0] - factors[1] * upper[1]
+}
+
+/// Exchanges two rows, so that the one with the largest entry in column `k`, from row `k` down, stands at the place `k`;
+/// `false` if it stood there.
+#[inline(always)]
+fn bring_up(a: &mut [f64], x: &mut [f64], k: usize) -> bool {
+    let size = x.len();
+    let (mut pivot, mut largest) = (k, a[k * size + k].abs());
+    for (i, row) in a.chunks_exact(size).enumerate().skip(k + 1) {
+        let entry = row[k].abs();
+        if largest < entry {
+            (pivot, largest) = (i, entry);
+        }
+    }
+    if pivot == k {
+        return false;
+    }
+    let (above, below) = a.split_at_mut(pivot * size);
+    above[k * size..(k + 1) * size].swap_with_slice(&mut below[..size]);
+    x.swap(k, pivot);
+    true
+}
+
+/// The solution, the last unknown first.
+#[inline(always)]
+fn solve(a: &[f64], x: &mut [f64], inverse: &[f64], odd: bool) -> Pivots<f64> {
+    let size = x.len();
+    let (mut smallest, mut largest) = (f64::INFINITY, 0.0_f64);
+    for k in (0..size).rev() {
+        let value = x[k] * inverse[k];
+        x[k] = value;
+        for (x, row) in x[..k].iter_mut().zip(a.chunks_exact(size)) {
+            *x -= row[k] * value;
+        }
+        let pivot = a[k * size + k].abs();
+        smallest = if pivot < smallest { pivot } else { smallest };
+        largest = if largest < pivot { pivot } else { largest };
+    }
+    Pivots {
+        smallest,
+        largest,
+        sign: if odd { -1.0 } else { 1.0 },
+    }
+}
