@@ -80,9 +80,9 @@ fn particle_with_prescribed_curvature() {
     insta::assert_snapshot!(particle(quote!()));
 }
 
-#[test]
-fn pendulum_with_a_lyapunov_constraint() {
-    let code = code(
+/// The inertia wheel pendulum.
+fn pendulum() -> String {
+    code(
         quote! {
             coordinates(theta, psi);
             lagrangian = i / 2 * dot(theta).powi(2) + j / 2 * (dot(theta) + dot(psi)).powi(2) - m * (1 + theta.cos());
@@ -109,7 +109,12 @@ fn pendulum_with_a_lyapunov_constraint() {
                 i: f64, j: f64, m: f64, d: f64, e: f64, chi: f64, n: f64, rho: f64,
             }
         },
-    );
+    )
+}
+
+#[test]
+fn pendulum_with_a_lyapunov_constraint() {
+    let code = pendulum();
     assert!(
         code.contains("type Unknown<__T: ::dsocs_core::__private::Scalar> = [__T; 1];"),
         "the linear row is solved for psi"
@@ -118,6 +123,38 @@ fn pendulum_with_a_lyapunov_constraint() {
     let rows = method(&code, "linearize");
     assert!(!rows.contains("recip") && !rows.contains(" / "), "{rows}");
     insta::assert_snapshot!(code);
+}
+
+/// The listing of the book is the code.
+#[test]
+fn the_book_shows_the_pendulums_step() {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../dsocs-systems/src/guide/performance.md"
+    );
+    let book = std::fs::read_to_string(path).expect("the chapter");
+    let code = pendulum();
+    for (name, arguments) in [
+        ("known", "constants, leg"),
+        ("linearize", "constants, known, z"),
+        ("second_difference", "constants, known, z"),
+    ] {
+        let method = method(&code, name);
+        let body = method.split_once(" {\n").map_or("", |(_, body)| body);
+        let mut listing = format!("fn {name}({arguments}) {{\n");
+        for line in body.lines() {
+            let line = line.strip_prefix("    ").unwrap_or(line);
+            listing += &line
+                .replace("::dsocs_core::__private::", "")
+                .replace("__T::", "T::");
+            listing.push('\n');
+        }
+        listing.push('}');
+        assert!(
+            book.contains(&listing),
+            "the chapter on performance has to show\n{listing}"
+        );
+    }
 }
 
 #[test]
