@@ -119,9 +119,17 @@ pub(super) fn eliminate_here<T: Scalar, const M: usize>(a: &mut [[T; M]; M], x: 
     if M > FEW
         && let (Some(a), Some(x)) = (T::doubles(a.as_flattened_mut()), T::doubles(x))
     {
-        let Pivots { smallest, largest, sign } = many::eliminate(a, x, &mut [0.0; M]);
+        let Pivots {
+            smallest,
+            largest,
+            sign,
+        } = many::eliminate(a, x, &mut [0.0; M]);
         let [smallest, largest, sign] = [smallest, largest, sign].map(T::splat);
-        return Pivots { smallest, largest, sign };
+        return Pivots {
+            smallest,
+            largest,
+            sign,
+        };
     }
     let mut inverse = *x; // of the pivots
     let mut exchanges = Solution { sign: T::splat(1.0) };

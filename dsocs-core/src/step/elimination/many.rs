@@ -3,16 +3,14 @@
 //! It takes two columns out at a time, so that an entry is loaded and stored once for both. Every entry has the same operations in
 //! the same order as one column after the other, so the bits are the same, too.
 
-use super::Pivots;
-use crate::dispatch::{Work, run_wide};
+use pulp::{Arch, Simd, WithSimd};
 
-/// So many numbers go side by side.
-const WIDTH: usize = 4;
+use super::Pivots;
 
 /// Gauss elimination with partial pivoting, in place, of the rows of a square matrix that stand one after the other. The pivots stay on
 /// the diagonal.
 pub(super) fn eliminate(a: &mut [f64], x: &mut [f64], inverse: &mut [f64]) -> Pivots<f64> {
-    run_wide(Elimination { a, x, inverse })
+    Arch::new().dispatch(Elimination { a, x, inverse })
 }
 
 /// The matrix, the right-hand sides, which become the solution, and room for the reciprocals of the pivots.
@@ -22,11 +20,11 @@ struct Elimination<'a> {
     inverse: &'a mut [f64],
 }
 
-impl Work for Elimination<'_> {
+impl WithSimd for Elimination<'_> {
     type Output = Pivots<f64>;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Pivots<f64> {
+    fn with_simd<S: Simd>(self, simd: S) -> Pivots<f64> {
         let Self { a, x, inverse } = self;
         let size = x.len();
         let mut odd = false;
@@ -45,7 +43,7 @@ impl Work for Elimination<'_> {
                 row[1] -= row[0] * next;
             }
             odd ^= bring_up(a, x, k + 1);
-            take_two_out(a, x, inverse, k);
+            take_two_out(simd, a, x, inverse, k);
             k += 2;
         }
         solve(a, x, inverse, odd)
@@ -54,7 +52,7 @@ impl Work for Elimination<'_> {
 
 /// Takes the columns `k` and `k + 1` out of the rows below; the factors of the first stand in its place.
 #[inline(always)]
-fn take_two_out(a: &mut [f64], x: &mut [f64], inverse: &mut [f64], k: usize) {
+fn take_two_out<S: Simd>(simd: S, a: &mut [f64], x: &mut [f64], inverse: &mut [f64], k: usize) {
     let size = x.len();
     let (done, below) = a.split_at_mut((k + 2) * size);
     let (first, second) = done[k * size..].split_at_mut(size);
@@ -65,22 +63,22 @@ fn take_two_out(a: &mut [f64], x: &mut [f64], inverse: &mut [f64], k: usize) {
     x[k + 1] -= factor * x[k];
     inverse[k + 1] = second[k + 1].recip();
     // from a place on where registers begin: what stands there in the rows below is not read again
-    let from = (k + 2) / WIDTH * WIDTH;
-    let (first_chunks, first_rest) = first[from..].as_chunks::<WIDTH>();
-    let (second_chunks, second_rest) = second[from..].as_chunks::<WIDTH>();
-    let [x_first, x_second] = [x[k], x[k + 1]];
+    let from = (k + 2) / S::F64_LANES * S::F64_LANES;
+    let (first, first_rest) = S::as_simd_f64s(&first[from..]);
+    let (second, second_rest) = S::as_simd_f64s(&second[from..]);
+    let right = [x[k], x[k + 1]];
     for (row, x) in below.chunks_exact_mut(size).zip(&mut x[k + 2..]) {
         let factors = [row[k], row[k + 1] * inverse[k + 1]];
-        let (chunks, rest) = row[from..].as_chunks_mut::<WIDTH>();
-        for ((chunk, first), second) in chunks.iter_mut().zip(first_chunks).zip(second_chunks) {
-            for place in 0..WIDTH {
-                chunk[place] = without(chunk[place], factors, [first[place], second[place]]);
-            }
+        let (entries, rest) = S::as_mut_simd_f64s(&mut row[from..]);
+        let splat = factors.map(|factor| simd.splat_f64s(factor));
+        for ((entry, &first), &second) in entries.iter_mut().zip(first).zip(second) {
+            let less = simd.sub_f64s(*entry, simd.mul_f64s(splat[0], first));
+            *entry = simd.sub_f64s(less, simd.mul_f64s(splat[1], second));
         }
         for ((entry, &first), &second) in rest.iter_mut().zip(first_rest).zip(second_rest) {
             *entry = without(*entry, factors, [first, second]);
         }
-        *x = without(*x, factors, [x_first, x_second]);
+        *x = without(*x, factors, right);
     }
 }
 
@@ -96,8 +94,8 @@ fn without(entry: f64, factors: [f64; 2], upper: [f64; 2]) -> f64 {
 fn bring_up(a: &mut [f64], x: &mut [f64], k: usize) -> bool {
     let size = x.len();
     let (mut pivot, mut largest) = (k, a[k * size + k].abs());
-    for (i, row) in a.chunks_exact(size).enumerate().skip(k + 1) {
-        let entry = row[k].abs();
+    for i in k + 1..size {
+        let entry = a[i * size + k].abs();
         if largest < entry {
             (pivot, largest) = (i, entry);
         }
@@ -119,8 +117,8 @@ fn solve(a: &[f64], x: &mut [f64], inverse: &[f64], odd: bool) -> Pivots<f64> {
     for k in (0..size).rev() {
         let value = x[k] * inverse[k];
         x[k] = value;
-        for (x, row) in x[..k].iter_mut().zip(a.chunks_exact(size)) {
-            *x -= row[k] * value;
+        for i in 0..k {
+            x[i] -= a[i * size + k] * value;
         }
         let pivot = a[k * size + k].abs();
         smallest = if pivot < smallest { pivot } else { smallest };

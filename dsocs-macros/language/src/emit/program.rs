@@ -4,6 +4,7 @@
 //! computed: what a sum or product knows early is gathered into a partial result of its own, so that the later stages
 //! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
 
+mod cells;
 mod schedule;
 mod tape;
 mod write;
@@ -71,6 +72,9 @@ pub(crate) type Given = HashMap<Value, Stored>;
 /// Powers up to this one are products; beyond, a call of `powi`.
 const LONGEST_PRODUCT: i32 = 64;
 
+/// With more operations in all, those that are alike are written once.
+const MOST_WITHOUT_CELLS: usize = 3000;
+
 /// Operations, each with the stage at which it can be computed.
 pub(crate) struct Program<'g> {
     graph: &'g Graph,
@@ -81,6 +85,8 @@ pub(crate) struct Program<'g> {
     lowered: HashMap<NodeId, Value>,
     node_stages: HashMap<NodeId, usize>,
     shared: Shared,
+    /// Where every operation stands among those alike, where they are so many that those alike are written once; see [`cells`].
+    cells: Vec<cells::Cell>,
 }
 
 /// A number times factors that are known before the rest of a term.
@@ -150,6 +156,7 @@ impl<'g> Program<'g> {
             lowered: HashMap::new(),
             node_stages: HashMap::new(),
             shared: Shared::default(),
+            cells: Vec::new(),
         }
     }
 
@@ -187,6 +194,27 @@ impl<'g> Program<'g> {
         };
         self.lowered.insert(id, value);
         value
+    }
+
+    /// Looks which operations are alike, where there are many; to be called once everything is lowered.
+    pub(crate) fn look_for_cells(&mut self) {
+        if self.ops.len() > MOST_WITHOUT_CELLS {
+            self.cells = self.cells_of_values();
+        }
+    }
+
+    /// Whether operations that are alike are written once.
+    fn has_cells(&self) -> bool {
+        !self.cells.is_empty()
+    }
+
+    /// Values in the order in which they are handed on to another method: those that are alike stand together.
+    pub(crate) fn in_order(&self, values: impl IntoIterator<Item = Value>) -> Vec<Value> {
+        let mut values: Vec<Value> = values.into_iter().collect();
+        if self.has_cells() {
+            values.sort_by_key(|value| (&self.cells[value.0 as usize], *value));
+        }
+        values
     }
 
     /// When a value is known.

@@ -33,6 +33,7 @@ pub(super) fn single<'g>(graph: &'g Graph, nodes: &[NodeId]) -> (Program<'g>, Ve
     let mut program = Program::new(graph, |_| 0);
     program.plan(nodes);
     let values = lower(&mut program, nodes);
+    program.look_for_cells();
     (program, values)
 }
 
@@ -70,7 +71,7 @@ impl<'g> Energy<'g> {
     /// The energy as an expression of a graph of its own.
     pub(super) fn new(graph: &'g Graph, energy: NodeId) -> Self {
         let (program, value) = single(graph, &[energy]);
-        let constants = program.fixed_frontier(&value).into_iter().collect();
+        let constants = program.in_order(program.fixed_frontier(&value));
         Self {
             program,
             value,
@@ -103,6 +104,7 @@ impl<'g> Stages<'g> {
         program.plan(&all.map(Vec::as_slice).concat());
         let [rows, scales, jacobian, second_difference, point, force, forms] =
             all.map(|nodes| lower(&mut program, nodes));
+        program.look_for_cells();
 
         let iterated = [
             rows.clone(),
@@ -116,7 +118,7 @@ impl<'g> Stages<'g> {
             .frontier(&iterated, STEP, &nothing)
             .into_iter()
             .partition(|&value| program.stage(value) == STEP);
-        let once: Vec<Value> = known.iter().copied().collect();
+        let once = program.in_order(known.iter().copied());
         constants.extend(program.frontier(&once, RUN, &nothing));
         // what the node needs beyond that is computed there, from the leg
         constants.extend(program.frontier(
@@ -124,7 +126,7 @@ impl<'g> Stages<'g> {
             RUN,
             &known,
         ));
-        let constants = constants.into_iter().collect();
+        let constants = program.in_order(constants);
         Self {
             program,
             rows,

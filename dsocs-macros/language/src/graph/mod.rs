@@ -97,6 +97,26 @@ pub(crate) enum Leaf {
 }
 
 impl Leaf {
+    /// The place of the coordinate, multiplier or unknown among those like it; `None` of times and steps.
+    pub(crate) fn place(self) -> Option<usize> {
+        match self {
+            Self::Q(i)
+            | Self::V(i)
+            | Self::A(i)
+            | Self::J(i)
+            | Self::X0(i)
+            | Self::X1(i)
+            | Self::X2(i)
+            | Self::N(i)
+            | Self::D(i)
+            | Self::P(i)
+            | Self::E(i)
+            | Self::Lambda(i)
+            | Self::Z(i) => Some(i),
+            Self::T | Self::T0 | Self::T1 | Self::T2 | Self::H | Self::Clock => None,
+        }
+    }
+
     /// How often a coordinate is differentiated; `None` if this is none of the continuous motion.
     pub(crate) fn order(self) -> Option<usize> {
         match self {

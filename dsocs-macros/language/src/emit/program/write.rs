@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{quote, quote_spanned};
 
+use super::cells::Cells;
 use super::schedule::{Product, Schedule};
 use super::{Given, Op, Program, Stored, Value};
 use crate::emit::functions;
@@ -16,6 +17,9 @@ const MOST_SCOPES: usize = 200;
 
 /// The time that the compiler takes for a function grows faster than the function: longer code is several functions.
 const LONGEST_FUNCTION: usize = 2000;
+
+/// With more operations, those of a method that are alike are written once.
+const FEWEST_WITH_CELLS: usize = 200;
 
 impl Program<'_> {
     /// Straight-line code for `outputs`: the statements, then an expression for each output.
@@ -56,6 +60,17 @@ impl Program<'_> {
             let right = self.operation(value, &schedule, &operand);
             quote!(let #name = #right;)
         };
+        if self.has_cells() && schedule.values.len() > FEWEST_WITH_CELLS {
+            let places = schedule
+                .values
+                .iter()
+                .filter_map(|&value| Some((value, place(value)?)));
+            let kind = |value: Value| self.cells[value.0 as usize].kind;
+            let cells = Cells::new(self, &schedule, (prefix, &names), places.collect(), &kind);
+            return cells.code(outputs, &|value, operand| {
+                self.operation(value, &schedule, operand)
+            });
+        }
         // what an operation reads, with what the reciprocals read that were folded into it
         let reads = |value: Value| -> Vec<Value> {
             let mut reads = self.op(value).parts();
@@ -223,6 +238,11 @@ impl Place {
         }
     }
 
+    /// The array and the element, where it is one.
+    pub(super) fn argument(&self) -> Option<(&TokenStream, usize)> {
+        self.element.map(|(element, _)| (&self.array, element))
+    }
+
     /// An expression for it.
     pub(crate) fn read(&self) -> TokenStream {
         let array = &self.array;
@@ -334,7 +354,7 @@ impl Layout<'_> {
 }
 
 /// A number as the generic scalar.
-fn number(value: f64) -> TokenStream {
+pub(super) fn number(value: f64) -> TokenStream {
     let literal = if value.is_nan() {
         quote!(f64::NAN)
     } else if value.is_infinite() {

@@ -1,0 +1,988 @@
+//! Operations that are alike, written once.
+//!
+//! The links of a chain, or the nodes of a lattice, have the same operations with other numbers. Where a method has thousands of
+//! operations, those that are alike become loops over arrays: every operation is the same as in straight-line code, and so is every
+//! bit, but the code is that of one link.
+//!
+//! Operations are of one *kind* if they do the same with parts of the same kinds ([`Kinds`]). Those of one kind stand in one array, in
+//! the order of their parts, so that most parts are read one after the other, or are the same for many in a row: a *run*. Kinds
+//! that have as many members, each with a part in the other's place, are computed in one loop ([`Group`]).
+
+use std::cmp::Ordering;
+use std::collections::{BTreeSet, HashMap};
+
+use proc_macro2::{Ident, Literal, Span, TokenStream};
+use quote::quote;
+
+use super::schedule::{Product, Schedule};
+use super::write::{Place, number};
+use super::{Op, Program, Value};
+use crate::graph::{Bits, Comparison, Leaf, Unary};
+
+/// So many operations of one kind make a loop.
+const FEWEST: usize = 6;
+
+/// A loop reads no more arrays, counted with those that stand there twice.
+const MOST_INPUTS: usize = 24;
+
+/// What operations have in common that are alike.
+#[derive(Clone, PartialEq, Eq, Hash)]
+enum Kind {
+    Constant(Bits),
+    Leaf(std::mem::Discriminant<Leaf>),
+    Parameter,
+    /// A value that another method has computed, by what it is there.
+    Given(usize),
+    /// Sums and differences of any number of terms of some kinds, where only that is asked for.
+    Sum(BTreeSet<usize>),
+    /// What is done, with what, and whether each part stands before or after the next among those alike.
+    Operation(Operation, Vec<usize>, Vec<Ordering>),
+    /// Like nothing else.
+    Alone(Value),
+}
+
+/// What an operation does.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Operation {
+    Neg,
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Recip,
+    Powi(i32),
+    Unary(Unary),
+    Powf,
+    Atan2,
+    Select(Comparison),
+}
+
+impl Operation {
+    /// Whether a function is called, by which a loop is not computed in wide registers.
+    fn is_call(self) -> bool {
+        let in_registers = matches!(self, Self::Unary(Unary::Sqrt | Unary::Abs | Unary::Signum));
+        matches!(self, Self::Powi(_) | Self::Unary(_) | Self::Powf | Self::Atan2) && !in_registers
+    }
+
+    /// The expression.
+    fn write(self, parts: &[TokenStream]) -> TokenStream {
+        let function = |name: &str| {
+            let name = Ident::new(name, Span::call_site());
+            quote!(__T::#name(#(#parts),*))
+        };
+        match (self, parts) {
+            (Self::Neg, [a]) => quote!(-#a),
+            (Self::Add, [a, b]) => quote!(#a + #b),
+            (Self::Sub, [a, b]) => quote!(#a - #b),
+            (Self::Mul, [a, b]) => quote!(#a * #b),
+            (Self::Div, [a, b]) => quote!(#a / #b),
+            (Self::Recip, _) => function("recip"),
+            (Self::Powi(n), [a]) => {
+                let n = Literal::i32_unsuffixed(n);
+                quote!(__T::powi(#a, #n))
+            }
+            (Self::Unary(op), _) => function(op.name()),
+            (Self::Powf, _) => function("powf"),
+            (Self::Atan2, _) => function("atan2"),
+            (Self::Select(Comparison::Lt), _) => function("select_lt"),
+            (Self::Select(Comparison::Le), _) => function("select_le"),
+            _ => quote!(::core::unreachable!()), // every operation has the parts that it has
+        }
+    }
+}
+
+/// The kinds of some operations, each with the number of its kind.
+struct Kinds {
+    numbers: HashMap<Kind, usize>,
+    of: HashMap<Value, usize>,
+    sums: HashMap<usize, BTreeSet<usize>>,
+}
+
+impl Kinds {
+    fn new() -> Self {
+        Self {
+            numbers: HashMap::new(),
+            of: HashMap::new(),
+            sums: HashMap::new(),
+        }
+    }
+
+    fn number(&mut self, kind: Kind) -> usize {
+        let next = self.numbers.len();
+        *self.numbers.entry(kind).or_insert(next)
+    }
+
+    /// The kind of an operation whose parts have been told.
+    fn take(&mut self, value: Value, kind: Kind) -> usize {
+        let number = self.number(kind);
+        self.of.insert(value, number);
+        number
+    }
+
+    /// The parts in the order of their kinds, where the order is free.
+    fn ordered(&self, operation: Operation, mut parts: Vec<Value>) -> Vec<Value> {
+        if matches!(operation, Operation::Add | Operation::Mul) {
+            parts.sort_by_key(|part| (self.of.get(part).copied(), *part));
+        }
+        parts
+    }
+}
+
+impl Program<'_> {
+    /// What an operation does, and with what; `None` for what is read, and for calls of the user's functions.
+    fn alike(&self, value: Value, schedule: Option<&Schedule>) -> Option<(Operation, Vec<Value>)> {
+        let operation = match self.op(value) {
+            Op::Constant(_) | Op::Leaf(_) | Op::Param(_) | Op::Call { .. } => return None,
+            Op::Neg(_) => Operation::Neg,
+            Op::Add(..) => Operation::Add,
+            Op::Sub(..) => Operation::Sub,
+            Op::Mul(a, b) => match schedule.map(|schedule| schedule.product(self, *a, *b)) {
+                Some(Product::Quotient(top, bottom)) => return Some((Operation::Div, vec![top, bottom])),
+                _ => Operation::Mul,
+            },
+            Op::Recip(_) => Operation::Recip,
+            Op::Powi(_, n) => Operation::Powi(*n),
+            Op::Unary(op, _) => Operation::Unary(*op),
+            Op::Powf(..) => Operation::Powf,
+            Op::Atan2(..) => Operation::Atan2,
+            Op::Select(op, _) => Operation::Select(*op),
+        };
+        Some((operation, self.op(value).parts()))
+    }
+
+    /// For every operation, the number of its kind, where sums of any number of alike terms are alike.
+    fn kinds_of_values(&self) -> Vec<usize> {
+        let mut kinds = Kinds::new();
+        let values = (0..self.ops.len()).map(|place| Value(u32::try_from(place).unwrap_or(u32::MAX)));
+        values
+            .map(|value| {
+                let kind = match (self.op(value), self.alike(value, None)) {
+                    (Op::Constant(bits), _) => Kind::Constant(*bits),
+                    (Op::Leaf(leaf), _) => Kind::Leaf(std::mem::discriminant(leaf)),
+                    (Op::Param(_), _) => Kind::Parameter,
+                    (_, None) => Kind::Alone(value),
+                    (_, Some((Operation::Add | Operation::Sub, parts))) => {
+                        let terms = parts.iter().flat_map(|part| {
+                            let kind = kinds.of[part];
+                            kinds
+                                .sums
+                                .get(&kind)
+                                .cloned()
+                                .unwrap_or_else(|| BTreeSet::from([kind]))
+                        });
+                        let terms: BTreeSet<usize> = terms.collect();
+                        if let (1, Some(&only)) = (terms.len(), terms.first()) {
+                            kinds.of.insert(value, only);
+                            return only;
+                        }
+                        Kind::Sum(terms)
+                    }
+                    (_, Some((operation, parts))) => {
+                        let parts = kinds.ordered(operation, parts);
+                        Kind::Operation(
+                            operation,
+                            parts.iter().map(|part| kinds.of[part]).collect(),
+                            Vec::new(),
+                        )
+                    }
+                };
+                let terms = match &kind {
+                    Kind::Sum(terms) => Some(terms.clone()),
+                    _ => None,
+                };
+                let number = kinds.take(value, kind);
+                if let Some(terms) = terms {
+                    kinds.sums.insert(number, terms);
+                }
+                number
+            })
+            .collect()
+    }
+}
+
+/// So many coordinates of those that a value depends on say where it stands among those alike.
+const IN_KEY: usize = 4;
+
+/// Where a value stands, to be ordered by.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) struct Cell {
+    /// The number of its kind.
+    pub(super) kind: usize,
+    /// The first coordinates that it depends on. What depends on none stands where it is used first.
+    key: Vec<usize>,
+    /// Whether it depends on any.
+    varies: bool,
+}
+
+impl Program<'_> {
+    /// The cells of all operations.
+    pub(super) fn cells_of_values(&self) -> Vec<Cell> {
+        let mut cells: Vec<Cell> = Vec::with_capacity(self.ops.len());
+        for (op, kind) in self.ops.iter().zip(self.kinds_of_values()) {
+            let mut key = match op {
+                Op::Leaf(leaf) => Vec::from_iter(leaf.place()),
+                _ => op
+                    .parts()
+                    .iter()
+                    .flat_map(|part| cells[part.0 as usize].key.clone())
+                    .collect(),
+            };
+            key.sort_unstable();
+            key.dedup();
+            key.truncate(IN_KEY);
+            let varies = !key.is_empty();
+            cells.push(Cell { kind, key, varies });
+        }
+        for place in (0..cells.len()).rev() {
+            let key = cells[place].key.clone();
+            for part in self.ops[place].parts() {
+                let part = &mut cells[part.0 as usize];
+                if !key.is_empty() && !part.varies && (part.key.is_empty() || key < part.key) {
+                    part.key.clone_from(&key);
+                }
+            }
+        }
+        cells
+    }
+
+    fn cell(&self, value: Value) -> &Cell {
+        &self.cells[value.0 as usize]
+    }
+}
+
+/// Where a part stands.
+#[derive(Clone, PartialEq, Eq, Debug)]
+enum At {
+    /// It is a number or a name by itself.
+    One(Value),
+    /// An element of an argument, by the text of the argument.
+    Argument(String, usize),
+    /// A member of a kind.
+    Member(usize, usize),
+}
+
+/// The parts of some operations in the same place.
+struct Slot {
+    /// The array, or the one value.
+    array: Array,
+    /// The element for every member; empty for one value.
+    elements: Vec<usize>,
+}
+
+#[derive(Clone, PartialEq, Eq, Debug)]
+enum Array {
+    One(Value),
+    Argument(String),
+    Kind(usize),
+}
+
+/// How the elements of a slot follow one another.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Follow {
+    /// One after the other.
+    Next,
+    /// The same.
+    Same,
+    /// In no order.
+    Listed,
+}
+
+/// An operation for every cell of a group.
+struct Line {
+    /// The number of the kind.
+    kind: usize,
+    operation: Operation,
+    slots: Vec<Slot>,
+}
+
+/// Kinds with as many members, in one loop.
+struct Group {
+    count: usize,
+    lines: Vec<Line>,
+    is_call: bool,
+}
+
+impl Group {
+    /// The arrays of other groups that it reads.
+    fn outside(&self) -> impl Iterator<Item = &Slot> {
+        let own = |slot: &&Slot| match slot.array {
+            Array::One(_) => true,
+            Array::Argument(_) => false,
+            Array::Kind(kind) => self.lines.iter().any(|line| line.kind == kind),
+        };
+        let slots = self.lines.iter().flat_map(|line| &line.slots);
+        slots.filter(move |slot| !own(slot))
+    }
+}
+
+/// What stands in the code one after the other.
+enum Item {
+    One(Value),
+    Group(Group),
+    /// Moved to a later place.
+    Moved,
+}
+
+/// The code of a method, with loops.
+pub(super) struct Cells<'a, 'g> {
+    program: &'a Program<'g>,
+    schedule: &'a Schedule,
+    names: &'a HashMap<Value, Ident>,
+    /// What names begin with.
+    prefix: &'a str,
+    places: HashMap<Value, Place>,
+    items: Vec<Item>,
+    /// Where the members of a kind stand: the item, or none for what is computed by itself.
+    item_of_kind: HashMap<usize, usize>,
+    item_of_one: HashMap<Value, usize>,
+    at: HashMap<Value, At>,
+    /// Arguments by their text.
+    arguments: HashMap<String, TokenStream>,
+    /// How many members a kind has.
+    counts: HashMap<usize, usize>,
+}
+
+impl<'a, 'g> Cells<'a, 'g> {
+    /// Orders the operations of a method; `given` tells what kind a value is that another method has computed.
+    pub(super) fn new(
+        program: &'a Program<'g>,
+        schedule: &'a Schedule,
+        (prefix, names): (&'a str, &'a HashMap<Value, Ident>),
+        places: HashMap<Value, Place>,
+        given: &dyn Fn(Value) -> usize,
+    ) -> Self {
+        let mut cells = Self {
+            program,
+            schedule,
+            names,
+            prefix,
+            places,
+            items: Vec::new(),
+            item_of_kind: HashMap::new(),
+            item_of_one: HashMap::new(),
+            at: HashMap::new(),
+            arguments: HashMap::new(),
+            counts: HashMap::new(),
+        };
+        let mut kinds = Kinds::new();
+        let mut members: Vec<Vec<Value>> = Vec::new();
+        for &value in &schedule.values {
+            let kind = cells.kind(&mut kinds, value, given);
+            let number = kinds.take(value, kind);
+            if members.len() <= number {
+                members.resize_with(number + 1, Vec::new);
+            }
+            members[number].push(value);
+        }
+        for (kind, members) in members.into_iter().enumerate() {
+            cells.place(&kinds, kind, members);
+        }
+        cells
+    }
+
+    /// The kind of a value; numbers are told on the way.
+    fn kind(&mut self, kinds: &mut Kinds, value: Value, given: &dyn Fn(Value) -> usize) -> Kind {
+        if let Some(place) = self.places.get(&value) {
+            let at = match place.argument() {
+                Some((array, element)) => {
+                    let text = array.to_string();
+                    let at = At::Argument(text.clone(), element);
+                    self.arguments.entry(text).or_insert_with(|| array.clone());
+                    at
+                }
+                None => At::One(value),
+            };
+            self.at.insert(value, at);
+            return match self.program.op(value) {
+                Op::Leaf(leaf) => Kind::Leaf(std::mem::discriminant(leaf)),
+                Op::Param(_) => Kind::Parameter,
+                _ => Kind::Given(given(value)),
+            };
+        }
+        let Some((operation, parts)) = self.program.alike(value, Some(self.schedule)) else {
+            return Kind::Alone(value);
+        };
+        for &part in &parts {
+            if let Op::Constant(bits) = self.program.op(part) {
+                kinds.take(part, Kind::Constant(*bits));
+                self.at.insert(part, At::One(part));
+            }
+        }
+        let parts = kinds.ordered(operation, parts);
+        let turns = parts.windows(2).map(|pair| {
+            let [a, b] = [pair[0], pair[1]].map(|part| self.program.cell(part));
+            if a.varies && b.varies {
+                a.key.cmp(&b.key)
+            } else {
+                Ordering::Equal
+            }
+        });
+        let turns = turns.collect();
+        let parts = parts.iter().map(|part| kinds.of.get(part).copied());
+        match parts.collect() {
+            Some(parts) => Kind::Operation(operation, parts, turns),
+            None => Kind::Alone(value),
+        }
+    }
+
+    /// Gives the members of a kind their places.
+    fn place(&mut self, kinds: &Kinds, kind: usize, members: Vec<Value>) {
+        if members
+            .first()
+            .is_some_and(|value| self.places.contains_key(value))
+        {
+            return;
+        }
+        if members.len() < FEWEST || !self.place_group(kinds, kind, &members) {
+            for value in members {
+                self.at.insert(value, At::One(value));
+                self.item_of_one.insert(value, self.items.len());
+                self.items.push(Item::One(value));
+            }
+        }
+    }
+
+    /// The same as a loop; `false` where the parts stand too far apart.
+    fn place_group(&mut self, kinds: &Kinds, kind: usize, members: &[Value]) -> bool {
+        let Some((operation, first)) = self.program.alike(members[0], Some(self.schedule)) else {
+            return false;
+        };
+        let mut rows: Vec<(Vec<At>, Value)> = Vec::new();
+        for &value in members {
+            let Some((operation, parts)) = self.program.alike(value, Some(self.schedule)) else {
+                return false;
+            };
+            let parts = kinds.ordered(operation, parts);
+            let places: Option<Vec<At>> = parts.iter().map(|part| self.at.get(part).cloned()).collect();
+            let Some(places) = places else {
+                return false;
+            };
+            rows.push((places, value));
+        }
+        // the slot that counts the cells of an earlier group says in which order they stand
+        let leading = (0..first.len())
+            .rev()
+            .find(|&slot| self.counts_cells(&rows, slot));
+        rows.sort_by_cached_key(|(parts, value)| {
+            let element = |at: &At| match at {
+                At::One(_) => 0,
+                At::Argument(_, element) | At::Member(_, element) => *element,
+            };
+            let first = leading.map(|slot| element(&parts[slot]));
+            let elements: Vec<usize> = parts.iter().map(element).collect();
+            (first, &self.program.cell(*value).key, elements, *value)
+        });
+        let slots: Option<Vec<Slot>> = (0..first.len()).map(|slot| slot_of(&rows, slot)).collect();
+        let Some(slots) = slots else {
+            return false;
+        };
+        for (place, (_, value)) in rows.iter().enumerate() {
+            self.at.insert(*value, At::Member(kind, place));
+        }
+        self.counts.insert(kind, rows.len());
+        let line = Line {
+            kind,
+            operation,
+            slots,
+        };
+        let item = self.item_for(&line, rows.len());
+        self.item_of_kind.insert(kind, item);
+        match &mut self.items[item] {
+            Item::Group(group) => group.lines.push(line),
+            Item::One(_) | Item::Moved => return false, // `item_for` gives groups
+        }
+        true
+    }
+
+    /// Whether a slot has each member of another kind, one for one.
+    fn counts_cells(&self, rows: &[(Vec<At>, Value)], slot: usize) -> bool {
+        let mut seen = BTreeSet::new();
+        let mut kinds = BTreeSet::new();
+        for (parts, _) in rows {
+            let At::Member(kind, element) = parts[slot] else {
+                return false;
+            };
+            kinds.insert(kind);
+            seen.insert(element);
+        }
+        kinds.len() == 1
+            && seen.len() == rows.len()
+            && kinds.iter().all(|kind| self.counts[kind] == rows.len())
+    }
+
+    /// The group that computes a line: the last one with as many cells that it goes with, or a new one.
+    fn item_for(&mut self, line: &Line, count: usize) -> usize {
+        let is_call = line.operation.is_call();
+        let needs = |slot: &Slot| match &slot.array {
+            Array::One(value) => self.item_of_one.get(value).copied(),
+            Array::Argument(_) => None,
+            Array::Kind(kind) => self.item_of_kind.get(kind).copied(),
+        };
+        // its own cells in the group, or what stands elsewhere
+        let own = |slot: &Slot, item: usize| {
+            needs(slot) == Some(item)
+                && matches!(slot.array, Array::Kind(_))
+                && slot
+                    .elements
+                    .iter()
+                    .enumerate()
+                    .all(|(place, &element)| place == element)
+        };
+        let goes_with = |item: usize| match &self.items[item] {
+            Item::Group(group) if group.count == count && group.is_call == is_call => {
+                let outside = line.slots.iter().filter(|slot| !own(slot, item));
+                let slots: Vec<&Slot> = outside.clone().chain(group.outside()).collect();
+                let together = runs_of(count, &slots).len();
+                let [one, other] = [outside.collect(), group.outside().collect::<Vec<_>>()]
+                    .map(|slots: Vec<&Slot>| runs_of(count, &slots).len());
+                slots.len() <= MOST_INPUTS && together <= one.max(other) + 1
+            }
+            _ => false,
+        };
+        for item in (0..self.items.len()).rev().filter(|&item| goes_with(item)) {
+            if line
+                .slots
+                .iter()
+                .all(|slot| own(slot, item) || needs(slot).is_none_or(|needed| needed < item))
+            {
+                return item;
+            }
+            // or it is computed later, if nothing has read it by now
+            let later = line
+                .slots
+                .iter()
+                .all(|slot| own(slot, item) || needs(slot) != Some(item));
+            if later && !self.is_read_after(item) {
+                return self.move_to_end(item);
+            }
+        }
+        self.items.push(Item::Group(Group {
+            count,
+            lines: Vec::new(),
+            is_call,
+        }));
+        self.items.len() - 1
+    }
+
+    /// Whether an item after this one reads what it computes.
+    fn is_read_after(&self, item: usize) -> bool {
+        let Item::Group(group) = &self.items[item] else {
+            return true;
+        };
+        let kinds: BTreeSet<usize> = group.lines.iter().map(|line| line.kind).collect();
+        self.items[item + 1..].iter().any(|later| match later {
+            Item::Moved => false,
+            Item::Group(later) => {
+                let slots = later.lines.iter().flat_map(|line| &line.slots);
+                slots
+                    .into_iter()
+                    .any(|slot| matches!(slot.array, Array::Kind(kind) if kinds.contains(&kind)))
+            }
+            Item::One(value) => self
+                .reads(*value)
+                .iter()
+                .any(|part| matches!(self.at.get(part), Some(At::Member(kind, _)) if kinds.contains(kind))),
+        })
+    }
+
+    /// What a single operation reads.
+    fn reads(&self, value: Value) -> Vec<Value> {
+        match self.program.alike(value, Some(self.schedule)) {
+            Some((_, parts)) => parts,
+            None => self.program.op(value).parts(),
+        }
+    }
+
+    fn move_to_end(&mut self, item: usize) -> usize {
+        let group = std::mem::replace(&mut self.items[item], Item::Moved);
+        let end = self.items.len();
+        if let Item::Group(group) = &group {
+            for line in &group.lines {
+                self.item_of_kind.insert(line.kind, end);
+            }
+        }
+        self.items.push(group);
+        end
+    }
+
+    /// The statements, then an expression for each output.
+    pub(super) fn code(
+        &self,
+        outputs: &[Value],
+        operation: &dyn Fn(Value, &dyn Fn(Value) -> TokenStream) -> TokenStream,
+    ) -> (TokenStream, Vec<TokenStream>) {
+        let read = self.read_outside(outputs);
+        let operand = |value: Value| self.operand(value);
+        let statements = self
+            .in_order(outputs)
+            .into_iter()
+            .map(|item| match &self.items[item] {
+                Item::Moved => TokenStream::new(),
+                Item::One(value) => {
+                    let (name, right) = (&self.names[value], operation(*value, &operand));
+                    quote!(let #name = #right;)
+                }
+                Item::Group(group) => self.group(group, &read),
+            });
+        let statements = statements.collect();
+        (
+            statements,
+            outputs.iter().map(|&output| self.operand(output)).collect(),
+        )
+    }
+
+    /// The item that computes a value.
+    fn item_of(&self, value: Value) -> Option<usize> {
+        match self.at.get(&value)? {
+            At::Member(kind, _) => self.item_of_kind.get(kind).copied(),
+            At::One(value) => self.item_of_one.get(value).copied(),
+            At::Argument(..) => None,
+        }
+    }
+
+    /// The items in the order in which they are computed: each sum from its first term to its last, so that it stays in a register.
+    fn in_order(&self, outputs: &[Value]) -> Vec<usize> {
+        let (mut order, mut done, mut begun) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+        for &output in outputs {
+            let mut open = Vec::from_iter(self.item_of(output));
+            while let Some(&item) = open.last() {
+                if done.contains(&item) {
+                    open.pop();
+                    continue;
+                }
+                if begun.insert(item) {
+                    open.extend(
+                        self.needed_by(item)
+                            .into_iter()
+                            .rev()
+                            .filter(|needed| !done.contains(needed)),
+                    );
+                    continue;
+                }
+                open.pop();
+                done.insert(item);
+                order.push(item);
+            }
+        }
+        order
+    }
+
+    /// The items that an item reads.
+    fn needed_by(&self, item: usize) -> Vec<usize> {
+        match &self.items[item] {
+            Item::Moved => Vec::new(),
+            Item::One(value) => self
+                .reads(*value)
+                .iter()
+                .filter_map(|&part| self.item_of(part))
+                .collect(),
+            Item::Group(group) => {
+                let slots = group.lines.iter().flat_map(|line| &line.slots);
+                let items = slots.filter_map(|slot| match &slot.array {
+                    Array::One(value) => self.item_of_one.get(value).copied(),
+                    Array::Argument(_) => None,
+                    Array::Kind(kind) => self.item_of_kind.get(kind).copied(),
+                });
+                items.filter(|&needed| needed != item).collect()
+            }
+        }
+    }
+
+    /// An expression for a value.
+    fn operand(&self, value: Value) -> TokenStream {
+        match self.at.get(&value) {
+            Some(At::Member(kind, element)) => {
+                let (array, element) = (self.array_name(*kind), Literal::usize_unsuffixed(*element));
+                quote!(#array[#element])
+            }
+            Some(At::Argument(text, element)) => {
+                let (array, element) = (&self.arguments[text], Literal::usize_unsuffixed(*element));
+                quote!(#array[#element])
+            }
+            Some(At::One(_)) | None => match (self.program.op(value), self.places.get(&value)) {
+                (Op::Constant(bits), _) => number(bits.get()),
+                (_, Some(place)) => place.read(),
+                _ => {
+                    let name = &self.names[&value];
+                    quote!(#name)
+                }
+            },
+        }
+    }
+
+    /// The kinds whose members are read outside of their group: these are kept in arrays.
+    fn read_outside(&self, outputs: &[Value]) -> BTreeSet<usize> {
+        let mut read = BTreeSet::new();
+        let mut member = |value: &Value| {
+            if let Some(At::Member(kind, _)) = self.at.get(value) {
+                read.insert(*kind);
+            }
+        };
+        outputs.iter().for_each(&mut member);
+        for item in &self.items {
+            if let Item::One(value) = item {
+                self.reads(*value).iter().for_each(&mut member);
+            }
+        }
+        for item in &self.items {
+            if let Item::Group(group) = item {
+                for slot in group.lines.iter().flat_map(|line| &line.slots) {
+                    if let Array::Kind(kind) = slot.array
+                        && !group.lines.iter().any(|line| line.kind == kind)
+                    {
+                        read.insert(kind);
+                    }
+                }
+            }
+        }
+        read
+    }
+
+    /// The loop of a group.
+    fn group(&self, group: &Group, read: &BTreeSet<usize>) -> TokenStream {
+        let own: BTreeSet<usize> = group.lines.iter().map(|line| line.kind).collect();
+        // the arrays that are read, each with the elements for every cell
+        let mut inputs: Vec<&Slot> = Vec::new();
+        for slot in group.outside() {
+            if !inputs
+                .iter()
+                .any(|known| known.array == slot.array && known.elements == slot.elements)
+            {
+                inputs.push(slot);
+            }
+        }
+        let follows: Vec<Follow> = inputs.iter().map(|slot| follow(&slot.elements)).collect();
+        let starts = run_starts(group.count, &inputs, &follows);
+        let place = Ident::new("place", Span::mixed_site());
+        let expression = |slot: &Slot| match &slot.array {
+            Array::One(value) => self.operand(*value),
+            Array::Kind(kind) if own.contains(kind) => {
+                let name = value_name(*kind);
+                quote!(#name)
+            }
+            _ => {
+                let same = |known: &&Slot| known.array == slot.array && known.elements == slot.elements;
+                let input = inputs.iter().position(same).unwrap_or_default();
+                let name = input_name(input);
+                match follows[input] {
+                    Follow::Same => quote!(#name),
+                    Follow::Next => quote!(#name[#place]),
+                    Follow::Listed => {
+                        let array = self.array(&slot.array);
+                        quote!(#array[#name[#place] as usize])
+                    }
+                }
+            }
+        };
+        let lines = group.lines.iter().map(|line| {
+            let parts: Vec<TokenStream> = line.slots.iter().map(expression).collect();
+            let (name, right) = (value_name(line.kind), line.operation.write(&parts));
+            let keep = read.contains(&line.kind).then(|| {
+                let array = output_name(line.kind);
+                quote!(#array[#place] = #name;)
+            });
+            quote!(let #name = #right; #keep)
+        });
+        let body: TokenStream = lines.collect();
+        let kept: Vec<usize> = group
+            .lines
+            .iter()
+            .map(|line| line.kind)
+            .filter(|kind| read.contains(kind))
+            .collect();
+        let count = Literal::usize_unsuffixed(group.count);
+        let arrays = kept.iter().map(|&kind| {
+            let name = self.array_name(kind);
+            quote!(let mut #name = [__T::splat(0.0); #count];)
+        });
+        let arrays: TokenStream = arrays.collect();
+        let lists = inputs
+            .iter()
+            .enumerate()
+            .filter(|(input, _)| follows[*input] == Follow::Listed);
+        let lists = lists.map(|(input, slot)| {
+            let name = list_name(input);
+            let elements = slot
+                .elements
+                .iter()
+                .map(|&element| Literal::usize_unsuffixed(element));
+            quote!(static #name: [u32; #count] = [#(#elements),*];)
+        });
+        let lists: TokenStream = lists.collect();
+        let outputs = |start: &TokenStream, length: &TokenStream| -> TokenStream {
+            let outputs = kept.iter().map(|&kind| {
+                let (array, output) = (self.array_name(kind), output_name(kind));
+                quote!(let #output = &mut #array[#start..#start + #length];)
+            });
+            outputs.collect()
+        };
+        let read_inputs = |first: &dyn Fn(usize) -> TokenStream,
+                           start: &TokenStream,
+                           length: &TokenStream|
+         -> TokenStream {
+            let read = inputs.iter().enumerate().map(|(input, slot)| {
+                let (name, array, first) = (input_name(input), self.array(&slot.array), first(input));
+                match follows[input] {
+                    Follow::Same => quote!(let #name = #array[#first];),
+                    Follow::Next => quote!(let #name = &#array[#first..#first + #length];),
+                    Follow::Listed => {
+                        let list = list_name(input);
+                        quote!(let #name = &#list[#start..#start + #length];)
+                    }
+                }
+            });
+            read.collect()
+        };
+        let element = |input: usize, cell: usize| Literal::usize_unsuffixed(inputs[input].elements[cell]);
+        if starts.len() == 1 {
+            let (start, length) = (quote!(0), quote!(#count));
+            let first = |input: usize| {
+                let element = element(input, 0);
+                quote!(#element)
+            };
+            let (inputs, outputs) = (read_inputs(&first, &start, &length), outputs(&start, &length));
+            return quote!(#arrays { #lists #inputs #outputs for #place in 0..#count { #body } });
+        }
+        let [start, length, run, runs] =
+            ["start", "length", "run", "RUNS"].map(|name| Ident::new(name, Span::mixed_site()));
+        let firsts: Vec<Ident> = (0..inputs.len()).map(first_name).collect();
+        let ends = starts[1..].iter().copied().chain([group.count]);
+        let rows = starts.iter().zip(ends).map(|(&start, end)| {
+            let of_inputs = (0..inputs.len()).map(|input| element(input, start));
+            let [start, length] = [start, end - start].map(Literal::usize_unsuffixed);
+            quote!([#start, #length, #(#of_inputs),*])
+        });
+        let rows: Vec<TokenStream> = rows.collect();
+        let [width, height] = [2 + inputs.len(), rows.len()].map(Literal::usize_unsuffixed);
+        let (at, long) = (quote!(#start), quote!(#length));
+        let first = |input: usize| {
+            let name = first_name(input);
+            quote!(#name)
+        };
+        let (inputs, outputs) = (read_inputs(&first, &at, &long), outputs(&at, &long));
+        quote! {
+            #arrays
+            {
+                static #runs: [[u32; #width]; #height] = [#(#rows),*];
+                #lists
+                for #run in &#runs {
+                    let [#start, #length, #(#firsts),*] = #run.map(|x| x as usize);
+                    #inputs
+                    #outputs
+                    for #place in 0..#length { #body }
+                }
+            }
+        }
+    }
+
+    /// The array of a kind.
+    fn array_name(&self, kind: usize) -> Ident {
+        name(&format!("{}_cells", self.prefix), kind)
+    }
+
+    /// An array, to be read.
+    fn array(&self, array: &Array) -> TokenStream {
+        match array {
+            Array::One(value) => self.operand(*value),
+            Array::Argument(text) => self.arguments[text].clone(),
+            Array::Kind(kind) => {
+                let name = self.array_name(*kind);
+                quote!(#name)
+            }
+        }
+    }
+}
+
+/// The parts of some operations in one place; `None` if they stand in different arrays.
+fn slot_of(rows: &[(Vec<At>, Value)], slot: usize) -> Option<Slot> {
+    let array = match &rows[0].0[slot] {
+        At::One(value) => Array::One(*value),
+        At::Argument(text, _) => Array::Argument(text.clone()),
+        At::Member(kind, _) => Array::Kind(*kind),
+    };
+    let mut elements = Vec::new();
+    for (parts, _) in rows {
+        match (&parts[slot], &array) {
+            (At::One(value), Array::One(one)) if value == one => {}
+            (At::Argument(text, element), Array::Argument(known)) if text == known => elements.push(*element),
+            (At::Member(kind, element), Array::Kind(known)) if kind == known => elements.push(*element),
+            _ => return None,
+        }
+    }
+    Some(Slot { array, elements })
+}
+
+/// How most elements follow one another.
+fn follow(elements: &[usize]) -> Follow {
+    let count = |step: usize| {
+        elements
+            .windows(2)
+            .filter(|pair| pair[0] + step == pair[1])
+            .count()
+    };
+    let (same, next, all) = (count(0), count(1), elements.len());
+    if 4 * same.max(next) < 3 * all.saturating_sub(1) {
+        Follow::Listed
+    } else if same > next {
+        Follow::Same
+    } else {
+        Follow::Next
+    }
+}
+
+/// Where the runs begin, in which all elements follow one another as they do in most places.
+fn run_starts(count: usize, inputs: &[&Slot], follows: &[Follow]) -> Vec<usize> {
+    let goes_on = |cell: &usize| {
+        inputs.iter().zip(follows).all(|(slot, follow)| {
+            let [before, here] = [slot.elements[cell - 1], slot.elements[*cell]];
+            match follow {
+                Follow::Same => here == before,
+                Follow::Next => here == before + 1,
+                Follow::Listed => true,
+            }
+        })
+    };
+    let breaks = (1..count).filter(|cell| !goes_on(cell));
+    std::iter::once(0).chain(breaks).collect()
+}
+
+/// The same of arrays as they follow best.
+fn runs_of(count: usize, inputs: &[&Slot]) -> Vec<usize> {
+    let inputs: Vec<&Slot> = inputs
+        .iter()
+        .copied()
+        .filter(|slot| !slot.elements.is_empty())
+        .collect();
+    let follows: Vec<Follow> = inputs.iter().map(|slot| follow(&slot.elements)).collect();
+    run_starts(count, &inputs, &follows)
+}
+
+/// A name that captures none of the user's.
+fn name(prefix: &str, number: usize) -> Ident {
+    Ident::new(&format!("{prefix}{number}"), Span::mixed_site())
+}
+
+/// The part of it that a run computes.
+fn output_name(kind: usize) -> Ident {
+    name("out", kind)
+}
+
+/// The value of one cell.
+fn value_name(kind: usize) -> Ident {
+    name("c", kind)
+}
+
+/// What a run reads.
+fn input_name(input: usize) -> Ident {
+    name("in", input)
+}
+
+/// Where it begins.
+fn first_name(input: usize) -> Ident {
+    name("first", input)
+}
+
+/// The elements that it reads.
+fn list_name(input: usize) -> Ident {
+    name("LIST", input)
+}
