@@ -73,7 +73,7 @@ pub(crate) type Given = HashMap<Value, Stored>;
 const LONGEST_PRODUCT: i32 = 64;
 
 /// With more operations in all, those that are alike are written once.
-const MOST_WITHOUT_CELLS: usize = 3000;
+const MOST_WITHOUT_CELLS: usize = 8000;
 
 /// Operations, each with the stage at which it can be computed.
 pub(crate) struct Program<'g> {
