@@ -76,6 +76,9 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
 }
 
 /// Gauss elimination of rows that are first brought to a common size.
+///
+/// It is never part of its caller, whose own room on the stack, with the matrix of a large system in it, would be as large again.
+#[inline(never)]
 pub(super) fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
     eliminate_scaled_here(matrix, right)
 }

@@ -118,7 +118,8 @@ impl<Z: Unknown<f64>> Evaluation<Z> {
     /// By the whole Jacobian.
     #[inline]
     pub fn dense<E: Equations<Z = Z> + ?Sized>(equations: &E, z: &Z) -> Self {
-        let linearization = equations.linearize(z);
+        // in place: a copy of the matrix of a large system is no small part of the stack
+        let mut linearization = equations.linearize(z);
         let rows = linearization.rows;
         let (update, safe, determinant) = if equations.are_linear() {
             // the only update has to be a good one

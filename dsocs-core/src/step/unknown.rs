@@ -29,10 +29,10 @@ impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
     }
 
     /// Newton's update without a look at it, whether it can be trusted if it is finite, and the determinant (see
-    /// [`Unknown::solve_quick`]).
+    /// [`Unknown::solve_quick`]). The Jacobian is destroyed.
     #[inline]
     #[must_use]
-    pub(crate) fn quick_update(mut self) -> (U, bool, Determinant) {
+    pub(crate) fn quick_update(&mut self) -> (U, bool, Determinant) {
         // the sign changes last, where it becomes part of the sum with the unknowns
         let mut update = self.rows;
         let (safe, determinant) = U::solve_quick(&mut self.jacobian, &mut update);
