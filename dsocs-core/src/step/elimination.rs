@@ -466,6 +466,7 @@ mod tests {
     #[test]
     fn many_rows_are_eliminated_as_few_are() {
         /// Column by column, as few rows are.
+        #[allow(clippy::needless_range_loop)] // as it is written in a book
         fn one_by_one<const M: usize>(a: &mut [[f64; M]; M], x: &mut [f64; M]) -> bool {
             let (mut inverse, mut odd) = ([0.0; M], false);
             for k in 0..M {

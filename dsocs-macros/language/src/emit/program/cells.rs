@@ -315,6 +315,49 @@ impl Group {
     }
 }
 
+/// The arrays that a group reads, each with the elements for every cell.
+struct Inputs<'a> {
+    slots: Vec<&'a Slot>,
+    follows: Vec<Follow>,
+}
+
+impl<'a> Inputs<'a> {
+    fn new(group: &'a Group) -> Self {
+        let mut inputs = Self {
+            slots: Vec::new(),
+            follows: Vec::new(),
+        };
+        for slot in group.outside() {
+            if inputs.position(slot).is_none() {
+                inputs.slots.push(slot);
+                inputs.follows.push(follow(&slot.elements));
+            }
+        }
+        inputs
+    }
+
+    /// Which of them stands in a slot.
+    fn position(&self, slot: &Slot) -> Option<usize> {
+        let same = |known: &&Slot| known.array == slot.array && known.elements == slot.elements;
+        self.slots.iter().position(same)
+    }
+
+    /// The places of elements that follow one another in no order.
+    fn lists(&self) -> TokenStream {
+        let lists = self.slots.iter().zip(&self.follows).enumerate();
+        let lists = lists.filter(|(_, (_, follow))| **follow == Follow::Listed);
+        let lists = lists.map(|(input, (slot, _))| {
+            let (name, count) = (list_name(input), Literal::usize_unsuffixed(slot.elements.len()));
+            let elements = slot.elements.iter().copied().map(Literal::usize_unsuffixed);
+            quote!(static #name: [u32; #count] = [#(#elements),*];)
+        });
+        lists.collect()
+    }
+}
+
+/// How one operation is written, where the second says what its operands are.
+type Write<'a> = dyn Fn(Value, &dyn Fn(Value) -> TokenStream) -> TokenStream + 'a;
+
 /// What stands in the code one after the other.
 enum Item {
     One(Value),
@@ -606,11 +649,7 @@ impl<'a, 'g> Cells<'a, 'g> {
     }
 
     /// The statements, then an expression for each output.
-    pub(super) fn code(
-        &self,
-        outputs: &[Value],
-        operation: &dyn Fn(Value, &dyn Fn(Value) -> TokenStream) -> TokenStream,
-    ) -> (TokenStream, Vec<TokenStream>) {
+    pub(super) fn code(&self, outputs: &[Value], operation: &Write<'_>) -> (TokenStream, Vec<TokenStream>) {
         let read = self.read_outside(outputs);
         let operand = |value: Value| self.operand(value);
         let statements = self
@@ -740,35 +779,74 @@ impl<'a, 'g> Cells<'a, 'g> {
 
     /// The loop of a group.
     fn group(&self, group: &Group, read: &BTreeSet<usize>) -> TokenStream {
-        let own: BTreeSet<usize> = group.lines.iter().map(|line| line.kind).collect();
-        // the arrays that are read, each with the elements for every cell
-        let mut inputs: Vec<&Slot> = Vec::new();
-        for slot in group.outside() {
-            if !inputs
-                .iter()
-                .any(|known| known.array == slot.array && known.elements == slot.elements)
+        let inputs = Inputs::new(group);
+        let starts = run_starts(group.count, &inputs.slots, &inputs.follows);
+        let body = self.body(group, &inputs, read);
+        let kinds = group.lines.iter().map(|line| line.kind);
+        let kept: Vec<usize> = kinds.filter(|kind| read.contains(kind)).collect();
+        let count = Literal::usize_unsuffixed(group.count);
+        let arrays = kept.iter().map(|&kind| {
+            let name = self.array_name(kind);
+            quote!(let mut #name = [__T::splat(0.0); #count];)
+        });
+        let (arrays, lists): (TokenStream, _) = (arrays.collect(), inputs.lists());
+        let [place, start, length, run, runs] =
+            ["place", "start", "length", "run", "RUNS"].map(|name| Ident::new(name, Span::mixed_site()));
+        let element =
+            |input: usize, cell: usize| Literal::usize_unsuffixed(inputs.slots[input].elements[cell]);
+        if starts.len() == 1 {
+            let first = |input: usize| {
+                let element = element(input, 0);
+                quote!(#element)
+            };
+            let views = self.views(&inputs, &kept, &first, (&quote!(0), &quote!(#count)));
+            return quote!(#arrays { #lists #views for #place in 0..#count { #body } });
+        }
+        let ends = starts[1..].iter().copied().chain([group.count]);
+        let rows = starts.iter().zip(ends).map(|(&start, end)| {
+            let of_inputs = (0..inputs.slots.len()).map(|input| element(input, start));
+            let [start, length] = [start, end - start].map(Literal::usize_unsuffixed);
+            quote!([#start, #length, #(#of_inputs),*])
+        });
+        let rows: Vec<TokenStream> = rows.collect();
+        let [width, height] = [2 + inputs.slots.len(), rows.len()].map(Literal::usize_unsuffixed);
+        let firsts: Vec<Ident> = (0..inputs.slots.len()).map(first_name).collect();
+        let first = |input: usize| {
+            let name = first_name(input);
+            quote!(#name)
+        };
+        let views = self.views(&inputs, &kept, &first, (&quote!(#start), &quote!(#length)));
+        quote! {
+            #arrays
             {
-                inputs.push(slot);
+                static #runs: [[u32; #width]; #height] = [#(#rows),*];
+                #lists
+                for #run in &#runs {
+                    let [#start, #length, #(#firsts),*] = #run.map(|x| x as usize);
+                    #views
+                    for #place in 0..#length { #body }
+                }
             }
         }
-        let follows: Vec<Follow> = inputs.iter().map(|slot| follow(&slot.elements)).collect();
-        let starts = run_starts(group.count, &inputs, &follows);
+    }
+
+    /// What is done for each cell of a group.
+    fn body(&self, group: &Group, inputs: &Inputs, read: &BTreeSet<usize>) -> TokenStream {
         let place = Ident::new("place", Span::mixed_site());
-        let expression = |slot: &Slot| match &slot.array {
-            Array::One(value) => self.operand(*value),
-            Array::Kind(kind) if own.contains(kind) => {
+        let expression = |slot: &Slot| match (&slot.array, inputs.position(slot)) {
+            (Array::One(value), _) => self.operand(*value),
+            (Array::Kind(kind), None) => {
                 let name = value_name(*kind);
                 quote!(#name)
             }
-            _ => {
-                let same = |known: &&Slot| known.array == slot.array && known.elements == slot.elements;
-                let input = inputs.iter().position(same).unwrap_or_default();
+            (array, input) => {
+                let input = input.unwrap_or_default();
                 let name = input_name(input);
-                match follows[input] {
+                match inputs.follows[input] {
                     Follow::Same => quote!(#name),
                     Follow::Next => quote!(#name[#place]),
                     Follow::Listed => {
-                        let array = self.array(&slot.array);
+                        let array = self.array(array);
                         quote!(#array[#name[#place] as usize])
                     }
                 }
@@ -783,96 +861,33 @@ impl<'a, 'g> Cells<'a, 'g> {
             });
             quote!(let #name = #right; #keep)
         });
-        let body: TokenStream = lines.collect();
-        let kept: Vec<usize> = group
-            .lines
-            .iter()
-            .map(|line| line.kind)
-            .filter(|kind| read.contains(kind))
-            .collect();
-        let count = Literal::usize_unsuffixed(group.count);
-        let arrays = kept.iter().map(|&kind| {
-            let name = self.array_name(kind);
-            quote!(let mut #name = [__T::splat(0.0); #count];)
-        });
-        let arrays: TokenStream = arrays.collect();
-        let lists = inputs
-            .iter()
-            .enumerate()
-            .filter(|(input, _)| follows[*input] == Follow::Listed);
-        let lists = lists.map(|(input, slot)| {
-            let name = list_name(input);
-            let elements = slot
-                .elements
-                .iter()
-                .map(|&element| Literal::usize_unsuffixed(element));
-            quote!(static #name: [u32; #count] = [#(#elements),*];)
-        });
-        let lists: TokenStream = lists.collect();
-        let outputs = |start: &TokenStream, length: &TokenStream| -> TokenStream {
-            let outputs = kept.iter().map(|&kind| {
-                let (array, output) = (self.array_name(kind), output_name(kind));
-                quote!(let #output = &mut #array[#start..#start + #length];)
-            });
-            outputs.collect()
-        };
-        let read_inputs = |first: &dyn Fn(usize) -> TokenStream,
-                           start: &TokenStream,
-                           length: &TokenStream|
-         -> TokenStream {
-            let read = inputs.iter().enumerate().map(|(input, slot)| {
-                let (name, array, first) = (input_name(input), self.array(&slot.array), first(input));
-                match follows[input] {
-                    Follow::Same => quote!(let #name = #array[#first];),
-                    Follow::Next => quote!(let #name = &#array[#first..#first + #length];),
-                    Follow::Listed => {
-                        let list = list_name(input);
-                        quote!(let #name = &#list[#start..#start + #length];)
-                    }
-                }
-            });
-            read.collect()
-        };
-        let element = |input: usize, cell: usize| Literal::usize_unsuffixed(inputs[input].elements[cell]);
-        if starts.len() == 1 {
-            let (start, length) = (quote!(0), quote!(#count));
-            let first = |input: usize| {
-                let element = element(input, 0);
-                quote!(#element)
-            };
-            let (inputs, outputs) = (read_inputs(&first, &start, &length), outputs(&start, &length));
-            return quote!(#arrays { #lists #inputs #outputs for #place in 0..#count { #body } });
-        }
-        let [start, length, run, runs] =
-            ["start", "length", "run", "RUNS"].map(|name| Ident::new(name, Span::mixed_site()));
-        let firsts: Vec<Ident> = (0..inputs.len()).map(first_name).collect();
-        let ends = starts[1..].iter().copied().chain([group.count]);
-        let rows = starts.iter().zip(ends).map(|(&start, end)| {
-            let of_inputs = (0..inputs.len()).map(|input| element(input, start));
-            let [start, length] = [start, end - start].map(Literal::usize_unsuffixed);
-            quote!([#start, #length, #(#of_inputs),*])
-        });
-        let rows: Vec<TokenStream> = rows.collect();
-        let [width, height] = [2 + inputs.len(), rows.len()].map(Literal::usize_unsuffixed);
-        let (at, long) = (quote!(#start), quote!(#length));
-        let first = |input: usize| {
-            let name = first_name(input);
-            quote!(#name)
-        };
-        let (inputs, outputs) = (read_inputs(&first, &at, &long), outputs(&at, &long));
-        quote! {
-            #arrays
-            {
-                static #runs: [[u32; #width]; #height] = [#(#rows),*];
-                #lists
-                for #run in &#runs {
-                    let [#start, #length, #(#firsts),*] = #run.map(|x| x as usize);
-                    #inputs
-                    #outputs
-                    for #place in 0..#length { #body }
+        lines.collect()
+    }
+
+    /// What a run reads and writes, from the first element of each array on.
+    fn views(
+        &self,
+        inputs: &Inputs,
+        kept: &[usize],
+        first: &dyn Fn(usize) -> TokenStream,
+        (start, length): (&TokenStream, &TokenStream),
+    ) -> TokenStream {
+        let read = inputs.slots.iter().enumerate().map(|(input, slot)| {
+            let (name, array, first) = (input_name(input), self.array(&slot.array), first(input));
+            match inputs.follows[input] {
+                Follow::Same => quote!(let #name = #array[#first];),
+                Follow::Next => quote!(let #name = &#array[#first..#first + #length];),
+                Follow::Listed => {
+                    let list = list_name(input);
+                    quote!(let #name = &#list[#start..#start + #length];)
                 }
             }
-        }
+        });
+        let written = kept.iter().map(|&kind| {
+            let (array, output) = (self.array_name(kind), output_name(kind));
+            quote!(let #output = &mut #array[#start..#start + #length];)
+        });
+        read.chain(written).collect()
     }
 
     /// The array of a kind.
