@@ -1,5 +1,7 @@
 //! Many continuous motions in lanes: those of single flows to the tolerance, and the same bits whatever runs beside them.
 
+#![allow(clippy::float_cmp)] // the same numbers, to the last bit
+
 use std::hint::black_box;
 use std::ops::ControlFlow;
 use std::time::Instant;

@@ -1,5 +1,7 @@
 //! Derivatives of the continuous motion: those of differences of whole runs, and the limit of those of the discrete motion.
 
+#![allow(clippy::float_cmp)] // the same numbers, to the last bit
+
 use dsocs_core::prelude::*;
 use dsocs_core::taylor::TaylorTangents;
 use dsocs_core::{DerivativeError, NodeTangent, Path, System, Variable};
@@ -181,7 +183,7 @@ fn along_the_motion_and_on_from_there() {
     let mut times = Vec::new();
     motion
         .along(1.0, &mut |point, tangents| {
-            times.push((point.t, tangents[0].q[0]))
+            times.push((point.t, tangents[0].q[0]));
         })
         .unwrap();
     assert!(times.len() > 2 && times.last().unwrap().0 == 1.0);
