@@ -68,7 +68,8 @@ impl Energy {
         if exploded {
             return Some(format!(
                 "warning: the energy grows from {first:.3} at the start to {largest:.1e} at t = {t}: unless something drives the system \
-                 that far, the step h = {h} is too long for it (a smaller `--step`; `--estimate-error` measures what it costs)"
+                 that far, the step h = {h} is too long for it (a smaller `--step`; `--estimate-error` measures what it costs). If half the \
+                 step gives the same energy, look at the signs of the forces"
             ));
         }
         let (missing, energy, t) = self.balance.missing;
