@@ -126,11 +126,8 @@ impl Scale {
                 ticks.map(|tick| (tick, linear_label(tick, range))).collect()
             }
             Self::Logarithmic => {
-                let decades = (range.1 / range.0).log10();
                 let ticks = logarithmic_ticks(range).into_iter();
-                ticks
-                    .map(|tick| (tick, logarithmic_label(tick, decades)))
-                    .collect()
+                ticks.map(|tick| (tick, logarithmic_label(tick, range))).collect()
             }
         }
     }
@@ -210,15 +207,21 @@ fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
         .collect()
 }
 
-/// The label of a tick on a logarithmic axis: on one that shows several decades, powers of ten alone are labelled.
-fn logarithmic_label(value: f64, decades: f64) -> String {
+/// The label of a tick on a logarithmic axis with this range: powers of ten, and between them the digit alone where less than two decades
+/// are shown. Where no power of ten is shown a digit would not tell its power, which then stands beside it.
+fn logarithmic_label(value: f64, (from, to): (f64, f64)) -> String {
     // a tick is one digit times a power of ten, but for rounding
     let exponent = (value.log10() + 1e-6).floor();
     let digit = (value / 10f64.powf(exponent)).round();
-    match (digit < 1.5, decades < 2.2) {
-        (true, _) => format!("10{}", superscript(exponent)),
-        (false, true) => format!("{digit}·10{}", superscript(exponent)),
-        (false, false) => String::new(),
+    let has_decade = from.log10().ceil() <= to.log10() + 1e-9;
+    if digit < 1.5 {
+        format!("10{}", superscript(exponent))
+    } else if !has_decade {
+        format!("{digit}·10{}", superscript(exponent))
+    } else if to < 100.0 * from {
+        digit.to_string()
+    } else {
+        String::new()
     }
 }
 
@@ -278,10 +281,12 @@ mod tests {
 
     #[test]
     fn labels_of_ticks() {
-        assert_eq!(logarithmic_label(1e-3, 2.0), "10⁻³");
-        assert_eq!(logarithmic_label(1e12, 2.0), "10¹²");
-        assert_eq!(logarithmic_label(0.02, 2.5), "");
-        assert_eq!(logarithmic_label(0.02, 1.5), "2·10⁻²");
+        assert_eq!(logarithmic_label(1e-3, (1e-4, 1e-2)), "10⁻³");
+        assert_eq!(logarithmic_label(1e12, (1e11, 2e12)), "10¹²");
+        assert_eq!(logarithmic_label(0.02, (1e-3, 0.3)), "");
+        assert_eq!(logarithmic_label(0.02, (0.01, 0.3)), "2");
+        assert_eq!(logarithmic_label(0.5, (0.15, 3.0)), "5");
+        assert_eq!(logarithmic_label(0.02, (0.015, 0.08)), "2·10⁻²");
         assert_eq!(linear_label(-0.5, (-1.0, 1.0)), "−0.5");
         assert_eq!(linear_label(1e-17, (-1.0, 1.0)), "0");
         assert_eq!(linear_label(15_000.0, (0.0, 16_000.0)), "15000");
