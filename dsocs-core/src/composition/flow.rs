@@ -50,7 +50,8 @@ use crate::system::{Leg, Point, System};
 ///
 /// # Rounding
 ///
-/// Position and velocity at the nodes are compensated sums. A stage adds the products `h v` and `h a / 2` to them, each rounded once.
+/// Position and velocity at the nodes are compensated sums. A stage adds the product `h v`, and between stages `h a` with half of both
+/// lengths is added, each rounded once.
 /// These rounding errors are as small as those of the solved accelerations, and no larger errors add up. After [`Stepper::reverse`] the flow
 /// adds the same products with the opposite sign, so it returns to its start to rounding.
 pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
@@ -313,21 +314,19 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         let past_is_short = self.clock.index() - self.since <= SHORT_PAST;
         let now = self.clock.time();
         let mut done = 0.0;
+        // between two stages the velocity takes the halves of both at once: a sum that is waited for costs as much as a part of a stage
+        let mut left = 0.0;
         for place in 0..self.stages.len() {
             let stage = &mut self.stages[place];
             let half = 0.5 * stage.h;
-            let from = Point {
-                t: now + done,
-                q: state.q.hi,
-                v: state.v.hi,
-                a: state.a,
-            };
-            state.v.add(&state.a.map(|a| half * a));
+            let (before, a_before) = (state.q.hi, state.a);
+            state.v.add(&scaled(left + half, &state.a));
             let d = Compensated {
-                hi: state.v.hi.map(|v| stage.h * v),
-                lo: state.v.lo.map(|v| stage.h * v),
+                hi: scaled(stage.h, &state.v.hi),
+                lo: scaled(stage.h, &state.v.lo),
             };
             state.q = state.q.plus(&d);
+            let begun = done;
             // as the whole step, the stages begin at an exact time
             done += stage.h;
             stage.leg = Leg {
@@ -346,18 +345,22 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 Err(cause) => return Err(self.failed(place, &state, cause)),
             };
             let per_square = stage.per_square;
-            let a = step.second_difference(&z).map(|e| e * per_square);
-            if stage.backward
-                && backward::in_question(report)
-                && !backward::continues(&*self.system, stage.h, &from, &a)
-            {
-                let h = stage.h;
-                let time = self.time_of_stage(place);
-                return Err(self.refused(place, StageFailure::Jump { time, h }));
+            state.a = scaled(per_square, &step.second_difference(&z));
+            if stage.backward && backward::in_question(report) {
+                let from = Point {
+                    t: now + begun,
+                    q: before,
+                    v: kicked(&state.v.hi, -half, &a_before),
+                    a: a_before,
+                };
+                if !backward::continues(&*self.system, stage.h, &from, &state.a) {
+                    let h = stage.h;
+                    let time = self.time_of_stage(place);
+                    return Err(self.refused(place, StageFailure::Jump { time, h }));
+                }
             }
-            state.a = a;
-            state.v.add(&state.a.map(|a| half * a));
-            if !state.v.hi.iter().all(|v| v.is_finite()) {
+            left = half;
+            if !kicked(&state.v.hi, half, &state.a).iter().all(|v| v.is_finite()) {
                 let cause = step.any().not_finite(&z);
                 return Err(self.failed(place, &state, cause));
             }
@@ -377,9 +380,12 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
                 },
             };
             if turned {
-                self.orientation = self.reoriented(place, &state)?;
+                let mut there = state;
+                there.v.hi = kicked(&state.v.hi, half, &state.a);
+                self.orientation = self.reoriented(place, &there)?;
             }
         }
+        state.v.add(&scaled(left, &state.a));
         for stage in &mut self.stages {
             stage.predictor.push(&stage.found);
             stage.past.rotate_right(1);
@@ -512,6 +518,26 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
             cause: StageFailure::Step(step.any().error(&failing, cause)),
         })
     }
+}
+
+/// A vector times a number.
+#[inline]
+fn scaled<const N: usize>(factor: f64, x: &[f64; N]) -> [f64; N] {
+    let mut product = *x;
+    for x in &mut product {
+        *x *= factor;
+    }
+    product
+}
+
+/// A velocity, and an acceleration for some time.
+#[inline]
+fn kicked<const N: usize>(v: &[f64; N], h: f64, a: &[f64; N]) -> [f64; N] {
+    let mut after = *v;
+    for (v, a) in after.iter_mut().zip(a) {
+        *v += h * a;
+    }
+    after
 }
 
 /// The report of the start.
