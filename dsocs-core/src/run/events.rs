@@ -439,6 +439,12 @@ fn expand<const N: usize>(
         event.at(system, &point)
     });
     let mut coefficients = vec![value];
-    coefficients.extend((1..order).map(|k| tape.next(k, false, &|place| input(k, place))));
+    let mut inputs = vec![0.0; 3 * N + 1];
+    for k in 1..order {
+        for (place, coefficient) in inputs.iter_mut().enumerate() {
+            *coefficient = input(k, place);
+        }
+        coefficients.push(tape.next(k, false, &inputs));
+    }
     coefficients
 }

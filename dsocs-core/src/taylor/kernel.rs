@@ -29,7 +29,7 @@ pub const RECIPROCALS: [f64; ROWS] = {
 };
 
 /// Coefficients of one order.
-type Row<T> = [T; LANES];
+pub(crate) type Row<T> = [T; LANES];
 
 /// The operands of some inner sums, order by order.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +39,16 @@ pub struct Products<T = f64> {
     pub left: [Row<T>; ROWS],
     /// The factors on the right.
     pub right: [Row<T>; ROWS],
+}
+
+impl<T: Coefficient> Default for Products<T> {
+    fn default() -> Self {
+        let zero = [[T::splat(0.0); LANES]; ROWS];
+        Self {
+            left: zero,
+            right: zero,
+        }
+    }
 }
 
 /// The operands of some inner sums of squares, order by order.
@@ -69,10 +79,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
     fn default() -> Self {
         let zero = [[T::splat(0.0); LANES]; ROWS];
         Self {
-            products: boxed(&Products {
-                left: zero,
-                right: zero,
-            }),
+            products: boxed(&Products::default()),
             squares: boxed(&Squares { rows: zero }),
             calls: (0..T::TRACKS)
                 .map(|_| core::array::from_fn(|_| Tape::default()))
@@ -273,6 +280,18 @@ fn add_rows<T: Coefficient, const FUSED: bool>(sum: &mut Row<T>, a: &Row<T>, b: 
 #[inline(always)]
 fn first<const EAGER: bool>(k: usize) -> usize {
     if EAGER && k > 2 { 2 } else { 1 }
+}
+
+/// The inner sums of any number of blocks.
+#[inline(always)]
+pub(super) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums: &mut [Row<f64>]) {
+    let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
+    for (sums, blocks) in to_pairs.iter_mut().zip(pairs) {
+        *sums = together::<f64, FUSED, 2, 2>(blocks, k, 1);
+    }
+    for (sum, block) in to_rest.iter_mut().zip(rest) {
+        [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 1);
+    }
 }
 
 /// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.

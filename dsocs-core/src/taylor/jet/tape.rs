@@ -3,12 +3,13 @@
 use std::cell::RefCell;
 
 use super::Jet;
-use crate::dispatch::{self, Work};
-use crate::taylor::kernel::{RECIPROCALS, ROWS, add_product};
+use super::plan::{Next, Plan};
+use crate::dispatch;
+use crate::taylor::kernel::ROWS;
 use crate::taylor::switch::Switch;
 
 /// An operation on former entries of the tape; primes are derivatives by time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
     /// An argument of the function.
     Input(usize),
@@ -77,45 +78,18 @@ impl Op {
 }
 
 /// The place of a partner.
-fn partner(place: usize, distance: i32) -> Option<usize> {
+pub(super) fn partner(place: usize, distance: i32) -> Option<usize> {
     place.checked_add_signed(isize::try_from(distance).ok()?)
 }
 
-/// An entry: an operation and its coefficients `c_j`, also as `j c_j` and backwards, so that a convolution reads both of its
-/// sequences forwards.
-#[derive(Clone, Debug)]
-struct Entry {
-    op: Op,
+/// An entry: an operation, and its value.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    pub(super) op: Op,
     /// Whether the result is made of it.
-    live: bool,
-    plain: [f64; ROWS],
-    rate: [f64; ROWS],
-    reversed: [f64; ROWS],
-}
-
-impl Entry {
-    fn new(op: Op, value: f64) -> Self {
-        let mut entry = Self {
-            op,
-            live: false,
-            plain: [0.0; ROWS],
-            rate: [0.0; ROWS],
-            reversed: [0.0; ROWS],
-        };
-        entry.begin(op, value);
-        entry
-    }
-
-    fn begin(&mut self, op: Op, value: f64) {
-        (self.op, self.live, self.plain[0]) = (op, false, value);
-    }
-
-    #[inline(always)]
-    fn set(&mut self, k: usize, value: f64) {
-        self.plain[k] = value;
-        self.rate[k] = k as f64 * value;
-        self.reversed[ROWS - 1 - k] = value;
-    }
+    pub(super) live: bool,
+    /// The coefficient of order 0.
+    pub(super) value: f64,
 }
 
 /// What a switch of a function is made of.
@@ -156,6 +130,7 @@ impl Recording {
 pub struct Tape {
     recording: Recording,
     result: Option<u32>,
+    plan: Plan,
 }
 
 thread_local! {
@@ -220,9 +195,14 @@ pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -
 pub(super) fn push(op: Op, value: f64) -> Option<u32> {
     RECORDING.with_borrow_mut(|recording| {
         let place = u32::try_from(recording.length).ok()?;
+        let entry = Entry {
+            op,
+            live: false,
+            value,
+        };
         match recording.entries.get_mut(recording.length) {
-            Some(entry) => entry.begin(op, value),
-            None => recording.entries.push(Entry::new(op, value)),
+            Some(old) => *old = entry,
+            None => recording.entries.push(entry),
         }
         recording.length += 1;
         Some(place)
@@ -256,12 +236,6 @@ impl Tape {
         let result = function();
         self.recording = RECORDING.replace(outer);
         self.result = result.node;
-        self.mark();
-        result.value
-    }
-
-    /// Marks what the result and the switches are made of.
-    fn mark(&mut self) {
         let Recording {
             entries,
             length,
@@ -269,33 +243,16 @@ impl Tape {
             noted,
             ..
         } = &mut self.recording;
+        let entries = &mut entries[..*length];
         let arguments = arguments[..*noted].iter().filter_map(|argument| argument.node);
-        let mut none = true;
-        for root in self.result.into_iter().chain(arguments) {
-            none = false;
-            if let Some(entry) = entries.get_mut(root as usize) {
-                entry.live = true;
-            }
+        let roots = self.result.into_iter().chain(arguments);
+        // a function does the same at every point, unless it branches
+        if !self.plan.is_of(entries, roots.clone()) {
+            mark(entries, roots.clone());
+            self.plan.make(entries, roots);
         }
-        if none {
-            return;
-        }
-        // a partner may come later: until nothing is added any more
-        let mut added = true;
-        while added {
-            added = false;
-            for place in (0..*length).rev() {
-                if !entries[place].live {
-                    continue;
-                }
-                for part in entries[place].op.parts(place).into_iter().flatten() {
-                    if let Some(entry) = entries.get_mut(part) {
-                        added |= !entry.live && part > place;
-                        entry.live = true;
-                    }
-                }
-            }
-        }
+        self.plan.begin(entries);
+        result.value
     }
 
     /// The function's coefficient of order `k`, `k ≥ 1`, from those of its arguments; lower orders come first.
@@ -305,7 +262,7 @@ impl Tape {
         if self.is_still() {
             return 0.0;
         }
-        self.next(k, rounded, &|i| inputs.get(i).copied().unwrap_or(f64::NAN))
+        self.next(k, rounded, &inputs)
     }
 
     /// Whether the function's value does not move, and nothing was compared.
@@ -314,35 +271,29 @@ impl Tape {
         self.result.is_none() && self.recording.noted == 0
     }
 
-    /// As [`Tape::coefficient`], for arguments that are asked for by their place.
-    pub(crate) fn next(&mut self, k: usize, rounded: bool, inputs: &dyn Fn(usize) -> f64) -> f64 {
+    /// As [`Tape::coefficient`], for any number of arguments.
+    pub(crate) fn next(&mut self, k: usize, rounded: bool, inputs: &[f64]) -> f64 {
         if self.is_still() {
             return 0.0;
         }
         let Recording {
-            entries,
-            length,
             switches,
             arguments,
             noted,
+            ..
         } = &mut self.recording;
         let k = k.clamp(1, ROWS - 1);
-        let live = *length;
+        let plan = &mut self.plan;
         let next = Next {
-            entries: &mut entries[..live],
+            plan: &mut *plan,
             k,
             inputs,
         };
         dispatch::run_as(rounded, next);
-        let coefficient = |entry: u32| {
-            entries
-                .get(entry as usize)
-                .map_or(f64::NAN, |entry| entry.plain[k])
-        };
         for (switch, argument) in switches.iter_mut().zip(arguments).take(*noted) {
-            switch.push(k, argument.node.map_or(0.0, coefficient));
+            switch.push(k, argument.node.map_or(0.0, |node| plan.coefficient(node)));
         }
-        self.result.map_or(0.0, coefficient)
+        self.result.map_or(0.0, |node| plan.coefficient(node))
     }
 
     /// The switches that the function has met.
@@ -387,123 +338,32 @@ impl Tape {
     }
 }
 
-/// One order of all entries.
-struct Next<'t, 'i> {
-    entries: &'t mut [Entry],
-    k: usize,
-    inputs: &'i dyn Fn(usize) -> f64,
-}
-
-impl Work for Next<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        for place in 0..self.entries.len() {
-            if self.entries[place].live {
-                let value = next::<FUSED>(self.entries, place, self.k, self.inputs);
-                self.entries[place].set(self.k, value);
+/// Marks what the result and the switches are made of.
+fn mark(entries: &mut [Entry], roots: impl Iterator<Item = u32>) {
+    let mut none = true;
+    for root in roots {
+        none = false;
+        if let Some(entry) = entries.get_mut(root as usize) {
+            entry.live = true;
+        }
+    }
+    if none {
+        return;
+    }
+    // a partner may come later: until nothing is added any more
+    let mut added = true;
+    while added {
+        added = false;
+        for place in (0..entries.len()).rev() {
+            if !entries[place].live {
+                continue;
+            }
+            for part in entries[place].op.parts(place).into_iter().flatten() {
+                if let Some(entry) = entries.get_mut(part) {
+                    added |= !entry.live && part > place;
+                    entry.live = true;
+                }
             }
         }
     }
-}
-
-/// The coefficient of order `k` of an entry.
-#[inline(always)]
-fn next<const FUSED: bool>(entries: &[Entry], place: usize, k: usize, inputs: &dyn Fn(usize) -> f64) -> f64 {
-    let own = &entries[place];
-    // every part was written down before, or is a partner
-    let of = |u: u32| entries.get(u as usize).unwrap_or(own);
-    let inverse_k = RECIPROCALS[k];
-    let w0 = own.plain[0];
-    match own.op {
-        Op::Input(i) => inputs(i),
-        Op::Unseen => f64::NAN,
-        Op::Affine { u, scale } => scale * of(u).plain[k],
-        Op::Add(u, v) => of(u).plain[k] + of(v).plain[k],
-        Op::Sub(u, v) => of(u).plain[k] - of(v).plain[k],
-        Op::Mul(u, v) => {
-            let (u, v) = (of(u), of(v));
-            inner::<FUSED>(u, v, k) + u.plain[0] * v.plain[k] + u.plain[k] * v.plain[0]
-        }
-        Op::Square(u) => {
-            let u = of(u);
-            inner::<FUSED>(u, u, k) + 2.0 * u.plain[0] * u.plain[k]
-        }
-        Op::Div(u, v) => {
-            let (u, v) = (of(u), of(v));
-            (u.plain[k] - inner::<FUSED>(own, v, k) - w0 * v.plain[k]) / v.plain[0]
-        }
-        Op::Recip(v) => {
-            let v = of(v);
-            (-inner::<FUSED>(own, v, k) - w0 * v.plain[k]) / v.plain[0]
-        }
-        Op::Sqrt(u) => (of(u).plain[k] - inner::<FUSED>(own, own, k)) / (2.0 * w0),
-        Op::Power(u, exponent) => {
-            let u = of(u);
-            let (outer, inner) = (rated::<FUSED>(u, own, k), rated::<FUSED>(own, u, k));
-            ((exponent * outer - inner) * inverse_k + exponent * w0 * u.plain[k]) / u.plain[0]
-        }
-        Op::Exp(u, shift) => {
-            let u = of(u);
-            rated::<FUSED>(u, own, k) * inverse_k + u.plain[k] * (w0 + shift)
-        }
-        Op::Ln(u, shift) => {
-            let u = of(u);
-            (u.plain[k] - rated::<FUSED>(own, u, k) * inverse_k) / (u.plain[0] + shift)
-        }
-        Op::Partner { u, distance, scale } => {
-            let partner = partner(place, distance).and_then(|place| entries.get(place));
-            let (u, partner) = (of(u), partner.unwrap_or(own));
-            scale * (rated::<FUSED>(u, partner, k) * inverse_k + u.plain[k] * partner.plain[0])
-        }
-        Op::Inverse { u, slope, scale } => {
-            let slope = of(slope);
-            (scale * of(u).plain[k] - rated::<FUSED>(own, slope, k) * inverse_k) / slope.plain[0]
-        }
-        Op::Atan2 { y, x, radius } => {
-            let (y, x, radius) = (of(y), of(x), of(radius));
-            let turn = rated::<FUSED>(y, x, k) - rated::<FUSED>(x, y, k) - rated::<FUSED>(own, radius, k);
-            let ends = y.plain[k] * x.plain[0] - x.plain[k] * y.plain[0];
-            (turn * inverse_k + ends) / radius.plain[0]
-        }
-    }
-}
-
-/// `Σ x_j y_{k-j}` over `0 < j < k`.
-#[inline(always)]
-fn inner<const FUSED: bool>(x: &Entry, y: &Entry, k: usize) -> f64 {
-    dot::<FUSED>(&x.plain[1..k], &y.reversed[ROWS - k..ROWS - 1])
-}
-
-/// `Σ j x_j y_{k-j}` over `0 < j < k`.
-#[inline(always)]
-fn rated<const FUSED: bool>(x: &Entry, y: &Entry, k: usize) -> f64 {
-    dot::<FUSED>(&x.rate[1..k], &y.reversed[ROWS - k..ROWS - 1])
-}
-
-/// `Σ x_i y_i`. Eight sums run beside one another: one alone would wait for itself.
-#[inline(always)]
-fn dot<const FUSED: bool>(x: &[f64], y: &[f64]) -> f64 {
-    let ((x, x_rest), (y, y_rest)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
-    let mut sums = [[0.0; 4]; 2];
-    let (mut pairs, mut others) = (x.chunks_exact(2), y.chunks_exact(2));
-    for (x, y) in pairs.by_ref().zip(others.by_ref()) {
-        for half in 0..2 {
-            for lane in 0..4 {
-                sums[half][lane] = add_product::<FUSED, f64>(sums[half][lane], x[half][lane], y[half][lane]);
-            }
-        }
-    }
-    for (x, y) in pairs.remainder().iter().zip(others.remainder()) {
-        for lane in 0..4 {
-            sums[0][lane] = add_product::<FUSED, f64>(sums[0][lane], x[lane], y[lane]);
-        }
-    }
-    let mut rest = 0.0;
-    for (&x, &y) in x_rest.iter().zip(y_rest) {
-        rest = add_product::<FUSED, f64>(rest, x, y);
-    }
-    let [a, b] = sums;
-    ((a[0] + b[0]) + (a[1] + b[1])) + ((a[2] + b[2]) + (a[3] + b[3])) + rest
 }
