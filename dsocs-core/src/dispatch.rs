@@ -13,13 +13,8 @@ pub(crate) trait Work {
     fn run<const FUSED: bool>(self) -> Self::Output;
 }
 
-/// Does the work with the best instructions that there are.
-#[inline]
-pub(crate) fn run<W: Work>(work: W) -> W::Output {
-    run_as(false, work)
-}
-
-/// The same, or, if `rounded`, with the instructions that all machines have: then the results are the same on all.
+/// Does the work with the best instructions that there are, or, if `rounded`, with those that all machines have: then the results are the
+/// same on all.
 #[inline]
 pub(crate) fn run_as<W: Work>(rounded: bool, work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -44,6 +39,19 @@ pub(crate) fn run_wide<W: Work>(work: W) -> W::Output {
         return pulp::Simd::vectorize(simd, Rounded(work));
     }
     work.run::<false>()
+}
+
+/// Does work that puts numbers into registers by itself; products and sums are rounded once where that is fast.
+#[inline]
+pub(crate) fn registers<W: pulp::WithSimd>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(simd, work);
+    }
+    #[cfg(target_arch = "aarch64")]
+    return pulp::Arch::new().dispatch(work);
+    #[cfg(not(target_arch = "aarch64"))]
+    work.with_simd(pulp::Scalar)
 }
 
 /// Work whose products are rounded before they are summed.

@@ -79,6 +79,8 @@ const LEAST_DEFECT: f64 = 1e-12;
 pub(super) struct Control<const N: usize> {
     relative: f64,
     absolute: f64,
+    /// The velocity to which the absolute part belongs.
+    floor: f64,
     /// The binary logarithm of the relative part.
     log: f64,
     /// What the components are multiplied with before they are compared.
@@ -92,6 +94,7 @@ impl<const N: usize> Control<N> {
         Self {
             relative: tolerance.relative,
             absolute: tolerance.absolute,
+            floor: tolerance.absolute / tolerance.relative,
             log: tolerance.relative.log2(),
             weights: [1.0; N],
             limits: Limits::new(tolerance.relative),
@@ -123,7 +126,7 @@ impl<const N: usize> Control<N> {
     #[inline(always)]
     pub(super) fn log_size(&self, series: &Series<N>, last: f64) -> f64 {
         let v = series.velocity();
-        log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.absolute / self.relative)
+        log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.floor)
     }
 
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
@@ -165,11 +168,7 @@ impl<const N: usize> Control<N> {
             }
             let mut longest = 0.0_f64;
             for k in 0..=2.min(last - 1) {
-                let floor = if k == 0 {
-                    self.absolute / self.relative
-                } else {
-                    0.0
-                };
+                let floor = if k == 0 { self.floor } else { 0.0 };
                 let ratio = (self.size(&v[k]) + floor) / coefficient;
                 longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
             }
@@ -182,35 +181,42 @@ impl<const N: usize> Control<N> {
     }
 }
 
+/// The bits of the smallest normal number, and of infinity.
+const NORMAL: [u64; 2] = [f64::MIN_POSITIVE.to_bits(), f64::INFINITY.to_bits()];
+
 /// The binary logarithm to three digits, of a number that is not negative.
 #[inline(always)]
 #[allow(clippy::cast_possible_wrap)]
 pub(super) fn log2(x: f64) -> f64 {
     let bits = x.to_bits();
-    let exponent = (bits >> 52) as i64 - 1023;
-    if !(x > 0.0 && x.is_finite()) {
-        return x.log2();
+    // positive, normal and finite, in one comparison
+    if bits.wrapping_sub(NORMAL[0]) >= NORMAL[1] - NORMAL[0] {
+        return unusual_log2(x);
     }
+    let exponent = (bits >> 52) as i64 - 1023;
     let m = f64::from_bits(bits & ((1 << 52) - 1) | 1.0_f64.to_bits());
     // a cubic through the ends, within 1e-3 between them
     let fraction = (m - 1.0) * (1.424_0 + (m - 1.0) * (-0.584_0 + (m - 1.0) * 0.160_0));
     exponent as f64 + fraction
 }
 
+#[cold]
+fn unusual_log2(x: f64) -> f64 {
+    x.log2()
+}
+
+/// Added to a number of a moderate size, it rounds it to a whole one, which then stands in the lowest bits.
+const WHOLE: f64 = 1.5 / f64::EPSILON;
+
 /// A power of two to three digits.
 #[inline(always)]
-#[allow(
-    clippy::inline_always,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss
-)]
 pub(super) fn exp2(x: f64) -> f64 {
     if !(x > -1000.0 && x < 1000.0) {
         return x.exp2();
     }
-    let whole = x.floor();
-    let f = x - whole;
-    let power = f64::from_bits(((whole as i64 + 1023) as u64) << 52);
+    let shifted = x - 0.5 + WHOLE;
+    let f = x - (shifted - WHOLE);
+    let power = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     power * (1.0 + f * (0.6951 + f * (0.2276 + f * 0.0773)))
 }
 

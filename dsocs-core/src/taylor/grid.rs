@@ -2,17 +2,20 @@
 
 use core::ops::ControlFlow;
 
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
+use pulp::{Simd, WithSimd};
+
 use super::integrator::Integrator;
 use super::jets::Equations;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
-use crate::dispatch::{self, Work};
+use crate::dispatch;
 use crate::run::{self, Clock, End, Node, Observer, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
 use crate::system::Point;
 
-/// So many points are worked out before they are handed on.
-const BUFFER: usize = 32;
+/// So many points are worked out before they are handed on: whole groups of registers of any size.
+const BUFFER: usize = 8 * REGISTERS;
 
 /// A motion in progress, whatever the system's type.
 pub(super) struct Run<'a, const N: usize> {
@@ -104,17 +107,26 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
             self.step(end)?;
             let reached = self.motion.time();
             let inside = |t: f64| if forward { t < reached } else { t > reached };
-            let (within, beyond) = rest.split_at(rest.iter().take_while(|&&t| inside(t)).count());
             let Some(polynomial) = self.motion.polynomial() else {
                 continue;
             };
-            for times in within.chunks(buffer.len()) {
-                points(&polynomial, times, &mut buffer);
-                for (&t, point) in times.iter().zip(&buffer) {
+            loop {
+                let next = &rest[..rest.len().min(buffer.len())];
+                let (eights, _) = next.as_chunks::<8>();
+                let first = 8 * eights.iter().take_while(|times| inside(times[7])).count();
+                let others = next[first..].iter().take_while(|&&t| inside(t)).count();
+                let within = &next[..first + others];
+                if !within.is_empty() {
+                    points(&polynomial, within, &mut buffer);
+                }
+                for (&t, point) in within.iter().zip(&buffer) {
                     observer(t, point);
                 }
+                rest = &rest[within.len()..];
+                if within.len() < buffer.len() {
+                    break;
+                }
             }
-            rest = beyond;
         }
         Ok(())
     }
@@ -269,69 +281,75 @@ impl<const N: usize> Integrator<N> {
     }
 }
 
-/// The motion at some times, worked out several at a time; as many as both slices have. Nothing is allocated.
-fn points<const N: usize>(polynomial: &Polynomial<'_, N>, times: &[f64], points: &mut [Point<f64, N>]) {
-    dispatch::run(Values {
+/// The motion at some times, worked out several at a time. Nothing is allocated.
+fn points<const N: usize>(
+    polynomial: &Polynomial<'_, N>,
+    times: &[f64],
+    points: &mut [Point<f64, N>; BUFFER],
+) {
+    dispatch::registers(Values {
         polynomial: *polynomial,
         times,
         points,
     });
 }
 
-/// The motion at some times.
+/// The motion at up to [`BUFFER`] times.
 struct Values<'a, 'f, const N: usize> {
     polynomial: Polynomial<'f, N>,
     times: &'a [f64],
-    points: &'a mut [Point<f64, N>],
+    points: &'a mut [Point<f64, N>; BUFFER],
 }
 
-impl<const N: usize> Work for Values<'_, '_, N> {
+impl<const N: usize> WithSimd for Values<'_, '_, N> {
     type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let count = self.times.len().min(self.points.len());
-        let (mut times, mut points) = (&self.times[..count], &mut self.points[..count]);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (mut times, mut points) = (self.times, self.points.as_mut_slice());
         while !times.is_empty() {
-            let (done, rest) = if times.len() > FEW {
-                times.split_at(MANY.min(times.len()))
-            } else {
-                (times, [].as_slice())
+            let registers = if times.len() > S::F64_LANES { REGISTERS } else { 1 };
+            // with a buffer of whole groups there is always room
+            let Some((group, beyond)) = points.split_at_mut_checked(registers * S::F64_LANES) else {
+                return;
             };
-            let (to, beyond) = points.split_at_mut(done.len());
-            if done.len() > FEW {
-                fill::<FUSED, N, MANY>(&self.polynomial, done, to);
+            let (now, later) = times.split_at(group.len().min(times.len()));
+            if registers == 1 {
+                fill::<S, N, 1>(simd, &self.polynomial, now, group);
             } else {
-                fill::<FUSED, N, FEW>(&self.polynomial, done, to);
+                fill::<S, N, REGISTERS>(simd, &self.polynomial, now, group);
             }
-            (times, points) = (rest, beyond);
+            (times, points) = (later, beyond);
         }
     }
 }
 
-/// Times at once: as long as some are left, and at the end. Chains of sums wait for themselves, so more of them side by
-/// side take hardly longer.
-const MANY: usize = 8;
-const FEW: usize = 4;
+/// Registers of times at once, as long as there are so many: chains of sums wait for themselves, and more of them have no room.
+const REGISTERS: usize = 3;
 
-/// The motion at up to `L` times.
+/// The motion at up to as many times as `R` registers hold, where there is room for all of them.
 #[inline(always)]
-fn fill<const FUSED: bool, const N: usize, const L: usize>(
+fn fill<S: Simd, const N: usize, const R: usize>(
+    simd: S,
     polynomial: &Polynomial<'_, N>,
     times: &[f64],
     points: &mut [Point<f64, N>],
 ) {
-    let mut since = [0.0; L];
-    for (since, &t) in since.iter_mut().zip(times) {
+    let mut since = [simd.splat_f64s(0.0); R];
+    for (since, &t) in cast_slice_mut::<_, f64>(&mut since).iter_mut().zip(times) {
         *since = polynomial.since(t);
     }
-    let [q, v, a] = polynomial.series.values::<FUSED, L>(&since);
-    for (lane, point) in points.iter_mut().enumerate().take(L) {
-        *point = Point {
-            t: times.get(lane).copied().unwrap_or(f64::NAN),
-            q: core::array::from_fn(|i| q[i][lane]),
-            v: core::array::from_fn(|i| v[i][lane]),
-            a: core::array::from_fn(|i| a[i][lane]),
-        };
+    let [q, v, a] = polynomial.series.values(simd, &since);
+    // all lanes, since loops of a known length need no checks
+    let lanes = R * S::F64_LANES;
+    let points = &mut points[..lanes];
+    for i in 0..N {
+        let [q, v, a] = [&q[i], &v[i], &a[i]].map(|x| cast_slice::<_, f64>(x));
+        for lane in 0..lanes {
+            (points[lane].q[i], points[lane].v[i], points[lane].a[i]) = (q[lane], v[lane], a[lane]);
+        }
+    }
+    for (point, &t) in points.iter_mut().zip(times) {
+        point.t = t;
     }
 }

@@ -114,8 +114,18 @@ impl<const N: usize> Projection<N> {
         let (values, slopes) = self.rows.split_at(count);
         let mut by = [0.0; N];
         self.directions.clear();
-        for (value, slope) in values.iter().zip(slopes.chunks_exact(N)) {
-            let mut form: [f64; N] = core::array::from_fn(|i| slope[i]);
+        for (value, slope) in values.iter().zip(slopes.as_chunks::<N>().0) {
+            let mut form = *slope;
+            if let [value] = values {
+                // one row alone has nothing to be made orthogonal to
+                let direction = self.raised(&form);
+                let square = product(&form, &direction);
+                if square > 0.0 {
+                    let left = value / square;
+                    by = direction.map(|x| -left * x);
+                }
+                break;
+            }
             let mut left = *value + product(&form, &by);
             let whole = product(&form, &self.raised(&form));
             for [direction, other] in &self.directions {

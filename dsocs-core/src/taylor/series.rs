@@ -1,5 +1,7 @@
 //! The Taylor series of a motion, and its values.
 
+use pulp::Simd;
+
 use super::coefficient::Coefficient;
 use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 use crate::lanes::{Lanes, Mask, Register};
@@ -230,23 +232,31 @@ impl<const N: usize> Series<N> {
     }
 
     /// Positions, velocities and accelerations at some times after the point of expansion, `[component][time]`.
+    ///
+    /// Times are put into registers by hand: the compiler puts components into them, and spills.
     #[inline(always)]
-    pub(super) fn values<const FUSED: bool, const L: usize>(&self, s: &[f64; L]) -> [[[f64; L]; N]; 3] {
+    pub(super) fn values<S: Simd, const R: usize>(
+        &self,
+        simd: S,
+        s: &[S::f64s; R],
+    ) -> [[[S::f64s; R]; N]; 3] {
         let last = self.order.min(MAX_ORDER);
-        let mut q = self.q[last + 1].map(|q| [q; L]);
-        let mut v = [[0.0; L]; N];
-        let mut a = [[0.0; L]; N];
-        for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
-            for i in 0..N {
-                for lane in 0..L {
-                    q[i][lane] = add_product::<FUSED, f64>(position[i], q[i][lane], s[lane]);
+        let zero = [simd.splat_f64s(0.0); R];
+        let mut values = [[zero; N]; 3];
+        for i in 0..N {
+            let (mut q, mut v, mut a) = ([simd.splat_f64s(self.q[last + 1][i]); R], zero, zero);
+            for (position, velocity) in self.q[..=last].iter().zip(&self.v[..=last]).rev() {
+                let (position, velocity) = (simd.splat_f64s(position[i]), simd.splat_f64s(velocity[i]));
+                for r in 0..R {
+                    q[r] = simd.mul_add_e_f64s(q[r], s[r], position);
                     // the derivative of a polynomial that is formed from within
-                    a[i][lane] = add_product::<FUSED, f64>(v[i][lane], a[i][lane], s[lane]);
-                    v[i][lane] = add_product::<FUSED, f64>(velocity[i], v[i][lane], s[lane]);
+                    a[r] = simd.mul_add_e_f64s(a[r], s[r], v[r]);
+                    v[r] = simd.mul_add_e_f64s(v[r], s[r], velocity);
                 }
             }
+            (values[0][i], values[1][i], values[2][i]) = (q, v, a);
         }
-        [q, v, a]
+        values
     }
 
     /// Position, velocity and acceleration a time `s` after the point of expansion.
@@ -279,10 +289,9 @@ mod tests {
             assert!((value - exact).abs() < 1e-15, "{value}");
         }
         let times = [0.0, 0.25, -0.5, 1.0];
-        let values = series.values::<false, 4>(&times);
-        for (lane, t) in times.iter().enumerate() {
-            for value in values {
-                assert!((value[0][lane] - t.exp()).abs() < 1e-15, "{value:?}");
+        for value in series.values(pulp::Scalar, &times) {
+            for (value, t) in value[0].iter().zip(&times) {
+                assert!((value - t.exp()).abs() < 1e-15, "{value:?}");
             }
         }
     }

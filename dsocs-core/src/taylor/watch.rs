@@ -74,6 +74,7 @@ impl Touched {
 }
 
 /// Asks something of every switch.
+#[inline]
 pub(super) fn each<const N: usize>(
     equations: &mut dyn Equations<N>,
     mut ask: impl FnMut(usize, usize, &mut Switch),
@@ -129,22 +130,17 @@ impl<const N: usize> Integrator<N> {
     /// How far a step of the length `|h|` may go. From here on the pieces are held.
     pub(super) fn foresee<const FUSED: bool>(&mut self, equations: &mut dyn Equations<N>, h: f64) -> End {
         let (order, limits) = (self.series.order(), self.control.limits);
-        let mut crossings = self
-            .watch
-            .as_mut()
-            .map_or_else(Vec::new, |watch| core::mem::take(&mut watch.crossings));
+        let mut watch = self.watch.take().unwrap_or_default();
         let (mut part, mut at_switch) = (1.0, false);
         each(equations, |_, _, switch| {
-            match switch.reach(order, h * part, &limits, &mut crossings) {
+            match switch.reach(order, h * part, &limits, &mut watch.crossings) {
                 Reach::Whole => {}
                 Reach::Shorter(shorter) => (part, at_switch) = (part * shorter, false),
                 Reach::Crossing(place) => (part, at_switch) = (part * place, true),
             }
             switch.hold();
         });
-        if let Some(watch) = &mut self.watch {
-            watch.crossings = crossings;
-        }
+        self.watch = Some(watch);
         let (whole, size) = (h.abs(), part * h.abs());
         if at_switch {
             self.near::<FUSED>(equations, h.signum(), [size, whole])
