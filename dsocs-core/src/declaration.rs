@@ -230,8 +230,17 @@ impl<'s> Declaration<'s> {
 
     /// As many vectors as a part of a segment holds.
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<Vec<T>> {
-        let all = self.all(segment, Part::All, at);
-        all.chunks(self.dimension().max(1)).map(<[T]>::to_vec).collect()
+        let n = self.dimension().max(1);
+        let mut vectors: Vec<Vec<T>> = Vec::with_capacity(self.count(segment, Part::All) / n);
+        evaluate(self.place(), segment, Part::All, at, &mut |place, value| {
+            if place % n == 0 {
+                vectors.push(Vec::with_capacity(n));
+            }
+            if let Some(vector) = vectors.last_mut() {
+                vector.push(value);
+            }
+        });
+        vectors
     }
 
     /// How many results a part of a segment has.

@@ -16,20 +16,16 @@ pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
         return Vec::new();
     }
     // coordinates with their own units: a row of forms and force is scaled by its largest form
-    let largest = |i: usize| {
+    let scale = |i: usize| {
         forms
             .iter()
             .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
     };
-    let scales: Vec<f64> = (0..n).map(largest).collect();
     // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
-    let least = FAINT * scales.iter().fold(0.0_f64, |largest, scale| largest.max(*scale));
+    let least = FAINT * (0..n).fold(0.0_f64, |largest, i| largest.max(scale(i)));
     let scaled = |i: usize, x: f64| {
-        if scales[i] > 0.0 {
-            x / scales[i].max(least)
-        } else {
-            0.0
-        }
+        let scale = scale(i);
+        if scale > 0.0 { x / scale.max(least) } else { 0.0 }
     };
     let matrix = Matrix::from_fn(n, count, |i, j| scaled(i, forms[j][i]));
     let right: Vec<f64> = (0..n).map(|i| scaled(i, force[i])).collect();

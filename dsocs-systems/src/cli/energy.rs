@@ -26,7 +26,7 @@ struct Balance {
     last: Option<(f64, f64)>,
     /// The work so far.
     work: f64,
-    /// The sum of the energy's terms at all nodes, and how many there are.
+    /// The sum of the energy's terms at the nodes that tell them, and how many there are.
     terms: (f64, f64),
     /// The largest difference from the start's energy, the energy there, and its time.
     missing: (f64, f64, f64),
@@ -34,11 +34,13 @@ struct Balance {
 
 impl Balance {
     /// Looks at a node whose energy is compared with that of the start.
-    fn look(&mut self, row: &Row<'_>, first: f64, [power, terms]: [f64; 2]) {
+    fn look(&mut self, row: &Row<'_>, first: f64, (power, terms): (f64, Option<f64>)) {
         if let Some((t, before)) = self.last.replace((row.t, power)) {
             self.work += (row.t - t) * (power + before) / 2.0;
         }
-        self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
+        if let Some(terms) = terms {
+            self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
+        }
         let missing = (row.energy - first - self.work).abs();
         if missing > self.missing.0 {
             self.missing = (missing, row.energy, row.t);

@@ -19,9 +19,9 @@ pub struct Row<'a> {
     pub force: &'a [f64],
     /// Energy.
     pub energy: f64,
-    /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power, and the sum of the
-    /// energy's terms without their signs.
-    pub balance: Option<[f64; 2]>,
+    /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power and, at some nodes,
+    /// the sum of the energy's terms without their signs.
+    pub balance: Option<(f64, Option<f64>)>,
     /// The observed expressions of the declaration.
     pub observed: &'a [f64],
     /// The multipliers of the constraints' forms.
