@@ -6,6 +6,7 @@ use crate::geometry::Declared;
 use crate::start;
 use crate::start::third::OfThirdOrder;
 use crate::system::{Leg, Point, Quantity, System};
+use crate::tangent::Tangent;
 use crate::tape::Number;
 
 /// An acceleration and multipliers.
@@ -147,6 +148,14 @@ impl<T: Copy> OwnedPoint<T> {
 /// Numbers of another type.
 pub(crate) fn map<T: Copy, U>(numbers: &[T], number: impl FnMut(T) -> U) -> Vec<U> {
     numbers.iter().copied().map(number).collect()
+}
+
+/// Numbers of which one moves.
+pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
+    let numbers = x.iter().enumerate();
+    numbers
+        .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
+        .collect()
 }
 
 /// A vector with its number of coordinates; what is missing is NaN.

@@ -5,7 +5,7 @@ pub(crate) mod third;
 
 use core::marker::PhantomData;
 
-use crate::any::{Accelerated, AnySystem, map, sized};
+use crate::any::{Accelerated, AnySystem, map, moved, sized};
 use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -672,7 +672,7 @@ pub(crate) fn momentum(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &
     let q = map(q, Tangent::splat);
     let derivative = |j| {
         declaration
-            .lagrangian(Tangent::splat(t), &q, &consistency::moved(v, j))
+            .lagrangian(Tangent::splat(t), &q, &moved(v, j))
             .derivative()
     };
     (0..v.len()).map(derivative).collect()

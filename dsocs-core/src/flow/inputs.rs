@@ -1,7 +1,7 @@
 //! The step about a node where inputs change.
 
 use super::{Flow, Solved};
-use crate::any::{AnyLeg, OwnedLeg, map, sized};
+use crate::any::{AnyLeg, OwnedLeg, map, moved, sized};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
@@ -233,8 +233,7 @@ impl<'s> Change<'s> {
         let mut slopes = vec![vec![0.0; n]; self.kinematic];
         for (side, e) in at.iter().enumerate() {
             for j in 0..n {
-                let e: Vec<_> = (0..n).map(|i| Tangent::new(e[i], unit(i == j))).collect();
-                for (slopes, row) in slopes.iter_mut().zip(self.kinematic_rows(side, &e)) {
+                for (slopes, row) in slopes.iter_mut().zip(self.kinematic_rows(side, &moved(e, j))) {
                     slopes[j] += 0.5 * row.derivative();
                 }
             }
@@ -284,13 +283,8 @@ impl<'s> Change<'s> {
         let (mut updates, mut residual) = (Vec::new(), Vec::new());
         let mut reason = StepFailure::NotConverged;
         for _ in 0..MAX_ITERATIONS {
-            let columns: Vec<Vec<Tangent>> = (0..x.len())
-                .map(|j| {
-                    let moved = x.iter().enumerate();
-                    let moved: Vec<_> = moved.map(|(i, &x)| Tangent::new(x, unit(i == j))).collect();
-                    self.rows(&moved, kinematic)
-                })
-                .collect();
+            let columns = (0..x.len()).map(|j| self.rows(&moved(&x, j), kinematic));
+            let columns: Vec<Vec<Tangent>> = columns.collect();
             residual = columns
                 .first()
                 .map_or_else(Vec::new, |rows| rows.iter().map(|row| row.value()).collect());
@@ -392,9 +386,4 @@ fn update(columns: &[Vec<Tangent>], residual: &[f64]) -> Option<Vec<f64>> {
         *update /= length;
     }
     update.iter().all(|x| x.is_finite()).then_some(update)
-}
-
-/// 1 for what moves.
-fn unit(moves: bool) -> f64 {
-    if moves { 1.0 } else { 0.0 }
 }

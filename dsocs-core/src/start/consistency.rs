@@ -1,6 +1,6 @@
 //! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
 
-use crate::any::{AnyLeg, AnyPoint, OwnedLeg, map};
+use crate::any::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
@@ -304,14 +304,6 @@ fn moved_leg(leg: AnyLeg<'_, f64>, j: usize) -> OwnedLeg<Tangent> {
         q: moved(leg.q, j),
         d: moved(leg.d, j),
     }
-}
-
-/// Numbers of which one moves.
-pub(super) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
-    let numbers = x.iter().enumerate();
-    numbers
-        .map(|(i, &x)| Tangent::new(x, if i == j { 1.0 } else { 0.0 }))
-        .collect()
 }
 
 /// The holonomic constraints at a node.

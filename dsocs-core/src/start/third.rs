@@ -4,7 +4,7 @@ use super::check_vector;
 use core::cmp::Ordering;
 
 use super::consistency::{self, OBEYED};
-use crate::any::{AnyLeg, AnyPoint, AnySystem, OwnedPoint, map, sized};
+use crate::any::{AnyLeg, AnyPoint, AnySystem, OwnedPoint, map, moved, sized};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -526,7 +526,7 @@ fn nearest(
             .zip(&correction)
             .map(|(near, correction)| near + correction)
             .collect();
-        let columns: Vec<Vec<Tangent>> = (0..n).map(|j| rows(&consistency::moved(&reached, j))).collect();
+        let columns: Vec<Vec<Tangent>> = (0..n).map(|j| rows(&moved(&reached, j))).collect();
         left = columns
             .first()
             .map_or_else(Vec::new, |column| column.iter().map(|row| row.value()).collect());
