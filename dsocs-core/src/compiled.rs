@@ -24,8 +24,15 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// The unknowns of the continuous system: the accelerations, then the multipliers if there are any.
     type Motion: Unknown<f64>;
 
-    /// Whether every row of [`Compiled::linearize`] is affine in the unknowns: then one update solves the step.
+    /// Whether every row of [`Compiled::linearize`] is affine in the unknowns, between its jumps if it has any: without jumps, one update solves
+    /// the step.
     const LINEAR: bool = false;
+
+    /// Whether a row may jump where an unknown changes, as with the sign of the next velocity: the rows may have no root but that jump.
+    const JUMPS: bool = false;
+
+    /// Whether a row has a `signum` or a comparison that positions or velocities decide: a step across it is too long for the scheme's order.
+    const PIECEWISE: bool = false;
 
     /// Whether rows were multiplied by more than a number (see [`Compiled::scales`]).
     const SCALED: bool = false;

@@ -261,12 +261,12 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             return Err(self.failed(step.any().not_finite(&z)));
         }
         let leg = step.leg;
-        let foreseen = !S::EXTERNAL_FORCES || self.foresees(&z, &e);
+        let foreseen = !Self::LOOKS || (self.foresees(&z, &e) && report.stop != Stop::Jump);
         self.predictor.push(&z);
         if !foreseen {
-            self.look_between(&leg, &e);
+            self.look_between(&leg, &e, report.stop);
         }
-        if S::EXTERNAL_FORCES {
+        if Self::LOOKS {
             self.looked = !foreseen;
         }
         self.solved = Some(Solved { leg, e, report });

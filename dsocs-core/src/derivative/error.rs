@@ -77,6 +77,17 @@ pub enum DerivativeError {
         /// Why not.
         reason: &'static str,
     },
+    /// A step of the path has no root but a jump ([`Stop::Jump`](crate::Stop::Jump)).
+    #[error(
+        "the step about node {index} (t = {time}) has no derivative: its equations pass zero in a jump, such as that of `signum`; a smooth \
+         function, such as `(v / 0.01).tanh()`, has one"
+    )]
+    Jump {
+        /// The number of the step's middle node.
+        index: usize,
+        /// Its time.
+        time: f64,
+    },
     /// The Jacobian of a step is singular.
     #[error(
         "the step about node {index} (t = {time}) has no derivative: its Jacobian is singular or not finite there; a smaller step may \

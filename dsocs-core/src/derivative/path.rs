@@ -13,6 +13,7 @@ use crate::flow::Flow;
 use crate::held::Held;
 use crate::run::{Clock, Inputs as _, Node, RunError, Stepper as _, inputs};
 use crate::start::{Beginning, Start, StartOrder};
+use crate::step::newton::Stop;
 use crate::system::System;
 use crate::tape::Eight;
 
@@ -81,7 +82,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// # Errors
     ///
     /// [`DerivativeError::Run`] as [`Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
-    /// away.
+    /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
     pub fn new(system: &'s S, h: f64, start: Start<N>, t: f64) -> Result<Self, DerivativeError> {
         if !t.is_finite() {
             return Err(RunError::Until { until: t }.into());
@@ -102,7 +103,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         flow.clock_mut().hand_out(true);
         while !flow.clock().has_reached(&end) {
             flow.step(end.time())?;
-            path.keep(&flow);
+            path.keep(&flow)?;
         }
         path.ended(&flow)
     }
@@ -114,7 +115,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`];
+    /// [`DerivativeError::Run`] as [`Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
     /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
     /// constraints.
     pub fn plan<const U: usize>(
@@ -155,7 +156,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
                 path.stretches.push((leg, flow.held().clone()));
             }
             flow.step(f64::INFINITY * h)?;
-            path.keep(&flow);
+            path.keep(&flow)?;
         }
         path.ended(&flow)
     }
@@ -181,11 +182,17 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
 
     /// Keeps the last step of the flow.
     #[inline]
-    fn keep(&mut self, flow: &Flow<'s, S, N>) {
+    fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
+        if const { S::JUMPS } && flow.node().stop == Stop::Jump {
+            let index = self.steps.len() + 1;
+            let time = flow.node().t;
+            return Err(DerivativeError::Jump { index, time });
+        }
         if let Some((leg, e, z)) = flow.last_step() {
             self.steps.push(Recorded { leg, e });
             self.unknowns.extend_from_slice(z.as_ref());
         }
+        Ok(())
     }
 
     fn ended(mut self, flow: &Flow<'s, S, N>) -> Result<Self, DerivativeError> {

@@ -165,7 +165,7 @@ struct Rows<'a, R: Register, S: System<N>, const N: usize> {
 impl<R: Chosen, S: System<N>, const N: usize> newton::Equations<R> for Rows<'_, R, S, N> {
     type Z = S::Unknown<Lanes<R>>;
 
-    const LINEAR: bool = S::LINEAR;
+    const LINEAR: bool = S::LINEAR && !S::JUMPS;
 
     const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
 

@@ -1,12 +1,14 @@
-//! Whether a step is short enough for the external forces.
+//! Whether a step is short enough for what switches.
 //!
 //! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
-//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly.
+//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly. The same holds for a
+//! constraint or a Lagrangian that switches: of these the acceleration is looked at.
 
 use super::{Flow, Solved};
-use crate::any::AnyLeg;
+use crate::any::{AnyLeg, AnySystem};
 use crate::declaration::Declaration;
+use crate::step::newton::Stop;
 use crate::system::{Leg, System};
 
 /// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
@@ -19,25 +21,32 @@ const FORESEEN: f64 = 0.1;
 /// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;
 
-/// The steps of a run that were too long for the external forces. In such a step, a force departs from the straight line between its values on
-/// the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force if that is
-/// larger. Each such step reduces the order of the run to 1.
+/// The steps of a run that were too long for what switches in them. In such a step, an external force departs from the straight line between its
+/// values on the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force
+/// if that is larger. If a constraint or the Lagrangian has a `signum` or a comparison, the acceleration is held against a tenth of itself in the same
+/// way. Each such step reduces the order of the run to 1.
 ///
-/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on.
-/// Three things help: a smaller step, a force that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump. The force is evaluated
-/// at three places between the legs, and only in steps that differ from their prediction. So a pulse shorter than a quarter of a step may be
-/// missed.
+/// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where
+/// these have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too
+/// ([`Stop::Jump`](crate::Stop::Jump)).
+///
+/// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump, unless the motion
+/// sticks there. What switches is evaluated at three places between the legs, and only in steps that differ from their prediction. So a pulse
+/// shorter than a quarter of a step may be missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {
     /// How many steps.
     pub steps: u64,
     /// The time of the middle node of the first of them.
     pub first: f64,
-    /// The largest departure of the force from the straight line, over the step and relative to the change of the momentum \[1\].
+    /// The largest departure from the straight line, relative to the change of the momentum over the step, or to the acceleration \[1\].
     pub largest: f64,
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+    /// Whether anything is declared that may switch within a step.
+    pub(super) const LOOKS: bool = S::EXTERNAL_FORCES || S::PIECEWISE || S::JUMPS;
+
     /// Whether a solution is close to its prediction. Its second difference is `e`.
     #[inline]
     pub(super) fn foresees(&self, z: &S::Unknown<f64>, e: &[f64; N]) -> bool {
@@ -53,23 +62,29 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Examines the forces between the legs of the step that begins with `leg` and has the second difference `e`, and of the step before, if
-    /// that was not examined: one half of a jump shows in its second difference, which may be too little to be noticed.
+    /// Examines what switches between the legs of the step that begins with `leg`, has the second difference `e` and was solved as told, and of
+    /// the step before, if that was not examined: one half of a jump shows in its second difference, which may be too little to be noticed.
     #[cold]
-    pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N]) {
-        if let (Some(Solved { leg, e, .. }), false) = (self.solved, self.looked) {
+    pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N], stop: Stop) {
+        if let (Some(Solved { leg, e, report }), false) = (self.solved, self.looked) {
             let before = self.clock.time_of(self.index().saturating_sub(1));
-            self.look_at(before, &leg, &e);
+            self.look_at(before, &leg, &e, report.stop);
         }
-        self.look_at(self.time(), leg, e);
+        self.look_at(self.time(), leg, e, stop);
     }
 
     /// Examines one step, whose middle node has the time given.
-    fn look_at(&mut self, time: f64, leg: &Leg<f64, N>, e: &[f64; N]) {
+    fn look_at(&mut self, time: f64, leg: &Leg<f64, N>, e: &[f64; N], stop: Stop) {
         let leg = Leg { t: time, ..*leg };
-        let part = departure(&Declaration::of(&*self.system), self.h, &leg, e);
-        // false also if the force is NaN there
-        if part > UNRESOLVED {
+        let system: &S = &self.system;
+        let mut part = 0.0_f64;
+        if S::EXTERNAL_FORCES {
+            part = part.max(departure(&Declaration::of(system), self.h, &leg, e));
+        }
+        if S::PIECEWISE {
+            part = part.max(departure_of_acceleration(system, self.h, &leg, e));
+        }
+        if part > UNRESOLVED || stop == Stop::Jump {
             let unresolved = self.unresolved.get_or_insert_with(|| {
                 Box::new(Unresolved {
                     steps: 0,
@@ -83,26 +98,64 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     }
 }
 
+/// The path of a step from the middle of its first leg, at 0, to that of the second, at 1: time, position and velocity.
+fn between<const N: usize>(h: f64, leg: &Leg<f64, N>, e: &[f64; N], part: f64) -> (f64, [f64; N], [f64; N]) {
+    let place = part - 0.5;
+    let next: [f64; N] = core::array::from_fn(|i| leg.d[i] + e[i]);
+    let d = if place < 0.0 { &leg.d } else { &next };
+    let q = core::array::from_fn(|i| leg.q[i] + place * d[i]);
+    let v = core::array::from_fn(|i| (leg.d[i] + part * e[i]) / h);
+    (leg.t + place * h, q, v)
+}
+
+/// How far some values depart between the middles of two legs from the straight line between those at both ends, and these.
+fn aside<const N: usize>(values: impl Fn(f64) -> Option<[f64; N]>) -> Option<[[f64; N]; 3]> {
+    let (first, last) = (values(0.0)?, values(1.0)?);
+    let mut aside = [0.0_f64; N];
+    for part in BETWEEN {
+        for (i, (aside, value)) in aside.iter_mut().zip(values(part)?).enumerate() {
+            *aside = aside.max((value - (first[i] + part * (last[i] - first[i]))).abs());
+        }
+    }
+    Some([aside, first, last])
+}
+
+/// How far the acceleration departs from the straight line between the middles of two legs, relative to itself: the largest of all
+/// components. Zero where the equations do not determine it.
+fn departure_of_acceleration<S: System<N>, const N: usize>(
+    system: &S,
+    h: f64,
+    leg: &Leg<f64, N>,
+    e: &[f64; N],
+) -> f64 {
+    let any: &dyn AnySystem<N> = system;
+    let acceleration = |part: f64| {
+        let (t, q, v) = between(h, leg, e, part);
+        any.acceleration((t, &q, &v), None).ok().map(|(a, _)| a)
+    };
+    let Some([aside, first, last]) = aside(acceleration) else {
+        return 0.0;
+    };
+    // what moves a node by less than the increment's rounding is none of a jump's doing
+    let is_rounding = |i: usize| aside[i] * h * h <= f64::EPSILON * leg.d[i].abs();
+    let parts = (0..N).filter(|&i| !is_rounding(i));
+    let parts = parts.map(|i| aside[i] / first[i].abs().max(last[i].abs()));
+    parts.fold(0.0, f64::max)
+}
+
 /// How far the forces depart from the straight line between the middles of two legs: the largest of all components. It is relative to the
 /// change of the momentum over a step or to the force, whichever is larger.
 fn departure<const N: usize>(declaration: &Declaration<'_>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
     let next: [f64; N] = core::array::from_fn(|i| leg.d[i] + e[i]);
     let force = |part: f64| {
-        let place = part - 0.5;
-        let d = if place < 0.0 { &leg.d } else { &next };
-        let q: [f64; N] = core::array::from_fn(|i| leg.q[i] + place * d[i]);
-        let v: [f64; N] = core::array::from_fn(|i| (leg.d[i] + part * e[i]) / h);
+        let (t, q, v) = between(h, leg, e, part);
         let mut force = [0.0; N];
-        declaration.external_forces(leg.t + place * h, &q, &v, &mut force);
-        force
+        declaration.external_forces(t, &q, &v, &mut force);
+        Some(force)
     };
-    let [first, last] = [0.0, 1.0].map(force);
-    let mut aside = [0.0_f64; N];
-    for part in BETWEEN {
-        for (i, (aside, force)) in aside.iter_mut().zip(force(part)).enumerate() {
-            *aside = aside.max((force - (first[i] + part * (last[i] - first[i]))).abs());
-        }
-    }
+    let Some([aside, first, last]) = aside(force) else {
+        return 0.0;
+    };
     let arrives = declaration.arriving(h, leg.any());
     let leaves = declaration.arriving(
         h,

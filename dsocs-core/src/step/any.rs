@@ -1,6 +1,6 @@
 //! What is done seldom in a step, whatever the type of the system: other guesses than the prediction, and what is told of a failure.
 
-use super::newton::{self, Equations, Fold, Root};
+use super::newton::{self, Equations, Fold, Root, Stop};
 use super::pair::Found;
 use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
@@ -178,6 +178,9 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 Err(failed) => evaluations += failed.evaluations,
             }
         }
+        if let Some(root) = self.ahead(evaluations) {
+            return Ok(report(root, Guess::Straight));
+        }
         let mut folds: Option<Fold<Z>> = None;
         for (start, _) in [Some(straight), last, continuous].into_iter().flatten() {
             match newton::follow(self, start, size, max_iterations, &mut evaluations) {
@@ -203,6 +206,23 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 ..failure
             },
             _ => failure,
+        })
+    }
+
+    /// Where several functions jump in one step and no node solves the rows: the node that does if each has the value of a path that goes straight
+    /// on.
+    fn ahead(&self, evaluations: u32) -> Option<Root<Z>> {
+        if !(self.are_affine() && self.may_jump()) {
+            return None;
+        }
+        let at = self.evaluate(&Z::zero());
+        (at.safe && finite(&at.update)).then_some(Root {
+            z: at.update,
+            evaluations: evaluations + 1,
+            stop: Stop::Jump,
+            bend: 0.0,
+            close: false,
+            determinant: at.determinant,
         })
     }
 

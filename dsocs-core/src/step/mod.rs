@@ -96,13 +96,18 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
     type Z = S::Unknown<f64>;
 
     #[inline]
-    fn are_linear(&self) -> bool {
+    fn are_affine(&self) -> bool {
         S::LINEAR
     }
 
     #[inline]
+    fn may_jump(&self) -> bool {
+        S::JUMPS
+    }
+
+    #[inline]
     fn are_watched(&self) -> bool {
-        !S::DIVIDED
+        !S::DIVIDED && !S::LINEAR
     }
 
     #[inline]
@@ -200,6 +205,9 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
             match newton::solve(self, start, &size, max_iterations, predictor) {
                 // nearly always: with one or two evaluations nothing bends, and the determinant goes on as before
                 Ok(root) => {
+                    if S::JUMPS && root.stop == Stop::Jump {
+                        return Ok(report(root, Guess::Predicted));
+                    }
                     let continuation = self.take_determinant(&root, predictor);
                     if continuation == Continuation::Fits && !self.in_question(&root) {
                         return Ok(report(root, Guess::Predicted));
@@ -241,7 +249,7 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
     /// Whether another root may be as near to the guess as this one.
     #[inline]
     fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
-        !S::DIVIDED && pair::in_question(root, self.past_is_short)
+        !S::DIVIDED && !S::LINEAR && pair::in_question(root, self.past_is_short)
     }
 
     /// How large each unknown is expected to be: as lately, and not much smaller than the increment.

@@ -44,6 +44,11 @@ pub enum Stop {
     Rounding,
     /// The residual is exactly zero, although the updates did not decrease as fast as expected.
     Exact,
+    /// The rows have no root: they pass zero in a jump, as with dry friction where the next velocity would have the other sign on either side. The
+    /// node is that of the jump: there a value of the function between those of its two sides, such as `0.3` for `signum`, solves the rows. Where
+    /// several functions jump in one step, each has the value of a path that goes straight on. [`Unresolved`](crate::Unresolved) counts these
+    /// steps.
+    Jump,
 }
 
 /// Equations with as many rows as unknowns.
@@ -54,9 +59,20 @@ pub(crate) trait Equations {
     /// The unknowns.
     type Z: Unknown<f64>;
 
-    /// Whether the rows are affine in the unknowns.
-    fn are_linear(&self) -> bool {
+    /// Whether the rows are affine in the unknowns, between their jumps if they have any.
+    fn are_affine(&self) -> bool {
         false
+    }
+
+    /// Whether the rows may jump where an unknown changes.
+    fn may_jump(&self) -> bool {
+        false
+    }
+
+    /// Whether the rows are affine in the unknowns everywhere: one update solves them.
+    #[inline]
+    fn are_linear(&self) -> bool {
+        self.are_affine() && !self.may_jump()
     }
 
     /// Whether roots are watched for others nearby.
@@ -345,8 +361,12 @@ struct Apart<'a, Z>(&'a AnyEquations<'a, Z>);
 impl<Z: Unknown<f64>> Equations for Apart<'_, Z> {
     type Z = Z;
 
-    fn are_linear(&self) -> bool {
-        self.0.are_linear()
+    fn are_affine(&self) -> bool {
+        self.0.are_affine()
+    }
+
+    fn may_jump(&self) -> bool {
+        self.0.may_jump()
     }
 
     fn are_watched(&self) -> bool {
@@ -387,6 +407,14 @@ fn go_on<Z: Unknown<f64>>(
     max_iterations: u32,
     notes: &mut dyn Notes<Z>,
 ) -> Result<Root<Z>, Failed<Z>> {
+    if let (true, [_, second, third]) = (equations.may_jump(), made) {
+        if equations.are_affine() && third.is_solution() {
+            return jump::between_pieces(equations, [second, third], size);
+        }
+        if let Some(root) = jump::between(equations, [&second.at, &third.at], size) {
+            return Ok(root);
+        }
+    }
     let newton = Newton {
         equations,
         size: *size,
@@ -813,6 +841,7 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
 }
 
 mod homotopy;
+mod jump;
 mod pair;
 pub(crate) use homotopy::{Fold, follow};
 pub(crate) use pair::{nearby, orientation, other_root, scalar_product};

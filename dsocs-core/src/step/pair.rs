@@ -2,7 +2,7 @@
 
 use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
-use super::newton::{self, BENT, Root, relative};
+use super::newton::{self, BENT, Root, Stop, relative};
 use super::predictor::{Continuation, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
@@ -127,7 +127,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     /// Holds the determinant at a root against those of the steps before.
     #[cold]
     pub(super) fn continuation(&self, root: &Root<Z>, predictor: &mut Predictor<Z>) -> Continuation {
-        if !self.are_watched() || self.are_linear() {
+        if !self.are_watched() {
             return Continuation::Fits;
         }
         let determinant = if root.determinant.value.is_nan() {
@@ -159,6 +159,9 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         predictor: &mut Predictor<Z>,
         size: &Z,
     ) -> Result<(Z, StepReport), NewtonFailure> {
+        if root.stop == Stop::Jump {
+            return Ok(report(root, guess));
+        }
         let legs = self
             .unknown(&self.leg().d, &[])
             .zip(size, |d, size| d.abs().max(size));
@@ -167,10 +170,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             return self.nearer(root, predictor, [size, &legs]);
         }
         // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
-        let unforeseen = self.are_watched()
-            && !self.are_linear()
-            && predictor.last().is_none()
-            && guess != Guess::Continuous;
+        let unforeseen = self.are_watched() && predictor.last().is_none() && guess != Guess::Continuous;
         let other = match continuation {
             Continuation::Fits if unforeseen => self.other(start, &root.z, predictor, size),
             Continuation::Fits if !self.is_in_question(&root) => None,

@@ -331,10 +331,10 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
     }
-    if subject.system.is_forced() {
+    if subject.system.is_forced() || subject.unresolved.is_some() {
         let steps = subject.unresolved.map_or(0, |unresolved| unresolved.steps);
         report.push(
-            "steps within which an external force is switched",
+            "steps within which a force or a constraint jumps",
             Bar::Reported,
             Ok(steps as f64),
         );

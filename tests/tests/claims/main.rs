@@ -41,6 +41,7 @@ mod stability;
 mod start;
 mod start_on_constraints;
 mod switches;
+mod switching_rows;
 mod systems;
 mod taylor_ensemble;
 mod taylor_events;

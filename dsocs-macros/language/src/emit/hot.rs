@@ -70,6 +70,12 @@ pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: 
 fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
     let affine = |&entry: &NodeId| graph.leaves(entry).all(|leaf| !matches!(leaf, Leaf::Z(_)));
     let linear = unknowns.jacobian.iter().flatten().all(affine);
+    let is_unknown = |leaf| matches!(leaf, Leaf::Z(_));
+    let jumps = |&row: &NodeId| graph.deciding(row).any(is_unknown) || graph.calls_with(row, is_unknown);
+    let jumps = unknowns.rows.iter().any(jumps);
+    let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
+    let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
+    let piecewise = solved.any(|&value| graph.deciding(value).any(moves));
     let scaled = unknowns
         .scales
         .iter()
@@ -89,6 +95,8 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
     quote! {
         const OF_POSITIONS: &'static [usize] = &[#(#of_positions),*];
         const LINEAR: bool = #linear;
+        const JUMPS: bool = #jumps;
+        const PIECEWISE: bool = #piecewise;
         const SCALED: bool = #scaled;
         const DIVIDED: bool = #divided;
 

@@ -271,6 +271,8 @@ impl Dependence {
 pub(crate) struct Graph {
     nodes: Vec<Node>,
     dependence: Vec<Dependence>,
+    /// For every node, the leaves that decide which side of a jump it is on.
+    deciding: Vec<Dependence>,
     known: HashMap<Node, NodeId>,
     leaves: Vec<Leaf>,
     leaf_bits: HashMap<Leaf, usize>,
@@ -368,6 +370,39 @@ impl Graph {
             .is_some_and(|&bit| self.dependence[id.index()].contains(bit))
     }
 
+    /// Whether a node may jump where a leaf changes: a derivative does not tell, it is that of one side.
+    pub(crate) fn jumps_with(&self, id: NodeId, leaf: Leaf) -> bool {
+        self.leaf_bits
+            .get(&leaf)
+            .is_some_and(|&bit| self.deciding[id.index()].contains(bit))
+    }
+
+    /// The leaves with which a node may jump.
+    pub(crate) fn deciding(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
+        self.deciding[id.index()].bits().map(|bit| self.leaves[bit])
+    }
+
+    /// Whether a node may call a function of the user's of a leaf that is asked for.
+    pub(crate) fn calls_with(&self, id: NodeId, asked: fn(Leaf) -> bool) -> bool {
+        let mut seen = HashSet::new();
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            if !seen.insert(id) || !self.leaves(id).any(asked) {
+                continue;
+            }
+            if matches!(self.node(id), Node::Call { .. }) {
+                return true;
+            }
+            open.extend(self.parts(id));
+        }
+        false
+    }
+
+    /// Whether a node is affine in a leaf, with the slope that its derivative says: a node that jumps is not.
+    pub(crate) fn is_affine(&self, id: NodeId, slope: NodeId, leaf: Leaf) -> bool {
+        !self.depends_on(slope, leaf) && !self.jumps_with(id, leaf)
+    }
+
     /// Every leaf that a node depends on.
     pub(crate) fn leaves(&self, id: NodeId) -> impl Iterator<Item = Leaf> {
         let dependence = &self.dependence[id.index()];
@@ -405,10 +440,21 @@ impl Graph {
             self.leaf_bits.insert(leaf, bit);
             dependence.insert(bit);
         }
+        let mut deciding = Dependence::default();
         for part in self.parts(id) {
             dependence.extend(&self.dependence[part.index()]);
+            deciding.extend(&self.deciding[part.index()]);
+        }
+        match node {
+            Node::Unary(Unary::Signum, a) => deciding.extend(&self.dependence[a.index()]),
+            Node::Select(_, [left, right, ..]) => {
+                deciding.extend(&self.dependence[left.index()]);
+                deciding.extend(&self.dependence[right.index()]);
+            }
+            _ => {}
         }
         self.dependence.push(dependence);
+        self.deciding.push(deciding);
         self.known.insert(node, id);
         id
     }

@@ -190,8 +190,11 @@ impl Elimination {
         let mut candidates = Vec::new();
         for &(_, unknown) in unknown.iter().rev() {
             let coefficient = graph.derivative(row, unknown);
-            // a zero that the normal form does not see would be divided by
-            if !(rule.early)(graph, coefficient) || graph.vanishes(coefficient) {
+            // a zero that the normal form does not see would be divided by, and a row that jumps is not linear
+            if !(rule.early)(graph, coefficient)
+                || graph.jumps_with(row, unknown)
+                || graph.vanishes(coefficient)
+            {
                 continue;
             }
             candidates.push(Candidate {

@@ -137,7 +137,8 @@ pub(super) fn affine(graph: &mut Graph, system: &Elimination) -> bool {
             .collect();
         own.into_iter().all(|leaf| {
             let slope = graph.derivative(row.value, leaf);
-            graph.leaves(slope).all(|other| !unknown.contains(&other))
+            let is_constant = graph.leaves(slope).all(|other| !unknown.contains(&other));
+            is_constant && !graph.jumps_with(row.value, leaf)
         })
     })
 }

@@ -94,7 +94,7 @@ fn slopes(graph: &mut Graph, factor: NodeId, variables: &[Leaf]) -> Vec<(Leaf, N
     let mut slopes = Vec::new();
     for &variable in variables {
         let slope = graph.derivative(factor, variable);
-        if !graph.depends_on(slope, variable) && !graph.vanishes(slope) {
+        if graph.is_affine(factor, slope, variable) && !graph.vanishes(slope) {
             slopes.push((variable, slope));
         }
     }
@@ -240,7 +240,7 @@ fn divide_exactly(
     factor: NodeId,
     (unknown, slope): (Leaf, NodeId),
 ) -> Option<NodeId> {
-    if graph.depends_on(slope, unknown) {
+    if !graph.is_affine(factor, slope, unknown) {
         return None;
     }
     let zero = graph.constant(0.0);
@@ -267,6 +267,9 @@ fn divide_exactly(
         }
     }
     let mut polynomial = graph.linear(constant, &rest);
+    if graph.jumps_with(polynomial, unknown) {
+        return None;
+    }
 
     // Taylor coefficients at 0, until there are no more
     let mut coefficients = Vec::new();

@@ -91,7 +91,8 @@ fn without_multipliers(
     let forms: Vec<Vec<NodeId>> = leaves.iter().map(|&leaf| slopes_by(leaf)).collect();
     let slopes: Vec<NodeId> = leaves.iter().map(|&leaf| graph.derivative(value, leaf)).collect();
     let linear = |&slope: &NodeId| leaves.iter().all(|&leaf| !graph.depends_on(slope, leaf));
-    if !slopes.iter().all(linear) {
+    let jumps = leaves.iter().any(|&leaf| graph.jumps_with(value, leaf));
+    if jumps || !slopes.iter().all(linear) {
         return None;
     }
     let multiples = quotient::multiples(graph, &forms, slopes)?;

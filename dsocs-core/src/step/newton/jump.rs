@@ -1,0 +1,142 @@
+//! Rows that pass zero in a jump.
+//!
+//! Dry friction that stops a velocity within a step is an example: with the friction of either direction the next velocity has the other one, and
+//! no node solves the rows. The iteration then goes to and fro between two points, each the root that the rows would have if they went on as they
+//! are at the other one. Between the two the rows jump, and there they have a root in the sense of Filippov: one of the values that lie between
+//! those of the two sides solves them.
+
+use super::{
+    AnyEquations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
+};
+use crate::error::StepFailure;
+use crate::step::unknown::Unknown;
+
+/// An update that leads back goes at least this part of the way.
+const BACK: f64 = 0.5;
+
+/// So often the distance between the two points is halved: to the rounding of a part of it.
+const HALVINGS: u32 = 53;
+
+/// How often the two points are found anew, where the rows are not affine.
+const REPETITIONS: u32 = 8;
+
+/// A jump that moves by at most this, relative to the unknowns, has been found.
+const FOUND: f64 = 1e-12;
+
+/// So many pieces are looked at for one that has its own root.
+const PIECES: u32 = 12;
+
+/// The root of rows that are affine in pieces, from the last two points on: a full update leads to the root of the piece it comes from, and a part
+/// of one to nothing.
+#[cold]
+pub(super) fn between_pieces<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    [second, third]: [&Trial<Z>; 2],
+    size: &Z,
+) -> Result<Root<Z>, Failed<Z>> {
+    let (mut before, mut now) = (*second, *third);
+    let mut evaluations = 3;
+    loop {
+        if let Some(root) = between(equations, [&before.at, &now.at], size) {
+            return Ok(root);
+        }
+        if evaluations >= PIECES || !now.is_solution() {
+            return Err(Failed {
+                reason: StepFailure::NotConverged,
+                z: now.at.z,
+                rows: now.at.rows,
+                evaluations,
+            });
+        }
+        (before, now) = (now, Trial::new(equations, now.next()));
+        evaluations += 1;
+        if now.settles(&before, size) && is_declared(equations, &now.at.z, size) {
+            return Ok(arrived(&now, evaluations));
+        }
+    }
+}
+
+/// The jump to which the last two points of an iteration go to and fro, if they do.
+#[cold]
+pub(super) fn between<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    [first, second]: [&Iterate<Z>; 2],
+    size: &Z,
+) -> Option<Root<Z>> {
+    // what is expected may be nothing, as at rest
+    let larger = |size: Z, z: &Z| size.zip(z, |size, z| size.max(z.abs()));
+    let units = larger(larger(*size, &first.z), &second.z);
+    if along(&second.update, &first.update, &units) > -BACK {
+        return None;
+    }
+    let mut evaluations = 3;
+    let (mut from, mut to) = (first.z, second.z);
+    let mut last: Option<Z> = None;
+    for _ in 0..REPETITIONS {
+        let way = to.zip(&from, |to, from| to - from);
+        let [before, behind] = narrow(equations, &from, &way, &units, &mut evaluations)?;
+        // a root has no updates on either side of it
+        let apart = before
+            .at
+            .update
+            .zip(&behind.at.update, |before, behind| before - behind);
+        // also where it is no number
+        if !(along(&apart, &way, &units) >= BACK) {
+            return None;
+        }
+        let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
+        let nearer = if sizes[0] <= sizes[1] { &before } else { &behind };
+        let z = nearer.at.z;
+        let moved = last.map(|last| relative(&z.zip(&last, |z, last| z - last), &z, &units));
+        if equations.are_affine() || moved.is_some_and(|moved| moved <= FOUND) {
+            let root = Root {
+                z,
+                stop: Stop::Jump,
+                ..arrived(nearer, evaluations)
+            };
+            return is_declared(equations, &z, size).then_some(root);
+        }
+        last = Some(z);
+        // the roots of the two sides, as they look from the jump
+        (from, to) = (behind.next(), before.next());
+    }
+    None
+}
+
+/// How much of a way an update goes: 1 if it leads to the end, −1 if it leads back.
+fn along<Z: Unknown<f64>>(update: &Z, way: &Z, units: &Z) -> f64 {
+    scalar_product(update, way, units) / scalar_product(way, way, units)
+}
+
+/// The points on both sides of the jump on a way, as near as their difference can be told.
+fn narrow<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    from: &Z,
+    way: &Z,
+    units: &Z,
+    evaluations: &mut u32,
+) -> Option<[Trial<Z>; 2]> {
+    let mut trial = |part: f64| {
+        *evaluations += 1;
+        let trial = Trial::new(equations, from.zip(way, |from, way| from + part * way));
+        trial
+            .is_solution()
+            .then(|| (trial, along(&trial.at.update, way, units) > 0.0))
+    };
+    let (before, behind) = (trial(0.0)?, trial(1.0)?);
+    if !before.1 || behind.1 {
+        return None;
+    }
+    let (mut before, mut behind) = (before.0, behind.0);
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for _ in 0..HALVINGS {
+        let part = 0.5 * (low + high);
+        let (middle, is_before) = trial(part)?;
+        if is_before {
+            (low, before) = (part, middle);
+        } else {
+            (high, behind) = (part, middle);
+        }
+    }
+    Some([before, behind])
+}

@@ -1,0 +1,286 @@
+//! Rows of a step that jump with the next node: every node solves them, or is the jump over which they have no root, and that is told.
+
+use dsocs_core::{
+    DerivativeError, Ensemble, Flow, Path, Real, Start, Stepper, Stop, TaylorFlow, Tolerance, dsocs,
+};
+use proptest::prelude::*;
+
+/// A prescribed motion with dry friction, by the sign of the velocity.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + k * x + dry * dot(x).signum();
+    constraint_forces = [1];
+}]
+struct Sign {
+    k: f64,
+    dry: f64,
+}
+
+/// The same by a comparison.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + k * x + if dot(x) > 0 { dry } else { -dry };
+    constraint_forces = [1];
+}]
+struct Compared {
+    k: f64,
+    dry: f64,
+}
+
+/// The same by a function, which nobody can see into.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + k * x + dry * side(dot(x));
+    constraint_forces = [1];
+}]
+struct Called {
+    k: f64,
+    dry: f64,
+}
+
+/// The same where the row is no affine one on either side.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + k * x + dry * dot(x).signum() * (1 + dot(x).powi(2));
+    constraint_forces = [1];
+}]
+struct Bent {
+    k: f64,
+    dry: f64,
+}
+
+fn side<R: Real>(v: R) -> R {
+    if v > R::from(0.0) {
+        R::from(1.0)
+    } else {
+        R::from(-1.0)
+    }
+}
+
+/// What is prescribed: stiffness, friction, and how it grows with the square of the velocity.
+#[derive(Clone, Copy, Debug)]
+struct Law {
+    k: f64,
+    dry: f64,
+    square: f64,
+}
+
+/// Runs to `until`, and holds every node against the row: by the difference quotients of its neighbours, which share nothing with the engine.
+/// How many nodes were jumps, and how many steps the flow says are unresolved.
+fn nodes_hold<S: dsocs_core::System<1>>(system: &S, law: Law, x: f64, h: f64, until: f64) -> (u64, u64) {
+    let mut flow = Flow::new(system, h, Start::second_order([x], [0.0])).unwrap();
+    let mut jumps = 0;
+    while flow.time() < until {
+        let before = flow.leg();
+        let report = flow.advance().unwrap();
+        let after = flow.leg();
+        let a = (after.d[0] - before.d[0]) / (h * h);
+        let v = (after.d[0] + before.d[0]) / (2.0 * h);
+        let friction = law.dry * (1.0 + law.square * v * v);
+        let rest = a + law.k * before.q[0];
+        let scale = a.abs() + (law.k * before.q[0]).abs() + friction;
+        if report.stop == Stop::Jump {
+            jumps += 1;
+            // the velocity is that of the jump, and a friction between those of its sides solves the row
+            assert!(v.abs() <= 1e-9 * h * scale, "{law:?} {h} {v:e}");
+            assert!(
+                rest.abs() <= friction * (1.0 + 1e-9),
+                "{law:?} {h} {rest} {friction}"
+            );
+        } else {
+            // what rounds is the difference of two increments; a velocity within its own rounding has either sign
+            let increments = after.d[0].abs() + before.d[0].abs();
+            let rounding = 4.0 * f64::EPSILON * increments / (h * h);
+            let either = v.abs() <= 4.0 * f64::EPSILON * increments / h;
+            let left = |side: f64| (rest + friction * side).abs();
+            let left = if either {
+                left(1.0).min(left(-1.0))
+            } else {
+                left(v.signum())
+            };
+            assert!(left <= 1e-11 * scale + rounding, "{law:?} {h}: {left:e}");
+        }
+    }
+    (jumps, flow.unresolved().map_or(0, |unresolved| unresolved.steps))
+}
+
+#[test]
+fn a_step_across_a_jump_is_solved_or_told() {
+    let law = Law {
+        k: 1.0,
+        dry: 0.5,
+        square: 0.0,
+    };
+    let (k, dry) = (law.k, law.dry);
+    for h in [0.1, 0.01, 0.001] {
+        // it turns at x = 3, -2 and 1, and there at rest between the frictions of both signs
+        let found = [
+            nodes_hold(&Sign { k, dry }, law, 3.0, h, 8.0),
+            nodes_hold(&Compared { k, dry }, law, 3.0, h, 8.0),
+            nodes_hold(&Called { k, dry }, law, 3.0, h, 8.0),
+            nodes_hold(&Bent { k, dry }, Law { square: 1.0, ..law }, 3.0, h, 8.0),
+        ];
+        println!("{h}: {found:?}");
+        for (jumps, unresolved) in found {
+            assert!(unresolved >= jumps, "{h}: {found:?}");
+        }
+        // both turns are told, whether the node falls upon the jump or not
+        assert!(
+            found[0].1 >= 2 && found[1].1 >= 2 && found[3].1 >= 1,
+            "{h}: {found:?}"
+        );
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn whatever_the_numbers_are(
+        k in 0.05_f64..40.0, part in 0.01_f64..1.5, x in 0.1_f64..20.0, h in 0.0005_f64..0.05, square in prop::bool::ANY,
+    ) {
+        let dry = part * k * x;
+        let until = 3.0 * std::f64::consts::TAU / k.sqrt();
+        let until = until.min(2000.0 * h);
+        if square {
+            // friction that grows with the square stays within what steps of this length resolve
+            let dry = dry / (1.0 + k * x * x);
+            nodes_hold(&Bent { k, dry }, Law { k, dry, square: 1.0 }, x, h, until);
+        } else {
+            let law = Law { k, dry, square: 0.0 };
+            nodes_hold(&Sign { k, dry }, law, x, h, until);
+            nodes_hold(&Compared { k, dry }, law, x, h, until);
+            nodes_hold(&Called { k, dry }, law, x, h, until);
+        }
+    }
+}
+
+/// A motion that passes its turns: the error falls with the step, to first order.
+#[test]
+fn the_motion_is_that_of_the_declaration() {
+    let sign = Sign { k: 1.0, dry: 0.1 };
+    let start = Start::second_order([3.0], [0.0]);
+    // half turns about 0.1 and -0.1 in turn
+    let exact = |t: f64| {
+        let turn = (t / std::f64::consts::PI).floor();
+        let centre = if turn % 2.0 == 0.0 { 0.1 } else { -0.1 };
+        let amplitude = 3.0 - 0.1 - 0.2 * turn;
+        centre + amplitude * t.cos()
+    };
+    let until = 10.0;
+    let series = TaylorFlow::new(&sign, start, Tolerance::relative(1e-12)).unwrap();
+    assert!(({ series }.to(until).unwrap().q[0] - exact(until)).abs() < 1e-10);
+    let error = |h: f64| {
+        let mut flow = Flow::new(&sign, h, start).unwrap();
+        (flow.to(until).unwrap().q[0] - exact(until)).abs()
+    };
+    for h in [0.02, 0.01, 0.005, 0.0025] {
+        let error = error(h);
+        println!("{h}: {error:e}");
+        assert!(error < 0.2 * h, "{h}: {error:e}");
+    }
+}
+
+/// Two masses on a floor with dry friction, coupled by a spring and by their inertia.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + inertia * dot(x) * dot(y) - (x - y).powi(2) / 2 - stiff * y.powi(2) / 2;
+    external_forces = (-dry * dot(x).signum(), -0.7 * dry * dot(y).signum());
+}]
+struct Two {
+    inertia: f64,
+    stiff: f64,
+    dry: f64,
+}
+
+/// A pendulum with dry friction, whose rows bend.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = dot(theta).powi(2) / 2 + 9.81 * theta.cos();
+    external_forces = -dry * dot(theta).signum();
+}]
+struct Pivot {
+    dry: f64,
+}
+
+#[test]
+fn friction_that_jumps_ends_no_run() {
+    for h in [0.05, 0.01, 0.002] {
+        for start in [[1.0, -0.5], [0.3, 2.0], [-1.0, -1.1]] {
+            let two = Two {
+                inertia: 0.3,
+                stiff: 4.0,
+                dry: 0.6,
+            };
+            let mut flow = Flow::new(&two, h, Start::second_order(start, [0.0; 2])).unwrap();
+            let energy = |flow: &Flow<'_, Two, 2>| flow.node().energy;
+            let mut highest = f64::INFINITY;
+            while flow.time() < 20.0 {
+                flow.advance().unwrap();
+                if flow.index() % 100 == 0 {
+                    // friction takes energy, but for what chatters about rest
+                    assert!(
+                        energy(&flow) < highest + 0.1 * h,
+                        "{h} {start:?}: {}",
+                        energy(&flow)
+                    );
+                    highest = energy(&flow);
+                }
+            }
+            assert!(highest < 0.1, "{highest}");
+            assert!(flow.unresolved().is_some());
+        }
+        let pivot = Pivot { dry: 0.5 };
+        let mut flow = Flow::new(&pivot, h, Start::second_order([1.5], [0.0])).unwrap();
+        let mut most = 1.5_f64;
+        while flow.time() < 30.0 {
+            flow.advance().unwrap();
+            most = if flow.time() > 25.0 {
+                most.min(flow.position()[0].abs())
+            } else {
+                most
+            };
+        }
+        // it sticks where friction holds the weight
+        assert!(9.81 * most.sin() <= 0.5 + 10.0 * h, "{h}: {most}");
+        assert!(flow.unresolved().is_some());
+    }
+}
+
+#[test]
+fn lanes_do_the_same() {
+    let sign = Sign { k: 2.0, dry: 0.3 };
+    let starts: Vec<_> = (1..20)
+        .map(|i| Start::second_order([0.2 * f64::from(i)], [0.1]))
+        .collect();
+    let ends = Ensemble::new(&sign, 0.01)
+        .unwrap()
+        .starts(starts.iter().copied())
+        .to(9.0);
+    for (start, end) in starts.iter().zip(ends) {
+        let mut flow = Flow::new(&sign, 0.01, *start).unwrap();
+        assert_eq!(end.unwrap().q, flow.to(9.0).unwrap().q);
+    }
+}
+
+#[test]
+fn a_jump_has_no_derivative() {
+    let two = Two {
+        inertia: 0.3,
+        stiff: 4.0,
+        dry: 0.6,
+    };
+    let start = Start::second_order([1.0, -0.5], [0.0; 2]);
+    let failed = Path::new(&two, 0.01, start, 10.0).unwrap_err();
+    let DerivativeError::Jump { index, time } = failed else {
+        panic!("{failed}");
+    };
+    let mut flow = Flow::new(&two, 0.01, start).unwrap();
+    while flow.advance().unwrap().stop != Stop::Jump {}
+    assert_eq!((index as u64, time), (flow.index() - 1, flow.node().t));
+    assert!(Path::new(&two, 0.01, start, time - 0.02).is_ok());
+}
