@@ -1,7 +1,9 @@
-//! A step allocates nothing.
+//! A step allocates nothing, and a long path little.
+
+use std::hint::black_box;
 
 use dsocs_core::taylor::{TaylorFlow, Tolerance};
-use dsocs_core::{ComposedFlow, Composition, Flow, Node, Start, Stepper, System};
+use dsocs_core::{ComposedFlow, Composition, Flow, Node, Path, Start, Stepper, System};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 use dsocs_tests::closed_form::pendulum::START;
 
@@ -125,4 +127,24 @@ fn the_taylor_flow() {
 fn the_counter_counts() {
     let counted = allocation_counter::measure(|| drop(std::hint::black_box(Box::new(1.0))));
     assert_eq!(counted.count_total, 1);
+}
+
+/// The memory of a path grows with the square root of its length where there is no more.
+#[test]
+fn a_long_path_needs_little_memory() {
+    let particle = CurvedParticle::default();
+    let start = Start::second_order([0.0, 0.0], [1.0, 0.0]);
+    let needed = |steps: f64, memory: usize| {
+        let measured = allocation_counter::measure(|| {
+            let path = Path::within(&particle, 0.01, start, 0.01 * steps, memory).unwrap();
+            black_box(path.gradient_at_end(&mut |end| end.q[0]).unwrap());
+        });
+        measured.bytes_max as f64
+    };
+    let (kept, short, long) = (
+        needed(40_000.0, usize::MAX),
+        needed(40_000.0, 0),
+        needed(160_000.0, 0),
+    );
+    assert!(short < 0.2 * kept && long < 2.5 * short, "{kept} {short} {long}");
 }

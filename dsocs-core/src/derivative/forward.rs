@@ -213,83 +213,87 @@ fn forward<const N: usize>(
     if let Some(visit) = &mut visit {
         visit(0, &first_point(motion), &tangents);
     }
-    let pieces = motion.pieces();
     let (mut moved, mut shown) = (Vec::with_capacity(variables.len()), Vec::new());
     let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
-    for (number, piece) in pieces.iter().enumerate() {
-        let (first, count, stretch) = piece.steps();
-        if entered.as_ref().is_none_or(|(own, _)| *own != stretch) {
-            motion.enter(stretch, &mut rooms);
-            entered = Some((stretch, changes(motion, variables, stretch, &mut rooms)));
-        }
-        let Some((_, changes)) = &entered else {
-            continue;
-        };
-        let steps = motion.some(first, count, stretch);
-        // the change of each variable, lane by lane
-        let is_shown = visit.is_some() || number + 1 == pieces.len();
-        moved.clear();
-        if let Piece::Plain { .. } = piece {
-            let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
-            linearized.map_err(|lane| motion.singular(first + lane))?;
-            for (state, change) in states.iter_mut().zip(changes) {
-                let by_fixed = match change {
-                    Some(change) => block.by_change(&motion.equations, change),
-                    None => [Eight::ZERO; N],
-                };
-                moved.push(along(state, &block, &by_fixed, count));
+    for window in 0..motion.windows() {
+        let window = motion.window(window)?;
+        for piece in &motion.pieces(&window) {
+            let (first, count, stretch) = piece.steps();
+            if entered.as_ref().is_none_or(|(own, _)| *own != stretch) {
+                motion.enter(stretch, &mut rooms);
+                entered = Some((stretch, changes(motion, variables, stretch, &mut rooms)));
             }
-        } else {
-            let changed = motion.changed(first, stretch)?;
-            for (state, variable) in states.iter_mut().zip(variables) {
-                let before = *state;
-                let mut e = [0.0; N];
-                for (i, e) in e.iter_mut().enumerate() {
-                    *e = (0..N)
-                        .map(|j| changed.by_node[i][j] * state.q[j] + changed.by_increment[i][j] * state.d[j])
-                        .sum();
-                    for (side, slopes) in changed.by_parameters.iter().enumerate() {
-                        for (place, slope) in slopes.iter().enumerate() {
-                            *e += slope[i] * variable.rate(stretch - 1 + side, place);
+            let Some((_, changes)) = &entered else {
+                continue;
+            };
+            let steps = motion.some(&window, piece);
+            // the change of each variable, lane by lane
+            let is_shown = visit.is_some() || motion.is_last(piece);
+            moved.clear();
+            if let Piece::Plain { .. } = piece {
+                let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
+                linearized.map_err(|lane| motion.singular(first + lane))?;
+                for (state, change) in states.iter_mut().zip(changes) {
+                    let by_fixed = match change {
+                        Some(change) => block.by_change(&motion.equations, change),
+                        None => [Eight::ZERO; N],
+                    };
+                    moved.push(along(state, &block, &by_fixed, count));
+                }
+            } else {
+                let changed = motion.changed(&window, first, stretch)?;
+                for (state, variable) in states.iter_mut().zip(variables) {
+                    let before = *state;
+                    let mut e = [0.0; N];
+                    for (i, e) in e.iter_mut().enumerate() {
+                        *e = (0..N)
+                            .map(|j| {
+                                changed.by_node[i][j] * state.q[j] + changed.by_increment[i][j] * state.d[j]
+                            })
+                            .sum();
+                        for (side, slopes) in changed.by_parameters.iter().enumerate() {
+                            for (place, slope) in slopes.iter().enumerate() {
+                                *e += slope[i] * variable.rate(stretch - 1 + side, place);
+                            }
                         }
                     }
+                    state.go_on(&e);
+                    moved.push([before.q, before.d, e].map(|x| x.map(Eight::splat)));
                 }
-                state.go_on(&e);
-                moved.push([before.q, before.d, e].map(|x| x.map(Eight::splat)));
             }
-        }
-        if !is_shown {
-            continue;
-        }
-        let points = motion.equations.points(&steps, &mut rooms);
-        let width = variables.len();
-        shown.resize(count * width, NodeTangent::ZERO);
-        for (number, (moved, change)) in moved.iter().zip(changes).enumerate() {
-            let points = motion
-                .equations
-                .change_points::<N>(&mut rooms, &|role| match role {
-                    Role::Node(i) => moved[0][i],
-                    Role::Increment(i) => moved[1][i],
-                    Role::Difference(i) => moved[2][i],
-                    Role::Fixed(k) => change
-                        .as_ref()
-                        .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
-                    Role::Unknown(_) | Role::Still => Eight::ZERO,
-                });
-            for lane in 0..count {
-                let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                shown[lane * width + number] = NodeTangent { q, v, a };
+            if !is_shown {
+                continue;
             }
-        }
-        if let Some(visit) = &mut visit {
-            for lane in 0..count {
-                let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                let t = motion.time(first + lane);
-                let own = &shown[lane * width..(lane + 1) * width];
-                visit(first + lane, &Point { t, q, v, a }, own);
+            let points = motion.equations.points(&steps, &mut rooms);
+            let width = variables.len();
+            shown.resize(count * width, NodeTangent::ZERO);
+            for (number, (moved, change)) in moved.iter().zip(changes).enumerate() {
+                let points = motion
+                    .equations
+                    .change_points::<N>(&mut rooms, &|role| match role {
+                        Role::Node(i) => moved[0][i],
+                        Role::Increment(i) => moved[1][i],
+                        Role::Difference(i) => moved[2][i],
+                        Role::Fixed(k) => change
+                            .as_ref()
+                            .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
+                        Role::Unknown(_) | Role::Still => Eight::ZERO,
+                    });
+                for lane in 0..count {
+                    let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
+                    shown[lane * width + number] = NodeTangent { q, v, a };
+                }
             }
+            if let Some(visit) = &mut visit {
+                for lane in 0..count {
+                    let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
+                    let t = motion.time(first + lane);
+                    let own = &shown[lane * width..(lane + 1) * width];
+                    visit(first + lane, &Point { t, q, v, a }, own);
+                }
+            }
+            tangents.copy_from_slice(&shown[(count - 1) * width..]);
         }
-        tangents.copy_from_slice(&shown[(count - 1) * width..]);
     }
     Ok(tangents)
 }

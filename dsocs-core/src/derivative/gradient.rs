@@ -173,68 +173,71 @@ fn backward<const N: usize>(
         parameters: vec![vec![0.0; count]; motion.stretches()],
     };
     let mut current: Option<(usize, Vec<Eight>)> = None;
-    for piece in motion.pieces().iter().rev() {
-        let (first, count, stretch) = piece.steps();
-        if current.as_ref().is_none_or(|(own, ..)| *own != stretch) {
-            leave(motion, current.take(), &mut rooms, &mut adjoint);
-            let values = motion.enter(stretch, &mut rooms);
-            current = Some((stretch, vec![Eight::ZERO; values.len()]));
-        }
-        let Some((_, by_fixed)) = &mut current else {
-            continue;
-        };
-        let steps = motion.some(first, count, stretch);
-        let of_points = if first + count > from {
-            let points = motion.equations.points(&steps, &mut rooms);
-            weights(motion, &mut adjoint.cost, cost, (first, count, from), &points)
-        } else {
-            None
-        };
-        // the derivatives of the nodes' costs by node, increment and second difference
-        let mut of_nodes = [[Eight::ZERO; N]; 3];
-        if let Some(weights) = &of_points {
-            let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
-            motion
-                .equations
-                .back_from_points(&mut rooms, weights, &mut |role, slope| {
-                    let to = match role {
-                        Role::Node(i) => &mut of_nodes[0][i],
-                        Role::Increment(i) => &mut of_nodes[1][i],
-                        Role::Difference(i) => &mut of_nodes[2][i],
-                        Role::Fixed(k) => {
-                            by_fixed[k] = by_fixed[k] + slope * lanes;
-                            return;
-                        }
-                        Role::Unknown(_) | Role::Still => return,
-                    };
-                    *to = *to + slope;
-                });
-        }
-        if let Piece::Plain { .. } = piece {
-            let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
-            linearized.map_err(|lane| motion.singular(first + lane))?;
-            let by_e = back(&mut adjoint, &block, &of_nodes, count);
-            block.add_by_fixed(&motion.equations, &by_e, by_fixed);
-        } else {
-            let changed = motion.changed(first, stretch)?;
-            let of_nodes = of_nodes.map(|x| x.map(|x| x.0[0]));
-            let by_e = adjoint.by_e(&of_nodes[2]);
-            for j in 0..N {
-                adjoint.q[j] += of_nodes[0][j];
-                adjoint.d[j] += of_nodes[1][j];
-                for (i, by_e) in by_e.iter().enumerate() {
-                    adjoint.q[j] += by_e * changed.by_node[i][j];
-                    adjoint.d[j] += by_e * changed.by_increment[i][j];
-                }
+    for window in (0..motion.windows()).rev() {
+        let window = motion.window(window)?;
+        for piece in motion.pieces(&window).iter().rev() {
+            let (first, count, stretch) = piece.steps();
+            if current.as_ref().is_none_or(|(own, ..)| *own != stretch) {
+                leave(motion, current.take(), &mut rooms, &mut adjoint);
+                let values = motion.enter(stretch, &mut rooms);
+                current = Some((stretch, vec![Eight::ZERO; values.len()]));
             }
-            for (side, slopes) in changed.by_parameters.iter().enumerate() {
-                let sums = &mut adjoint.parameters[stretch - 1 + side];
-                for (sum, slope) in sums.iter_mut().zip(slopes) {
-                    *sum += by_e
-                        .iter()
-                        .zip(slope)
-                        .map(|(by_e, slope)| by_e * slope)
-                        .sum::<f64>();
+            let Some((_, by_fixed)) = &mut current else {
+                continue;
+            };
+            let steps = motion.some(&window, piece);
+            let of_points = if first + count > from {
+                let points = motion.equations.points(&steps, &mut rooms);
+                weights(motion, &mut adjoint.cost, cost, (first, count, from), &points)
+            } else {
+                None
+            };
+            // the derivatives of the nodes' costs by node, increment and second difference
+            let mut of_nodes = [[Eight::ZERO; N]; 3];
+            if let Some(weights) = &of_points {
+                let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
+                motion
+                    .equations
+                    .back_from_points(&mut rooms, weights, &mut |role, slope| {
+                        let to = match role {
+                            Role::Node(i) => &mut of_nodes[0][i],
+                            Role::Increment(i) => &mut of_nodes[1][i],
+                            Role::Difference(i) => &mut of_nodes[2][i],
+                            Role::Fixed(k) => {
+                                by_fixed[k] = by_fixed[k] + slope * lanes;
+                                return;
+                            }
+                            Role::Unknown(_) | Role::Still => return,
+                        };
+                        *to = *to + slope;
+                    });
+            }
+            if let Piece::Plain { .. } = piece {
+                let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
+                linearized.map_err(|lane| motion.singular(first + lane))?;
+                let by_e = back(&mut adjoint, &block, &of_nodes, count);
+                block.add_by_fixed(&motion.equations, &by_e, by_fixed);
+            } else {
+                let changed = motion.changed(&window, first, stretch)?;
+                let of_nodes = of_nodes.map(|x| x.map(|x| x.0[0]));
+                let by_e = adjoint.by_e(&of_nodes[2]);
+                for j in 0..N {
+                    adjoint.q[j] += of_nodes[0][j];
+                    adjoint.d[j] += of_nodes[1][j];
+                    for (i, by_e) in by_e.iter().enumerate() {
+                        adjoint.q[j] += by_e * changed.by_node[i][j];
+                        adjoint.d[j] += by_e * changed.by_increment[i][j];
+                    }
+                }
+                for (side, slopes) in changed.by_parameters.iter().enumerate() {
+                    let sums = &mut adjoint.parameters[stretch - 1 + side];
+                    for (sum, slope) in sums.iter_mut().zip(slopes) {
+                        *sum += by_e
+                            .iter()
+                            .zip(slope)
+                            .map(|(by_e, slope)| by_e * slope)
+                            .sum::<f64>();
+                    }
                 }
             }
         }

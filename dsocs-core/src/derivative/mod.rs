@@ -27,6 +27,7 @@ mod changed;
 mod error;
 mod forward;
 mod gradient;
+mod kept;
 mod path;
 mod start;
 

@@ -1,10 +1,12 @@
 //! A run whose steps are kept, so that it can be differentiated.
 
-use core::fmt;
+use std::borrow::Cow;
+use std::fmt;
 
 use super::block::{Equations, Fixed, Recorded, Rooms, Steps};
 use super::changed::{Change, Changed};
 use super::error::DerivativeError;
+use super::kept::{Checkpoints, Kept};
 use super::start::Begun;
 use crate::any::AnySystem;
 use crate::declaration::Declaration;
@@ -20,7 +22,9 @@ use crate::tape::Eight;
 /// A run of a [`Flow`] whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
 /// [`Path::gradient`].
 ///
-/// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns. The nodes are those of [`Flow`], bit for bit.
+/// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns, up to [`Path::MEMORY`] bytes. A longer run keeps only some of its
+/// states, as checkpoints, and about as many steps; derivatives then make the steps between two checkpoints again, which takes about as long as one
+/// more run. The nodes are those of [`Flow`], and the derivatives are the same either way, bit for bit.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -57,10 +61,12 @@ pub struct Path<'s, S: System<N>, const N: usize> {
     stretches: Vec<(usize, Held<'s, S>)>,
     /// The inputs, as indices of parameters.
     inputs: Vec<usize>,
-    /// Step `k` about node `k + 1`.
-    steps: Vec<Recorded<N>>,
-    /// The unknowns of the steps, one after the other.
-    unknowns: Vec<f64>,
+    /// How many steps there are.
+    length: usize,
+    /// All of them, or those from the last checkpoint on.
+    kept: Kept<N>,
+    /// The states from which the others are made again.
+    checkpoints: Checkpoints<'s, S, N>,
     /// The last node.
     end: Node<N>,
 }
@@ -70,13 +76,16 @@ impl<S: System<N>, const N: usize> fmt::Debug for Path<'_, S, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Path")
             .field("h", &self.h)
-            .field("steps", &self.steps.len())
+            .field("steps", &self.length)
             .field("end", &self.end)
             .finish_non_exhaustive()
     }
 }
 
 impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
+    /// How many bytes the steps of a path take at most, where nothing else is asked for ([`Path::within`]): 256 MiB.
+    pub const MEMORY: usize = 1 << 28;
+
     /// Runs from a start with the step `h`, up to the last node at or before `t`.
     ///
     /// # Errors
@@ -84,6 +93,21 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// [`DerivativeError::Run`] as [`Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
     /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
     pub fn new(system: &'s S, h: f64, start: Start<N>, t: f64) -> Result<Self, DerivativeError> {
+        Self::within(system, h, start, t, Self::MEMORY)
+    }
+
+    /// The same where the steps take at most `memory` bytes, if a run of that length can do with it: checkpoints need room, too.
+    ///
+    /// # Errors
+    ///
+    /// As [`Path::new`].
+    pub fn within(
+        system: &'s S,
+        h: f64,
+        start: Start<N>,
+        t: f64,
+        memory: usize,
+    ) -> Result<Self, DerivativeError> {
         if !t.is_finite() {
             return Err(RunError::Until { until: t }.into());
         }
@@ -94,14 +118,19 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         let mut flow = Flow::new(system, h, start).map_err(RunError::from)?;
         let end = flow.clock().until(t)?;
         let mut path = Self::begun(&flow, &start);
-        if let Some(count) = end.index() {
-            // memory for all steps, up to a limit
-            let count = usize::try_from(count).unwrap_or(0).min(1 << 24);
-            path.steps.reserve_exact(count);
-            path.unknowns.reserve_exact(count * path.unknowns_of_a_step());
-        }
+        let count = end
+            .index()
+            .map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX));
+        let unknowns = path.unknowns_of_a_step();
+        let bytes = size_of::<Recorded<N>>() + size_of::<f64>() * unknowns;
+        path.checkpoints = Checkpoints::new(count, bytes, memory);
+        let window = count.min(path.checkpoints.every);
+        path.kept = Kept::from(1, window, unknowns);
         flow.clock_mut().hand_out(true);
         while !flow.clock().has_reached(&end) {
+            if path.checkpoints.keep(&flow, path.length) && path.length > 0 {
+                path.kept = Kept::from(path.length + 1, window, unknowns);
+            }
             flow.step(end.time())?;
             path.keep(&flow)?;
         }
@@ -174,8 +203,9 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
             beginning: *flow.beginning(),
             stretches: vec![(0, flow.held().clone())],
             inputs: Vec::new(),
-            steps: Vec::new(),
-            unknowns: Vec::new(),
+            length: 0,
+            kept: Kept::from(1, 0, 0),
+            checkpoints: Checkpoints::none(),
             end: flow.node(),
         }
     }
@@ -184,19 +214,17 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     #[inline]
     fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
         if const { S::JUMPS } && flow.node().stop == Stop::Jump {
-            let index = self.steps.len() + 1;
+            let index = self.length + 1;
             let time = flow.node().t;
             return Err(DerivativeError::Jump { index, time });
         }
-        if let Some((leg, e, z)) = flow.last_step() {
-            self.steps.push(Recorded { leg, e });
-            self.unknowns.extend_from_slice(z.as_ref());
-        }
+        self.kept.keep(flow);
+        self.length += 1;
         Ok(())
     }
 
     fn ended(mut self, flow: &Flow<'s, S, N>) -> Result<Self, DerivativeError> {
-        if self.steps.is_empty() {
+        if self.length == 0 {
             return Err(DerivativeError::NoSteps { h: self.h });
         }
         self.end = flow.node();
@@ -212,7 +240,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// The number of steps. Nodes are numbered from 0 (the start) to this number.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.steps.len()
+        self.length
     }
 
     /// The inputs of a plan, in its order, by their names.
@@ -272,11 +300,23 @@ pub(super) struct Motion<'p, const N: usize> {
     pub h: f64,
     pub beginning: &'p Beginning<N>,
     pub begun: Begun<N>,
-    pub steps: &'p [Recorded<N>],
-    unknowns: &'p [f64],
+    /// How many steps there are.
+    length: usize,
+    /// How many of them lie between two checkpoints.
+    every: usize,
+    /// All of them, or those from the last checkpoint on.
+    kept: &'p Kept<N>,
+    /// Makes the steps from a checkpoint on again.
+    again: Box<Again<'p, N>>,
     stretches: Vec<(usize, Declaration<'p>)>,
     pub equations: Equations,
 }
+
+/// Makes the steps from a checkpoint on again.
+type Again<'p, const N: usize> = dyn Fn(usize) -> Result<Kept<N>, DerivativeError> + 'p;
+
+/// Consecutive steps of a path, all from one checkpoint on.
+pub(super) type Window<'p, const N: usize> = Cow<'p, Kept<N>>;
 
 /// Some consecutive steps, by the numbers of their middle nodes.
 #[derive(Clone, Copy, Debug)]
@@ -317,8 +357,10 @@ impl<'p, const N: usize> Motion<'p, N> {
             h: path.h,
             beginning: &path.beginning,
             begun,
-            steps: &path.steps,
-            unknowns: &path.unknowns,
+            length: path.length,
+            every: path.checkpoints.every,
+            kept: &path.kept,
+            again: Box::new(|window| path.checkpoints.again(window, path.length)),
             equations: Equations::new::<N>(stretches[0].1.source().tape(), parameters),
             stretches,
         }
@@ -334,18 +376,36 @@ impl<'p, const N: usize> Motion<'p, N> {
         &self.stretches[stretch].1
     }
 
-    /// The pieces of the path, in order.
-    pub fn pieces(&self) -> Vec<Piece> {
+    /// How many windows the steps are in.
+    pub fn windows(&self) -> usize {
+        self.length.div_ceil(self.every)
+    }
+
+    /// The steps of a window.
+    ///
+    /// # Errors
+    ///
+    /// None, as long as steps that were solved once can be solved again.
+    pub fn window(&self, window: usize) -> Result<Window<'p, N>, DerivativeError> {
+        if window + 1 == self.windows() {
+            return Ok(Cow::Borrowed(self.kept));
+        }
+        Ok(Cow::Owned((self.again)(window)?))
+    }
+
+    /// The pieces of a window, in order.
+    pub fn pieces(&self, window: &Kept<N>) -> Vec<Piece> {
         let mut pieces = Vec::new();
         for (stretch, (from, _)) in self.stretches.iter().enumerate() {
             let next = self
                 .stretches
                 .get(stretch + 1)
-                .map_or(self.steps.len() + 1, |next| next.0);
-            if stretch > 0 {
+                .map_or(self.length + 1, |next| next.0);
+            if stretch > 0 && (window.first..window.end()).contains(from) {
                 pieces.push(Piece::Changed { at: *from, stretch });
             }
-            let mut first = from + 1;
+            let mut first = (from + 1).max(window.first);
+            let next = next.min(window.end());
             while first < next {
                 let count = (next - first).min(Eight::COUNT);
                 pieces.push(Piece::Plain {
@@ -359,6 +419,12 @@ impl<'p, const N: usize> Motion<'p, N> {
         pieces
     }
 
+    /// Whether a piece is the last of the path.
+    pub fn is_last(&self, piece: &Piece) -> bool {
+        let (first, count, _) = piece.steps();
+        first + count > self.length
+    }
+
     /// Prepares the steps of a stretch; returns the values of its constants and parameters.
     pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
         let source = self.declaration(stretch).source();
@@ -367,23 +433,29 @@ impl<'p, const N: usize> Motion<'p, N> {
         fixed
     }
 
-    /// The steps with the middle nodes `first`, …, `first + count - 1`.
-    pub fn some(&self, first: usize, count: usize, stretch: usize) -> Steps<'_, N> {
-        let range = first - 1..first - 1 + count;
+    /// The steps of a window with the middle nodes `first`, …, `first + count - 1`.
+    pub fn some<'w>(&'w self, window: &'w Kept<N>, piece: &Piece) -> Steps<'w, N> {
+        let (first, count, stretch) = piece.steps();
+        let range = first - window.first..first - window.first + count;
         let rows = self.equations.rows;
         Steps {
             source: self.declaration(stretch).source(),
-            unknowns: &self.unknowns[range.start * rows..range.end * rows],
-            recorded: &self.steps[range],
+            unknowns: &window.unknowns[range.start * rows..range.end * rows],
+            recorded: &window.steps[range],
         }
     }
 
     /// The derivatives of the step at which the parameters change.
-    pub fn changed(&self, at: usize, stretch: usize) -> Result<Changed<N>, DerivativeError> {
+    pub fn changed(
+        &self,
+        window: &Kept<N>,
+        at: usize,
+        stretch: usize,
+    ) -> Result<Changed<N>, DerivativeError> {
         let change = Change {
             sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
             h: self.h,
-            step: self.steps[at - 1],
+            step: window.steps[at - window.first],
         };
         change
             .slopes(self.equations.parameters)

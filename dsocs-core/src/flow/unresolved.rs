@@ -70,7 +70,11 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             let before = self.clock.time_of(self.index().saturating_sub(1));
             self.look_at(before, &leg, &e, report.stop);
         }
-        self.look_at(self.time(), leg, e, stop);
+        // a step that begins at a jump meets it once more
+        let begins_at_jump = self.solved.is_some_and(|last| last.report.stop == Stop::Jump);
+        if stop == Stop::Jump || !begins_at_jump {
+            self.look_at(self.time(), leg, e, stop);
+        }
     }
 
     /// Examines one step, whose middle node has the time given.

@@ -498,6 +498,59 @@ fn a_plan_is_the_run_with_the_same_inputs() {
     assert!((path.end().t - 1.0).abs() < 1e-15);
 }
 
+/// Every number that a path gives, in bits: tangents along, at the end, and gradients.
+fn bits<S: System<N>, const N: usize>(path: &Path<'_, S, N>, parameter: &str) -> Vec<u64> {
+    let mut all = Vec::new();
+    let variables = [Variable::Position(0), Variable::Parameter(parameter)];
+    path.tangents_along(&variables, &mut |index, point, tangents| {
+        all.push(index as u64);
+        all.extend(point.q.iter().chain(&point.v).map(|x| x.to_bits()));
+        for tangent in tangents {
+            all.extend(tangent.q.iter().chain(&tangent.v).map(|x| x.to_bits()));
+        }
+    })
+    .unwrap();
+    for tangent in path.tangents(&variables).unwrap() {
+        all.extend(tangent.q.iter().chain(&tangent.v).map(|x| x.to_bits()));
+    }
+    let sum = path.gradient(&mut |_, node| node.q[0] * node.q[0] + node.v[N - 1] * 2.0);
+    let end = path.gradient_at_end(&mut |node| node.q[0] * node.v[0]);
+    for gradient in [sum.unwrap(), end.unwrap()] {
+        all.push(gradient.cost.to_bits());
+        let numbers = gradient.q0.iter().chain(&gradient.v0).chain(&gradient.parameters);
+        all.extend(numbers.map(|x| x.to_bits()));
+    }
+    all.extend(path.end().q.map(f64::to_bits));
+    all
+}
+
+#[test]
+fn checkpoints_change_no_bit() {
+    // without memory there are as many checkpoints as make the least of both
+    let pushed = Pushed {
+        mass: 1.3,
+        stiffness: 2.0,
+        friction: 0.1,
+        push: 0.4,
+    };
+    let coupled = Coupled {
+        load: 0.5,
+        coupling: 3.0,
+    };
+    for steps in [1, 7, 8, 9, 40, 63, 64, 65, 257, 1000, 5003] {
+        let until = 0.01 * f64::from(steps);
+        let start = Start::second_order([0.4], [0.3]);
+        let [kept, again] =
+            [usize::MAX, 0].map(|memory| Path::within(&pushed, 0.01, start, until, memory).unwrap());
+        assert_eq!(again.steps(), steps as usize);
+        assert_eq!(bits(&kept, "friction"), bits(&again, "friction"), "{steps}");
+        let start = Start::second_order([0.4, -0.2], [0.3, 1.0]);
+        let [kept, again] =
+            [usize::MAX, 0].map(|memory| Path::within(&coupled, -0.01, start, -until, memory).unwrap());
+        assert_eq!(bits(&kept, "load"), bits(&again, "load"), "{steps}");
+    }
+}
+
 #[test]
 fn what_has_no_derivative_says_so() {
     let pushed = Pushed {

@@ -80,8 +80,9 @@ pub(super) fn between<Z: Unknown<f64>>(
             .at
             .update
             .zip(&behind.at.update, |before, behind| before - behind);
-        // also where it is no number
-        if !(along(&apart, &way, &units) >= BACK) {
+        // false also where it is no number
+        let is_jump = along(&apart, &way, &units) >= BACK;
+        if !is_jump {
             return None;
         }
         let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
