@@ -389,8 +389,17 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         let (q, v, a) = lanes.ends.get(lane);
         motion.next.begin(lanes.ends.t[lane], &q.hi, &v.hi);
         lanes.engine.tell(lane, asked, &mut motion.next);
-        let good = motion.control.good(&motion.series, &motion.next, &a, size);
-        self.again = !good && size > smallest;
+        // a velocity that jumps where no expansion shows a switch
+        let jumps = motion.moved(self.step.h()).is_some();
+        let good = !jumps && motion.control.good(&motion.series, &motion.next, &a, size);
+        if jumps || (!good && size <= smallest) {
+            // what this is, the step says that is made alone
+            core::mem::swap(&mut motion.series, &mut motion.next);
+            self.stays_alone |= jumps;
+            self.is_complete = false;
+            return false;
+        }
+        self.again = !good;
         if self.again {
             motion.rejected += 1;
             motion.expansions = motion.expansions.saturating_add(1);

@@ -36,9 +36,9 @@ pub enum SeriesFailure {
         /// name.
         switch: &'static str,
     },
-    /// The velocity would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from the
-    /// velocity before.
-    #[error("the velocity would have to jump")]
+    /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
+    /// what was before.
+    #[error("the {} would have to jump", .by.what())]
     Jumps {
         /// The switch, as above; `None` at such a time.
         switch: Option<&'static str>,
@@ -47,14 +47,26 @@ pub enum SeriesFailure {
     },
 }
 
-/// What makes a velocity jump.
+/// What makes a velocity, or a position, jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Jump {
+    /// A holonomic constraint jumps: it is the position that would have to.
+    Position,
     /// A holonomic constraint has a corner, or a nonholonomic one jumps.
     Constraint,
     /// The Lagrangian jumps along the motion, or the momentum does.
     Lagrangian,
+}
+
+impl Jump {
+    /// What would have to jump.
+    fn what(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Constraint | Self::Lagrangian => "velocity",
+        }
+    }
 }
 
 /// A last step below this part of the mean tells that steps have become shorter and shorter.
@@ -141,7 +153,12 @@ impl fmt::Display for SeriesError {
                     Some(switch) => format!("`{switch}` is zero there, and beyond"),
                     None => "beyond this place".to_owned(),
                 };
+                let what = by.what();
                 let (why, advice) = match by {
+                    Jump::Position => (
+                        "a holonomic constraint asks for another position than before",
+                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+                    ),
                     Jump::Constraint => (
                         "a constraint on positions or velocities asks for another velocity than before. How such an impact goes \
                          on (how much energy is lost) the declaration does not say",
@@ -156,8 +173,8 @@ impl fmt::Display for SeriesError {
                 };
                 write!(
                     f,
-                    "the velocity would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {place} {why}. Either {advice}; \
-                     or let the run end here, and begin another one with the velocity after the jump",
+                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {place} {why}. Either {advice}; \
+                     or let the run end here, and begin another one with the {what} after the jump",
                     coordinates.join(", ")
                 )
             }

@@ -347,16 +347,27 @@ impl<const N: usize> Integrator<N> {
 
     /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
     #[inline(always)]
-    fn moved(&self, h: f64) -> Option<[f64; N]> {
-        let least = (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1);
+    pub(super) fn moved(&self, h: f64) -> Option<[f64; N]> {
         let projection = self.projection.as_ref()?;
-        let [v, a, ..] = self.series.velocity() else {
-            return None;
-        };
-        projection.moved(least, size(v).max(size(a) * h.abs()))
+        projection.moved(self.least_jump(), self.pace(h))
     }
 
-    /// What makes the velocity jump at the end of a step of the length `h`, where something is switched.
+    /// How fast the motion is in a step of the length `h`.
+    #[inline(always)]
+    fn pace(&self, h: f64) -> f64 {
+        match self.series.velocity() {
+            [v, a, ..] => size(v).max(size(a) * h.abs()),
+            _ => f64::NAN,
+        }
+    }
+
+    /// The least part of a velocity or of a position that is a jump, where constraints move it.
+    #[inline(always)]
+    fn least_jump(&self) -> f64 {
+        (JUMPS * self.control.relative()).clamp(LEAST_JUMP, 0.1)
+    }
+
+    /// What makes the position or the velocity jump at the end of a step of the length `h`, where something is switched.
     #[cold]
     #[inline(never)]
     fn jump_after(
@@ -364,7 +375,16 @@ impl<const N: usize> Integrator<N> {
         equations: &mut dyn Equations<N>,
         h: f64,
     ) -> Option<(Option<&'static str>, Jump)> {
-        let by = if let Some(before) = self.moved(h) {
+        let way = self.pace(h) * h.abs();
+        let shifted = self
+            .projection
+            .as_ref()
+            .and_then(|projection| projection.shifted(self.least_jump(), way));
+        let by = if let Some(before) = shifted {
+            // and at the place where it is
+            self.q = Compensated::exact(before);
+            Jump::Position
+        } else if let Some(before) = self.moved(h) {
             // the motion ends with the velocity that it has
             self.v = Compensated::exact(before);
             Jump::Constraint

@@ -34,6 +34,8 @@ pub(super) struct Projection<const N: usize> {
     directions: Vec<[[f64; N]; 2]>,
     /// The last velocity before it was corrected, and by how much that was.
     corrected: ([f64; N], f64),
+    /// The same of the last position.
+    shifted: ([f64; N], f64),
 }
 
 impl<const N: usize> Projection<N> {
@@ -63,6 +65,7 @@ impl<const N: usize> Projection<N> {
             rows,
             directions: Vec::with_capacity(lower),
             corrected: (*v, 0.0),
+            shifted: (*q, 0.0),
         })
     }
 
@@ -80,6 +83,7 @@ impl<const N: usize> Projection<N> {
         v: &mut Compensated<N>,
     ) {
         if self.counts[0] > 0 {
+            let before = q.hi;
             for _ in 0..CORRECTIONS {
                 declaration.phase_slopes(false, t, &q.hi, &v.hi, &mut self.rows);
                 let correction = self.correction(self.counts[0], &q.hi);
@@ -88,6 +92,8 @@ impl<const N: usize> Projection<N> {
                     break;
                 }
             }
+            let by: [f64; N] = core::array::from_fn(|i| q.hi[i] - before[i]);
+            self.shifted = (before, size(&by));
         }
         let before = v.hi;
         for _ in 0..CORRECTIONS {
@@ -106,6 +112,13 @@ impl<const N: usize> Projection<N> {
     /// round where it is corrected.
     pub fn moved(&self, part: f64, other: f64) -> Option<[f64; N]> {
         let (before, by) = self.corrected;
+        (by > part * size(&before).max(other)).then_some(before)
+    }
+
+    /// The last position as it was before its correction, if that was by more than a part of its size or of another one: the way to it may lead
+    /// to zero.
+    pub fn shifted(&self, part: f64, other: f64) -> Option<[f64; N]> {
+        let (before, by) = self.shifted;
         (by > part * size(&before).max(other)).then_some(before)
     }
 

@@ -1,8 +1,9 @@
 //! Velocities that would have to jump: a constraint with a corner, a Lagrangian with a jump. The motion ends there, and the error says why;
 //! where only a force or an acceleration jumps it goes on.
 
+use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::{
-    Jump, RunError, Samples, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
+    Jump, RunError, Samples, SeriesError, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
 };
 
 /// A bead on a wire that is bent at the origin.
@@ -71,8 +72,44 @@ struct Pieces {
     field: f64,
 }
 
+/// A mass that jumps and nothing else: its equation is `m a = 0`, and shows nothing of it.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = dot(x).powi(2) / 2 * (1 + 0.5 * x.signum()) + dot(y).powi(2) / 2;
+}]
+struct Heavier {}
+
+/// A step of the potential and nothing else, by a comparison.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - if x < 0 { 0 } else { height };
+}]
+struct Stair {
+    height: f64,
+}
+
+/// A constraint on positions that jumps.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    holonomic = y - height * x.signum();
+}]
+struct Ledge {
+    height: f64,
+}
+
+/// A belt whose speed jumps: the derivative of its row is `ddot(y)` on both sides.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    nonholonomic = dot(y) - speed * x.signum();
+}]
+struct Belt {
+    speed: f64,
+}
+
 /// Where the velocity of a motion would have to jump: the time, the velocity before, and why.
-fn jump<S: System<2>>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
+fn jump<S: System<2> + Sync>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
     let [q, v] = start;
     let start = Start::second_order(q, v);
     let mut flow = TaylorFlow::new(system, start, Tolerance::relative(tolerance)).unwrap();
@@ -83,10 +120,58 @@ fn jump<S: System<2>>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64,
                 panic!("{error}")
             };
             let advice = error.to_string();
-            assert!(advice.contains("velocity would have to jump"), "{advice}");
+            let what = if by == Jump::Position {
+                "position"
+            } else {
+                "velocity"
+            };
+            assert!(advice.contains(&format!("{what} would have to jump")), "{advice}");
+            in_lanes(system, start, tolerance, &error);
             (details.time, [details.v[0], details.v[1]], by)
         }
         other => panic!("{other}"),
+    }
+}
+
+/// A motion in lanes ends with the same error at the same place, and its neighbours with theirs.
+fn in_lanes<S: System<2> + Sync>(system: &S, start: Start<2>, tolerance: f64, error: &SeriesError) {
+    let tolerance = Tolerance::relative(tolerance);
+    let ends = TaylorEnsemble::new(system, tolerance)
+        .unwrap()
+        .starts([start; 9])
+        .to(5.0);
+    for end in ends {
+        let RunError::Series(own) = end.unwrap_err() else {
+            panic!("{error}")
+        };
+        let (own, single) = (own.details(), error.details());
+        let apart = (own.time - single.time).abs();
+        assert!(own.cause == single.cause && apart < 1e-12, "{own:?} {single:?}");
+    }
+}
+
+#[test]
+fn what_jumps_is_told_where_the_equations_show_nothing_of_it() {
+    for tolerance in [1e-3, 1e-9, 1e-12] {
+        let moving = [[-0.5, 0.0], [1.0, 0.3]];
+        let found = [
+            jump(&Heavier {}, moving, tolerance),
+            jump(&Stair { height: 0.1 }, moving, tolerance),
+            jump(&Ledge { height: 0.7 }, [[-0.5, -0.7], [1.0, 0.0]], tolerance),
+            jump(&Belt { speed: 0.3 }, [[-0.5, 0.0], [1.0, -0.3]], tolerance),
+        ];
+        let expected = [
+            Jump::Lagrangian,
+            Jump::Lagrangian,
+            Jump::Position,
+            Jump::Constraint,
+        ];
+        for ((t, v, by), expected) in found.into_iter().zip(expected) {
+            assert!(
+                (t - 0.5).abs() < 1e-12 && by == expected && v[0] == 1.0,
+                "{t} {v:?} {by:?}"
+            );
+        }
     }
 }
 

@@ -20,7 +20,7 @@ use self::sequence::{Argument, Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
 use super::program::{Place, Program, Value};
-use crate::graph::{Graph, NodeId};
+use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::mechanics;
 use crate::model::Model;
 use crate::passes::{self, Motion};
@@ -36,7 +36,7 @@ const MOSTLY_ZERO: usize = 4;
 pub(super) fn jets(model: &Model) -> TokenStream {
     let mut graph = model.graph.clone();
     let motion = motion(model, &mut graph);
-    let (plan, sequences) = Plan::new(&mut graph, &motion);
+    let (plan, sequences) = Plan::new(&mut graph, &motion, &watched(model));
     let mut writer = Writer::new(&graph, sequences);
     let body = plan.body(&mut writer, &motion);
 
@@ -79,6 +79,26 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             }
         }
     }
+}
+
+/// What jumps in the Lagrangian and in constraints on positions or velocities. The equations may show nothing of it, since a derivative is that of
+/// one side: `lagrangian = dot(x).powi(2) / 2 - x.signum()` is a step of the potential, and the acceleration is zero on both sides of it.
+fn watched(model: &Model) -> Vec<NodeId> {
+    let graph = &model.graph;
+    let constraints = model.constraints.iter();
+    let lower = constraints.filter(|row| row.order < 2).map(|row| row.value);
+    let mut open: Vec<NodeId> = lower.chain([model.lagrangian]).collect();
+    let (mut seen, mut found) = (BTreeSet::new(), Vec::new());
+    while let Some(id) = open.pop() {
+        if graph.deciding(id).next().is_none() || !seen.insert(id) {
+            continue;
+        }
+        if matches!(graph.node(id), Node::Unary(Unary::Signum, _) | Node::Select(..)) {
+            found.push(id);
+        }
+        open.extend(graph.parts(id));
+    }
+    found
 }
 
 /// How many switches there are, behind a comma, and what they are called; nothing if there are none.
@@ -162,14 +182,15 @@ struct Plan {
 }
 
 impl Plan {
-    /// The sequences of a motion.
-    fn new(graph: &mut Graph, motion: &Motion) -> (Self, Sequences) {
+    /// The sequences of a motion, and those of functions that jump although the motion shows nothing of it.
+    fn new(graph: &mut Graph, motion: &Motion, watched: &[NodeId]) -> (Self, Sequences) {
         let lasting = [motion.accelerations.as_slice(), &motion.rows].concat();
         let mut lower = Lower::new(graph, &lasting);
         let mut all =
             |nodes: &[NodeId]| -> Vec<Sequence> { nodes.iter().map(|&node| lower.lower(node)).collect() };
         let (accelerations, rows) = (all(&motion.accelerations), all(&motion.rows));
         let jacobian = all(&motion.jacobian.concat());
+        all(watched);
         let sequences = lower.sequences;
         let plan = Self {
             ops: sequences
