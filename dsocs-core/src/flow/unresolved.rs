@@ -3,7 +3,7 @@
 //! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
 //! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly. The same holds for a
-//! constraint or a Lagrangian that switches: of these the acceleration is looked at.
+//! constraint or a Lagrangian with pieces: of these the acceleration is looked at.
 
 use super::{Flow, Solved};
 use crate::any::{AnyLeg, AnySystem};
@@ -14,6 +14,9 @@ use crate::system::{Leg, System};
 /// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
+/// In so many equal parts a step is divided to tell whether its acceleration jumps.
+const PLACES: u8 = 16;
+
 /// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
 /// changes as predicted has not been switched.
 const FORESEEN: f64 = 0.1;
@@ -23,15 +26,16 @@ const UNRESOLVED: f64 = 0.1;
 
 /// The steps of a run that were too long for what switches in them. In such a step, an external force departs from the straight line between its
 /// values on the two legs. The step is counted if this departure is more than a tenth of the change of the momentum over the step, or of the force
-/// if that is larger. If a constraint or the Lagrangian has a `signum` or a comparison, the acceleration is held against a tenth of itself in the same
-/// way. Each such step reduces the order of the run to 1.
+/// if that is larger. If a constraint or the Lagrangian has a `signum` or a comparison, the step is also counted if the acceleration jumps by more than
+/// a tenth of itself; and if the velocity changes by a tenth of itself although no acceleration explains it. Each such step reduces the
+/// order of the run to 1, and a velocity that jumps makes the motion depend on where the nodes lie.
 ///
 /// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where
 /// these have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too
 /// ([`Stop::Jump`](crate::Stop::Jump)).
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump, unless the motion
-/// sticks there. What switches is evaluated at three places between the legs, and only in steps that differ from their prediction. So a pulse
+/// sticks there. What switches is evaluated at some places between the legs, and only in steps that differ from their prediction. So a pulse
 /// shorter than a quarter of a step may be missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {
@@ -86,7 +90,8 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             part = part.max(departure(&Declaration::of(system), self.h, &leg, e));
         }
         if S::PIECEWISE {
-            part = part.max(departure_of_acceleration(system, self.h, &leg, e));
+            part = part.max(jump_of_acceleration(system, self.h, &leg, e));
+            part = part.max(kick(system, self.h, &leg, e));
         }
         if part > UNRESOLVED || stop == Stop::Jump {
             let unresolved = self.unresolved.get_or_insert_with(|| {
@@ -112,38 +117,59 @@ fn between<const N: usize>(h: f64, leg: &Leg<f64, N>, e: &[f64; N], part: f64) -
     (leg.t + place * h, q, v)
 }
 
-/// How far some values depart between the middles of two legs from the straight line between those at both ends, and these.
-fn aside<const N: usize>(values: impl Fn(f64) -> Option<[f64; N]>) -> Option<[[f64; N]; 3]> {
-    let (first, last) = (values(0.0)?, values(1.0)?);
-    let mut aside = [0.0_f64; N];
-    for part in BETWEEN {
-        for (i, (aside, value)) in aside.iter_mut().zip(values(part)?).enumerate() {
-            *aside = aside.max((value - (first[i] + part * (last[i] - first[i]))).abs());
-        }
-    }
-    Some([aside, first, last])
-}
-
-/// How far the acceleration departs from the straight line between the middles of two legs, relative to itself: the largest of all
-/// components. Zero where the equations do not determine it.
-fn departure_of_acceleration<S: System<N>, const N: usize>(
+/// How much the acceleration jumps between the middles of two legs, relative to itself: the largest of all components. Zero where the equations
+/// do not determine it.
+fn jump_of_acceleration<S: System<N>, const N: usize>(
     system: &S,
     h: f64,
     leg: &Leg<f64, N>,
     e: &[f64; N],
 ) -> f64 {
     let any: &dyn AnySystem<N> = system;
-    let acceleration = |part: f64| {
-        let (t, q, v) = between(h, leg, e, part);
+    let acceleration = |place: u8| {
+        let (t, q, v) = between(h, leg, e, f64::from(place) / f64::from(PLACES));
         any.acceleration((t, &q, &v), None).ok().map(|(a, _)| a)
     };
-    let Some([aside, first, last]) = aside(acceleration) else {
+    let Some(mut before) = acceleration(0) else {
         return 0.0;
     };
-    // what moves a node by less than the increment's rounding is none of a jump's doing
-    let is_rounding = |i: usize| aside[i] * h * h <= f64::EPSILON * leg.d[i].abs();
-    let parts = (0..N).filter(|&i| !is_rounding(i));
-    let parts = parts.map(|i| aside[i] / first[i].abs().max(last[i].abs()));
+    let (mut least, mut most, mut widest) = (before, before, [0.0_f64; N]);
+    for place in 1..=PLACES {
+        let Some(now) = acceleration(place) else {
+            return 0.0;
+        };
+        for i in 0..N {
+            widest[i] = widest[i].max((now[i] - before[i]).abs());
+            (least[i], most[i]) = (least[i].min(now[i]), most[i].max(now[i]));
+        }
+        before = now;
+    }
+    let jump = |i: usize| {
+        // what moves a node by less than the increment's rounding is none of a jump's doing
+        let is_rounding = widest[i] * h * h <= f64::EPSILON * leg.d[i].abs();
+        // what is smooth changes little from place to place
+        let is_jump = !is_rounding && widest[i] >= 0.5 * (most[i] - least[i]);
+        if is_jump {
+            widest[i] / most[i].abs().max(least[i].abs())
+        } else {
+            0.0
+        }
+    };
+    (0..N).map(jump).fold(0.0, f64::max)
+}
+
+/// How much of the velocity changes in a step although no acceleration explains it, as at a corner of a constraint or a step of the potential: the
+/// largest of all components. Zero where the equations do not determine the acceleration.
+fn kick<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
+    let any: &dyn AnySystem<N> = system;
+    let (t, q, v) = between(h, leg, e, 0.5);
+    let Ok((a, _)) = any.acceleration((t, &q, &v), None) else {
+        return 0.0;
+    };
+    let parts = (0..N).map(|i| {
+        let velocity = leg.d[i].abs().max((leg.d[i] + e[i]).abs());
+        (e[i] - a[i] * h * h).abs() / velocity
+    });
     parts.fold(0.0, f64::max)
 }
 
@@ -155,11 +181,15 @@ fn departure<const N: usize>(declaration: &Declaration<'_>, h: f64, leg: &Leg<f6
         let (t, q, v) = between(h, leg, e, part);
         let mut force = [0.0; N];
         declaration.external_forces(t, &q, &v, &mut force);
-        Some(force)
+        force
     };
-    let Some([aside, first, last]) = aside(force) else {
-        return 0.0;
-    };
+    let [first, last] = [0.0, 1.0].map(force);
+    let mut aside = [0.0_f64; N];
+    for part in BETWEEN {
+        for (i, (aside, force)) in aside.iter_mut().zip(force(part)).enumerate() {
+            *aside = aside.max((force - (first[i] + part * (last[i] - first[i]))).abs());
+        }
+    }
     let arrives = declaration.arriving(h, leg.any());
     let leaves = declaration.arriving(
         h,

@@ -3,7 +3,8 @@
 
 use dsocs_core::taylor::TaylorEnsemble;
 use dsocs_core::{
-    Jump, RunError, Samples, SeriesError, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance, dsocs,
+    Flow, Jump, RunError, Samples, SeriesError, SeriesFailure, Start, Stepper, System, TaylorFlow, Tolerance,
+    Unresolved, dsocs,
 };
 
 /// A bead on a wire that is bent at the origin.
@@ -107,6 +108,13 @@ struct Ledge {
 struct Belt {
     speed: f64,
 }
+
+/// A spring that begins at the origin: only the derivative of its force jumps.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 3 * x.max(0).powi(2) - y.powi(4) / 4;
+}]
+struct Buffer {}
 
 /// Where the velocity of a motion would have to jump: the time, the velocity before, and why.
 fn jump<S: System<2> + Sync>(system: &S, start: [[f64; 2]; 2], tolerance: f64) -> (f64, [f64; 2], Jump) {
@@ -261,4 +269,33 @@ fn where_only_the_acceleration_jumps_the_motion_goes_on() {
     let mut flow = TaylorFlow::new(&corner, start, Tolerance::relative(1e-12)).unwrap();
     let end = flow.to(1.5).unwrap();
     assert!(end.q[0] < -0.4 && (end.energy - 0.53125).abs() < 1e-11, "{end:?}");
+}
+
+/// A discrete flow steps across a jump of the velocity, and counts the step.
+#[test]
+fn steps_across_a_jump_are_counted() {
+    fn counted<S: System<2>>(system: &S, [q, v]: [[f64; 2]; 2], h: f64) -> Option<Unresolved> {
+        let mut flow = Flow::new(system, h, Start::second_order(q, v)).unwrap();
+        flow.to(0.9).unwrap();
+        flow.unresolved()
+    }
+    let bent = Bent {
+        slope: 0.5,
+        gravity: 9.81,
+    };
+    for h in [0.1, 0.03, 0.01, 0.001] {
+        let moving = [[-0.512, 0.0], [1.0, -0.3]];
+        let found = [
+            counted(&bent, [[0.5, 0.25], [-1.0, -0.5]], h),
+            counted(&Ledge { height: 0.7 }, [[-0.512, -0.7], [1.0, 0.0]], h),
+            counted(&Belt { speed: 0.3 }, moving, h),
+            counted(&Heavier {}, moving, h),
+        ];
+        for (i, found) in found.into_iter().enumerate() {
+            let found = found.unwrap_or_else(|| panic!("{i}, {h}"));
+            let place = if i == 0 { 0.31 } else { 0.512 };
+            assert!((found.first - place).abs() <= 1.01 * h, "{i}, {h}: {found:?}");
+        }
+        assert_eq!(counted(&Buffer {}, moving, h), None, "{h}");
+    }
 }

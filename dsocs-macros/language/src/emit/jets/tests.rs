@@ -16,7 +16,7 @@ fn counts(declaration: TokenStream, item: TokenStream) -> [usize; 3] {
     };
     let mut graph = model.graph.clone();
     let motion = motion(&model, &mut graph);
-    let (plan, sequences) = Plan::new(&mut graph, &motion);
+    let (plan, sequences) = Plan::new(&mut graph, &motion, &[]);
     let mut writer = Writer::new(&graph, sequences);
     plan.body(&mut writer, &motion);
     // squares may stand in lanes of products
@@ -110,7 +110,7 @@ fn the_factor_of_the_pendulum_is_divided_out_exactly() {
     let model = expand::model(declaration, &syn::parse2(item).unwrap()).unwrap();
     let mut graph = model.graph.clone();
     let motion = motion(&model, &mut graph);
-    let (plan, _) = Plan::new(&mut graph, &motion);
+    let (plan, _) = Plan::new(&mut graph, &motion, &[]);
     let quotient = |op: &Op| matches!(op, Op::Quotient(..) | Op::Reciprocal(_));
     assert!(!plan.ops.iter().any(|(_, op)| quotient(op)), "{:?}", plan.ops);
     // what is left of the dissipation is the hyperbolic tangent of the factor
