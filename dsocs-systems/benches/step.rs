@@ -1,8 +1,7 @@
 //! Nanoseconds per step and per residual with Jacobian, generated code beside hand-written code.
 //!
 //! Criterion measures the steps of each alone. Then both are measured in turn, batch by batch, and the table shows the
-//! median of each and the median of the batches' ratios: what a noisy machine does to one it does to the other. Last,
-//! ensembles. All is built under cargo's release profile, as a user's crate is.
+//! median of each and the median of the batches' ratios: what a noisy machine does to one it does to the other. All is built under cargo's release profile, as a user's crate is.
 //!
 //! The table is also written to `target/report/step.json`.
 
@@ -12,14 +11,12 @@
 mod handwritten;
 mod measure;
 mod report;
-mod throughput;
 
 use dsocs_systems as systems;
 
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput};
-use dsocs_core::Start;
 use dsocs_systems::InertiaWheelPendulum;
 use measure::{CIRCLE, H, PARTICLE, PENDULUM, Steps, field, flow, particle_by_hand, pendulum_by_hand, wavy};
 
@@ -71,22 +68,5 @@ fn main() {
     report::show(&lines);
     if !is_test {
         report::write(&lines);
-    }
-
-    let rounds = (batches / 20).max(2);
-    println!("\nmany trajectories    a flow each ns  ensemble ns  gain  all threads ns  gain");
-    let near = |(q, v): ([f64; 2], [f64; 2])| {
-        move |part: f64| Start::paper(q, [v[0] + 0.1 * part, v[1] - 0.1 * part])
-    };
-    let tables = [
-        throughput::measure(&CIRCLE, "particle", H, near(PARTICLE), rounds),
-        throughput::measure(&wavy, "particle_field", H, near(PARTICLE), rounds),
-        throughput::measure(&pendulum, "pendulum", H, near(PENDULUM), rounds),
-    ];
-    for table in tables {
-        println!(
-            "{:<20} {:>14.1} {:>12.1} {:>5.2} {:>15.1} {:>5.2}",
-            table.system, table.flows, table.ensemble, table.lanes, table.all_threads, table.threads
-        );
     }
 }

@@ -1,7 +1,5 @@
 //! Derivatives of a whole run: against central differences, against dual numbers through every step, forward against backward.
 
-use std::hint::black_box;
-
 use dsocs_core::__private::{Declaration, Scalar as _, Tangent};
 use dsocs_core::prelude::*;
 use dsocs_core::{DerivativeError, Dual, Leg, Path, Point, System, Variable};
@@ -612,65 +610,4 @@ fn what_has_no_derivative_says_so() {
     let start = Start::second_order([0.0, 0.0], [1.0, 0.0]);
     let error = Path::plan(&steered, 0.1, start, ["steering"], &[[1.0]]).unwrap_err();
     assert!(matches!(error, DerivativeError::Constraints { .. }));
-}
-
-/// The times of several kinds of work over that of the first, each the best of many.
-fn ratios<const K: usize>(mut works: [&mut dyn FnMut(); K]) -> [f64; K] {
-    let mut best = [f64::INFINITY; K];
-    for _ in 0..60 {
-        for (best, work) in best.iter_mut().zip(&mut works) {
-            let begin = std::time::Instant::now();
-            work();
-            *best = best.min(begin.elapsed().as_secs_f64());
-        }
-    }
-    best.map(|time| time / best[0])
-}
-
-fn cost_of<S: System<2>>(system: &S, start: Start<2>, parameter: &str) {
-    let (h, t) = (0.1, 200.0);
-    let path = || Path::new(system, h, start, t).unwrap();
-    let kept = path();
-    let variables: Vec<Variable> = (S::PARAMETERS.iter())
-        .map(|quantity| Variable::Parameter(quantity.name))
-        .chain((0..2).flat_map(|i| [Variable::Position(i), Variable::Velocity(i)]))
-        .collect();
-    let [_, keeping, one, all, end, sum] = ratios([
-        &mut || _ = black_box(Flow::new(system, h, start).unwrap().to(t).unwrap()),
-        &mut || _ = black_box(path()),
-        &mut || _ = black_box(kept.tangents(&[Variable::Parameter(parameter)]).unwrap()),
-        &mut || _ = black_box(kept.tangents(&variables).unwrap()),
-        &mut || _ = black_box(kept.gradient_at_end(&mut |end| end.q[0]).unwrap()),
-        &mut || {
-            let mut cost =
-                |_: usize, node: &Point<Dual<f64>, 2>| node.q[0] * node.q[0] + node.v[1] * node.v[1];
-            let _ = black_box(kept.gradient(&mut cost).unwrap());
-        },
-    ]);
-    println!(
-        "{}, over a plain run: kept {keeping:.2}; one tangent {one:.2}, {} tangents {all:.2}; with the run, gradient at the end {:.2}, over \
-         all nodes {:.2}",
-        S::NAME,
-        variables.len(),
-        keeping + end,
-        keeping + sum
-    );
-}
-
-/// `cargo test --release -p dsocs-tests --test claims derivatives::what_they_cost -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn what_they_cost() {
-    let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);
-    cost_of(&CurvedParticle::default(), start, "mass");
-    cost_of(
-        &CurvedParticle {
-            mass: 1.0,
-            curvature: Wavy::default(),
-        },
-        start,
-        "mass",
-    );
-    let start = Start::second_order([0.5, 0.0], [0.0, 0.5]);
-    cost_of(&InertiaWheelPendulum::default(), start, "rho");
 }

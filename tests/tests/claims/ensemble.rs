@@ -1,8 +1,6 @@
 //! Trajectories in lanes are as accurate as single ones, whatever lies beside them and however many threads there are.
 
-use std::hint::black_box;
 use std::num::NonZeroU64;
-use std::time::Instant;
 
 use dsocs_core::{
     Ensemble, Flow, InputError, Inputs, Instructions, Node, RunError, Start, StepFailure, Stepper, System,
@@ -544,72 +542,4 @@ fn inputs_are_held_from_lane_to_lane() {
         .starts([start(0)])
         .held("friction", [Vec::new(), Vec::new()]);
     assert!(matches!(refused, Err(RunError::Input(error)) if matches!(*error, InputError::Count { .. })));
-}
-
-/// How much faster trajectories are in lanes than one flow after the other, with all instructions that the machine has:
-/// `cargo test --release -p dsocs-tests --test claims ensemble::what_lanes_gain -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn what_lanes_gain() {
-    for h in [0.1, 0.01] {
-        let particle = |part: f64| Start::paper([0.0, 0.0], [1.0 + 0.1 * part, 1.0 - 0.1 * part]);
-        gain("particle", &CurvedParticle::default(), h, particle);
-        let pendulum = |part: f64| Start::paper([0.5, 0.0], [0.1 * part, 0.5 - 0.1 * part]);
-        gain("pendulum", &InertiaWheelPendulum::default(), h, pendulum);
-    }
-}
-
-/// Measures flows and ensembles in turn, on one thread.
-fn gain<S: System<2> + Sync>(name: &str, system: &S, h: f64, start: impl Fn(f64) -> Start<2>) {
-    const TRAJECTORIES: u32 = 64;
-    const STEPS: u32 = 2000;
-    let starts: Vec<_> = (0..TRAJECTORIES)
-        .map(|k| start(f64::from(k) / f64::from(TRAJECTORIES)))
-        .collect();
-    let time = |work: &dyn Fn()| {
-        let begin = Instant::now();
-        work();
-        begin.elapsed().as_secs_f64() * 1e9 / f64::from(TRAJECTORIES * STEPS)
-    };
-    let flows = || {
-        for &start in &starts {
-            let mut flow = Flow::new(system, h, start).unwrap();
-            for _ in 0..STEPS {
-                flow.advance().unwrap();
-            }
-            black_box(flow.position());
-        }
-    };
-    let available = Instructions::ALL
-        .into_iter()
-        .filter(|these| these.are_available());
-    let ensembles: Vec<_> = available
-        .map(|these| {
-            let ensemble = Ensemble::new(system, h).unwrap().starts(starts.clone());
-            (these, ensemble.threads(1).unwrap().instructions(these))
-        })
-        .collect();
-    let until = h * f64::from(STEPS);
-    let mut alone = Vec::new();
-    let mut times = vec![Vec::new(); ensembles.len()];
-    let mut gains = times.clone();
-    for _ in 0..15 {
-        alone.push(time(&flows));
-        for (place, (_, ensemble)) in ensembles.iter().enumerate() {
-            times[place].push(time(&|| drop(black_box(ensemble.to(until)))));
-            gains[place].push(alone[alone.len() - 1] / times[place][times[place].len() - 1]);
-        }
-    }
-    let median = |mut values: Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    println!("{name}, h = {h}: a flow {:.0} ns a step", median(alone));
-    for ((these, _), (times, gains)) in ensembles.iter().zip(times.into_iter().zip(gains)) {
-        println!(
-            "    {these}: {:.1} ns, {:.1} times as fast",
-            median(times),
-            median(gains)
-        );
-    }
 }

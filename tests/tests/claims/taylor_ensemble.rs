@@ -2,9 +2,7 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use std::hint::black_box;
 use std::ops::ControlFlow;
-use std::time::Instant;
 
 use dsocs_core::prelude::*;
 use dsocs_core::taylor::TaylorEnsemble;
@@ -264,62 +262,5 @@ fn all_instructions_give_the_same_bits() {
     let narrow = ends(Instructions::Compiled);
     for these in Instructions::ALL {
         assert!(ends(these) == narrow, "{these}");
-    }
-}
-
-/// How much faster motions are in lanes than one flow after the other, with all instructions that the machine has:
-/// `cargo test --release -p dsocs-tests --test claims taylor_ensemble::what_lanes_gain -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn what_lanes_gain() {
-    let particle = |part: f64| Start::second_order([0.0, 0.0], [1.0 + 0.1 * part, 1.0 - 0.1 * part]);
-    for tolerance in [1e-6, 1e-9, 1e-12] {
-        gain("particle", &CurvedParticle::default(), tolerance, 500.0, particle);
-        gain(
-            "pendulum",
-            &InertiaWheelPendulum::default(),
-            tolerance,
-            100.0,
-            pendulum,
-        );
-    }
-}
-
-/// Measures flows and ensembles in turn, on one thread.
-fn gain<S: System<2> + Sync>(
-    name: &str,
-    system: &S,
-    relative: f64,
-    until: f64,
-    start: impl Fn(f64) -> Start<2>,
-) {
-    let starts: Vec<_> = (0..64).map(|k| start(f64::from(k) / 64.0)).collect();
-    let tolerance = Tolerance::relative(relative);
-    let time = |work: &dyn Fn()| {
-        let begin = Instant::now();
-        work();
-        begin.elapsed().as_secs_f64()
-    };
-    let flows = || {
-        for &start in &starts {
-            let mut flow = TaylorFlow::new(system, start, tolerance).unwrap();
-            black_box(flow.to(until).unwrap());
-        }
-    };
-    for these in Instructions::ALL
-        .into_iter()
-        .filter(|these| these.are_available())
-    {
-        let ensemble = TaylorEnsemble::new(system, tolerance).unwrap();
-        let ensemble = ensemble
-            .starts(starts.iter().copied())
-            .threads(1)
-            .unwrap()
-            .instructions(these);
-        let mut gains: Vec<f64> = (0..15)
-            .map(|_| time(&flows) / time(&|| drop(black_box(ensemble.to(until)))))
-            .collect();
-        gains.sort_by(f64::total_cmp);
-        println!("{name}, {relative:e}, {these}: {:.2} times as fast", gains[7]);
     }
 }
