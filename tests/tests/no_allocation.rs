@@ -125,7 +125,7 @@ fn the_taylor_flow() {
 
 #[test]
 fn the_counter_counts() {
-    let counted = allocation_counter::measure(|| drop(std::hint::black_box(Box::new(1.0))));
+    let counted = allocation_counter::measure(|| drop(black_box(Box::new(1.0))));
     assert_eq!(counted.count_total, 1);
 }
 
