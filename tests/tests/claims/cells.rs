@@ -7,12 +7,12 @@ use dsocs_tests::tape;
 dsocs_systems::planar_chain! {
     /// As many links as make loops of a step.
     #[derive(Clone, Debug)]
-    pub(crate) struct PlanarChain14; 14
+    pub(crate) struct PlanarChain26; 26
 }
 
 #[test]
 fn code_and_tape_of_a_step_with_loops_agree() {
-    let chain = PlanarChain14 {
+    let chain = PlanarChain26 {
         masses: core::array::from_fn(|i| 1.0 + 0.3 * i as f64),
         lengths: core::array::from_fn(|i| 0.5 + 0.1 * (i as f64).sin()),
         gravity: 9.81,

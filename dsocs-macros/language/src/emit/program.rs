@@ -5,6 +5,7 @@
 //! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
 
 mod cells;
+mod running;
 mod schedule;
 mod tape;
 mod write;
@@ -85,6 +86,9 @@ pub(crate) struct Program<'g> {
     lowered: HashMap<NodeId, Value>,
     node_stages: HashMap<NodeId, usize>,
     shared: Shared,
+    /// What of a sum is computed as running sums; see [`running`].
+    running: HashMap<NodeId, Vec<running::Running>>,
+    running_parts: Shared,
     /// Where every operation stands among those alike, where they are so many that those alike are written once; see [`cells`].
     cells: Vec<cells::Cell>,
 }
@@ -156,6 +160,8 @@ impl<'g> Program<'g> {
             lowered: HashMap::new(),
             node_stages: HashMap::new(),
             shared: Shared::default(),
+            running: HashMap::new(),
+            running_parts: Shared::default(),
             cells: Vec::new(),
         }
     }
@@ -169,7 +175,7 @@ impl<'g> Program<'g> {
             Node::Constant(bits) => self.push(Op::Constant(bits)),
             Node::Leaf(leaf) => self.push(Op::Leaf(leaf)),
             Node::Param(param) => self.push(Op::Param(param)),
-            Node::Sum(constant, terms) => self.lower_sum(constant, &terms),
+            Node::Sum(constant, terms) => self.lower_sum(id, constant, &terms),
             Node::Product(_) => self.lower_product(id),
             Node::Unary(op, a) => {
                 let a = self.lower(a);
@@ -305,6 +311,7 @@ impl<'g> Program<'g> {
 
     /// Finds the partial products that the expressions share; to be called once, before anything is lowered.
     pub(crate) fn plan(&mut self, outputs: &[NodeId]) {
+        self.plan_running(&self.sums(outputs));
         let mut products = BTreeSet::new();
         let mut seen = BTreeSet::new();
         let mut open = outputs.to_vec();
@@ -314,7 +321,7 @@ impl<'g> Program<'g> {
             }
             let parts = self.graph.parts(id);
             let terms = match self.graph.node(id).clone() {
-                Node::Sum(_, terms) => terms,
+                Node::Sum(_, terms) => self.apart(id, &terms).1,
                 Node::Product(_) => vec![(id, Bits::new(1.0))],
                 _ => Vec::new(),
             };
@@ -345,43 +352,78 @@ impl<'g> Program<'g> {
         self.shared = Shared::find(products);
     }
 
-    fn lower_sum(&mut self, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
+    /// The sums that some expressions contain.
+    fn sums(&self, outputs: &[NodeId]) -> Vec<NodeId> {
+        let (mut sums, mut seen, mut open) = (Vec::new(), BTreeSet::new(), outputs.to_vec());
+        while let Some(id) = open.pop() {
+            if seen.insert(id) {
+                open.extend(self.graph.parts(id));
+                if matches!(self.graph.node(id), Node::Sum(..)) {
+                    sums.push(id);
+                }
+            }
+        }
+        sums
+    }
+
+    fn lower_sum(&mut self, id: NodeId, constant: Bits, terms: &[(NodeId, Bits)]) -> Value {
         let mut sum = (constant.get() != 0.0).then(|| self.push(Op::Constant(constant)));
-        for group in self.groups(terms) {
-            let negative = group[0].negative;
-            let magnitude = if let [term] = group.as_slice() {
-                self.lower_term(term)
-            } else {
-                let common = common_factors(&group);
-                let mut inner: Option<Value> = None;
-                for term in &group {
-                    let product = self.lower_shared(without(term.product(false), &common));
-                    inner = Some(match inner {
-                        None => product,
-                        Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),
-                        Some(inner) => self.push(Op::Sub(inner, product)),
-                    });
-                }
-                if let (Some(sum), false) = (inner, common.is_empty()) {
-                    let common = self.lower_shared(common);
-                    inner = Some(self.push(Op::Mul(common, sum)));
-                }
-                let early = self.lower_early(&group[0].early);
-                match inner {
-                    Some(inner) => self.push(Op::Mul(early, inner)),
-                    None => early,
-                }
-            };
-            sum = Some(match (sum, negative) {
-                (None, false) => magnitude,
-                (None, true) => self.push(Op::Neg(magnitude)),
-                (Some(sum), false) => self.push(Op::Add(sum, magnitude)),
-                (Some(sum), true) => self.push(Op::Sub(sum, magnitude)),
-            });
+        let (mut running, others) = self.apart(id, terms);
+        running.sort_by_key(|running| running.stage);
+        let mut running = running.into_iter().peekable();
+        for group in self.groups(&others) {
+            while let Some(first) = running.next_if(|running| running.stage <= group[0].stage) {
+                let value = self.lower_running(&first);
+                sum = Some(self.add(sum, first.negative, value));
+            }
+            let value = self.lower_group(&group);
+            sum = Some(self.add(sum, group[0].negative, value));
+        }
+        for last in running {
+            let value = self.lower_running(&last);
+            sum = Some(self.add(sum, last.negative, value));
         }
         match sum {
             Some(sum) => sum,
             None => self.push(Op::Constant(constant)),
+        }
+    }
+
+    /// A sum, if there is one already, and one term more.
+    fn add(&mut self, sum: Option<Value>, negative: bool, magnitude: Value) -> Value {
+        self.push(match (sum, negative) {
+            (None, false) => return magnitude,
+            (None, true) => Op::Neg(magnitude),
+            (Some(sum), false) => Op::Add(sum, magnitude),
+            (Some(sum), true) => Op::Sub(sum, magnitude),
+        })
+    }
+
+    /// Terms with the same early part, without the sign of the first.
+    fn lower_group(&mut self, group: &[Term]) -> Value {
+        let negative = group[0].negative;
+        if let [term] = group {
+            self.lower_term(term)
+        } else {
+            let common = common_factors(group);
+            let mut inner: Option<Value> = None;
+            for term in group {
+                let product = self.lower_shared(without(term.product(false), &common));
+                inner = Some(match inner {
+                    None => product,
+                    Some(inner) if term.negative == negative => self.push(Op::Add(inner, product)),
+                    Some(inner) => self.push(Op::Sub(inner, product)),
+                });
+            }
+            if let (Some(sum), false) = (inner, common.is_empty()) {
+                let common = self.lower_shared(common);
+                inner = Some(self.push(Op::Mul(common, sum)));
+            }
+            let early = self.lower_early(&group[0].early);
+            match inner {
+                Some(inner) => self.push(Op::Mul(early, inner)),
+                None => early,
+            }
         }
     }
 

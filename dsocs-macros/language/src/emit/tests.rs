@@ -2,7 +2,7 @@
 
 #![allow(clippy::needless_pass_by_value)] // tokens are written in place
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use crate::expand::expand;
@@ -258,4 +258,41 @@ fn an_absent_function_is_not_called() {
     for function in ["sqrt", "sin", "from_lanes", "select"] {
         assert!(!code.contains(function), "{function}");
     }
+}
+
+/// The operations of the rows and their Jacobian for a chain of so many links.
+fn operations_of_a_chain(links: usize) -> usize {
+    let links = Literal::usize_unsuffixed(links);
+    let code = code(
+        quote! {
+            coordinates(theta: [#links]);
+            let beyond = |i| sum(i..#links, |k| masses[k]);
+            let cosine = |i, j| theta[i].cos() * theta[j].cos() + theta[i].sin() * theta[j].sin();
+            let speed = |i| lengths[i] * dot(theta[i]);
+            lagrangian = sum(0..#links, |i| {
+                beyond(i) * (speed(i).powi(2) / 2 + sum(0..i, |j| cosine(i, j) * speed(i) * speed(j)))
+            });
+            phi_lagrangian = midpoint;
+        },
+        quote!(
+            struct Chain {
+                masses: [f64; #links],
+                lengths: [f64; #links],
+            }
+        ),
+    );
+    let linearize = method(&code, "linearize");
+    [" + ", " - ", " * "]
+        .map(|sign| linearize.matches(sign).count())
+        .iter()
+        .sum()
+}
+
+/// Sums along a chain run from link to link, so that rows take operations in proportion to the links. An entry of the Jacobian takes four.
+#[test]
+fn rows_of_a_chain_have_running_sums() {
+    let [five, seven, nine] = [5, 7, 9].map(operations_of_a_chain);
+    // what is quadratic in the number of links n is 4 n²
+    assert_eq!(nine + five - 2 * seven, 4 * 2 * 2 * 2, "{five}, {seven}, {nine}");
+    assert!(nine < 1200, "{nine}");
 }

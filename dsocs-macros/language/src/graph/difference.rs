@@ -21,12 +21,13 @@ pub(crate) struct Change {
 
 impl Graph {
     /// Walks `id` with the leaves' changes; `late(leaf)` tells which leaves of the result are known last, so that
-    /// products keep them out of all but one term.
+    /// products keep them out of all but one term. With `whole`, factors that do not change stay outside the change of the others.
     pub(crate) fn difference(
         &mut self,
         id: NodeId,
         leaves: &HashMap<Leaf, Change>,
         late: &dyn Fn(Leaf) -> bool,
+        whole: bool,
         done: &mut HashMap<NodeId, Change>,
     ) -> Change {
         if let Some(&change) = done.get(&id) {
@@ -48,7 +49,7 @@ impl Graph {
                 let parts: Vec<Change> = self
                     .parts(id)
                     .into_iter()
-                    .map(|part| self.difference(part, leaves, late, done))
+                    .map(|part| self.difference(part, leaves, late, whole, done))
                     .collect();
                 let before: Vec<_> = parts.iter().map(|part| part.before).collect();
                 let after: Vec<_> = parts.iter().map(|part| part.after).collect();
@@ -72,7 +73,13 @@ impl Graph {
                                 .zip(&factors)
                                 .map(|(&part, factor)| self.power_change(part, factor.1))
                                 .collect();
-                            self.product_change(powers, late)
+                            // with what does not change outside, several sums share the change
+                            let (fixed, moving): (Vec<_>, Vec<_>) =
+                                powers.into_iter().partition(|power| whole && power.delta == zero);
+                            let change = self.product_change(moving, late);
+                            let fixed = fixed.iter().map(|fixed| (fixed.after, 1));
+                            let factors: Vec<_> = fixed.chain([(change, 1)]).collect();
+                            self.product(&factors)
                         }
                         Node::Unary(op, _) => self.unary_change(op, parts[0], before, after),
                         _ => self.sub(after, before),

@@ -150,7 +150,7 @@ fn differences_agree_with_subtraction_and_keep_digits_that_it_loses() {
     };
     for id in all {
         let mut done = HashMap::new();
-        let change = graph.difference(id, &leaves, &|leaf| matches!(leaf, Leaf::E(_)), &mut done);
+        let change = graph.difference(id, &leaves, &|leaf| matches!(leaf, Leaf::E(_)), false, &mut done);
         let coarse = value(&graph, change.delta, &at(0.01));
         let plain = value(&graph, change.after, &at(0.01)) - value(&graph, change.before, &at(0.01));
         assert!(

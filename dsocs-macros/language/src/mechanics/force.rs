@@ -6,6 +6,7 @@ use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::works::Force;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Model, PairPoint};
+use crate::passes::gathered_slopes;
 
 /// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
 pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {
@@ -76,7 +77,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
             graph.add(minus, plus)
         });
         let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
-        let momentum = graph.difference(parts.momentum[i], &change, &late, &mut changes);
+        let momentum = graph.difference(parts.momentum[i], &change, &late, parts.gathered, &mut changes);
         let others = [(rest, -1.0), (f2, -1.0), (external, -1.0)];
         value.push(graph.linear(0.0, &[&[(momentum.delta, 1.0)], others.as_slice()].concat()));
         let momenta = [(momentum.after, 1.0), (momentum.before, -1.0)];
@@ -173,6 +174,8 @@ struct Parts {
     second: Vec<NodeId>,
     /// `P₂`.
     momentum: Vec<NodeId>,
+    /// Whether products of functions of two coordinates are gathered (see [`gathered_slopes`]).
+    gathered: bool,
 }
 
 impl Parts {
@@ -182,19 +185,21 @@ impl Parts {
         let weight = 1.0 / model.phi_lagrangian.len() as f64;
         let [mut rest, mut second, mut momentum] =
             [const { Vec::new() }; 3].map(|_: Vec<()>| vec![Vec::new(); n]);
+        let mut gathered = false;
         for point in &model.phi_lagrangian {
             let (q, v) = (&point.q, &point.v);
             let point = at_pair(point);
             let mut moved = Substitution::new(&point);
-            let mut slopes = |leaf: LeafOf| -> Vec<NodeId> {
-                (0..n)
-                    .map(|i| {
-                        let slope = graph.derivative(model.lagrangian, leaf(i));
-                        graph.rewrite(slope, &mut moved)
-                    })
-                    .collect()
-            };
-            let (by_position, by_velocity) = (slopes(Leaf::Q), slopes(Leaf::V));
+            let leaves = (0..n).map(Leaf::Q).chain((0..n).map(Leaf::V));
+            let mut slopes: Vec<_> = leaves
+                .map(|leaf| graph.derivative(model.lagrangian, leaf))
+                .collect();
+            if let Some(short) = gathered_slopes(graph, &slopes) {
+                slopes = short;
+                gathered = true;
+            }
+            graph.rewrite_all(&mut slopes, &mut moved);
+            let (by_position, by_velocity) = slopes.split_at(n);
             let mut through = |outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
                 let terms: Vec<_> = outer
                     .iter()
@@ -207,10 +212,10 @@ impl Parts {
                 graph.sum(&terms)
             };
             for i in 0..n {
-                let f1 = through(&by_position, q, Leaf::X0(i));
-                let f2 = through(&by_position, q, Leaf::X1(i));
-                let p1 = through(&by_velocity, v, Leaf::X0(i));
-                let p2 = through(&by_velocity, v, Leaf::X1(i));
+                let f1 = through(by_position, q, Leaf::X0(i));
+                let f2 = through(by_position, q, Leaf::X1(i));
+                let p1 = through(by_velocity, v, Leaf::X0(i));
+                let p2 = through(by_velocity, v, Leaf::X1(i));
                 rest[i].extend([(f1, weight), (p1, weight), (p2, weight)]);
                 second[i].push((f2, weight));
                 momentum[i].push((p2, weight));
@@ -222,6 +227,7 @@ impl Parts {
             rest,
             second,
             momentum,
+            gathered,
         }
     }
 
@@ -239,6 +245,7 @@ impl Parts {
             rest,
             second: vec![zero; n],
             momentum,
+            gathered: false,
         }
     }
 }

@@ -101,7 +101,7 @@ fn holonomic(graph: &mut Graph, nodes: &Nodes, g: NodeId) -> Equation {
     let [_, (_, time)] = nodes.change_of_time(graph);
     change.insert(Leaf::T, time);
     let late = |leaf: Leaf| matches!(leaf, Leaf::E(_));
-    let Change { before, after, delta } = graph.difference(g, &change, &late, &mut HashMap::new());
+    let Change { before, after, delta } = graph.difference(g, &change, &late, false, &mut HashMap::new());
     Equation {
         value: graph.linear(0.0, &[(delta, 1.0), (before, CORRECTED)]),
         plain: graph.linear(0.0, &[(after, 1.0), (before, CORRECTED - 1.0)]),

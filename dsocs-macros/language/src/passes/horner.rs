@@ -5,9 +5,9 @@
 //! the products `cⱼ aⱼ` serve every row. What costs is a product of two sequences; a sum with constant coefficients does
 //! not. So rows are multiplied out, what cancels goes, and what many terms share is taken out, as in Horner's scheme.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use crate::graph::{Graph, Node, NodeId};
+use crate::graph::{Graph, Leaf, Node, NodeId};
 
 /// Rows with more terms are left alone.
 const MOST_TERMS: usize = 20_000;
@@ -15,9 +15,9 @@ const MOST_TERMS: usize = 20_000;
 const HIGHEST_POWER: i32 = 4;
 
 /// Factors that move, and their exponents.
-type Monomial = Vec<(NodeId, i32)>;
+pub(super) type Monomial = Vec<(NodeId, i32)>;
 /// Monomials and their constant coefficients.
-type Polynomial = BTreeMap<Monomial, NodeId>;
+pub(super) type Polynomial = BTreeMap<Monomial, NodeId>;
 
 /// Multiplies rows out and gathers them.
 #[derive(Default)]
@@ -30,7 +30,7 @@ impl Horner {
     pub(super) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
         let polynomial = self.polynomial(graph, row)?;
         let terms = polynomial.into_iter().collect();
-        Some(gather(graph, terms))
+        Some(gather(graph, terms, Ties::Last))
     }
 
     fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
@@ -85,7 +85,7 @@ impl Horner {
     }
 }
 
-fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
+pub(super) fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
     let sum = match polynomial.get(&monomial) {
         Some(&present) => graph.add(present, coefficient),
         None => coefficient,
@@ -97,7 +97,7 @@ fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coeff
     }
 }
 
-fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+pub(super) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
     if a.len() * b.len() > MOST_TERMS {
         return None;
     }
@@ -116,20 +116,56 @@ fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynom
     Some(product)
 }
 
-/// The sum of some terms, with what most of them share taken out, and so on in what is left.
-fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>) -> NodeId {
-    let mut counts: BTreeMap<(NodeId, bool), usize> = BTreeMap::new();
-    for (monomial, _) in &terms {
+/// Which of several factors is taken out that equally many terms share.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ties {
+    /// The last.
+    Last,
+    /// That beside which the fewest coordinates stand: what is left may be that of other rows.
+    FewestCoordinates,
+}
+
+/// A factor, and whether its exponent is positive.
+type Shared = (NodeId, bool);
+
+/// The factor to be taken out of some terms, if two share one.
+fn most_shared(graph: &Graph, terms: &[(Monomial, NodeId)], ties: Ties) -> Option<Shared> {
+    let mut counts: BTreeMap<Shared, usize> = BTreeMap::new();
+    for (monomial, _) in terms {
         // a product of two takes nothing from being taken apart unless others share a factor
         for &(factor, exponent) in monomial {
             *counts.entry((factor, exponent > 0)).or_insert(0) += 1;
         }
     }
-    let most = counts
+    let most = counts.values().copied().max().filter(|&count| count > 1)?;
+    let mut shared = counts
         .into_iter()
-        .max_by_key(|&(_, count)| count)
-        .filter(|&(_, count)| count > 1);
-    let Some(((shared, positive), _)) = most else {
+        .filter(|&(_, count)| count == most)
+        .map(|(shared, _)| shared);
+    match ties {
+        Ties::Last => shared.next_back(),
+        Ties::FewestCoordinates => shared.min_by_key(|&shared| coordinates_beside(graph, terms, shared)),
+    }
+}
+
+/// How many coordinates stand beside a factor.
+fn coordinates_beside(graph: &Graph, terms: &[(Monomial, NodeId)], (shared, positive): Shared) -> usize {
+    let has = |monomial: &Monomial| {
+        monomial
+            .iter()
+            .any(|&(factor, exponent)| factor == shared && (exponent > 0) == positive)
+    };
+    let with = terms.iter().filter(|(monomial, _)| has(monomial));
+    let others = with
+        .flat_map(|(monomial, _)| monomial)
+        .filter(|&&(factor, _)| factor != shared);
+    let places = others.flat_map(|&(factor, _)| graph.leaves(factor).filter_map(Leaf::place));
+    places.collect::<BTreeSet<_>>().len()
+}
+
+/// The sum of some terms, with what most of them share taken out, and so on in what is left.
+pub(super) fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>, ties: Ties) -> NodeId {
+    let Some((shared, positive)) = most_shared(graph, &terms, ties) else {
         let terms: Vec<_> = terms
             .into_iter()
             .map(|(monomial, coefficient)| {
@@ -153,19 +189,18 @@ fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>) -> NodeId {
             None => rest.push((monomial, coefficient)),
         }
     }
-    let inner = gather(graph, inner);
+    let inner = gather(graph, inner, ties);
     let product = graph.product(&[(shared, if positive { 1 } else { -1 }), (inner, 1)]);
     if rest.is_empty() {
         return product;
     }
-    let rest = gather(graph, rest);
+    let rest = gather(graph, rest, ties);
     graph.add(product, rest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::graph::Leaf;
 
     #[test]
     fn what_cancels_goes_and_what_is_shared_is_taken_out() {

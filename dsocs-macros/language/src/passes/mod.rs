@@ -10,6 +10,7 @@ mod clear;
 mod collapse;
 mod distribute;
 mod eliminate;
+mod gather;
 mod horner;
 mod merge;
 mod motion;
@@ -29,6 +30,7 @@ use simplify::Simplify;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
+pub(crate) use gather::slopes as gathered_slopes;
 pub(crate) use merge::Merge;
 pub(crate) use motion::{without_cancellation, without_factors};
 pub(crate) use together::together;
@@ -104,6 +106,9 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
                 .collect()
         })
         .collect();
+
+    // gather: what belongs to the coordinate of an entry's column, and to that of its row
+    gather::entries(graph, &mut jacobian);
 
     // rotate: sines and cosines at the second point from those at the first. Then rows and Jacobian show all functions that
     // there are.

@@ -46,6 +46,14 @@ fn factors(graph: &Graph, term: NodeId) -> Vec<(NodeId, i32)> {
     }
 }
 
+/// A sum as a product with what its terms share, anything else as it is.
+pub(super) fn factored_sum(graph: &mut Graph, id: NodeId) -> NodeId {
+    match graph.terms(id) {
+        (terms, constant) if terms.len() > 1 && constant == 0.0 => factored(graph, &terms).unwrap_or(id),
+        _ => id,
+    }
+}
+
 /// The sum as a product with what its terms share, if they share anything.
 fn factored(graph: &mut Graph, terms: &[(NodeId, f64)]) -> Option<NodeId> {
     let mut common = factors(graph, terms[0].0);

@@ -1,0 +1,257 @@
+//! Products of functions of two coordinates, gathered by coordinates.
+//!
+//! The momentum of link `i` of a chain is `Σ_j m_ij (cᵢ cⱼ vⱼ + sᵢ sⱼ vⱼ)`: with what belongs to link `i` taken out, `cᵢ Σ_j m_ij cⱼ vⱼ + sᵢ Σ_j m_ij sⱼ vⱼ`.
+//! The products `cⱼ vⱼ` and their changes then serve every row, and where the `m_ij` share factors, the sums themselves are
+//! running sums ([`crate::emit::program`]). So the products of rows are as many as there are links, not pairs of links. An entry of the
+//! Jacobian keeps a product of what belongs to its row and of what belongs to its column, or two: with angles `m_ij (aᵢ bⱼ + cᵢ dⱼ)`.
+//!
+//! What belongs to one coordinate is never multiplied out, nor is what is affine in coordinates: the difference of two positions has
+//! digits that they do not have.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::horner::{Monomial, Polynomial, Ties, add, gather, multiply};
+use super::simplify;
+use crate::graph::{Graph, Leaf, Node, NodeId};
+
+/// Systems with fewer coordinates are left alone.
+const FEWEST: usize = 4;
+/// Slopes with more terms are left alone.
+const MOST_TERMS: usize = 20_000;
+/// Entries of a Jacobian with more terms are left alone.
+const MOST_IN_ENTRY: usize = 16;
+
+/// The derivatives of a Lagrangian by its coordinates and velocities, with few products; `None` where there are few coordinates, or this
+/// spares little.
+pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>> {
+    if slopes.len() < 2 * FEWEST {
+        return None;
+    }
+    let mut expansion = Expansion::new(MOST_TERMS);
+    let gathered: Option<Vec<NodeId>> = slopes
+        .iter()
+        .map(|&slope| {
+            let polynomial = expansion.polynomial(graph, slope)?;
+            let terms = polynomial
+                .into_iter()
+                .map(|(monomial, coefficient)| (monomial, simplify::factored_sum(graph, coefficient)))
+                .collect();
+            Some(gather(graph, terms, Ties::FewestCoordinates))
+        })
+        .collect();
+    gathered.filter(|gathered| spares(graph, slopes, gathered))
+}
+
+/// Gathers the entries of a Jacobian that depend on two coordinates, and takes the brackets off those that depend on more, where something
+/// cancels then.
+pub(super) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
+    if jacobian.len() < FEWEST {
+        return;
+    }
+    let mut expansion = Expansion::new(MOST_IN_ENTRY);
+    let before = jacobian.concat();
+    let after: Vec<NodeId> = before
+        .iter()
+        .map(|&entry| expansion.entry(graph, entry))
+        .collect();
+    if spares(graph, &before, &after) {
+        for (entry, gathered) in jacobian.iter_mut().flatten().zip(after) {
+            *entry = gathered;
+        }
+    }
+}
+
+/// Whether an eighth of the operations or more are spared.
+fn spares(graph: &Graph, before: &[NodeId], after: &[NodeId]) -> bool {
+    operations(graph, after) * 8 < operations(graph, before) * 7
+}
+
+/// How many sums and products some expressions take, each computed once.
+fn operations(graph: &Graph, outputs: &[NodeId]) -> usize {
+    let (mut seen, mut open, mut count) = (BTreeSet::new(), outputs.to_vec(), 0);
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) || is_early(graph, id) {
+            continue;
+        }
+        open.extend(graph.parts(id));
+        count += match graph.node(id) {
+            Node::Sum(_, terms) => terms.len(),
+            Node::Product(factors) => {
+                let late = factors.iter().filter(|&&(factor, _)| !is_early(graph, factor));
+                let products = late.map(|&(_, n)| n.unsigned_abs() as usize).sum::<usize>();
+                products - usize::from(products == factors.len() && products > 0)
+            }
+            _ => 1,
+        };
+    }
+    count
+}
+
+/// Whether an expression is known when the run begins.
+fn is_early(graph: &Graph, id: NodeId) -> bool {
+    graph.leaves(id).all(|leaf| leaf == Leaf::H)
+}
+
+/// How many coordinates an expression depends on.
+fn coordinates(graph: &Graph, id: NodeId) -> usize {
+    graph
+        .leaves(id)
+        .filter_map(Leaf::place)
+        .collect::<BTreeSet<_>>()
+        .len()
+}
+
+/// Whether a sum is of coordinates, each with a fixed factor.
+fn is_affine(graph: &Graph, sum: NodeId) -> bool {
+    let (terms, _) = graph.terms(sum);
+    terms.iter().all(|&(term, _)| {
+        let factors = graph.factors(term);
+        let mut moving = factors.iter().filter(|&&(factor, _)| !graph.is_fixed(factor));
+        let first = moving.next();
+        moving.next().is_none()
+            && first.is_none_or(|&(factor, n)| n == 1 && matches!(graph.node(factor), Node::Leaf(_)))
+    })
+}
+
+/// Expressions, multiplied out.
+struct Expansion {
+    most: usize,
+    known: HashMap<NodeId, Option<Polynomial>>,
+}
+
+impl Expansion {
+    fn new(most: usize) -> Self {
+        Self {
+            most,
+            known: HashMap::new(),
+        }
+    }
+
+    /// An entry of a Jacobian, gathered.
+    fn entry(&mut self, graph: &mut Graph, entry: NodeId) -> NodeId {
+        match coordinates(graph, entry) {
+            0 | 1 => return entry,
+            2 => {}
+            _ => return without_brackets(graph, entry),
+        }
+        let Some(polynomial) = self.polynomial(graph, entry) else {
+            return entry;
+        };
+        let one = graph.constant(1.0);
+        let terms: Vec<_> = polynomial
+            .into_iter()
+            .map(|(monomial, coefficient)| {
+                // what is fixed is a factor like others
+                let (c, rest) = graph.split(coefficient);
+                let mut factors: Monomial = if rest == one {
+                    Vec::new()
+                } else {
+                    graph.factors(rest)
+                };
+                factors.extend(monomial);
+                (factors, graph.constant(c))
+            })
+            .collect();
+        gather(graph, terms, Ties::FewestCoordinates)
+    }
+
+    fn polynomial(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+        if let Some(known) = self.known.get(&id) {
+            return known.clone();
+        }
+        let result = self
+            .expand(graph, id)
+            .filter(|polynomial| polynomial.len() <= self.most);
+        self.known.insert(id, result.clone());
+        result
+    }
+
+    fn expand(&mut self, graph: &mut Graph, id: NodeId) -> Option<Polynomial> {
+        let one = graph.constant(1.0);
+        if graph.is_fixed(id) {
+            return Some(Polynomial::from([(Vec::new(), id)]));
+        }
+        match graph.node(id).clone() {
+            Node::Sum(..) if coordinates(graph, id) < 2 || is_affine(graph, id) => {
+                // without what all its terms share, it is the same in every row
+                let (common, rest) = without_common(graph, id);
+                Some(Polynomial::from([(vec![(rest, 1)], common)]))
+            }
+            Node::Sum(constant, terms) => {
+                let mut sum = Polynomial::new();
+                if constant.get() != 0.0 {
+                    sum.insert(Vec::new(), graph.constant(constant.get()));
+                }
+                for (term, c) in terms {
+                    for (monomial, coefficient) in self.polynomial(graph, term)? {
+                        let coefficient = graph.scale(c.get(), coefficient);
+                        add(graph, &mut sum, monomial, coefficient);
+                    }
+                }
+                Some(sum)
+            }
+            Node::Product(factors) => {
+                let mut product = Polynomial::from([(Vec::new(), one)]);
+                for (factor, exponent) in factors {
+                    let factor = if graph.is_fixed(factor) {
+                        Polynomial::from([(Vec::new(), graph.powi(factor, exponent))])
+                    } else if exponent == 1 {
+                        self.polynomial(graph, factor)?
+                    } else {
+                        Polynomial::from([(vec![(factor, exponent)], one)])
+                    };
+                    product = multiply(graph, &product, &factor)?;
+                }
+                Some(product)
+            }
+            _ => Some(Polynomial::from([(vec![(id, 1)], one)])),
+        }
+    }
+}
+
+/// A sum as a fixed factor and what is left of it.
+fn without_common(graph: &mut Graph, sum: NodeId) -> (NodeId, NodeId) {
+    let (terms, constant) = graph.terms(sum);
+    if constant != 0.0 {
+        return (graph.constant(1.0), sum);
+    }
+    let mut common = graph.common_factors(&terms);
+    common.retain(|&(factor, _)| graph.is_fixed(factor));
+    let inverse: Vec<_> = common.iter().map(|&(factor, n)| (factor, -n)).collect();
+    let inverse = graph.product(&inverse);
+    let size = terms[0].1;
+    let rest: Vec<_> = terms
+        .iter()
+        .map(|&(term, c)| (graph.mul(term, inverse), c / size))
+        .collect();
+    let rest = graph.linear(0.0, &rest);
+    let common = graph.product(&common);
+    (graph.scale(size, common), rest)
+}
+
+/// A sum with fixed factors multiplied into the sums that they stand beside, where terms cancel then.
+fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
+    let (terms, constant) = graph.terms(sum);
+    let mut flat = Vec::new();
+    for &(term, c) in &terms {
+        let factors = graph.factors(term).into_iter();
+        let (early, late): (Vec<_>, Vec<_>) = factors.partition(|&(factor, _)| is_early(graph, factor));
+        match late[..] {
+            [(inner, 1)] if !early.is_empty() && matches!(graph.node(inner), Node::Sum(..)) => {
+                let early = graph.product(&early);
+                let (inner, rest) = graph.terms(inner);
+                for (inner, d) in inner {
+                    flat.push((graph.mul(early, inner), c * d));
+                }
+                flat.push((early, c * rest));
+            }
+            _ => flat.push((term, c)),
+        }
+    }
+    let flat = graph.linear(constant, &flat);
+    if graph.terms(flat).0.len() < terms.len() {
+        flat
+    } else {
+        sum
+    }
+}
