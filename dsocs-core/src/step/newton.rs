@@ -286,8 +286,10 @@ impl<Z: Unknown<f64>> Trial<Z> {
         self.safe && self.at.update(size).is_small(tolerance)
     }
 
-    /// Whether the update is the last, after that of `before`.
-    #[inline]
+    /// Whether the update is the last, after that of `before`. As a call it would have both evaluations written to memory in every
+    /// step of two.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as it says
     fn settles(&self, before: &Self, size: &Z) -> bool {
         before.safe && self.safe && self.at.update(size).settles(&before.at.update(size))
     }
