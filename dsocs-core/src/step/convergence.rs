@@ -13,6 +13,7 @@
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::unknown::Unknown;
+use crate::dense::Matrix;
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar;
 
@@ -52,6 +53,9 @@ const PART_OF_NATURAL: f64 = 1e-6;
 /// Natural sizes are used where the equations' condition is at most this, and the unknowns are smaller than they by no more:
 /// with [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
 const WELL_CONDITIONED: f64 = 1e6;
+
+/// With more rows, the columns of an inverse are not found one after the other, since each takes an elimination of its own.
+const MOST_SOLVED_ONE_BY_ONE: usize = 8;
 
 /// Numbers that can be compared, lane by lane.
 pub(crate) trait Compare: Scalar {
@@ -283,6 +287,18 @@ pub(crate) struct NaturalSizes<U> {
     pub level: f64,
 }
 
+/// The size of a row's largest entry.
+fn largest_of<U: Unknown<f64>>(row: &U) -> f64 {
+    let entries = row.as_ref().iter();
+    entries.fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
+/// The inverse of a matrix whose rows are brought to the size 1: all columns by one elimination.
+fn inverse_of_scaled<U: Unknown<f64>>(rows: &[U]) -> Matrix {
+    let sizes: Vec<f64> = rows.iter().map(largest_of).collect();
+    Matrix::from_fn(rows.len(), rows.len(), |i, j| rows[i].as_ref()[j] / sizes[i]).inverse()
+}
+
 impl<U: Unknown<f64>> NaturalSizes<U> {
     /// The natural sizes near `z`, for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is
     /// singular or something is not finite.
@@ -290,15 +306,19 @@ impl<U: Unknown<f64>> NaturalSizes<U> {
     pub fn new(jacobian: &U::Square, terms: &U, z: &U) -> Option<Self> {
         let rows = jacobian.as_ref();
         let (mut sizes, mut condition) = (U::zero(), U::zero());
+        let inverse = (rows.len() > MOST_SOLVED_ONE_BY_ONE).then(|| inverse_of_scaled(rows));
         for (place, row) in rows.iter().enumerate() {
-            let largest = row
-                .as_ref()
-                .iter()
-                .fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            let mut right = U::zero();
-            right.as_mut()[place] = largest;
+            let largest = largest_of(row);
             // a column of the inverse, in units that neither overflow nor underflow
-            let column = U::solve(jacobian, &right)?;
+            let mut column = U::zero();
+            if let Some(inverse) = &inverse {
+                for (i, x) in column.as_mut().iter_mut().enumerate() {
+                    *x = inverse[(i, place)];
+                }
+            } else {
+                column.as_mut()[place] = largest;
+                column = U::solve(jacobian, &column)?;
+            }
             let term = terms.as_ref()[place] / largest;
             sizes = sizes.zip(&column, |size, x| size + x.abs() * term);
             condition = condition.zip(
@@ -400,6 +420,28 @@ mod tests {
             assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes);
             assert_eq!(there.condition, here.condition);
         }
+    }
+
+    #[test]
+    fn natural_sizes_of_many_unknowns_are_those_of_a_known_inverse() {
+        const M: usize = 40;
+        // sums of the first unknowns, each row in a unit of its own: the inverse is a difference of two rows
+        let mut jacobian = [[0.0; M]; M];
+        for (i, row) in jacobian.iter_mut().enumerate() {
+            row[..=i].fill(2.0_f64.powi(i32::try_from(i).unwrap()));
+        }
+        let natural = NaturalSizes::<[f64; M]>::new(&jacobian, &[1.0; M], &[1.0; M]).unwrap();
+        for (i, size) in natural.sizes.iter().enumerate() {
+            let unit = 0.5_f64.powi(i32::try_from(i).unwrap());
+            let expected = if i == 0 { unit } else { 3.0 * unit };
+            assert!((size / expected - 1.0).abs() < 1e-12, "{i}: {size}");
+        }
+        assert!((natural.condition - 1.0).abs() < 1e-12, "{}", natural.condition);
+        jacobian[M - 1] = jacobian[0];
+        assert_eq!(
+            NaturalSizes::<[f64; M]>::new(&jacobian, &[1.0; M], &[1.0; M]),
+            None
+        );
     }
 
     #[test]
