@@ -50,11 +50,13 @@ impl Graph {
                 _ => self.constant(1.0),
             },
             Node::Sum(_, terms) => {
-                let terms: Vec<_> = terms
-                    .iter()
-                    .map(|&(term, c)| (self.tangent(term, direction), c.get()))
-                    .collect();
-                self.linear(0.0, &terms)
+                let mut moving = Vec::new();
+                for (term, c) in terms {
+                    if self.moves(term, direction) {
+                        moving.push((self.tangent(term, direction), c.get()));
+                    }
+                }
+                self.linear(0.0, &moving)
             }
             Node::Product(factors) => {
                 let mut terms = Vec::new();

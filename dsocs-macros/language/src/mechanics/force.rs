@@ -201,14 +201,14 @@ impl Parts {
             graph.rewrite_all(&mut slopes, &mut moved);
             let (by_position, by_velocity) = slopes.split_at(n);
             let mut through = |outer: &[NodeId], inner: &[NodeId], leaf: Leaf| {
-                let terms: Vec<_> = outer
-                    .iter()
-                    .zip(inner)
-                    .map(|(&outer, &inner)| {
+                let mut terms = Vec::new();
+                for (&outer, &inner) in outer.iter().zip(inner) {
+                    // most components of a map belong to other coordinates
+                    if graph.depends_on(inner, leaf) {
                         let slope = graph.derivative(inner, leaf);
-                        graph.mul(outer, slope)
-                    })
-                    .collect();
+                        terms.push(graph.mul(outer, slope));
+                    }
+                }
                 graph.sum(&terms)
             };
             for i in 0..n {
