@@ -255,3 +255,61 @@ fn without_brackets(graph: &mut Graph, sum: NodeId) -> NodeId {
         sum
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::Unary;
+
+    /// The kinetic energy of a chain of equal links, and the derivatives by angles and velocities.
+    fn chain(graph: &mut Graph, links: usize) -> Vec<NodeId> {
+        let function = |graph: &mut Graph, op, i| {
+            let angle = graph.leaf(Leaf::Q(i));
+            graph.unary(op, angle)
+        };
+        let mut terms = Vec::new();
+        for i in 0..links {
+            for j in 0..links {
+                let products = [Unary::Sin, Unary::Cos].map(|op| {
+                    let (first, second) = (function(graph, op, i), function(graph, op, j));
+                    graph.mul(first, second)
+                });
+                let cosine = graph.sum(&products);
+                let speeds = [i, j].map(|i| (graph.leaf(Leaf::V(i)), 1));
+                let speeds = graph.product(&speeds);
+                terms.push((graph.mul(cosine, speeds), (links - i.max(j)) as f64));
+            }
+        }
+        let energy = graph.linear(0.0, &terms);
+        let leaves = (0..links).map(Leaf::Q).chain((0..links).map(Leaf::V));
+        leaves.map(|leaf| graph.derivative(energy, leaf)).collect()
+    }
+
+    #[test]
+    fn gathered_slopes_are_worth_the_same_and_are_fewer_products() {
+        let mut graph = Graph::new();
+        let before = chain(&mut graph, 6);
+        let after = slopes(&mut graph, &before).expect("many products are spared");
+        for (&before, &after) in before.iter().zip(&after) {
+            let difference = graph.sub(before, after);
+            assert!(graph.vanishes(difference));
+        }
+        assert!(operations(&graph, &after) * 3 < operations(&graph, &before) * 2);
+        // three links are left alone
+        let few = chain(&mut graph, 3);
+        assert!(slopes(&mut graph, &few).is_none());
+    }
+
+    #[test]
+    fn differences_of_positions_keep_their_digits() {
+        let mut graph = Graph::new();
+        let [x, y, z] = [0, 1, 2].map(|i| graph.leaf(Leaf::Q(i)));
+        // (x - y) sin z: nothing is multiplied out
+        let (stretch, sine) = (graph.sub(x, y), graph.unary(Unary::Sin, z));
+        let product = graph.mul(stretch, sine);
+        let polynomial = Expansion::new(MOST_TERMS).polynomial(&mut graph, product);
+        let monomials: Vec<_> = polynomial.unwrap_or_default().into_keys().collect();
+        assert_eq!(monomials.len(), 1);
+        assert!(monomials[0].contains(&(stretch, 1)) || monomials[0].contains(&(graph.sub(y, x), 1)));
+    }
+}
