@@ -52,37 +52,47 @@ pub enum DependentRow {
     Kinematic(usize),
     /// The work of the constraint force along a virtual displacement, by the index of the displacement from 0.
     Displacement(usize),
+    /// An equation of motion that the declared constraint forces do not enter, by its index from 0: the same, where the declaration gives
+    /// the directions of the constraint forces instead of the virtual displacements.
+    Free(usize),
     /// The equation of motion of a coordinate.
     Motion(&'static str),
 }
 
 impl fmt::Display for DependentRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (kind, which) = self.words();
-        write!(f, "{kind} {which}")
+        f.write_str(&named(&[*self]))
     }
 }
 
 impl DependentRow {
     /// Whether it is the work of a constraint force.
     pub(crate) fn is_work(self) -> bool {
-        matches!(self, Self::Displacement(_))
+        matches!(self, Self::Displacement(_) | Self::Free(_))
     }
 
     /// Whether it is a constraint.
     pub(crate) fn is_constraint(self) -> bool {
-        !matches!(self, Self::Displacement(_) | Self::Motion(_))
+        !matches!(self, Self::Displacement(_) | Self::Free(_) | Self::Motion(_))
     }
 
-    /// Its kind, and what tells it from others of the kind.
-    fn words(self) -> (&'static str, String) {
-        match self {
-            Self::Holonomic(i) => ("holonomic constraint", (i + 1).to_string()),
-            Self::Nonholonomic(i) => ("nonholonomic constraint", (i + 1).to_string()),
-            Self::Kinematic(i) => ("kinematic constraint", (i + 1).to_string()),
-            Self::Displacement(i) => ("virtual displacement", (i + 1).to_string()),
-            Self::Motion(name) => ("the equation of motion of", format!("`{name}`")),
-        }
+    /// What one of its kind is called, and several; what tells it from others of the kind; and what is said after that.
+    fn words(self) -> ([&'static str; 2], String, &'static str) {
+        let (kind, which) = match self {
+            Self::Holonomic(i) => (["holonomic constraint", "holonomic constraints"], i),
+            Self::Nonholonomic(i) => (["nonholonomic constraint", "nonholonomic constraints"], i),
+            Self::Kinematic(i) => (["kinematic constraint", "kinematic constraints"], i),
+            Self::Displacement(i) => (["virtual displacement", "virtual displacements"], i),
+            Self::Free(i) => {
+                let kinds = ["equation of motion", "equations of motion"];
+                return (kinds, (i + 1).to_string(), " without constraint forces");
+            }
+            Self::Motion(name) => {
+                let kinds = ["the equation of motion of", "the equations of motion of"];
+                return (kinds, format!("`{name}`"), "");
+            }
+        };
+        (kind, (which + 1).to_string(), "")
     }
 }
 
@@ -98,17 +108,13 @@ fn listed(things: &[String]) -> String {
 /// Rows in words: `holonomic constraints 1 and 2 and virtual displacement 1`.
 fn named(rows: &[DependentRow]) -> String {
     let words: Vec<_> = rows.iter().map(|row| row.words()).collect();
-    let kinds = words.chunk_by(|(kind, _), (next, _)| kind == next);
+    let kinds = words.chunk_by(|(kind, ..), (next, ..)| kind == next);
     let kinds: Vec<String> = kinds
         .map(|rows| {
-            let which: Vec<String> = rows.iter().map(|(_, which)| which.clone()).collect();
-            let (kind, _) = rows[0];
-            let plural = if rows.len() > 1 && !kind.ends_with("of") {
-                "s"
-            } else {
-                ""
-            };
-            format!("{kind}{plural} {}", listed(&which))
+            let which: Vec<String> = rows.iter().map(|(_, which, _)| which.clone()).collect();
+            let ([one, several], _, after) = rows[0];
+            let kind = if rows.len() > 1 { several } else { one };
+            format!("{kind} {}{after}", listed(&which))
         })
         .collect();
     listed(&kinds)
@@ -226,7 +232,7 @@ pub(crate) fn of_step(
 
 /// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
 #[cold]
-fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
     let n = declaration.dimension();
     let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
         let known = if declaration.has_multipliers() {
@@ -431,6 +437,8 @@ pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
     } else if constraints == 0 || declaration.has_multipliers() {
         let coordinate = declaration.coordinates().get(place - constraints);
         DependentRow::Motion(coordinate.map_or("?", |coordinate| coordinate.name))
+    } else if declaration.forms_count() > 0 {
+        DependentRow::Free(place - constraints)
     } else {
         DependentRow::Displacement(place - constraints)
     }

@@ -4,6 +4,8 @@ use core::fmt;
 
 use thiserror::Error;
 
+use crate::undefined::Undefined;
+
 /// Why a run by Taylor series failed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -85,6 +87,8 @@ pub struct FailedSeries {
     pub v: Vec<f64>,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
+    /// What in the equations has no value there, if that is why.
+    pub undefined: Option<Undefined>,
     /// What happened.
     pub cause: SeriesFailure,
 }
@@ -114,33 +118,40 @@ impl fmt::Display for SeriesError {
             q,
             v,
             coordinates,
+            undefined,
             cause,
             ..
         } = &*self.0;
-        match cause {
-            SeriesFailure::NotFinite => write!(
+        match (cause, undefined) {
+            (SeriesFailure::NotFinite, Some(undefined)) => write!(
+                f,
+                "the motion has no Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {undefined}; {}",
+                coordinates.join(", "),
+                undefined.advice(v.iter().all(|&v| v == 0.0))
+            ),
+            (SeriesFailure::NotFinite, _) => write!(
                 f,
                 "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the \
                  declaration has no value or no derivative there, or the constraints do not determine the acceleration",
                 coordinates.join(", ")
             ),
-            SeriesFailure::StepTooSmall { step, smallest } => write!(
+            (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,
                 "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to \
                  a singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
             ),
-            SeriesFailure::TooManySteps { steps, last, mean } if *last < COLLAPSED * mean => write!(
+            (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
                  {mean:e}. More steps would hardly help: the motion comes close to a singularity or to a place where the system is \
                  not smooth (q = {q:?}, v = {v:?}). If a function of your own branches there, let it compare the numbers that it is \
                  given, not their values"
             ),
-            SeriesFailure::TooManySteps { steps, .. } => write!(
+            (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
             ),
-            SeriesFailure::Sticks { switch } => write!(
+            (SeriesFailure::Sticks { switch }, _) => write!(
                 f,
                 "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
                  both of its sides lead back. The declaration does not say what happens then. Replace the jump by a steep smooth \
@@ -148,7 +159,7 @@ impl fmt::Display for SeriesError {
                  constraint",
                 coordinates.join(", ")
             ),
-            SeriesFailure::Jumps { switch, by } => {
+            (SeriesFailure::Jumps { switch, by }, _) => {
                 let place = match switch {
                     Some(switch) => format!("`{switch}` is zero there, and beyond"),
                     None => "beyond this place".to_owned(),

@@ -9,7 +9,7 @@ use super::order::Order;
 use super::projection::{Projection, size};
 use super::series::Series;
 use super::watch::{self, End, Watch};
-use crate::any::continuous_force;
+use crate::any::{AnyPoint, continuous_force};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
@@ -19,6 +19,7 @@ use crate::start::Phase;
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
 use crate::system::Point;
+use crate::undefined;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
 pub(super) const MAX_STEPS: u64 = 10_000_000;
@@ -462,6 +463,10 @@ impl<const N: usize> Integrator<N> {
 
     #[cold]
     pub(super) fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
+        let undefined = || {
+            let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
+            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a: &[0.0; N] })
+        };
         SeriesError::new(FailedSeries {
             step: self.steps,
             time: self.t.hi[0],
@@ -473,6 +478,7 @@ impl<const N: usize> Integrator<N> {
                 .iter()
                 .map(|coordinate| coordinate.name)
                 .collect(),
+            undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
             cause,
         })
     }

@@ -47,7 +47,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     arguments.from.for_systems(entries.len())?;
     if let Some(path) = &arguments.out {
         if path.extension().is_none_or(|extension| extension != "json") {
-            return Err(CliError::TableFormat(path.display().to_string()));
+            return Err(CliError::NotJson(path.display().to_string()));
         }
         drop(OutputFile::create(path)?);
     }
@@ -101,15 +101,29 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
 pub(super) fn text(findings: &[Finding]) -> String {
     let mut text = table(findings).to_string();
     text.push('\n');
-    for finding in findings {
-        if let Some(failure) = &finding.failure {
-            text.extend([finding.check, ": ", &finding.what, ": ", failure, "\n"]);
-        }
-        if let Some(note) = &finding.note {
-            text.extend([finding.check, ": ", note, "\n"]);
-        }
+    for (remark, of) in remarks(findings) {
+        text.extend([&of.join("; "), ": ", remark, "\n"]);
     }
     text
+}
+
+/// What is said of the figures, each remark once, with what it is said of.
+fn remarks(findings: &[Finding]) -> Vec<(&str, Vec<String>)> {
+    let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {
+        Some((_, others)) if others.contains(&of) => {}
+        Some((_, others)) => others.push(of),
+        None => remarks.push((remark, vec![of])),
+    };
+    for finding in findings {
+        if let Some(failure) = &finding.failure {
+            say(failure.as_str(), format!("{}: {}", finding.check, finding.what));
+        }
+        if let Some(note) = &finding.note {
+            say(note.as_str(), finding.check.to_owned());
+        }
+    }
+    remarks
 }
 
 /// A figure as JSON.
