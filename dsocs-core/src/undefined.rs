@@ -6,16 +6,16 @@ use crate::any::AnyPoint;
 use crate::declaration::Declaration;
 use crate::tape::Leaf;
 
-/// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one: a
-/// division by zero, a root of a negative number, an overflow.
+/// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one, such as the
+/// root of a negative number, or an overflow; or a divisor that is zero there.
 ///
-/// Its text is a sentence: `` `1 / smoothing` is infinite there (smoothing = 0) ``.
+/// Its text is a sentence: ``the divisor `x.powi(2) + y.powi(2)` is zero there (x = 0, y = 0)``.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Undefined {
     /// The expression, written as in a declaration; long ones are shortened.
     pub expression: String,
-    /// Its value: infinite or not a number.
+    /// Its value: infinite, not a number, or zero of a divisor.
     pub value: f64,
     /// The names and values of the quantities in it, such as `x`, `dot(x)`, `mass` and `t`.
     pub quantities: Vec<(String, f64)>,
@@ -48,7 +48,7 @@ impl Undefined {
     /// What to try, for people.
     pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
         match self.contains {
-            [false, false, true] => "give these parameters other values",
+            [false, false, true] => "another value of the parameters in it is needed",
             [_, true, _] if at_rest => {
                 "the system is at rest there: start with a velocity; or write the constraint so that it has a value at rest (where \
                  `branch` divides by this factor, write the quotient itself)"
@@ -61,12 +61,14 @@ impl Undefined {
 
 impl fmt::Display for Undefined {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = if self.value.is_nan() {
-            "has no value"
+        let [before, after] = if self.value.is_nan() {
+            ["", "has no value"]
+        } else if self.value == 0.0 {
+            ["the divisor ", "is zero"]
         } else {
-            "is infinite"
+            ["", "is infinite"]
         };
-        write!(f, "`{}` {what} there", self.expression)?;
+        write!(f, "{before}`{}` {after} there", self.expression)?;
         let named: Vec<String> = self
             .quantities
             .iter()
@@ -74,7 +76,8 @@ impl fmt::Display for Undefined {
             .map(|(name, value)| format!("{name} = {value}"))
             .collect();
         let more = if self.quantities.len() > NAMED { ", …" } else { "" };
-        if named.is_empty() {
+        let says_all = self.value == 0.0 && self.quantities.iter().all(|(name, _)| *name == self.expression);
+        if named.is_empty() || says_all {
             Ok(())
         } else {
             write!(f, " ({}{more})", named.join(", "))

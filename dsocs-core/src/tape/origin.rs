@@ -12,17 +12,18 @@ const LONG: usize = 90;
 /// So many operations inside each other a shortened expression has at most.
 const DEEP: usize = 9;
 
-/// An expression that has no finite value, although all that it is made of has.
+/// An expression that has no finite value, although all that it is made of has; or a divisor that is zero.
 pub(crate) struct Origin {
     /// As it is written in a declaration, shortened where it is long.
     pub(crate) text: String,
-    /// Its value: infinite, or not a number.
+    /// Its value: infinite, not a number, or zero of a divisor.
     pub(crate) value: f64,
     /// What it is made of, with the values, each once.
     pub(crate) leaves: Vec<(Leaf, f64)>,
 }
 
-/// The origin of the first result of a segment that is not finite; nothing where all are, or where a leaf is not.
+/// The origin of the first result of a segment that is not finite; where all are, of the first number on the way to them that is not, since a
+/// derivative of a result may not be finite for this reason. Nothing where all numbers are finite, or where a leaf is not.
 pub(crate) fn origin(
     source: &dyn Source,
     segment: Segment,
@@ -33,16 +34,24 @@ pub(crate) fn origin(
     let results = &bodies.get(segment as usize)?.results;
     let (ops, places) = gathered(bodies, segment);
     let values = values(&ops, source, leaf);
-    let mut place = results
-        .iter()
-        .map(|&result| places[result])
-        .find(|&place| !values[place].is_finite())?;
+    let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
+    let wrong = |place: &usize| !values[*place].is_finite();
+    let mut place = match results.iter().copied().find(wrong) {
+        Some(result) => result,
+        None => needed(&ops, &results, &values).into_iter().find(wrong)?,
+    };
     // back to where it began
     while let Some(before) = read(&ops[place], &values).find(|&part| !values[part].is_finite()) {
         place = before;
     }
     if matches!(ops[place], Op::Leaf(_) | Op::Number(_) | Op::Stored(..)) {
         return None;
+    }
+    // of a division by zero, the divisor says why
+    if let Op::Recip(divisor) | Op::Powi(divisor, _) | Op::Binary(Binary::Div, [_, divisor]) = ops[place]
+        && values[divisor] == 0.0
+    {
+        place = divisor;
     }
     let mut leaves = Vec::new();
     collect(&ops, place, &values, &mut leaves);
@@ -53,6 +62,22 @@ pub(crate) fn origin(
         value: values[place],
         leaves,
     })
+}
+
+/// The places that some results need, in order.
+fn needed(ops: &[Op], results: &[usize], values: &[f64]) -> Vec<usize> {
+    let mut is_needed = vec![false; ops.len()];
+    for &result in results {
+        is_needed[result] = true;
+    }
+    for place in (0..ops.len()).rev() {
+        if is_needed[place] {
+            for part in read(&ops[place], values) {
+                is_needed[part] = true;
+            }
+        }
+    }
+    (0..ops.len()).filter(|&place| is_needed[place]).collect()
 }
 
 /// The operands that decide a value: of a comparison, those that are compared and the one that is chosen.
@@ -165,6 +190,7 @@ fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String)
                 format!("{} - {}", part(*a, Tie::Sum), part(*b, Tie::Product)),
                 Tie::Sum,
             ),
+            Binary::Mul if a == b => method(*a, "powi(2)".to_owned()),
             Binary::Mul => (
                 format!("{} * {}", part(*a, Tie::Product), part(*b, Tie::Sign)),
                 Tie::Product,

@@ -4,6 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
+use crate::deficiency::{Deficiency, DependentRow};
 use crate::undefined::Undefined;
 
 /// Why a run by Taylor series failed.
@@ -30,6 +31,14 @@ pub enum SeriesFailure {
         last: f64,
         /// The mean length.
         mean: f64,
+    },
+    /// The steps have become so short that the motion gets no further.
+    #[error("{steps} steps have led {led:e} further")]
+    Stalls {
+        /// How many steps in a row were looked at.
+        steps: u64,
+        /// How far they led.
+        led: f64,
     },
     /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
     #[error("the motion sticks where `{switch}` is zero")]
@@ -89,6 +98,8 @@ pub struct FailedSeries {
     pub coordinates: Vec<&'static str>,
     /// What in the equations has no value there, if that is why.
     pub undefined: Option<Undefined>,
+    /// What the equations for the acceleration hardly determine there, if steps have become short.
+    pub deficiency: Option<Deficiency>,
     /// What happened.
     pub cause: SeriesFailure,
 }
@@ -119,6 +130,7 @@ impl fmt::Display for SeriesError {
             v,
             coordinates,
             undefined,
+            deficiency,
             cause,
             ..
         } = &*self.0;
@@ -137,8 +149,13 @@ impl fmt::Display for SeriesError {
             ),
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,
-                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to \
-                 a singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
+                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {}",
+                Singular(deficiency.as_ref(), q, v)
+            ),
+            (SeriesFailure::Stalls { steps, led }, _) => write!(
+                f,
+                "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {}",
+                Singular(deficiency.as_ref(), q, v)
             ),
             (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,
@@ -189,6 +206,37 @@ impl fmt::Display for SeriesError {
                     coordinates.join(", ")
                 )
             }
+        }
+    }
+}
+
+/// What is said of a place that steps do not get past, at a position and a velocity.
+struct Singular<'a>(Option<&'a Deficiency>, &'a [f64], &'a [f64]);
+
+impl fmt::Display for Singular<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(deficiency, q, v) = self;
+        match deficiency {
+            Some(deficiency) => {
+                write!(
+                    f,
+                    "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration, which grows without bound: {deficiency}"
+                )?;
+                if deficiency.rows.iter().any(|row| matches!(row, DependentRow::Kinematic(_))) {
+                    f.write_str(
+                        ". There the constraint force can no longer do what the constraint asks for. If a factor of the constraint is zero \
+                         there, divide it out (`branch = divide(factor)`). A Lyapunov constraint has such a factor only if it contains the power \
+                         of all external forces: friction that it forgets has to be added to it",
+                    )?;
+                }
+                Ok(())
+            }
+            None => write!(
+                f,
+                "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?}); or the \
+                 tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not their \
+                 values"
+            ),
         }
     }
 }

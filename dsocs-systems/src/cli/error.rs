@@ -126,6 +126,7 @@ fn options_of_check(failure: &CheckFailure) -> Cow<'static, str> {
             }
         }
         CheckFailure::Setup(error) => options(&RunFailure::Setup(error.clone())),
+        CheckFailure::Run(error) => options(&RunFailure::Run(error.clone())),
         _ => "".into(),
     }
 }
