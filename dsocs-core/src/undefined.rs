@@ -75,7 +75,11 @@ impl fmt::Display for Undefined {
             .take(NAMED)
             .map(|(name, value)| format!("{name} = {value}"))
             .collect();
-        let more = if self.quantities.len() > NAMED { ", …" } else { "" };
+        let more = if self.quantities.len() > NAMED {
+            ", …"
+        } else {
+            ""
+        };
         let says_all = self.value == 0.0 && self.quantities.iter().all(|(name, _)| *name == self.expression);
         if named.is_empty() || says_all {
             Ok(())

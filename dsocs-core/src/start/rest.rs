@@ -16,7 +16,11 @@ const ZERO: f64 = 1e-12;
 /// A Lyapunov constraint `dV/dt + F = 0` has a velocity for a factor: at rest it holds whatever the acceleration is, and so a step from two equal
 /// nodes is solved by a third one. Where the other factor is zero at rest, too, the system is in equilibrium and rest is right.
 #[cold]
-pub(super) fn left_open(declaration: &Declaration<'_>, (t0, h): (f64, f64), q0: &[f64]) -> Option<Deficiency> {
+pub(super) fn left_open(
+    declaration: &Declaration<'_>,
+    (t0, h): (f64, f64),
+    q0: &[f64],
+) -> Option<Deficiency> {
     if declaration.constraints()[2] == 0 {
         return None;
     }
@@ -31,7 +35,9 @@ pub(super) fn left_open(declaration: &Declaration<'_>, (t0, h): (f64, f64), q0: 
     let [DependentRow::Kinematic(row)] = open.rows[..] else {
         return None;
     };
-    let stays = !open.at_guess_alone && is_solution(declaration, (t0 + h, h), q0) && !is_equilibrium(declaration, point, row);
+    let stays = !open.at_guess_alone
+        && is_solution(declaration, (t0 + h, h), q0)
+        && !is_equilibrium(declaration, point, row);
     stays.then_some(open)
 }
 

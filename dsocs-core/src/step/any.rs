@@ -286,7 +286,11 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         let undefined = match cause.reason {
             StepFailure::NotFinite | StepFailure::Degenerate => {
                 // on a straight line, where the iteration went nowhere
-                let e = if e.iter().all(|e| e.is_finite()) { e } else { [0.0; N] };
+                let e = if e.iter().all(|e| e.is_finite()) {
+                    e
+                } else {
+                    [0.0; N]
+                };
                 undefined::of_point(&declaration, declaration.point(self.h(), leg.any(), &e).any())
             }
             _ => None,

@@ -222,7 +222,11 @@ impl fmt::Display for Singular<'_> {
                     f,
                     "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration, which grows without bound: {deficiency}"
                 )?;
-                if deficiency.rows.iter().any(|row| matches!(row, DependentRow::Kinematic(_))) {
+                if deficiency
+                    .rows
+                    .iter()
+                    .any(|row| matches!(row, DependentRow::Kinematic(_)))
+                {
                     f.write_str(
                         ". There the constraint force can no longer do what the constraint asks for. If a factor of the constraint is zero \
                          there, divide it out (`branch = divide(factor)`). A Lyapunov constraint has such a factor only if it contains the power \

@@ -499,11 +499,23 @@ impl<const N: usize> Integrator<N> {
     pub(super) fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
         let undefined = || {
             let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
-            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a: &[0.0; N] })
+            undefined::of_point(
+                &equations.declaration(),
+                AnyPoint {
+                    t,
+                    q,
+                    v,
+                    a: &[0.0; N],
+                },
+            )
         };
         let open = || {
             let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
-            let a = self.series.velocity().get(1).filter(|a| a.iter().all(|a| a.is_finite()));
+            let a = self
+                .series
+                .velocity()
+                .get(1)
+                .filter(|a| a.iter().all(|a| a.is_finite()));
             let a = a.unwrap_or(&[0.0; N]);
             deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
         };
@@ -519,9 +531,12 @@ impl<const N: usize> Integrator<N> {
                 .map(|coordinate| coordinate.name)
                 .collect(),
             undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
-            deficiency: matches!(cause, SeriesFailure::Stalls { .. } | SeriesFailure::StepTooSmall { .. })
-                .then(open)
-                .flatten(),
+            deficiency: matches!(
+                cause,
+                SeriesFailure::Stalls { .. } | SeriesFailure::StepTooSmall { .. }
+            )
+            .then(open)
+            .flatten(),
             cause,
         })
     }
