@@ -220,7 +220,7 @@ impl fmt::Display for Singular<'_> {
             Some(deficiency) => {
                 write!(
                     f,
-                    "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration, which grows without bound: {deficiency}"
+                    "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
                 )?;
                 if deficiency
                     .rows
@@ -228,7 +228,7 @@ impl fmt::Display for Singular<'_> {
                     .any(|row| matches!(row, DependentRow::Kinematic(_)))
                 {
                     f.write_str(
-                        ". There the constraint force can no longer do what the constraint asks for. If a factor of the constraint is zero \
+                        ". Perhaps the constraint force cannot do there what the constraint asks for. If a factor of the constraint is zero \
                          there, divide it out (`branch = divide(factor)`). A Lyapunov constraint has such a factor only if it contains the power \
                          of all external forces: friction that it forgets has to be added to it",
                     )?;
