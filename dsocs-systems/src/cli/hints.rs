@@ -364,7 +364,7 @@ const WORDS: &[(&str, &[&str])] = &[
         "run turn --v0 0,0",
         &["the divisor `", "dot(x).powi(2) + dot(y).powi(2)", "start with a velocity"],
     ),
-    ("run edge", &["the divisor `x` is zero"]),
+    ("run edge --q0 0", &["the divisor `x` is zero"]),
     (
         "run law --v0 0 --start paper",
         &["would stay at rest for ever", "kinematic constraint 1 says nothing", "branch = divide"],
