@@ -162,6 +162,32 @@ impl fmt::Display for Rounded {
     }
 }
 
+/// A number in four digits.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(x) = *self;
+        if x == 0.0 || (1e-3..1e5).contains(&x.abs()) {
+            let digits = if x == 0.0 {
+                0.0
+            } else {
+                3.0 - x.abs().log10().floor()
+            };
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and 6
+            let text = format!("{x:.*}", digits.max(0.0) as usize);
+            let short = if text.contains('.') {
+                text.trim_end_matches('0').trim_end_matches('.')
+            } else {
+                &text
+            };
+            f.write_str(short)
+        } else {
+            write!(f, "{x:.3e}")
+        }
+    }
+}
+
 /// A size in two digits.
 struct Magnitude(f64);
 
@@ -203,8 +229,10 @@ impl fmt::Display for Violation {
         }
         write!(
             f,
-            "{constraint} {} at {at} by {value:.3e}, where its terms are of the size {size:.3e}",
-            index + 1
+            "{constraint} {} at {at} by {}, where its terms are of the size {}",
+            index + 1,
+            Short(value),
+            Short(size)
         )
     }
 }
@@ -601,8 +629,8 @@ impl fmt::Display for StepError {
         for (row, left) in &step.unmet {
             write!(
                 f,
-                "; the smallest value of {row} that is reached is {:.3e}, and it has to be 0",
-                left.abs()
+                "; the smallest value of {row} that is reached is {}, and it has to be 0",
+                Short(left.abs())
             )?;
         }
         let condition = step.regularity.condition();

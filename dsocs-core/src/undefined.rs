@@ -48,7 +48,7 @@ impl Undefined {
     /// What to try, for people.
     pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
         match self.contains {
-            [false, false, true] => "another value of the parameters in it is needed",
+            [false, false, true] => "its parameters need other values",
             [_, true, _] if at_rest => {
                 "the system is at rest there: start with a velocity; or write the constraint so that it has a value at rest (where \
                  `branch` divides by this factor, write the quotient itself)"

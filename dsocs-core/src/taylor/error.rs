@@ -4,7 +4,7 @@ use core::fmt;
 
 use thiserror::Error;
 
-use crate::deficiency::{Deficiency, DependentRow};
+use crate::deficiency::Deficiency;
 use crate::undefined::Undefined;
 
 /// Why a run by Taylor series failed.
@@ -100,6 +100,8 @@ pub struct FailedSeries {
     pub undefined: Option<Undefined>,
     /// What the equations for the acceleration hardly determine there, if steps have become short.
     pub deficiency: Option<Deficiency>,
+    /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
+    pub may_divide: bool,
     /// What happened.
     pub cause: SeriesFailure,
 }
@@ -131,9 +133,11 @@ impl fmt::Display for SeriesError {
             coordinates,
             undefined,
             deficiency,
+            may_divide,
             cause,
             ..
         } = &*self.0;
+        let singular = Singular(deficiency.as_ref(), *may_divide, q, v);
         match (cause, undefined) {
             (SeriesFailure::NotFinite, Some(undefined)) => write!(
                 f,
@@ -149,13 +153,11 @@ impl fmt::Display for SeriesError {
             ),
             (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,
-                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {}",
-                Singular(deficiency.as_ref(), q, v)
+                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {singular}"
             ),
             (SeriesFailure::Stalls { steps, led }, _) => write!(
                 f,
-                "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {}",
-                Singular(deficiency.as_ref(), q, v)
+                "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {singular}"
             ),
             (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,
@@ -210,37 +212,33 @@ impl fmt::Display for SeriesError {
     }
 }
 
-/// What is said of a place that steps do not get past, at a position and a velocity.
-struct Singular<'a>(Option<&'a Deficiency>, &'a [f64], &'a [f64]);
+/// What is said of a place that steps do not get past, whether a factor of a constraint may be why, at a position and a velocity.
+struct Singular<'a>(Option<&'a Deficiency>, bool, &'a [f64], &'a [f64]);
 
 impl fmt::Display for Singular<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(deficiency, q, v) = self;
+        let Self(deficiency, may_divide, q, v) = self;
         match deficiency {
-            Some(deficiency) => {
-                write!(
-                    f,
-                    "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
-                )?;
-                if deficiency
-                    .rows
-                    .iter()
-                    .any(|row| matches!(row, DependentRow::Kinematic(_)))
-                {
-                    f.write_str(
-                        ". Perhaps the constraint force cannot do there what the constraint asks for. If a factor of the constraint is zero \
-                         there, divide it out (`branch = divide(factor)`). A Lyapunov constraint has such a factor only if it contains the power \
-                         of all external forces: friction that it forgets has to be added to it",
-                    )?;
-                }
-                Ok(())
-            }
+            Some(deficiency) => write!(
+                f,
+                "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
+            )?,
             None => write!(
                 f,
-                "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?}); or the \
-                 tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not their \
-                 values"
-            ),
+                "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?})"
+            )?,
+        }
+        if *may_divide {
+            f.write_str(
+                ". Perhaps a factor of a kinematic constraint is zero there: divide it out (`branch = divide(factor)`). Or the constraint force \
+                 cannot do there what the constraint asks for. In a Lyapunov constraint the power of an external force may be missing: friction \
+                 that it forgets has to be added to it",
+            )
+        } else {
+            f.write_str(
+                ", or the tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not \
+                 their values",
+            )
         }
     }
 }

@@ -537,6 +537,7 @@ impl<const N: usize> Integrator<N> {
             )
             .then(open)
             .flatten(),
+            may_divide: equations.declaration().constraints()[2] > 0,
             cause,
         })
     }

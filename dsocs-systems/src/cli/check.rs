@@ -209,7 +209,10 @@ mod tests {
             finding("order", "distance", Some("it is chaotic"), None),
         ];
         let text = text(&findings);
-        let said: Vec<&str> = text.lines().skip_while(|line| !line.starts_with("order: ")).collect();
+        let said: Vec<&str> = text
+            .lines()
+            .skip_while(|line| !line.starts_with("order: "))
+            .collect();
         assert_eq!(
             said,
             [

@@ -185,7 +185,10 @@ mod tests {
     #[test]
     fn steps_that_are_too_long_are_told_also_where_the_energy_begins_with_zero() {
         let driven = |stiffness, pull| Entry::new(Driven { stiffness, pull });
-        for (x0, words) in [(1.0, "from 50.000 at the start"), (0.0, "from 0 at the start, and")] {
+        for (x0, words) in [
+            (1.0, "from 50.000 at the start"),
+            (0.0, "from 0 at the start, and"),
+        ] {
             let told = note(&driven(100.0, 0.0), &[x0], 0.21, 20.0).unwrap();
             assert!(told.contains(words), "{told}");
             assert_eq!(note(&driven(100.0, 0.0), &[x0], 0.01, 20.0), None);
@@ -202,7 +205,10 @@ mod tests {
     fn an_energy_that_a_corner_changes_is_told() {
         let corner = |sharp| note(&Entry::new(Corner { sharp }), &[1.0, 1.0], 0.01, 3.0);
         let told = corner(0.8).unwrap();
-        assert!(told.contains("although nothing that is declared changes it so"), "{told}");
+        assert!(
+            told.contains("although nothing that is declared changes it so"),
+            "{told}"
+        );
         assert_eq!(corner(0.0), None);
     }
 }

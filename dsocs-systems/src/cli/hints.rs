@@ -274,7 +274,10 @@ const ADVICE: &[(&str, &[(&str, &str)])] = &[
         "check rubbed --set smoothing=0",
         &[("--set", "check rubbed --set smoothing=0.1")],
     ),
-    ("run law --v0 0 --start paper", &[("--v0", "run law --v0 1 --start paper")]),
+    (
+        "run law --v0 0 --start paper",
+        &[("--v0", "run law --v0 1 --start paper")],
+    ),
     ("run servo --set gain=0", &[("--set", "run servo --set gain=2")]),
     ("run turn --v0 0,0", &[("--v0", "run turn --v0 0,1")]),
     ("run either --v0 0.3", &[("--v0", "run either --v0 0.4")]),
@@ -358,27 +361,37 @@ fn advice_is_followed_to_the_letter() {
 const WORDS: &[(&str, &[&str])] = &[
     (
         "run rubbed --set smoothing=0",
-        &["the divisor `smoothing` is zero there", "another value of the parameters in it"],
+        &[
+            "the divisor `smoothing` is zero there",
+            "its parameters need other values",
+        ],
     ),
     (
         "run turn --v0 0,0",
-        &["the divisor `", "dot(x).powi(2) + dot(y).powi(2)", "start with a velocity"],
+        &[
+            "the divisor `",
+            "dot(x).powi(2) + dot(y).powi(2)",
+            "start with a velocity",
+        ],
     ),
     ("run edge --q0 0", &["the divisor `x` is zero"]),
     (
         "run law --v0 0 --start paper",
-        &["would stay at rest for ever", "kinematic constraint 1 says nothing", "branch = divide"],
+        &[
+            "would stay at rest for ever",
+            "kinematic constraint 1 says nothing",
+            "branch = divide",
+        ],
     ),
-    ("run law --v0 0 --q1 1", &["would stay at rest for ever"]),
+    ("run law --q1 1", &["would stay at rest for ever"]),
     (
         "run forgotten --tolerance 1e-9 --until 20",
-        &["gets no further", "kinematic constraint 1", "friction that it forgets"],
+        &["gets no further", "branch = divide", "friction that it forgets"],
     ),
     (
         "run idle --set gain=0",
         &["kinematic constraint 1 and equation of motion 1 without constraint forces"],
     ),
-    ("run weight --format csv --out a.txt --q0 1,2", &["q0 has 2 components"]),
     ("check weight --out a.csv", &["has to end in .json"]),
 ];
 
@@ -417,7 +430,11 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
             Arguments::try_parse_from(core::iter::once("dsocs").chain(words.split(' '))).unwrap();
         command.execute(&mut Program::new(entries()).verified()?)
     };
-    for good in ["run rubbed --until 0.1 --out OUT", "check rubbed --until 0.5", "list"] {
+    for good in [
+        "run rubbed --until 0.1 --out OUT",
+        "check rubbed --until 0.5",
+        "list",
+    ] {
         assert!(execute(good).is_ok(), "{good}");
     }
     for (refused, words) in [

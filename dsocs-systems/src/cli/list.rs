@@ -229,7 +229,11 @@ fn text(entry: &mut Entry) -> String {
         .map_or_else(String::new, |a0| format!(" --a0 {}", joined(a0)));
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     let description = entry.description();
-    let quantities = [&description.coordinates, &description.parameters, &description.observables];
+    let quantities = [
+        &description.coordinates,
+        &description.parameters,
+        &description.observables,
+    ];
     let broken: String = quantities.into_iter().flatten().filter_map(broken_unit).collect();
     format!(
         "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}\n{}\n{broken}",
@@ -245,7 +249,12 @@ fn text(entry: &mut Entry) -> String {
 /// What is said of a quantity whose unit cannot be read: brackets that do not belong together, or that do not end the comment.
 fn broken_unit(quantity: &Quantity) -> Option<String> {
     let doc = quantity.doc.trim_end().trim_end_matches('.');
-    let warn = |why: String| Some(format!("warning: `{}` has no unit: in its comment {why}\n", quantity.name));
+    let warn = |why: String| {
+        Some(format!(
+            "warning: `{}` has no unit: in its comment {why}\n",
+            quantity.name
+        ))
+    };
     match (doc.rfind('['), doc.rfind(']')) {
         (Some(open), close) if close.is_none_or(|close| close < open) => {
             warn(format!("`{}` has no `]`", &doc[open..]))
@@ -254,10 +263,9 @@ fn broken_unit(quantity: &Quantity) -> Option<String> {
             let begin = doc[..close].rfind(' ').map_or(0, |blank| blank + 1);
             warn(format!("`{}` has no `[`", &doc[begin..=close]))
         }
-        (Some(open), Some(close)) if close + 1 < doc.len() && is_unit(&doc[open + 1..close]) => warn(format!(
-            "`{}` does not stand at the end",
-            &doc[open..=close]
-        )),
+        (Some(open), Some(close)) if close + 1 < doc.len() && is_unit(&doc[open + 1..close]) => {
+            warn(format!("`{}` does not stand at the end", &doc[open..=close]))
+        }
         _ => None,
     }
 }
@@ -265,8 +273,8 @@ fn broken_unit(quantity: &Quantity) -> Option<String> {
 /// Whether a text in brackets is a unit, and not a link or an interval.
 fn is_unit(text: &str) -> bool {
     const UNITS: [&str; 28] = [
-        "m", "mm", "cm", "km", "s", "ms", "min", "h", "kg", "g", "rad", "deg", "°", "N", "kN", "J", "kJ", "W", "kW", "Hz", "Pa", "V", "A", "T",
-        "C", "K", "Nm", "1",
+        "m", "mm", "cm", "km", "s", "ms", "min", "h", "kg", "g", "rad", "deg", "°", "N", "kN", "J", "kJ",
+        "W", "kW", "Hz", "Pa", "V", "A", "T", "C", "K", "Nm", "1",
     ];
     let text = text.trim_matches('\\');
     let is_part = |c: char| " /·*()^⁻¹²³⁴-0123456789".contains(c);
@@ -300,7 +308,10 @@ mod tests {
         for (doc, words) in [
             ("The stiffness [N/m.", "`[N/m` has no `]`"),
             ("The gravity m/s²].", "`m/s²]` has no `[`"),
-            ("The speed [m/s] of the belt.", "`[m/s]` does not stand at the end"),
+            (
+                "The speed [m/s] of the belt.",
+                "`[m/s]` does not stand at the end",
+            ),
             (r"The mass \[kg\] of the rod", "does not stand at the end"),
         ] {
             let told = told(doc).unwrap();

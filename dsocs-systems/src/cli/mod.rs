@@ -207,7 +207,10 @@ impl Program {
                 cause: Mistake::Twice,
             })
         };
-        let mistakes = self.entries.iter().map(|entry| entry.verify().err().or_else(|| twice(entry)));
+        let mistakes = self
+            .entries
+            .iter()
+            .map(|entry| entry.verify().err().or_else(|| twice(entry)));
         Ok(Self {
             mistakes: mistakes.collect(),
             ..self

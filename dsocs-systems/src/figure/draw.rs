@@ -314,7 +314,9 @@ impl<'p> Axes<'p> {
             }
             Style::Dashed(width) => svg.polyline(points, curve.colour, width, Some(DASHES)),
             Style::Discs(size) => points.into_iter().for_each(|at| svg.disc(at, size, curve.colour)),
-            Style::Squares(size) => points.into_iter().for_each(|at| square(svg, at, size, curve.colour)),
+            Style::Squares(size) => points
+                .into_iter()
+                .for_each(|at| square(svg, at, size, curve.colour)),
         }
     }
 
@@ -364,7 +366,9 @@ impl<'p> Axes<'p> {
                 let mut points = curve.points.iter().rev().filter(shown);
                 let &[x, y] = points.next()?;
                 // a curve that comes from below has room above its end, all others below it
-                let rises = points.next().is_some_and(|&[_, before]| self.down(before) > self.down(y));
+                let rises = points
+                    .next()
+                    .is_some_and(|&[_, before]| self.down(before) > self.down(y));
                 Some(([self.across(x), self.down(y)], rises, *label, curve.colour))
             })
             .collect();
@@ -498,7 +502,10 @@ mod tests {
                 let (_, rest) = text.split_once(&format!(" {name}=\"")).unwrap();
                 rest.split('"').next().unwrap().parse().unwrap()
             };
-            assert!(text.contains("text-anchor=\"end\"") && number("x") < 374.0, "{text}");
+            assert!(
+                text.contains("text-anchor=\"end\"") && number("x") < 374.0,
+                "{text}"
+            );
             // the curve ends at 128
             assert!((number("y") < 125.0) == up, "{text}");
         }
