@@ -392,7 +392,6 @@ const WORDS: &[(&str, &[&str])] = &[
         "run idle --set gain=0",
         &["kinematic constraint 1 and equation of motion 1 without constraint forces"],
     ),
-    ("check weight --out a.csv", &["has to end in .json"]),
 ];
 
 #[test]
@@ -440,6 +439,8 @@ fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
     for (refused, words) in [
         ("run weight --out OUT", "did you mean `mass`?"),
         ("list weight", "did you mean `mass`?"),
+        ("check rubbed --out a.csv", "has to end in .json"),
+        ("run rubbed --out a.txt", "`--format csv`"),
         ("run twice --out OUT", "two of this name"),
     ] {
         let told = execute(refused).unwrap_err().to_string();

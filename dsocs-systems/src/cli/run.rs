@@ -299,10 +299,10 @@ impl Lost {
     }
 }
 
-/// What is to be said of steps that were too long for the external forces.
+/// What is to be said of steps within which something jumps.
 fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
     format!(
-        "warning: an external force jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
+        "warning: a force or a constraint jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
          order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself, and ends where the motion \
          sticks there; `--estimate-error` measures what it costs, up to such a place)",
         if steps == 1 { "" } else { "s" }
