@@ -73,12 +73,12 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
                 match start::state_acceleration(system, (phase.t0, &phase.q0, &phase.v0), phase.near.as_ref())
                 {
                     Err(
-                        acceleration @ SetupError::Acceleration {
+                        acceleration @ (SetupError::Acceleration {
                             deficiency: Some(_), ..
                         }
-                        | acceleration @ SetupError::Acceleration {
+                        | SetupError::Acceleration {
                             undefined: Some(_), ..
-                        },
+                        }),
                     ) => Err(acceleration),
                     _ => Err(error),
                 }
