@@ -274,11 +274,11 @@ pub enum CliError {
     #[error(
         "{failure}{}\nwhat was computed before ({rows} row{}) is written to {place}{}",
         options(.failure), if *.rows == 1 { "" } else { "s" },
-        .notes.iter().map(|note| format!("\n{note}")).collect::<String>()
+        .notes.iter().flat_map(|note| ["\n", note]).collect::<String>()
     )]
     Partial {
         /// Why.
-        failure: RunFailure,
+        failure: Box<RunFailure>,
         /// How many rows.
         rows: u64,
         /// Where.

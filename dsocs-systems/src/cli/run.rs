@@ -171,7 +171,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         Ok(()) if interrupted.load(Ordering::Relaxed) => Err(CliError::Interrupted { rows, place: place() }),
         Ok(()) => Ok(()),
         Err(failure) if rows > 0 => Err(CliError::Partial {
-            failure,
+            failure: Box::new(failure),
             rows,
             place: place(),
             notes,
