@@ -5,6 +5,7 @@ use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Quantity, System};
+use crate::tape::origin::{Origin, origin};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 
 /// What a system was declared to be: its tape, and the values of its parameters.
@@ -16,6 +17,8 @@ pub struct Declaration<'s> {
     source: &'s dyn Source,
     /// The coordinates.
     coordinates: &'static [Quantity],
+    /// The parameters.
+    parameters: &'static [Quantity],
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
     constraints: [usize; 3],
     /// The second difference that ends with a step's middle node, where constraints are of third order; zero if it is empty.
@@ -94,7 +97,16 @@ fn evaluate<T: Number>(
     at: &At<'_, T>,
     result: &mut dyn FnMut(usize, T),
 ) {
-    let leaf = |leaf: Leaf| {
+    let leaf = leaves((source, past, rates), at);
+    T::walk(source.tape().program(segment, part), source, &leaf, result);
+}
+
+/// What expressions are made of, at a place.
+fn leaves<'a, T: Number>(
+    (source, past, rates): (&'a dyn Source, &'a [f64], &'a [f64]),
+    at: &'a At<'a, T>,
+) -> impl Fn(Leaf) -> T + 'a {
+    move |leaf: Leaf| {
         let (vector, i) = match leaf {
             Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
             Leaf::T => return at.t.unwrap_or(T::splat(f64::NAN)),
@@ -119,8 +131,7 @@ fn evaluate<T: Number>(
             Leaf::Lambda(i) => return at.multipliers.get(i).copied().unwrap_or(T::splat(0.0)),
         };
         vector.get(i).copied().unwrap_or(T::splat(f64::NAN))
-    };
-    T::walk(source.tape().program(segment, part), source, &leaf, result);
+    }
 }
 
 impl<'s> Declaration<'s> {
@@ -129,6 +140,7 @@ impl<'s> Declaration<'s> {
         Self {
             source: system,
             coordinates: const { &S::COORDINATES },
+            parameters: S::PARAMETERS,
             constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
             past: &[],
             rates: &[],
@@ -157,6 +169,11 @@ impl<'s> Declaration<'s> {
     /// The coordinates.
     pub(crate) fn coordinates(&self) -> &'static [Quantity] {
         self.coordinates
+    }
+
+    /// The parameters.
+    pub(crate) fn parameters(&self) -> &'static [Quantity] {
+        self.parameters
     }
 
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
@@ -459,6 +476,17 @@ impl<'s> Declaration<'s> {
             },
         );
         Linearization { rows, jacobian }
+    }
+
+    /// What has no finite value in the rows of the continuous system, or in their Jacobian.
+    #[cold]
+    pub(crate) fn origin_of_point(
+        &self,
+        point: AnyPoint<'_, f64>,
+        name: &dyn Fn(Leaf) -> String,
+    ) -> Option<Origin> {
+        let at = At::point(point);
+        origin(self.source, Segment::Continuous, &leaves(self.place(), &at), name)
     }
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.

@@ -17,6 +17,9 @@ use crate::tangent::Tangent;
 /// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
 const ZERO: f64 = 1e-11;
 
+/// The same where it is asked what is nearly zero.
+const NEARLY_ZERO: f64 = 1e-5;
+
 /// An unknown or a row with less than this part in all null vectors has no part in them.
 const NO_PART: f64 = 1e-6;
 
@@ -52,37 +55,47 @@ pub enum DependentRow {
     Kinematic(usize),
     /// The work of the constraint force along a virtual displacement, by the index of the displacement from 0.
     Displacement(usize),
+    /// An equation of motion that the declared constraint forces do not enter, by its index from 0: the same, where the declaration gives
+    /// the directions of the constraint forces instead of the virtual displacements.
+    Free(usize),
     /// The equation of motion of a coordinate.
     Motion(&'static str),
 }
 
 impl fmt::Display for DependentRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (kind, which) = self.words();
-        write!(f, "{kind} {which}")
+        f.write_str(&named(&[*self]))
     }
 }
 
 impl DependentRow {
     /// Whether it is the work of a constraint force.
     pub(crate) fn is_work(self) -> bool {
-        matches!(self, Self::Displacement(_))
+        matches!(self, Self::Displacement(_) | Self::Free(_))
     }
 
     /// Whether it is a constraint.
     pub(crate) fn is_constraint(self) -> bool {
-        !matches!(self, Self::Displacement(_) | Self::Motion(_))
+        !matches!(self, Self::Displacement(_) | Self::Free(_) | Self::Motion(_))
     }
 
-    /// Its kind, and what tells it from others of the kind.
-    fn words(self) -> (&'static str, String) {
-        match self {
-            Self::Holonomic(i) => ("holonomic constraint", (i + 1).to_string()),
-            Self::Nonholonomic(i) => ("nonholonomic constraint", (i + 1).to_string()),
-            Self::Kinematic(i) => ("kinematic constraint", (i + 1).to_string()),
-            Self::Displacement(i) => ("virtual displacement", (i + 1).to_string()),
-            Self::Motion(name) => ("the equation of motion of", format!("`{name}`")),
-        }
+    /// What one of its kind is called, and several; what tells it from others of the kind; and what is said after that.
+    fn words(self) -> ([&'static str; 2], String, &'static str) {
+        let (kind, which) = match self {
+            Self::Holonomic(i) => (["holonomic constraint", "holonomic constraints"], i),
+            Self::Nonholonomic(i) => (["nonholonomic constraint", "nonholonomic constraints"], i),
+            Self::Kinematic(i) => (["kinematic constraint", "kinematic constraints"], i),
+            Self::Displacement(i) => (["virtual displacement", "virtual displacements"], i),
+            Self::Free(i) => {
+                let kinds = ["equation of motion", "equations of motion"];
+                return (kinds, (i + 1).to_string(), " without constraint forces");
+            }
+            Self::Motion(name) => {
+                let kinds = ["the equation of motion of", "the equations of motion of"];
+                return (kinds, format!("`{name}`"), "");
+            }
+        };
+        (kind, (which + 1).to_string(), "")
     }
 }
 
@@ -98,17 +111,13 @@ fn listed(things: &[String]) -> String {
 /// Rows in words: `holonomic constraints 1 and 2 and virtual displacement 1`.
 fn named(rows: &[DependentRow]) -> String {
     let words: Vec<_> = rows.iter().map(|row| row.words()).collect();
-    let kinds = words.chunk_by(|(kind, _), (next, _)| kind == next);
+    let kinds = words.chunk_by(|(kind, ..), (next, ..)| kind == next);
     let kinds: Vec<String> = kinds
         .map(|rows| {
-            let which: Vec<String> = rows.iter().map(|(_, which)| which.clone()).collect();
-            let (kind, _) = rows[0];
-            let plural = if rows.len() > 1 && !kind.ends_with("of") {
-                "s"
-            } else {
-                ""
-            };
-            format!("{kind}{plural} {}", listed(&which))
+            let which: Vec<String> = rows.iter().map(|(_, which, _)| which.clone()).collect();
+            let ([one, several], _, after) = rows[0];
+            let kind = if rows.len() > 1 { several } else { one };
+            format!("{kind} {}{after}", listed(&which))
         })
         .collect();
     listed(&kinds)
@@ -220,13 +229,24 @@ pub(crate) fn of_step(
     };
     let middle = declaration.point(h, leg, e);
     let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
-    let found = examine(declaration, &columns(e), middle.any())?;
-    Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any())))
+    let found = examine(declaration, &columns(e), middle.any(), ZERO)?;
+    Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any(), ZERO)))
 }
 
 /// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
 #[cold]
-fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+    at_point(declaration, point, ZERO)
+}
+
+/// What the continuous system hardly determines at a point, or not at all.
+#[cold]
+pub(crate) fn near_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+    at_point(declaration, point, NEARLY_ZERO)
+}
+
+/// What the continuous system leaves open at a point, where singular values up to a part of the largest are zero.
+fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) -> Option<Deficiency> {
     let n = declaration.dimension();
     let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
         let known = if declaration.has_multipliers() {
@@ -246,12 +266,12 @@ fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<D
         });
         columns.collect()
     };
-    let found = examine(declaration, &columns(point), point)?;
+    let found = examine(declaration, &columns(point), point, zero)?;
     let other = AnyPoint {
         a: &beside(point.a, 1.0),
         ..point
     };
-    Some(found.beside(|| examine(declaration, &columns(other), other)))
+    Some(found.beside(|| examine(declaration, &columns(other), other, zero)))
 }
 
 /// A place that lies beside another, along no axis and none of the usual diagonals.
@@ -289,7 +309,7 @@ pub(crate) fn of_columns(
     columns: &[Vec<Tangent>],
     point: AnyPoint<'_, f64>,
 ) -> Option<Deficiency> {
-    examine(declaration, columns, point)
+    examine(declaration, columns, point, ZERO)
 }
 
 /// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
@@ -297,6 +317,7 @@ fn examine(
     declaration: &Declaration<'_>,
     columns: &[Vec<Tangent>],
     point: AnyPoint<'_, f64>,
+    zero: f64,
 ) -> Option<Deficiency> {
     let size = columns.len();
     if columns.iter().any(|column| column.len() != size) {
@@ -307,8 +328,8 @@ fn examine(
         return None;
     }
     let scales = equilibrate(&mut matrix, size);
-    let right = null_vectors(&matrix);
-    let left = null_vectors(&matrix.transposed());
+    let right = null_vectors(&matrix, zero);
+    let left = null_vectors(&matrix.transposed(), zero);
     if right.is_empty() || left.is_empty() {
         return None;
     }
@@ -322,7 +343,7 @@ fn examine(
     // constraints that depend on each other come before what follows from them: their displacements vanish, too
     let constraints = declaration.constraints().into_iter().sum::<usize>().min(size);
     let bound = Matrix::from_fn(size, constraints, |i, j| matrix[(j, i)]);
-    let of_constraints = null_vectors(&bound);
+    let of_constraints = null_vectors(&bound, zero);
     let left = if of_constraints.is_empty() {
         left
     } else {
@@ -342,7 +363,7 @@ fn examine(
 /// A basis of the directions that a square matrix takes to zero, each with 1 for its largest component.
 pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> {
     let scales = equilibrate(&mut matrix, size);
-    let directions = null_vectors(&matrix).into_iter().map(|mut vector| {
+    let directions = null_vectors(&matrix, ZERO).into_iter().map(|mut vector| {
         let mut largest = 0.0_f64;
         for (x, scale) in vector.iter_mut().zip(&scales) {
             *x *= scale;
@@ -378,11 +399,11 @@ fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
 }
 
 /// A basis of what a matrix takes to zero that has at least as many rows as columns.
-fn null_vectors(matrix: &Matrix) -> Vec<Vec<f64>> {
+fn null_vectors(matrix: &Matrix, zero: f64) -> Vec<Vec<f64>> {
     let singular = matrix.decomposed();
     let [_, largest] = singular.extremes();
     let terms = singular.values.iter().zip(singular.right);
-    let null = terms.filter(|(value, _)| **value <= ZERO * largest);
+    let null = terms.filter(|(value, _)| **value <= zero * largest);
     null.map(|(_, vector)| vector).collect()
 }
 
@@ -431,6 +452,8 @@ pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
     } else if constraints == 0 || declaration.has_multipliers() {
         let coordinate = declaration.coordinates().get(place - constraints);
         DependentRow::Motion(coordinate.map_or("?", |coordinate| coordinate.name))
+    } else if declaration.forms_count() > 0 {
+        DependentRow::Free(place - constraints)
     } else {
         DependentRow::Displacement(place - constraints)
     }

@@ -8,6 +8,7 @@ use crate::composition::{Composition, Symmetry};
 use crate::deficiency::{Deficiency, DependentRow};
 use crate::regularity::Regularity;
 use crate::taylor::SeriesError;
+use crate::undefined::Undefined;
 
 /// Why Newton's iteration ended without a root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -105,15 +106,16 @@ impl fmt::Display for History<'_> {
 
 impl core::error::Error for NewtonFailure {}
 
-/// A failed iteration, after what the equations leave open if that is why.
-struct Told<'a>(Option<&'a Deficiency>, &'a NewtonFailure);
+/// A failed iteration, after what the equations leave open, or what in them has no value, if that is why.
+struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
 
 impl fmt::Display for Told<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(deficiency, cause) = self;
-        match deficiency {
-            Some(deficiency) => write!(f, "{deficiency} ({}): {}", cause.reason, History(cause)),
-            None => cause.fmt(f),
+        let Self(deficiency, undefined, cause) = self;
+        match (deficiency, undefined) {
+            (Some(deficiency), _) => write!(f, "{deficiency} ({}): {}", cause.reason, History(cause)),
+            (None, Some(undefined)) => write!(f, "{undefined}"),
+            (None, None) => cause.fmt(f),
         }
     }
 }
@@ -160,6 +162,32 @@ impl fmt::Display for Rounded {
     }
 }
 
+/// A number in four digits.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(x) = *self;
+        if x == 0.0 || (1e-3..1e5).contains(&x.abs()) {
+            let digits = if x == 0.0 {
+                0.0
+            } else {
+                3.0 - x.abs().log10().floor()
+            };
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and 6
+            let text = format!("{x:.*}", digits.max(0.0) as usize);
+            let short = if text.contains('.') {
+                text.trim_end_matches('0').trim_end_matches('.')
+            } else {
+                &text
+            };
+            f.write_str(short)
+        } else {
+            write!(f, "{x:.3e}")
+        }
+    }
+}
+
 /// A size in two digits.
 struct Magnitude(f64);
 
@@ -201,8 +229,10 @@ impl fmt::Display for Violation {
         }
         write!(
             f,
-            "{constraint} {} at {at} by {value:.3e}, where its terms are of the size {size:.3e}",
-            index + 1
+            "{constraint} {} at {at} by {}, where its terms are of the size {}",
+            index + 1,
+            Short(value),
+            Short(size)
         )
     }
 }
@@ -299,7 +329,8 @@ pub enum SetupError {
     /// The second-order start needs the initial acceleration, which the continuous system does not give.
     #[error(
         "the acceleration at the start q0 = {}, v0 = {} cannot be solved for: {}; {}",
-        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .cause), acceleration_advice(.v0, .cause, (.deficiency.as_deref(), *.at_any_velocity))
+        Numbers(.q0), Numbers(.v0), Told(.deficiency.as_deref(), .undefined.as_deref(), .cause),
+        acceleration_advice(.v0, .cause, (.deficiency.as_deref(), .undefined.as_deref(), *.at_any_velocity))
     )]
     Acceleration {
         /// The first node.
@@ -308,11 +339,23 @@ pub enum SetupError {
         v0: Vec<f64>,
         /// What the equations leave open there, if that is why.
         deficiency: Option<Box<Deficiency>>,
+        /// What in the equations has no value there, if that is why.
+        undefined: Option<Box<Undefined>>,
         /// Whether the equations fail at this position with other velocities, too, for the same reason.
         at_any_velocity: bool,
         /// How the solution for the acceleration failed.
         #[source]
         cause: Box<NewtonFailure>,
+    },
+    /// The first two nodes are equal, and the system would stay there for ever, only because a kinematic constraint has a factor that is zero
+    /// at rest.
+    #[error(
+        "from this start the system would stay at rest for ever: {deficiency}, so rest solves every step, whatever forces act; {}",
+        .deficiency.advice().unwrap_or("start with a velocity")
+    )]
+    Rest {
+        /// What the equations leave open at rest.
+        deficiency: Box<Deficiency>,
     },
     /// The method begins with a velocity, and the start gives two nodes.
     #[error(
@@ -384,10 +427,13 @@ const MULTIPLE: &str = "every update of the iteration is the same part of the on
 fn acceleration_advice(
     v0: &[f64],
     cause: &NewtonFailure,
-    (deficiency, at_any_velocity): (Option<&Deficiency>, bool),
+    (deficiency, undefined, at_any_velocity): (Option<&Deficiency>, Option<&Undefined>, bool),
 ) -> &'static str {
     if let Some(advice) = deficiency.and_then(Deficiency::advice) {
         return advice;
+    }
+    if let Some(undefined) = undefined {
+        return undefined.advice(v0.iter().all(|&v| v == 0.0));
     }
     if cause.is_at_multiple_root() {
         return MULTIPLE;
@@ -439,6 +485,8 @@ pub struct FailedStep {
     pub may_divide: bool,
     /// What the equations leave open at the last candidate, if that is why the step failed.
     pub deficiency: Option<Deficiency>,
+    /// What in the equations has no value at the middle node, if that is why the step failed.
+    pub undefined: Option<Undefined>,
     /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
     /// units; empty otherwise.
     pub unmet: Vec<(DependentRow, f64)>,
@@ -493,6 +541,11 @@ impl StepError {
         let deficiency = step.deficiency.as_ref().filter(|_| !step.may_divide);
         if let Some(advice) = deficiency.and_then(Deficiency::advice) {
             return advice;
+        }
+        match &step.undefined {
+            Some(undefined) if step.index == 1 => return undefined.advice(step.q0 == step.q1),
+            Some(_) => return "the motion ends here, unless a smaller h leads past",
+            None => {}
         }
         if step.cause.is_at_multiple_root() {
             return MULTIPLE;
@@ -561,7 +614,7 @@ impl fmt::Display for StepError {
             Rounded(step.time),
             step.h,
             if step.other.is_empty() { "" } else { "unique " },
-            Told(step.deficiency.as_ref(), &step.cause),
+            Told(step.deficiency.as_ref(), step.undefined.as_ref(), &step.cause),
             step.coordinates.join(", "),
             Numbers(&step.q0),
             Numbers(&step.q1),
@@ -576,8 +629,8 @@ impl fmt::Display for StepError {
         for (row, left) in &step.unmet {
             write!(
                 f,
-                "; the smallest value of {row} that is reached is {:.3e}, and it has to be 0",
-                left.abs()
+                "; the smallest value of {row} that is reached is {}, and it has to be 0",
+                Short(left.abs())
             )?;
         }
         let condition = step.regularity.condition();

@@ -118,6 +118,7 @@ mod tape;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
+mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};
 
@@ -142,6 +143,7 @@ pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Point, Quantity, System};
 pub use taylor::{FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
+pub use undefined::Undefined;
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]

@@ -1,11 +1,12 @@
 //! What a run begins with.
 
 mod consistency;
+mod rest;
 pub(crate) mod third;
 
 use core::marker::PhantomData;
 
-use crate::any::{Accelerated, AnySystem, map, moved, sized};
+use crate::any::{Accelerated, AnyPoint, AnySystem, map, moved, sized};
 use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -20,6 +21,7 @@ use crate::step::unknown::{Linearization, Unknown};
 use crate::system::{Point, System};
 use crate::tangent::Tangent;
 use crate::taylor::{TaylorFlow, Tolerance};
+use crate::undefined::{self, Undefined};
 use third::Free;
 
 /// How often the acceleration at the start is improved before its solution is given up.
@@ -267,6 +269,7 @@ impl<const N: usize> Start<N> {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let d = Compensated::exact(v0.map(|v| h * v));
+                check_rest(system, (t0, h), &q0, &d)?;
                 (
                     q0,
                     v0,
@@ -298,6 +301,7 @@ impl<const N: usize> Start<N> {
             Rule::Nodes { q1 } => {
                 check_vector(system, "q1", &q1)?;
                 let d = self.first_leg(system, h, &q1)?;
+                check_rest(system, (t0, h), &q0, &d)?;
                 (q0, d.hi.map(|d| d / h), None, d)
             }
             Rule::Exact {
@@ -414,6 +418,24 @@ impl<const N: usize> Start<N> {
         }
         consistency::check(&system.declaration(), self.t0, &q, &v)?;
         Ok((q, v))
+    }
+}
+
+/// Refuses two equal nodes where steps would go on with equal ones only because a constraint says nothing at rest.
+fn check_rest<const N: usize>(
+    system: &dyn AnySystem<N>,
+    at: (f64, f64),
+    q0: &[f64; N],
+    d: &Compensated<N>,
+) -> Result<(), SetupError> {
+    if d.hi.iter().any(|&d| d != 0.0) {
+        return Ok(());
+    }
+    match rest::left_open(&system.declaration(), at, q0) {
+        Some(deficiency) => Err(SetupError::Rest {
+            deficiency: Box::new(deficiency),
+        }),
+        None => Ok(()),
     }
 }
 
@@ -545,9 +567,24 @@ pub(crate) fn state<const N: usize>(
                 &cause,
             )
             .map(Box::new),
+            undefined: undefined(&system.declaration(), (t0, q0, v0), near, &cause).map(Box::new),
             cause: Box::new(cause),
         }),
     }
+}
+
+/// What in the equations for the acceleration has no value, where that is why they have no solution.
+#[cold]
+fn undefined<const N: usize>(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64; N], &[f64; N]),
+    near: Option<&[f64; N]>,
+    cause: &NewtonFailure,
+) -> Option<Undefined> {
+    let a = near.unwrap_or(&[0.0; N]);
+    (cause.reason == StepFailure::NotFinite)
+        .then(|| undefined::of_point(declaration, AnyPoint { t, q, v, a }))
+        .flatten()
 }
 
 /// Whether the equations fail for a reason at a position whatever the velocity: along no axis, and of one size or another.

@@ -229,7 +229,12 @@ fn a_failed_run_gives_what_it_has() {
     assert!(step.q1[0] > 1.0 && step.q0[0] <= 1.0);
     assert_eq!(failure.trajectory.len() as u64, step.index);
     assert_eq!(step.coordinates, ["x"]);
-    assert!(failure.to_string().contains("no value here"), "{failure}");
+    assert!(
+        failure
+            .to_string()
+            .contains("`(1 - x).sqrt()` has no value there"),
+        "{failure}"
+    );
     let mut flow = Flow::new(&Cliff, 0.5, Start::nodes([0.0], [0.25])).unwrap();
     assert!((&mut flow).take(1000).last().unwrap().is_err());
     assert!(flow.next().is_none());

@@ -7,13 +7,14 @@ use super::Real;
 
 /// That a function takes and gives the number that it is called with.
 ///
-/// Asked for every argument and for the result at once, it is refused once.
+/// Asked for every argument and for the result at once, it is refused once. `F` is the function: the type of a closure, so that the compiler
+/// proposes no bound for the number of generated code, which nobody could write down.
 #[diagnostic::on_unimplemented(
     message = "a function that a declaration calls has to be generic over `Real`, and this one is of `{T}`",
     label = "expected a function that is generic over `Real`",
     note = "derivatives come from other numbers than `f64`: `fn f<R: dsocs_core::Real>(x: R) -> R`"
 )]
-pub trait Generic<T>: Sized {
+pub trait Generic<T, F>: Sized {
     /// The number as the function takes it.
     fn given(self) -> T;
     /// The number that the function gives.
@@ -21,7 +22,7 @@ pub trait Generic<T>: Sized {
 }
 
 #[diagnostic::do_not_recommend]
-impl<T: Real> Generic<T> for T {
+impl<T: Real, F> Generic<T, F> for T {
     #[inline(always)]
     fn given(self) -> T {
         self
@@ -37,9 +38,9 @@ impl<T: Real> Generic<T> for T {
 pub fn call_1<F, A, T, N>(f: F, a: N) -> N
 where
     F: Fn(A) -> T,
-    N: Generic<A> + Generic<T>,
+    N: Generic<A, F> + Generic<T, F>,
 {
-    N::taken(f(a.given()))
+    <N as Generic<T, F>>::taken(f(Generic::<A, F>::given(a)))
 }
 
 /// [`call_1`] with two arguments.
@@ -47,9 +48,9 @@ where
 pub fn call_2<F, A, B, T, N>(f: F, a: N, b: N) -> N
 where
     F: Fn(A, B) -> T,
-    N: Generic<A> + Generic<B> + Generic<T>,
+    N: Generic<A, F> + Generic<B, F> + Generic<T, F>,
 {
-    N::taken(f(a.given(), b.given()))
+    <N as Generic<T, F>>::taken(f(Generic::<A, F>::given(a), Generic::<B, F>::given(b)))
 }
 
 /// [`call_1`] with three arguments.
@@ -57,9 +58,13 @@ where
 pub fn call_3<F, A, B, C, T, N>(f: F, a: N, b: N, c: N) -> N
 where
     F: Fn(A, B, C) -> T,
-    N: Generic<A> + Generic<B> + Generic<C> + Generic<T>,
+    N: Generic<A, F> + Generic<B, F> + Generic<C, F> + Generic<T, F>,
 {
-    N::taken(f(a.given(), b.given(), c.given()))
+    <N as Generic<T, F>>::taken(f(
+        Generic::<A, F>::given(a),
+        Generic::<B, F>::given(b),
+        Generic::<C, F>::given(c),
+    ))
 }
 
 /// [`call_1`] with four arguments.
@@ -67,9 +72,14 @@ where
 pub fn call_4<F, A, B, C, D, T, N>(f: F, a: N, b: N, c: N, d: N) -> N
 where
     F: Fn(A, B, C, D) -> T,
-    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<T>,
+    N: Generic<A, F> + Generic<B, F> + Generic<C, F> + Generic<D, F> + Generic<T, F>,
 {
-    N::taken(f(a.given(), b.given(), c.given(), d.given()))
+    <N as Generic<T, F>>::taken(f(
+        Generic::<A, F>::given(a),
+        Generic::<B, F>::given(b),
+        Generic::<C, F>::given(c),
+        Generic::<D, F>::given(d),
+    ))
 }
 
 /// [`call_1`] with five arguments.
@@ -77,9 +87,15 @@ where
 pub fn call_5<F, A, B, C, D, E, T, N>(f: F, a: N, b: N, c: N, d: N, e: N) -> N
 where
     F: Fn(A, B, C, D, E) -> T,
-    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<E> + Generic<T>,
+    N: Generic<A, F> + Generic<B, F> + Generic<C, F> + Generic<D, F> + Generic<E, F> + Generic<T, F>,
 {
-    N::taken(f(a.given(), b.given(), c.given(), d.given(), e.given()))
+    <N as Generic<T, F>>::taken(f(
+        Generic::<A, F>::given(a),
+        Generic::<B, F>::given(b),
+        Generic::<C, F>::given(c),
+        Generic::<D, F>::given(d),
+        Generic::<E, F>::given(e),
+    ))
 }
 
 /// [`call_1`] with six arguments.
@@ -87,14 +103,20 @@ where
 pub fn call_6<F, A, B, C, D, E, G, T, N>(f: F, a: N, b: N, c: N, d: N, e: N, g: N) -> N
 where
     F: Fn(A, B, C, D, E, G) -> T,
-    N: Generic<A> + Generic<B> + Generic<C> + Generic<D> + Generic<E> + Generic<G> + Generic<T>,
+    N: Generic<A, F>
+        + Generic<B, F>
+        + Generic<C, F>
+        + Generic<D, F>
+        + Generic<E, F>
+        + Generic<G, F>
+        + Generic<T, F>,
 {
-    N::taken(f(
-        a.given(),
-        b.given(),
-        c.given(),
-        d.given(),
-        e.given(),
-        g.given(),
+    <N as Generic<T, F>>::taken(f(
+        Generic::<A, F>::given(a),
+        Generic::<B, F>::given(b),
+        Generic::<C, F>::given(c),
+        Generic::<D, F>::given(d),
+        Generic::<E, F>::given(e),
+        Generic::<G, F>::given(g),
     ))
 }

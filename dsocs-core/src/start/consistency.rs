@@ -33,7 +33,7 @@ pub(super) fn check(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64])
     }
     let rows = declaration.phase(t, q, v);
     let sizes = rounding::phase_sizes(declaration, t, q, v);
-    let roundings = roundings(declaration, t, q, v);
+    let roundings = roundings(declaration, t, [q, q], [v, v]);
     obeyed(violations(declaration, Node::Start, &rows, &sizes, &roundings))
 }
 
@@ -159,15 +159,21 @@ fn reached(
     }
 }
 
-/// How much each row of a position and a velocity may be where these are rounded in their largest components: terms may vanish, or
-/// cancel, that are no measure of a row then.
-fn roundings(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+/// How much each row of a position and a velocity may be where these are rounded in their largest components, or in those of what they were
+/// projected from: terms may vanish, or cancel, that are no measure of a row then.
+fn roundings(
+    declaration: &Declaration<'_>,
+    t: f64,
+    [q, given_q]: [&[f64]; 2],
+    [v, given_v]: [&[f64]; 2],
+) -> Vec<f64> {
     let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
     let mut roundings = Vec::with_capacity(holonomic + lower);
-    for (of_velocity, count, x) in [(false, holonomic, q), (true, lower, v)] {
+    for (of_velocity, count, x, given) in [(false, holonomic, q, given_q), (true, lower, v, given_v)] {
         let mut rows = vec![0.0; count * (1 + x.len())];
         declaration.phase_slopes(of_velocity, t, q, v, &mut rows);
-        let largest = x.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+        let numbers = x.iter().chain(given);
+        let largest = numbers.fold(0.0_f64, |largest, x| largest.max(x.abs()));
         let slopes = rows.split_at(count).1.chunks_exact(x.len());
         roundings.extend(slopes.map(|slopes| {
             let sum: f64 = slopes.iter().map(|slope| slope.abs()).sum();
@@ -205,6 +211,7 @@ pub(super) fn project(
     if !is_bound(declaration) {
         return Ok((q.to_vec(), v.to_vec()));
     }
+    let (given_q, given_v) = (q, v);
     let inverse = inverse_mass(declaration, t, q, v);
     let q = if declaration.holonomic() > 0 {
         let rows = |q: &[Tangent]| {
@@ -232,7 +239,7 @@ pub(super) fn project(
         declaration,
         &rows,
         &rounding::phase_sizes(declaration, t, &q, &v),
-        &roundings(declaration, t, &q, &v),
+        &roundings(declaration, t, [&q, given_q], [&v, given_v]),
     )?;
     Ok((q, v))
 }

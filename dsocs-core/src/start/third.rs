@@ -348,6 +348,8 @@ impl Equations<'_> {
             .map(|(place, (&value, size))| Violation {
                 constraint: if place < count {
                     "constraint of lower order, in accelerations,"
+                } else if self.declaration.forms_count() > 0 {
+                    "equation of motion without constraint forces"
                 } else {
                     "virtual displacement (the force does work on it)"
                 },

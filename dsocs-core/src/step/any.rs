@@ -12,6 +12,7 @@ use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
 use crate::system::{Leg, System};
+use crate::undefined;
 
 /// The equations of one step of a system of any type with `N` coordinates.
 ///
@@ -282,6 +283,18 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             | StepFailure::AmbiguousRoot
             | StepFailure::NoSolution => None,
         };
+        let undefined = match cause.reason {
+            StepFailure::NotFinite | StepFailure::Degenerate => {
+                // on a straight line, where the iteration went nowhere
+                let e = if e.iter().all(|e| e.is_finite()) {
+                    e
+                } else {
+                    [0.0; N]
+                };
+                undefined::of_point(&declaration, declaration.point(self.h(), leg.any(), &e).any())
+            }
+            _ => None,
+        };
         let unmet = if cause.reason == StepFailure::NoSolution {
             self.unmet(&e)
         } else {
@@ -312,6 +325,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
                 .collect(),
             may_divide: self.system().may_divide(),
             deficiency,
+            undefined,
             unmet,
             cause,
         })

@@ -70,7 +70,7 @@ pub(super) fn link(bodies: &[Body], segment: Segment, part: Part) -> Program {
 }
 
 /// The operations of the segments that one may read, and its own, each of which is at the place given.
-fn gathered(bodies: &[Body], segment: Segment) -> (Vec<Op>, Vec<usize>) {
+pub(super) fn gathered(bodies: &[Body], segment: Segment) -> (Vec<Op>, Vec<usize>) {
     let mut ops: Vec<Op> = Vec::new();
     // where the results of a segment are
     let mut stored: Vec<Vec<usize>> = Vec::new();

@@ -35,6 +35,7 @@ mod differential;
 mod eight;
 mod evaluate;
 mod link;
+pub(crate) mod origin;
 mod read;
 #[cfg(test)]
 mod tests;

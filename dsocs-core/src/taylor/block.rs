@@ -304,7 +304,7 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
             ControlFlow::Break(()) => return Goes::Ended(Ok(())),
         };
         self.stays_alone |= self.is_complete && equations.has_pieces_here();
-        if self.stays_alone || motion.is_new || motion.steps >= motion.max_steps {
+        if self.stays_alone || motion.is_new || motion.steps >= motion.looks_at() {
             return Goes::Alone;
         }
         let left = (until - motion.t.hi[0]) - motion.t.lo[0];

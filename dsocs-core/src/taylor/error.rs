@@ -4,6 +4,9 @@ use core::fmt;
 
 use thiserror::Error;
 
+use crate::deficiency::Deficiency;
+use crate::undefined::Undefined;
+
 /// Why a run by Taylor series failed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -28,6 +31,14 @@ pub enum SeriesFailure {
         last: f64,
         /// The mean length.
         mean: f64,
+    },
+    /// The steps have become so short that the motion gets no further.
+    #[error("{steps} steps have led {led:e} further")]
+    Stalls {
+        /// How many steps in a row were looked at.
+        steps: u64,
+        /// How far they led.
+        led: f64,
     },
     /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
     #[error("the motion sticks where `{switch}` is zero")]
@@ -85,6 +96,12 @@ pub struct FailedSeries {
     pub v: Vec<f64>,
     /// The coordinates' names.
     pub coordinates: Vec<&'static str>,
+    /// What in the equations has no value there, if that is why.
+    pub undefined: Option<Undefined>,
+    /// What the equations for the acceleration hardly determine there, if steps have become short.
+    pub deficiency: Option<Deficiency>,
+    /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
+    pub may_divide: bool,
     /// What happened.
     pub cause: SeriesFailure,
 }
@@ -114,33 +131,46 @@ impl fmt::Display for SeriesError {
             q,
             v,
             coordinates,
+            undefined,
+            deficiency,
+            may_divide,
             cause,
             ..
         } = &*self.0;
-        match cause {
-            SeriesFailure::NotFinite => write!(
+        let singular = Singular(deficiency.as_ref(), *may_divide, q, v);
+        match (cause, undefined) {
+            (SeriesFailure::NotFinite, Some(undefined)) => write!(
+                f,
+                "the motion has no Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {undefined}; {}",
+                coordinates.join(", "),
+                undefined.advice(v.iter().all(|&v| v == 0.0))
+            ),
+            (SeriesFailure::NotFinite, _) => write!(
                 f,
                 "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the \
                  declaration has no value or no derivative there, or the constraints do not determine the acceleration",
                 coordinates.join(", ")
             ),
-            SeriesFailure::StepTooSmall { step, smallest } => write!(
+            (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
                 f,
-                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: the motion comes close to \
-                 a singularity (q = {q:?}, v = {v:?}), or the tolerance is too small"
+                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {singular}"
             ),
-            SeriesFailure::TooManySteps { steps, last, mean } if *last < COLLAPSED * mean => write!(
+            (SeriesFailure::Stalls { steps, led }, _) => write!(
+                f,
+                "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {singular}"
+            ),
+            (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
                  {mean:e}. More steps would hardly help: the motion comes close to a singularity or to a place where the system is \
                  not smooth (q = {q:?}, v = {v:?}). If a function of your own branches there, let it compare the numbers that it is \
                  given, not their values"
             ),
-            SeriesFailure::TooManySteps { steps, .. } => write!(
+            (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
             ),
-            SeriesFailure::Sticks { switch } => write!(
+            (SeriesFailure::Sticks { switch }, _) => write!(
                 f,
                 "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
                  both of its sides lead back. The declaration does not say what happens then. Replace the jump by a steep smooth \
@@ -148,7 +178,7 @@ impl fmt::Display for SeriesError {
                  constraint",
                 coordinates.join(", ")
             ),
-            SeriesFailure::Jumps { switch, by } => {
+            (SeriesFailure::Jumps { switch, by }, _) => {
                 let place = match switch {
                     Some(switch) => format!("`{switch}` is zero there, and beyond"),
                     None => "beyond this place".to_owned(),
@@ -178,6 +208,37 @@ impl fmt::Display for SeriesError {
                     coordinates.join(", ")
                 )
             }
+        }
+    }
+}
+
+/// What is said of a place that steps do not get past, whether a factor of a constraint may be why, at a position and a velocity.
+struct Singular<'a>(Option<&'a Deficiency>, bool, &'a [f64], &'a [f64]);
+
+impl fmt::Display for Singular<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(deficiency, may_divide, q, v) = self;
+        match deficiency {
+            Some(deficiency) => write!(
+                f,
+                "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
+            )?,
+            None => write!(
+                f,
+                "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?})"
+            )?,
+        }
+        if *may_divide {
+            f.write_str(
+                ". Perhaps a factor of a kinematic constraint is zero there: divide it out (`branch = divide(factor)`). Or the constraint force \
+                 cannot do there what the constraint asks for. In a Lyapunov constraint the power of an external force may be missing: friction \
+                 that it forgets has to be added to it",
+            )
+        } else {
+            f.write_str(
+                ", or the tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not \
+                 their values",
+            )
         }
     }
 }

@@ -68,14 +68,17 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         let phase = start.phase(system)?;
         match Integrator::new(&mut equations, phase, &tolerance) {
             Ok(motion) => Ok(Self { equations, motion }),
-            // what the equations for the acceleration leave open says more than a series that is not finite
+            // what the equations for the acceleration leave open, or what in them has no value, says more than a series that is not finite
             Err(error) => {
                 match start::state_acceleration(system, (phase.t0, &phase.q0, &phase.v0), phase.near.as_ref())
                 {
                     Err(
-                        acceleration @ SetupError::Acceleration {
+                        acceleration @ (SetupError::Acceleration {
                             deficiency: Some(_), ..
-                        },
+                        }
+                        | SetupError::Acceleration {
+                            undefined: Some(_), ..
+                        }),
                     ) => Err(acceleration),
                     _ => Err(error),
                 }

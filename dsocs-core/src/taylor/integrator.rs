@@ -9,9 +9,10 @@ use super::order::Order;
 use super::projection::{Projection, size};
 use super::series::Series;
 use super::watch::{self, End, Watch};
-use crate::any::continuous_force;
+use crate::any::{AnyPoint, continuous_force};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
+use crate::deficiency;
 use crate::dispatch::{self, Work};
 use crate::error::SetupError;
 use crate::run::{Clock, Node, Polynomial, RunError, Search};
@@ -19,9 +20,16 @@ use crate::start::Phase;
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
 use crate::system::Point;
+use crate::undefined;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
 pub(super) const MAX_STEPS: u64 = 10_000_000;
+
+/// After so many steps each it is asked whether the motion gets on.
+const LOOK_EVERY: u64 = 1024;
+
+/// It does not where so many steps lead no further than this part of the way so far.
+const STALLED: f64 = 1e-9;
 
 /// A velocity that the constraints move at a switch by more than so many times the tolerance jumps there.
 const JUMPS: f64 = 100.0;
@@ -75,6 +83,8 @@ pub(super) struct Integrator<const N: usize> {
     pub(super) is_new: bool,
     /// The time where the motion began.
     began: f64,
+    /// How many steps there were when it was last asked whether the motion gets on, and the time then.
+    looked: (u64, f64),
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// The motion at the current node, where nodes lie on a grid.
@@ -130,6 +140,7 @@ impl<const N: usize> Integrator<N> {
             jump: None,
             is_new: true,
             began: t0,
+            looked: (0, t0),
             expansions: 0,
             on_grid: None,
             shown: t0,
@@ -278,13 +289,9 @@ impl<const N: usize> Integrator<N> {
             f64::MIN
         };
         let left = (until - self.t.hi[0]) - self.t.lo[0];
-        if self.steps >= self.max_steps {
-            let (steps, span) = (self.steps, self.t.hi[0] - self.began);
-            let cause = SeriesFailure::TooManySteps {
-                steps,
-                last: self.last.map_or(0.0, |(_, h)| h.abs()),
-                mean: span.abs() / steps.max(1) as f64,
-            };
+        if self.steps >= self.looks_at()
+            && let Some(cause) = self.has_stalled()
+        {
             return Err(self.failed(equations, cause).into());
         }
         if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck) {
@@ -313,6 +320,34 @@ impl<const N: usize> Integrator<N> {
                 .failed(equations, SeriesFailure::StepTooSmall { step, smallest })
                 .into()),
         }
+    }
+
+    /// After how many steps it is asked whether the motion gets on, and is allowed to.
+    pub(super) fn looks_at(&self) -> u64 {
+        self.max_steps.min(self.looked.0 + LOOK_EVERY)
+    }
+
+    /// Why the motion is not to go on, where it makes steps and gets no further, or has made as many as it may.
+    #[cold]
+    fn has_stalled(&mut self) -> Option<SeriesFailure> {
+        let (steps, now) = (self.steps, self.t.hi[0]);
+        let span = (now - self.began).abs();
+        let (before, then) = self.looked;
+        let led = (now - then).abs();
+        if steps - before >= LOOK_EVERY {
+            self.looked = (steps, now);
+            if led < STALLED * span {
+                return Some(SeriesFailure::Stalls {
+                    steps: steps - before,
+                    led,
+                });
+            }
+        }
+        (steps >= self.max_steps).then(|| SeriesFailure::TooManySteps {
+            steps,
+            last: self.last.map_or(0.0, |(_, h)| h.abs()),
+            mean: span / steps.max(1) as f64,
+        })
     }
 
     /// The length of the step that the tolerance allows, by the series of its beginning.
@@ -462,6 +497,28 @@ impl<const N: usize> Integrator<N> {
 
     #[cold]
     pub(super) fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
+        let undefined = || {
+            let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
+            undefined::of_point(
+                &equations.declaration(),
+                AnyPoint {
+                    t,
+                    q,
+                    v,
+                    a: &[0.0; N],
+                },
+            )
+        };
+        let open = || {
+            let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
+            let a = self
+                .series
+                .velocity()
+                .get(1)
+                .filter(|a| a.iter().all(|a| a.is_finite()));
+            let a = a.unwrap_or(&[0.0; N]);
+            deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
+        };
         SeriesError::new(FailedSeries {
             step: self.steps,
             time: self.t.hi[0],
@@ -473,6 +530,14 @@ impl<const N: usize> Integrator<N> {
                 .iter()
                 .map(|coordinate| coordinate.name)
                 .collect(),
+            undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
+            deficiency: matches!(
+                cause,
+                SeriesFailure::Stalls { .. } | SeriesFailure::StepTooSmall { .. }
+            )
+            .then(open)
+            .flatten(),
+            may_divide: equations.declaration().constraints()[2] > 0,
             cause,
         })
     }

@@ -340,7 +340,7 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         );
         if let Some(Unresolved { first, .. }) = subject.unresolved {
             report.note(&format!(
-                "the first at t = {first:.3}; they lower the order to 1: a smaller step, or a softer switch"
+                "a force or a constraint jumps, or nearly so, within a step, first about t = {first:.3}: such steps lower the order to 1; take a smaller step, or a smoother function"
             ));
         }
     }

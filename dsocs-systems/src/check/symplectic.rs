@@ -55,7 +55,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     // where steps are ill-conditioned, as on a switch, no difference quotient tells a derivative
     let tangent = largest(&subject.early, |triple| {
         let law = Evolution::of(&subject.flow, triple)?;
-        Ok(quotient(&subject.flow, triple, &law))
+        Ok(quotient(&subject.flow, triple, &law)?)
     });
     let window = PIECE * subject.h;
     let laws: Vec<Measured<[f64; 2]>> = subject
@@ -120,21 +120,37 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// How far the tangent map is from difference quotients of the step, of sixth order, relative to the slopes of a coordinate.
-fn quotient<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>, law: &Evolution<N>) -> f64 {
-    let size = triple.leg.d.iter().fold(0.0_f64, |size, d| size.hypot(*d));
+///
+/// # Errors
+///
+/// [`GeometryError`] if none of the moved steps along a coordinate has a solution.
+fn quotient<const N: usize>(
+    flow: &DiscreteFlow<'_, N>,
+    triple: &Triple<N>,
+    law: &Evolution<N>,
+) -> Result<f64, GeometryError> {
+    let last = triple.last(flow.h()).d;
+    // both legs: the first is zero where a force begins to act on what is at rest
+    let legs = triple.leg.d.iter().chain(&last);
+    let size = match legs.fold(0.0_f64, |size, d| size.hypot(*d)) {
+        0.0 => flow.h().abs(),
+        size => size,
+    };
     let mut apart = 0.0;
     for k in 0..2 * N {
         let unit = Displacement::unit(k);
-        let own = triple.leg.d[k % N]
-            .abs()
-            .max(triple.last(flow.h()).d[k % N].abs());
+        let own = triple.leg.d[k % N].abs().max(last[k % N].abs());
         let length = if own > STILL * size { own } else { STILL * size };
         let exact = law.tangent.apply(&unit).second;
-        let mut best = f64::INFINITY;
+        let (mut best, mut without) = (f64::INFINITY, None);
         for moved in MOVED {
             // where a moved step has no solution, as on the way past rest, other shifts tell
-            let Ok(found) = slopes(flow, triple, &unit, &exact, moved * length) else {
-                continue;
+            let found = match slopes(flow, triple, &unit, &exact, moved * length) {
+                Ok(found) => found,
+                Err(error) => {
+                    without = Some(error);
+                    continue;
+                }
             };
             let relative = (0..N).map(|i| {
                 let row = law.tangent.by_first[i].iter().chain(&law.tangent.by_second[i]);
@@ -144,9 +160,12 @@ fn quotient<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>, law:
             let worst = relative.fold(0.0, larger);
             best = if worst < best { worst } else { best };
         }
-        apart = larger(apart, best);
+        match without {
+            Some(error) if best.is_infinite() => return Err(error),
+            _ => apart = larger(apart, best),
+        }
     }
-    apart
+    Ok(apart)
 }
 
 /// The difference quotients of `q2` along a displacement, by nodes moved as far as `shift` and its multiples.

@@ -118,6 +118,8 @@ pub struct Errors {
     largest: Vec<(f64, f64)>,
     /// The errors at the last node.
     last: Vec<f64>,
+    /// Its time.
+    time: f64,
     /// How well the motion is known.
     uncertainty: f64,
 }
@@ -136,22 +138,29 @@ impl Errors {
         }
         self.last.clear();
         self.last.extend_from_slice(row.errors);
+        self.time = row.t;
         self.uncertainty = row.uncertainty;
     }
 
-    /// What is to be said.
-    pub fn note<'a>(&self, coordinates: impl Iterator<Item = &'a str>) -> Option<String> {
+    /// What is to be said, of a run that may have ended early.
+    pub fn note<'a>(&self, coordinates: impl Iterator<Item = &'a str>, ended_early: bool) -> Option<String> {
         if self.largest.is_empty() {
             return None;
         }
         let coordinates = coordinates.zip(&self.largest).zip(&self.last);
         let parts: Vec<String> = coordinates
             .map(|((name, (largest, t)), last)| {
-                format!("{name} {largest:.1e} (at t = {t}; {last:.1e} at the end)")
+                let end = if ended_early { "then" } else { "at the end" };
+                format!("{name} {largest:.1e} (at t = {t}; {last:.1e} {end})")
             })
             .collect();
+        let until = if ended_early {
+            format!(" up to t = {}", self.time)
+        } else {
+            String::new()
+        };
         Some(format!(
-            "note: the largest errors are {}; the motion they are measured against is known to {:.0e}",
+            "note: the largest errors{until} are {}; the motion they are measured against is known to {:.0e}",
             parts.join(", "),
             self.uncertainty
         ))

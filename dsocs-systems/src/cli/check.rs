@@ -45,9 +45,10 @@ pub struct CheckArguments {
 pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), CliError> {
     let entries = program.some(&arguments.systems)?;
     arguments.from.for_systems(entries.len())?;
+    let is_one = entries.len() == 1;
     if let Some(path) = &arguments.out {
         if path.extension().is_none_or(|extension| extension != "json") {
-            return Err(CliError::TableFormat(path.display().to_string()));
+            return Err(CliError::NotJson(path.display().to_string()));
         }
         drop(OutputFile::create(path)?);
     }
@@ -66,7 +67,18 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
             a0: a0.as_deref(),
             begin: arguments.begin.begin(),
         };
-        let findings = entry.check(&settings)?;
+        let findings = match entry.check(&settings) {
+            Ok(findings) => findings,
+            Err(failure) if is_one => return Err(failure.into()),
+            // the others are checked all the same
+            Err(failure) => {
+                missed += 1;
+                let failure = CliError::from(failure).to_string();
+                text.extend([entry.name(), ": FAILED: ", &failure, "\n"]);
+                encoded.push(json!({"system": entry.name(), "kind": entry.kind(), "failure": failure}));
+                continue;
+            }
+        };
         missed += findings.iter().filter(|finding| !finding.ok()).count();
         let until = settings.until.unwrap_or(entry.default_until());
         let title = format!(
@@ -101,15 +113,29 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
 pub(super) fn text(findings: &[Finding]) -> String {
     let mut text = table(findings).to_string();
     text.push('\n');
-    for finding in findings {
-        if let Some(failure) = &finding.failure {
-            text.extend([finding.check, ": ", &finding.what, ": ", failure, "\n"]);
-        }
-        if let Some(note) = &finding.note {
-            text.extend([finding.check, ": ", note, "\n"]);
-        }
+    for (remark, of) in remarks(findings) {
+        text.extend([&of.join("; "), ": ", remark, "\n"]);
     }
     text
+}
+
+/// What is said of the figures, each remark once, with what it is said of.
+fn remarks(findings: &[Finding]) -> Vec<(&str, Vec<String>)> {
+    let mut remarks: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut say = |remark, of: String| match remarks.iter_mut().find(|(said, _)| *said == remark) {
+        Some((_, others)) if others.contains(&of) => {}
+        Some((_, others)) => others.push(of),
+        None => remarks.push((remark, vec![of])),
+    };
+    for finding in findings {
+        if let Some(failure) = &finding.failure {
+            say(failure.as_str(), format!("{}: {}", finding.check, finding.what));
+        }
+        if let Some(note) = &finding.note {
+            say(note.as_str(), finding.check.to_owned());
+        }
+    }
+    remarks
 }
 
 /// A figure as JSON.
@@ -160,4 +186,40 @@ fn table(findings: &[Finding]) -> Table {
         ]);
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_remark_is_made_once() {
+        let finding = |check, what: &str, failure: Option<&str>, note: Option<&str>| Finding {
+            check,
+            what: what.to_owned(),
+            figure: f64::NAN,
+            bar: Bar::Reported,
+            failure: failure.map(str::to_owned),
+            note: note.map(str::to_owned),
+        };
+        let findings = [
+            finding("order", "slope", Some("the motion sticks"), None),
+            finding("contact", "of L_d", Some("the motion sticks"), Some("look here")),
+            finding("contact", "of D_K", None, Some("look here")),
+            finding("order", "distance", Some("it is chaotic"), None),
+        ];
+        let text = text(&findings);
+        let said: Vec<&str> = text
+            .lines()
+            .skip_while(|line| !line.starts_with("order: "))
+            .collect();
+        assert_eq!(
+            said,
+            [
+                "order: slope; contact: of L_d: the motion sticks",
+                "contact: look here",
+                "order: distance: it is chaotic",
+            ]
+        );
+    }
 }

@@ -1,5 +1,6 @@
 //! What can go wrong on the command line, and the exit status it gives.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,10 +11,47 @@ use crate::entry::{CheckFailure, EntryError, RunFailure, UnknownName};
 #[cfg(all(feature = "dsocs", not(test)))]
 use crate::experiment::ExperimentError;
 use crate::figure::FigureError;
-use dsocs_core::{RunError, SetupError, StepFailure, Symmetry};
+use dsocs_core::{RunError, SetupError, StepFailure, Symmetry, Undefined};
+
+/// What has no value, where that is why a run does not begin.
+fn undefined(failure: &RunFailure) -> Option<&Undefined> {
+    match failure {
+        RunFailure::Setup(SetupError::Acceleration { undefined, .. }) => undefined.as_deref(),
+        RunFailure::Setup(SetupError::Series(error)) => error.details().undefined.as_ref(),
+        RunFailure::Run(RunError::Step(error)) if error.details().index == 1 => {
+            error.details().undefined.as_ref()
+        }
+        _ => None,
+    }
+}
 
 /// The options that do what an error advises.
-fn options(failure: &RunFailure) -> &'static str {
+fn options(failure: &RunFailure) -> Cow<'static, str> {
+    match undefined(failure) {
+        Some(undefined) => options_of_undefined(undefined).into(),
+        None => options_of_others(failure).into(),
+    }
+}
+
+/// The options that give what an expression is made of other values.
+fn options_of_undefined(undefined: &Undefined) -> String {
+    let options = [
+        (undefined.contains_position(), "`--q0`"),
+        (undefined.contains_velocity(), "`--v0`"),
+        (undefined.contains_parameter(), "`--set`"),
+    ];
+    let options: Vec<_> = options.into_iter().filter(|(contains, _)| *contains).collect();
+    match options.as_slice() {
+        [] => String::new(),
+        options => {
+            let options: Vec<&str> = options.iter().map(|(_, option)| *option).collect();
+            format!("\n(on the command line: {})", options.join(", "))
+        }
+    }
+}
+
+/// The same of other errors.
+fn options_of_others(failure: &RunFailure) -> &'static str {
     match failure {
         // a missing mass or row is no matter of the start, and rows that repeat each other do so for all values of the parameters
         RunFailure::Setup(SetupError::Acceleration {
@@ -45,6 +83,7 @@ fn options(failure: &RunFailure) -> &'static str {
         {
             "\n(on the command line: `--v0`)"
         }
+        RunFailure::Setup(SetupError::Rest { .. }) => "\n(on the command line: `--v0`)",
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
             "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
         }
@@ -76,18 +115,19 @@ fn options(failure: &RunFailure) -> &'static str {
 }
 
 /// The same of a check, which begins with position and velocity.
-fn options_of_check(failure: &CheckFailure) -> &'static str {
+fn options_of_check(failure: &CheckFailure) -> Cow<'static, str> {
     match failure {
         CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
             match options(&RunFailure::Setup(error.clone())) {
                 paper if paper.contains("--start paper") => {
-                    "\n(on the command line: `--v0`, `--start paper`)"
+                    "\n(on the command line: `--v0`, `--start paper`)".into()
                 }
                 other => other,
             }
         }
         CheckFailure::Setup(error) => options(&RunFailure::Setup(error.clone())),
-        _ => "",
+        CheckFailure::Run(error) => options(&RunFailure::Run(error.clone())),
+        _ => "".into(),
     }
 }
 
@@ -186,8 +226,13 @@ pub enum CliError {
         reason: &'static str,
     },
     /// The name of an output file does not say its format.
-    #[error("`{0}` is no table format: an output file's name ends in .csv or .json")]
+    #[error(
+        "the name `{0}` does not say the format of the table: a name ends in .csv or .json, or `--format csv` and `--format json` say it"
+    )]
     TableFormat(String),
+    /// Measured values are written as JSON alone.
+    #[error("`{0}` is no name for the measured values, which are written as JSON: it has to end in .json")]
+    NotJson(String),
     /// A path has two columns.
     #[error("`--path` takes two columns, as in `--path x,y`; {found} given")]
     Path {
@@ -227,16 +272,19 @@ pub enum CliError {
     },
     /// A run ended early after some of it had been written.
     #[error(
-        "{failure}{}\nwhat was computed before ({rows} row{}) is written to {place}",
-        options(.failure), if *.rows == 1 { "" } else { "s" }
+        "{failure}{}\nwhat was computed before ({rows} row{}) is written to {place}{}",
+        options(.failure), if *.rows == 1 { "" } else { "s" },
+        .notes.iter().flat_map(|note| ["\n", note]).collect::<String>()
     )]
     Partial {
         /// Why.
-        failure: RunFailure,
+        failure: Box<RunFailure>,
         /// How many rows.
         rows: u64,
         /// Where.
         place: String,
+        /// What is to be said of them.
+        notes: Vec<String>,
     },
     /// A run was interrupted; some of it had been written.
     #[error("interrupted; what was computed before ({rows} row{}) is written to {place}", if *.rows == 1 { "" } else { "s" })]
@@ -310,6 +358,7 @@ impl CliError {
             Self::Unknown(_)
             | Self::Parameter { .. }
             | Self::TableFormat(_)
+            | Self::NotJson(_)
             | Self::PageFormat(_)
             | Self::Path { .. }
             | Self::Conflict { .. }

@@ -7,7 +7,7 @@ use dsocs_core::dsocs;
 
 use super::{Arguments, CliError, Program};
 use crate::check::{Begin, Settings};
-use crate::entry::Entry;
+use crate::entry::{Drawing, Entry};
 
 /// A weight on a spring, whose mass may be zero.
 #[dsocs {
@@ -135,6 +135,67 @@ struct Dry {
     dry: f64,
 }
 
+/// Friction made smooth, as far as a parameter says.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    external_forces = -(dot(x) / smoothing).tanh();
+}]
+#[derive(Clone)]
+struct Rubbed {
+    smoothing: f64,
+}
+
+/// A law that says nothing at rest.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + gain * dot(x).powi(2);
+    constraint_forces = [(1,)];
+}]
+#[derive(Clone)]
+struct Law {
+    gain: f64,
+}
+
+/// A law for two carts on springs that forgets the friction of the first one.
+#[dsocs {
+    coordinates(x, y);
+    let kinetic = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let potential = 2 * (x.powi(2) + (y - x).powi(2));
+    lagrangian = kinetic - potential;
+    kinematic = dot(kinetic + potential) + 0.8 * dot(y).powi(2);
+    constraint_forces = [(0, 1)];
+    external_forces = (-friction * dot(x), 0);
+}]
+#[derive(Clone)]
+struct Forgotten {
+    friction: f64,
+}
+
+/// A law whose motor acts on nothing that the law speaks of.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    kinematic = ddot(x) + x;
+    constraint_forces = [(gain, 1)];
+}]
+#[derive(Clone)]
+struct Idle {
+    gain: f64,
+}
+
+/// A particle at rest that a force begins to push.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    external_forces = (strength * t.sin(), 0);
+}]
+#[derive(Clone)]
+struct Pushed {
+    strength: f64,
+}
+
 /// The systems.
 fn entries() -> Vec<Entry> {
     let [one, two] = [1.0, 2.0];
@@ -150,6 +211,11 @@ fn entries() -> Vec<Entry> {
         Entry::new(Squared { rate: one }).start([one], [0.0]),
         Entry::new(Unsigned { rate: one }).start([one], [0.0]),
         Entry::new(Dry { dry: 0.5 }).start([0.2], [0.0]).until(4.0),
+        Entry::new(Rubbed { smoothing: 0.1 }).start([one], [0.0]),
+        Entry::new(Law { gain: one }).start([one], [one]),
+        Entry::new(Forgotten { friction: 0.3 }).start([0.3, -0.2], [0.0, 0.5]),
+        Entry::new(Idle { gain: one }).start([one, 0.0], [0.0, 0.0]),
+        Entry::new(Pushed { strength: one }).start([0.0, 0.0], [0.0, 0.0]),
     ]
     .into_iter()
     .map(|entry| {
@@ -196,6 +262,22 @@ const ADVICE: &[(&str, &[(&str, &str)])] = &[
         &[("--q0", "run cone --q0 1,0"), ("--set", "run cone --set tip=0.1")],
     ),
     ("run squared", &[]),
+    (
+        "run rubbed --set smoothing=0",
+        &[("--set", "run rubbed --set smoothing=0.01")],
+    ),
+    (
+        "run rubbed --set smoothing=0 --tolerance 1e-9",
+        &[("--set", "run rubbed --set smoothing=0.01 --tolerance 1e-9")],
+    ),
+    (
+        "check rubbed --set smoothing=0",
+        &[("--set", "check rubbed --set smoothing=0.1")],
+    ),
+    (
+        "run law --v0 0 --start paper",
+        &[("--v0", "run law --v0 1 --start paper")],
+    ),
     ("run servo --set gain=0", &[("--set", "run servo --set gain=2")]),
     ("run turn --v0 0,0", &[("--v0", "run turn --v0 0,1")]),
     ("run either --v0 0.3", &[("--v0", "run either --v0 0.4")]),
@@ -275,6 +357,97 @@ fn advice_is_followed_to_the_letter() {
     }
 }
 
+/// Commands that are refused or end early, and what is said of it.
+const WORDS: &[(&str, &[&str])] = &[
+    (
+        "run rubbed --set smoothing=0",
+        &[
+            "the divisor `smoothing` is zero there",
+            "its parameters need other values",
+        ],
+    ),
+    (
+        "run turn --v0 0,0",
+        &[
+            "the divisor `",
+            "dot(x).powi(2) + dot(y).powi(2)",
+            "start with a velocity",
+        ],
+    ),
+    ("run edge --q0 0", &["the divisor `x` is zero"]),
+    (
+        "run law --v0 0 --start paper",
+        &[
+            "would stay at rest for ever",
+            "kinematic constraint 1 says nothing",
+            "branch = divide",
+        ],
+    ),
+    ("run law --q1 1", &["would stay at rest for ever"]),
+    (
+        "run forgotten --tolerance 1e-9 --until 20",
+        &["gets no further", "branch = divide", "friction that it forgets"],
+    ),
+    (
+        "run idle --set gain=0",
+        &["kinematic constraint 1 and equation of motion 1 without constraint forces"],
+    ),
+];
+
+#[test]
+fn errors_say_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    for (refused, words) in WORDS {
+        let told = match execute(folder.path(), refused) {
+            Err(error) => error.to_string(),
+            Ok(()) => panic!("{refused}: not refused"),
+        };
+        for word in *words {
+            assert!(told.contains(word), "{refused}: {word}: {told}");
+        }
+        assert!(!told.contains("virtual displacement"), "{refused}: {told}");
+    }
+}
+
+#[test]
+fn a_mistake_in_an_entry_is_that_of_its_system_alone() {
+    let entries = || {
+        vec![
+            Entry::new(Rubbed { smoothing: 0.1 }).start([1.0], [0.0]),
+            Entry::new(Weight { mass: 1.0 })
+                .start([1.0], [0.0])
+                .drawn(|&[x]: &[f64; 1], parameters| Drawing::new().point([x, parameters.get("mas")])),
+            Entry::new(Law { gain: 1.0 }).named("twice"),
+            Entry::new(Law { gain: 2.0 }).named("twice"),
+        ]
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let execute = |words: &str| {
+        let out = folder.path().join("a.csv").display().to_string();
+        let words = words.replace("OUT", &out);
+        let Arguments { command } =
+            Arguments::try_parse_from(core::iter::once("dsocs").chain(words.split(' '))).unwrap();
+        command.execute(&mut Program::new(entries()).verified()?)
+    };
+    for good in [
+        "run rubbed --until 0.1 --out OUT",
+        "check rubbed --until 0.5",
+        "list",
+    ] {
+        assert!(execute(good).is_ok(), "{good}");
+    }
+    for (refused, words) in [
+        ("run weight --out OUT", "did you mean `mass`?"),
+        ("list weight", "did you mean `mass`?"),
+        ("check rubbed --out a.csv", "has to end in .json"),
+        ("run rubbed --out a.txt", "`--format csv`"),
+        ("run twice --out OUT", "two of this name"),
+    ] {
+        let told = execute(refused).unwrap_err().to_string();
+        assert!(told.contains(words), "{refused}: {told}");
+    }
+}
+
 /// What is printed of a check and of the hard cases of a system.
 fn printed(entry: &Entry, until: f64, h: f64) -> String {
     let [q0, v0] = entry.default_start().unwrap();
@@ -291,7 +464,7 @@ fn printed(entry: &Entry, until: f64, h: f64) -> String {
         Ok(findings) => {
             for finding in &findings {
                 assert!(
-                    finding.failure.is_some() || !finding.figure.is_nan(),
+                    finding.failure.is_some() || finding.figure.is_finite(),
                     "{finding:?}"
                 );
             }

@@ -152,10 +152,8 @@ pub fn list(arguments: &ListArguments, program: &mut Program) -> Result<(), CliE
             let system = Listed::new(program.find(name)?);
             format!("{:#}\n", serde_json::json!(system))
         }
-        (None, Format::Text) => match program.entries.as_mut_slice() {
-            [only] => text(only),
-            _ => by_kind(program),
-        },
+        (None, Format::Text) if program.entries.len() == 1 => text(program.one(None)?),
+        (None, Format::Text) => by_kind(program),
         (None, Format::Json) => {
             let systems: Vec<Listed> = program.entries.iter_mut().map(Listed::new).collect();
             format!("{:#}\n", serde_json::json!(systems))
@@ -181,6 +179,14 @@ fn by_kind(program: &Program) -> String {
             list.extend([format!("{kind}\n"), of_kind.concat(), "\n".to_owned()]);
         }
     }
+    let mut mistakes: Vec<String> = Vec::new();
+    for mistake in program.mistakes.iter().flatten() {
+        let told = format!("error: {mistake}\n\n");
+        if !mistakes.contains(&told) {
+            mistakes.push(told);
+        }
+    }
+    list.extend(mistakes);
     list + &format!(
         "Coordinates, parameters and defaults of one: `{} list SYSTEM`.\n",
         program.name
@@ -222,8 +228,15 @@ fn text(entry: &mut Entry) -> String {
         .default_acceleration()
         .map_or_else(String::new, |a0| format!(" --a0 {}", joined(a0)));
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
+    let description = entry.description();
+    let quantities = [
+        &description.coordinates,
+        &description.parameters,
+        &description.observables,
+    ];
+    let broken: String = quantities.into_iter().flatten().filter_map(broken_unit).collect();
     format!(
-        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}\n{}\n",
+        "{} ({}): {}\n{source}  a run: --step {} --until {}{start}{acceleration}\n{}\n{broken}",
         entry.name(),
         entry.kind(),
         entry.summary(),
@@ -231,6 +244,42 @@ fn text(entry: &mut Entry) -> String {
         shortest(entry.default_until()),
         lines.join("\n"),
     )
+}
+
+/// What is said of a quantity whose unit cannot be read: brackets that do not belong together, or that do not end the comment.
+fn broken_unit(quantity: &Quantity) -> Option<String> {
+    let doc = quantity.doc.trim_end().trim_end_matches('.');
+    let warn = |why: String| {
+        Some(format!(
+            "warning: `{}` has no unit: in its comment {why}\n",
+            quantity.name
+        ))
+    };
+    match (doc.rfind('['), doc.rfind(']')) {
+        (Some(open), close) if close.is_none_or(|close| close < open) => {
+            warn(format!("`{}` has no `]`", &doc[open..]))
+        }
+        (None, Some(close)) => {
+            let begin = doc[..close].rfind(' ').map_or(0, |blank| blank + 1);
+            warn(format!("`{}` has no `[`", &doc[begin..=close]))
+        }
+        (Some(open), Some(close)) if close + 1 < doc.len() && is_unit(&doc[open + 1..close]) => {
+            warn(format!("`{}` does not stand at the end", &doc[open..=close]))
+        }
+        _ => None,
+    }
+}
+
+/// Whether a text in brackets is a unit, and not a link or an interval.
+fn is_unit(text: &str) -> bool {
+    const UNITS: [&str; 28] = [
+        "m", "mm", "cm", "km", "s", "ms", "min", "h", "kg", "g", "rad", "deg", "°", "N", "kN", "J", "kJ",
+        "W", "kW", "Hz", "Pa", "V", "A", "T", "C", "K", "Nm", "1",
+    ];
+    let text = text.trim_matches('\\');
+    let is_part = |c: char| " /·*()^⁻¹²³⁴-0123456789".contains(c);
+    let mut words = text.split(is_part).filter(|word| !word.is_empty()).peekable();
+    (words.peek().is_some() || text == "1") && words.all(|word| UNITS.contains(&word))
 }
 
 /// Quantities without values.
@@ -247,4 +296,38 @@ fn parameters_with_values(parameters: &[(Quantity, f64)]) -> Vec<(Quantity, Stri
         .iter()
         .map(|(parameter, value)| (*parameter, shortest(*value)))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_that_cannot_be_read_are_told() {
+        let told = |doc| broken_unit(&Quantity { name: "x", doc });
+        for (doc, words) in [
+            ("The stiffness [N/m.", "`[N/m` has no `]`"),
+            ("The gravity m/s²].", "`m/s²]` has no `[`"),
+            (
+                "The speed [m/s] of the belt.",
+                "`[m/s]` does not stand at the end",
+            ),
+            (r"The mass \[kg\] of the rod", "does not stand at the end"),
+        ] {
+            let told = told(doc).unwrap();
+            assert!(told.contains(words), "{doc}: {told}");
+        }
+        for doc in [
+            "",
+            "The angle",
+            "The length [m].",
+            r"The mass \[kg\]",
+            "The [`Pendulum`] it hangs from",
+            "As [Marsden] has it",
+            "In [0, 2] without a unit",
+            "The damping ratio [1]",
+        ] {
+            assert_eq!(told(doc), None, "{doc}");
+        }
+    }
 }

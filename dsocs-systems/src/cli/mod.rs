@@ -142,6 +142,8 @@ struct Program {
     name: String,
     /// The systems, at least one.
     entries: Vec<Entry>,
+    /// What is wrong with each of them.
+    mistakes: Vec<Option<EntryError>>,
     /// The syntax of its arguments.
     syntax: fn() -> clap::Command,
     /// Whether it is `dsocs`, whose systems have hard cases with known answers.
@@ -183,6 +185,7 @@ impl Program {
             is_dsocs: false,
             name: stem.map_or_else(|| "dsocs".to_owned(), |stem| stem.to_string_lossy().into_owned()),
             entries: entries.into_iter().collect(),
+            mistakes: Vec::new(),
             syntax: Arguments::command,
         }
     }
@@ -192,40 +195,60 @@ impl Program {
         (self.syntax)().name(self.name.clone())
     }
 
-    /// Looks for mistakes in the entries.
+    /// Looks for mistakes in the entries. An entry with a mistake is refused where it is asked for; the others are as good as ever.
     fn verified(self) -> Result<Self, CliError> {
         if self.entries.is_empty() {
             return Err(CliError::NoSystems);
         }
-        for (place, entry) in self.entries.iter().enumerate() {
-            entry.verify()?;
-            if self.entries[..place]
-                .iter()
-                .any(|other| other.name() == entry.name())
-            {
-                return Err(CliError::Entry(EntryError {
-                    name: entry.name().to_owned(),
-                    cause: Mistake::Twice,
-                }));
-            }
+        let twice = |entry: &Entry| {
+            let same = self.entries.iter().filter(|other| other.name() == entry.name());
+            (same.count() > 1).then(|| EntryError {
+                name: entry.name().to_owned(),
+                cause: Mistake::Twice,
+            })
+        };
+        let mistakes = self
+            .entries
+            .iter()
+            .map(|entry| entry.verify().err().or_else(|| twice(entry)));
+        Ok(Self {
+            mistakes: mistakes.collect(),
+            ..self
+        })
+    }
+
+    /// The system at a place, unless something is wrong with it.
+    fn at(&mut self, place: usize) -> Result<&mut Entry, CliError> {
+        match self.mistakes.get(place) {
+            Some(Some(mistake)) => Err(mistake.clone().into()),
+            _ => Ok(&mut self.entries[place]),
         }
-        Ok(self)
     }
 
     /// The system of a name.
-    fn find(&mut self, name: &str) -> Result<&mut Entry, UnknownName> {
+    fn find(&mut self, name: &str) -> Result<&mut Entry, CliError> {
         if let Some(place) = self.entries.iter().position(|entry| entry.name() == name) {
-            return Ok(&mut self.entries[place]);
+            return self.at(place);
         }
         let known = self.entries.iter().map(Entry::name);
-        Err(UnknownName::new("system", name, known))
+        Err(UnknownName::new("system", name, known).into())
+    }
+
+    /// The systems in which nothing is wrong, for commands that take all. Those that are left out are told.
+    fn sound(&mut self) -> Vec<&mut Entry> {
+        for mistake in self.mistakes.iter().flatten() {
+            eprintln!("warning: a system is left out: {mistake}");
+        }
+        let entries = self.entries.iter_mut().zip(&self.mistakes);
+        let sound = entries.filter(|(_, mistake)| mistake.is_none());
+        sound.map(|(entry, _)| entry).collect()
     }
 
     /// The system of a name; without one, the only system that there is.
     fn one(&mut self, name: Option<&str>) -> Result<&mut Entry, CliError> {
         match name {
-            Some(name) => Ok(self.find(name)?),
-            None if self.entries.len() == 1 => Ok(&mut self.entries[0]),
+            Some(name) => self.find(name),
+            None if self.entries.len() == 1 => self.at(0),
             None => Err(CliError::Which {
                 known: self.entries.iter().map(|entry| entry.name().to_owned()).collect(),
             }),
@@ -233,7 +256,10 @@ impl Program {
     }
 
     /// The systems of some names; without any, all that there are.
-    fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, UnknownName> {
+    fn some(&mut self, names: &[String]) -> Result<Vec<&mut Entry>, CliError> {
+        if names.is_empty() {
+            return Ok(self.sound());
+        }
         for name in names {
             self.find(name)?;
         }
@@ -241,7 +267,7 @@ impl Program {
         let mut chosen: Vec<&mut Entry> = self
             .entries
             .iter_mut()
-            .filter(|entry| names.is_empty() || place(entry).is_some())
+            .filter(|entry| place(entry).is_some())
             .collect();
         chosen.sort_by_key(|entry| place(entry));
         Ok(chosen)

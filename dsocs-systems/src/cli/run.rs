@@ -146,14 +146,18 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     bar.finish_and_clear();
     let notes = [
         lost.note(),
-        errors.note(entry.description().names()),
+        errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
         unresolved.map(switched),
         arguments.accuracy.note(),
     ];
     let notes: Vec<String> = notes.into_iter().flatten().collect();
-    for note in &notes {
-        eprintln!("{note}");
+    // what ended a run is told before what is to be said of it up to there
+    let fails_on_the_way = result.is_err() && rows > 0;
+    if !fails_on_the_way {
+        for note in &notes {
+            eprintln!("{note}");
+        }
     }
     if let Some(error) = broken {
         return Err(table.get_ref().failed(error));
@@ -167,9 +171,10 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         Ok(()) if interrupted.load(Ordering::Relaxed) => Err(CliError::Interrupted { rows, place: place() }),
         Ok(()) => Ok(()),
         Err(failure) if rows > 0 => Err(CliError::Partial {
-            failure,
+            failure: Box::new(failure),
             rows,
             place: place(),
+            notes,
         }),
         Err(failure) => Err(failure.into()),
     }
@@ -294,11 +299,12 @@ impl Lost {
     }
 }
 
-/// What is to be said of steps that were too long for the external forces.
+/// What is to be said of steps within which something jumps.
 fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
     format!(
-        "warning: an external force is switched within {steps} step{}, first about t = {first:.3}: there the motion is off by the first \
-         order in the step (a smaller `--step`, or `--tolerance`, which finds the place; `--estimate-error` measures what it costs)",
+        "warning: a force or a constraint jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
+         order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself, and ends where the motion \
+         sticks there; `--estimate-error` measures what it costs, up to such a place)",
         if steps == 1 { "" } else { "s" }
     )
 }
@@ -333,9 +339,12 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
     let v0 = || arguments.from.v0(entry);
     let given = match (&arguments.q1, arguments.begin.start) {
         (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
-        (None, None) if let Some(third) = arguments.from.third_order(entry, &q0)? => third,
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
-        (None, Some(StartOption::SecondOrder) | None) => Beginning::SecondOrder { q0, v0: v0()? },
+        (None, Some(StartOption::SecondOrder)) => Beginning::SecondOrder { q0, v0: v0()? },
+        (None, None) => match arguments.from.third_order(entry, &q0)? {
+            Some(third) => third,
+            None => Beginning::SecondOrder { q0, v0: v0()? },
+        },
     };
     let t0 = arguments.from.t0();
     let given = if t0 == 0.0 {

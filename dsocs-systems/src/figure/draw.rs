@@ -298,10 +298,14 @@ impl<'p> Axes<'p> {
     fn curve(&self, svg: &mut Svg, curve: &Curve) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
         let points = curve.points.iter().filter(shown);
-        let points = points.map(|&[x, y]| [self.across(x), self.down(y)]);
+        let points: Vec<_> = points.map(|&[x, y]| [self.across(x), self.down(y)]).collect();
+        if let (&[only], Style::Line(width) | Style::Dashed(width)) = (points.as_slice(), curve.style) {
+            // a line through one point would not be seen
+            return svg.disc(only, width.max(MARK), curve.colour);
+        }
         match curve.style {
             Style::Line(width) => {
-                for part in parts(points.collect()) {
+                for part in parts(points) {
                     match part {
                         Part::Line(points) => svg.polyline(points, curve.colour, width, None),
                         Part::Band(outline) => svg.band(outline, curve.colour, width),
@@ -309,8 +313,10 @@ impl<'p> Axes<'p> {
                 }
             }
             Style::Dashed(width) => svg.polyline(points, curve.colour, width, Some(DASHES)),
-            Style::Discs(size) => points.for_each(|at| svg.disc(at, size, curve.colour)),
-            Style::Squares(size) => points.for_each(|at| square(svg, at, size, curve.colour)),
+            Style::Discs(size) => points.into_iter().for_each(|at| svg.disc(at, size, curve.colour)),
+            Style::Squares(size) => points
+                .into_iter()
+                .for_each(|at| square(svg, at, size, curve.colour)),
         }
     }
 
@@ -350,24 +356,31 @@ impl<'p> Axes<'p> {
         }
     }
 
-    /// The labels of curves at their ends: beside the last point, on the side where there is room, and below one another.
+    /// The labels of curves at their ends: on the right of the last point, or where there is no room, on its left and out of the way of the curve;
+    /// within the frame, and below one another.
     fn ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
         let mut places: Vec<_> = entries
             .iter()
             .filter_map(|(curve, label)| {
-                let &[x, y] = curve.points.iter().rfind(shown)?;
-                Some(([self.across(x), self.down(y)], *label, curve.colour))
+                let mut points = curve.points.iter().rev().filter(shown);
+                let &[x, y] = points.next()?;
+                // a curve that comes from below has room above its end, all others below it
+                let rises = points
+                    .next()
+                    .is_some_and(|&[_, before]| self.down(before) > self.down(y));
+                Some(([self.across(x), self.down(y)], rises, *label, curve.colour))
             })
             .collect();
         places.sort_by(|(a, ..), (b, ..)| a[1].total_cmp(&b[1]));
         let mut taken: Vec<[f64; 3]> = Vec::new();
-        for ([x, y], label, colour) in places {
+        for ([x, y], rises, label, colour) in places {
             let length = width(label, SIZES[1]);
-            let (anchor, x) = if x + CORNER + length < self.area.right() + RIGHT {
-                (Anchor::Start, x + CORNER / 2.0)
+            let (anchor, x, y) = if x + CORNER + length < self.area.right() {
+                (Anchor::Start, x + CORNER / 2.0, y)
             } else {
-                (Anchor::End, x - CORNER / 2.0)
+                let aside = if rises { -SIZES[1] } else { SIZES[1] };
+                (Anchor::End, x.min(self.area.right() - CORNER / 2.0), y + aside)
             };
             let from = if anchor == Anchor::Start { x } else { x - length };
             let mut y = y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
@@ -385,6 +398,9 @@ impl<'p> Axes<'p> {
         }
     }
 }
+
+/// The least radius of a curve of one point, in pixels.
+const MARK: f64 = 3.0;
 
 /// The dashes of a dashed line, and the spaces between them, in pixels.
 const DASHES: &str = "8 4";
@@ -460,6 +476,39 @@ mod tests {
             svg.contains("<rect x=\"92\" y=\"18\" width=\"282\" height=\"220\" fill=\"none\""),
             "{svg}"
         );
+    }
+
+    #[test]
+    fn a_curve_of_one_point_is_seen() {
+        let nan = [1.0, f64::NAN];
+        for style in [Style::Line(1.0), Style::Dashed(1.0)] {
+            let one = figure(vec![nan, [1.0, 10.0]], style).svg();
+            assert!(one.contains("<circle cx=\"233\" cy=\"128\" r=\"3\""), "{one}");
+            let two = figure(vec![[0.0, 1.0], nan, [1.0, 10.0]], style).svg();
+            assert!(!two.contains("<circle"), "{two}");
+        }
+    }
+
+    #[test]
+    fn labels_at_the_ends_of_curves_stay_in_the_frame_and_off_the_curve() {
+        for (before, up) in [(100.0, false), (1.0, true)] {
+            let mut figure = figure(vec![[0.0, before], [1.9, 10.0]], Style::Line(1.0));
+            figure.panels[0].legend = Legend::Ends;
+            figure.panels[0].curves[0].label = Some("a long label of a curve".to_owned());
+            let svg = figure.svg();
+            let (text, _) = svg.split_once(">a long label").unwrap();
+            let (_, text) = text.rsplit_once("<text").unwrap();
+            let number = |name: &str| -> f64 {
+                let (_, rest) = text.split_once(&format!(" {name}=\"")).unwrap();
+                rest.split('"').next().unwrap().parse().unwrap()
+            };
+            assert!(
+                text.contains("text-anchor=\"end\"") && number("x") < 374.0,
+                "{text}"
+            );
+            // the curve ends at 128
+            assert!((number("y") < 125.0) == up, "{text}");
+        }
     }
 
     #[test]

@@ -15,8 +15,8 @@ pub enum FigureError {
     Format(String),
     /// A PNG is asked of a program that was built without them.
     #[error(
-        "this program writes figures as SVG alone: choose a file name that ends in .svg, or build with the feature `png` of \
-         dsocs-systems (`cargo run --release --features png -- …`)"
+        "this program writes figures as SVG alone: choose a file name that ends in .svg, or add the feature `png` of \
+         dsocs-systems in `Cargo.toml` (in a checkout of dsocs: `cargo run --release --features png -- …`)"
     )]
     NoPng,
     /// The PNG cannot be made.

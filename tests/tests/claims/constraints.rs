@@ -239,7 +239,7 @@ fn a_start_that_violates_a_constraint_is_refused_or_projected() {
         "{error:?}"
     );
     assert!(
-        message.contains("holonomic constraint 1 at q0 by -1.590e-2"),
+        message.contains("holonomic constraint 1 at q0 by -0.0159,"),
         "{message}"
     );
     let error = refused(Start::second_order([0.6, -0.8], [0.8, 0.7]));
@@ -261,7 +261,7 @@ fn a_start_that_violates_a_constraint_is_refused_or_projected() {
     assert!(
         error
             .to_string()
-            .contains("nonholonomic constraint 1 at (q0, v0) by -5.000e-1"),
+            .contains("nonholonomic constraint 1 at (q0, v0) by -0.5,"),
         "{error}"
     );
 

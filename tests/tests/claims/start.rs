@@ -4,7 +4,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use dsocs_core::{Flow, Start, Stepper, dsocs};
+use dsocs_core::{Flow, SetupError, Start, Stepper, dsocs};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::closed_form::pendulum::{self, START};
 
@@ -154,5 +154,50 @@ fn a_law_that_says_nothing_at_rest_is_refused_whatever_the_other_rows_are() {
             // a motion is no rest
             assert!(Flow::new(&driven, 0.01, Start::second_order([x, 0.0], [x, 0.0])).is_ok());
         }
+    }
+}
+
+/// The same with a constraint that is written as its quotient by the velocity, and so says something at rest.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x * y;
+    kinematic = ddot(x) + x + dot(x);
+    constraint_forces = [(1, 0)];
+}]
+struct Divided {}
+
+#[test]
+fn a_step_of_first_order_does_not_rest_where_a_law_says_nothing() {
+    let driven = Driven {
+        body: 1.0,
+        wheel: 0.1,
+        ratio: 1.0,
+    };
+    for h in [0.1, 1e-3, -0.02] {
+        for start in [
+            Start::paper([1.0, 0.3], [0.0; 2]),
+            Start::nodes([1.0, 0.3], [1.0, 0.3]),
+            Start::paper([1.0, 0.3], [0.0; 2]).at(2.0),
+        ] {
+            let refused = Flow::new(&driven, h, start).unwrap_err();
+            assert!(matches!(refused, SetupError::Rest { .. }), "{refused}");
+            let told = refused.to_string();
+            for words in [
+                "rest for ever",
+                "kinematic constraint 1 says nothing",
+                "branch = divide",
+            ] {
+                assert!(told.contains(words), "{told}");
+            }
+        }
+        // in its equilibrium it rests, whatever the law says
+        let mut flow = Flow::new(&driven, h, Start::paper([0.0, 0.3], [0.0; 2])).unwrap();
+        flow.advance().unwrap();
+        assert_eq!(*flow.position(), [0.0, 0.3]);
+        // a motion is no rest, and a law that says something at rest moves it
+        assert!(Flow::new(&driven, h, Start::paper([1.0, 0.3], [0.5, 0.0])).is_ok());
+        let mut flow = Flow::new(&Divided {}, h, Start::paper([1.0, 0.3], [0.0; 2])).unwrap();
+        flow.advance().unwrap();
+        assert!(flow.position()[0] < 1.0);
     }
 }

@@ -118,7 +118,7 @@ fn all_that_is_violated_is_told() {
     assert!(
         error
             .to_string()
-            .contains("nonholonomic constraint 1 at φ⁻¹(q0, q1) of the map of L by 1.000e0"),
+            .contains("nonholonomic constraint 1 at φ⁻¹(q0, q1) of the map of L by 1,"),
         "{error}"
     );
 }
@@ -165,10 +165,14 @@ fn a_projection_is_not_measured_by_terms_that_vanish() {
         [1.0, 1.0, 0.0],
         [-0.3, 1e-9, 5.0],
         [1e6, -3.0, 1e-6],
+        // nothing is left of these
+        [0.0, 1.0, 0.0],
+        [0.0, 0.7, -0.3],
     ] {
         let start = Start::second_order([0.0; 3], v0).projected();
         let node = Flow::new(&Vanishing {}, 0.01, start).unwrap().to(0.1).unwrap();
-        assert!((node.v[0] - v0[0]).abs() <= 1e-12 * v0[0].abs(), "{node:?}");
+        let size = v0[0].abs().max(1e-3 * v0[1].abs());
+        assert!((node.v[0] - v0[0]).abs() <= 1e-12 * size, "{node:?}");
     }
     // what is no rounding is told all the same
     let wrong = Start::second_order([0.0; 3], [1.0, 1e-12, 0.0]);

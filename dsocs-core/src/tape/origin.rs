@@ -1,0 +1,247 @@
+//! Where a number that is not finite comes from: the first expression without a value, in the words of the declaration.
+
+use super::evaluate::function;
+use super::link::gathered;
+use super::read::{Binary, Comparison, Function, Op};
+use super::{Leaf, Segment, Source};
+use crate::scalar::Scalar;
+
+/// An expression longer than this is shortened.
+const LONG: usize = 90;
+
+/// So many operations inside each other a shortened expression has at most.
+const DEEP: usize = 9;
+
+/// An expression that has no finite value, although all that it is made of has; or a divisor that is zero.
+pub(crate) struct Origin {
+    /// As it is written in a declaration, shortened where it is long.
+    pub(crate) text: String,
+    /// Its value: infinite, not a number, or zero of a divisor.
+    pub(crate) value: f64,
+    /// What it is made of, with the values, each once.
+    pub(crate) leaves: Vec<(Leaf, f64)>,
+}
+
+/// The origin of the first result of a segment that is not finite; where all are, of the first number on the way to them that is not, since a
+/// derivative of a result may not be finite for this reason. Nothing where all numbers are finite, or where a leaf is not.
+pub(crate) fn origin(
+    source: &dyn Source,
+    segment: Segment,
+    leaf: &dyn Fn(Leaf) -> f64,
+    name: &dyn Fn(Leaf) -> String,
+) -> Option<Origin> {
+    let bodies = source.tape().bodies();
+    let results = &bodies.get(segment as usize)?.results;
+    let (ops, places) = gathered(bodies, segment);
+    let values = values(&ops, source, leaf);
+    let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
+    let wrong = |place: &usize| !values[*place].is_finite();
+    let mut place = match results.iter().copied().find(wrong) {
+        Some(result) => result,
+        None => needed(&ops, &results, &values).into_iter().find(wrong)?,
+    };
+    // back to where it began
+    while let Some(before) = read(&ops[place], &values).find(|&part| !values[part].is_finite()) {
+        place = before;
+    }
+    if matches!(ops[place], Op::Leaf(_) | Op::Number(_) | Op::Stored(..)) {
+        return None;
+    }
+    // of a division by zero, the divisor says why
+    if let Op::Recip(divisor) | Op::Powi(divisor, _) | Op::Binary(Binary::Div, [_, divisor]) = ops[place]
+        && values[divisor] == 0.0
+    {
+        place = divisor;
+    }
+    let mut leaves = Vec::new();
+    collect(&ops, place, &values, &mut leaves);
+    let text = (1..=DEEP).rev().map(|deep| written(&ops, place, deep, name).0);
+    let short = text.clone().find(|text| text.chars().count() <= LONG);
+    Some(Origin {
+        text: short.or_else(|| text.last()).unwrap_or_default(),
+        value: values[place],
+        leaves,
+    })
+}
+
+/// The places that some results need, in order.
+fn needed(ops: &[Op], results: &[usize], values: &[f64]) -> Vec<usize> {
+    let mut is_needed = vec![false; ops.len()];
+    for &result in results {
+        is_needed[result] = true;
+    }
+    for place in (0..ops.len()).rev() {
+        if is_needed[place] {
+            for part in read(&ops[place], values) {
+                is_needed[part] = true;
+            }
+        }
+    }
+    (0..ops.len()).filter(|&place| is_needed[place]).collect()
+}
+
+/// The operands that decide a value: of a comparison, those that are compared and the one that is chosen.
+fn read<'o>(op: &'o Op, values: &'o [f64]) -> impl Iterator<Item = usize> + 'o {
+    let skipped = match op {
+        Op::Select(comparison, [a, b, ..]) => {
+            let holds = match comparison {
+                Comparison::Less => values[*a] < values[*b],
+                Comparison::LessOrEqual => values[*a] <= values[*b],
+            };
+            Some(if holds { 3 } else { 2 })
+        }
+        _ => None,
+    };
+    let parts = op.parts().iter().copied().enumerate();
+    parts
+        .filter(move |&(k, _)| Some(k) != skipped)
+        .map(|(_, part)| part)
+}
+
+/// The values of all operations.
+fn values(ops: &[Op], source: &dyn Source, leaf: &dyn Fn(Leaf) -> f64) -> Vec<f64> {
+    let mut values: Vec<f64> = Vec::with_capacity(ops.len());
+    for op in ops {
+        let at = |place: usize| values[place];
+        let value = match op {
+            Op::Number(value) => *value,
+            Op::Leaf(which) => leaf(*which),
+            // replaced when segments are put together
+            Op::Stored(..) => f64::NAN,
+            Op::Neg(a) => -at(*a),
+            Op::Recip(a) => at(*a).recip(),
+            Op::Powi(a, power) => Scalar::powi(at(*a), *power),
+            Op::Function(name, a) => function(*name, at(*a)),
+            Op::Binary(binary, [a, b]) => {
+                let (a, b) = (at(*a), at(*b));
+                match binary {
+                    Binary::Add => a + b,
+                    Binary::Sub => a - b,
+                    Binary::Mul => a * b,
+                    Binary::Div => a / b,
+                    Binary::Powf => a.powf(b),
+                    Binary::Atan2 => a.atan2(b),
+                }
+            }
+            Op::Select(comparison, [a, b, c, d]) => match comparison {
+                Comparison::Less => f64::select_lt(at(*a), at(*b), at(*c), at(*d)),
+                Comparison::LessOrEqual => f64::select_le(at(*a), at(*b), at(*c), at(*d)),
+            },
+            Op::Call(which, arguments) => {
+                let arguments: Vec<f64> = arguments.iter().map(|&argument| at(argument)).collect();
+                source.call(*which, &arguments)
+            }
+        };
+        values.push(value);
+    }
+    values
+}
+
+/// The leaves that an operation reads, in the order in which they are written.
+fn collect(ops: &[Op], place: usize, values: &[f64], leaves: &mut Vec<(Leaf, f64)>) {
+    if let Op::Leaf(leaf) = ops[place]
+        && !leaves.iter().any(|(known, _)| *known == leaf)
+    {
+        leaves.push((leaf, values[place]));
+    }
+    for &part in ops[place].parts() {
+        collect(ops, part, values, leaves);
+    }
+}
+
+/// How tightly an expression holds together.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Tie {
+    Sum,
+    Product,
+    Sign,
+    Atom,
+}
+
+/// An operation as it is written, with at most so many operations inside each other.
+fn written(ops: &[Op], place: usize, deep: usize, name: &dyn Fn(Leaf) -> String) -> (String, Tie) {
+    let Some(deeper) = deep.checked_sub(1) else {
+        return match &ops[place] {
+            Op::Leaf(leaf) => (name(*leaf), Tie::Atom),
+            Op::Number(value) => (value.to_string(), Tie::Atom),
+            _ => ("…".to_owned(), Tie::Atom),
+        };
+    };
+    let part = |place: usize, least: Tie| {
+        let (text, tie) = written(ops, place, deeper, name);
+        if tie < least { format!("({text})") } else { text }
+    };
+    let method = |a: usize, call: String| (format!("{}.{call}", part(a, Tie::Atom)), Tie::Atom);
+    match &ops[place] {
+        Op::Number(value) if *value < 0.0 => (value.to_string(), Tie::Sign),
+        Op::Number(value) => (value.to_string(), Tie::Atom),
+        Op::Leaf(leaf) => (name(*leaf), Tie::Atom),
+        Op::Stored(..) => ("…".to_owned(), Tie::Atom),
+        Op::Neg(a) => (format!("-{}", part(*a, Tie::Sign)), Tie::Sign),
+        Op::Recip(a) => (format!("1 / {}", part(*a, Tie::Sign)), Tie::Product),
+        Op::Powi(a, power) => method(*a, format!("powi({power})")),
+        Op::Function(function, a) => method(*a, format!("{}()", method_of(*function))),
+        Op::Binary(binary, [a, b]) => match binary {
+            Binary::Add => (
+                format!("{} + {}", part(*a, Tie::Sum), part(*b, Tie::Product)),
+                Tie::Sum,
+            ),
+            Binary::Sub => (
+                format!("{} - {}", part(*a, Tie::Sum), part(*b, Tie::Product)),
+                Tie::Sum,
+            ),
+            Binary::Mul if a == b => method(*a, "powi(2)".to_owned()),
+            Binary::Mul => (
+                format!("{} * {}", part(*a, Tie::Product), part(*b, Tie::Sign)),
+                Tie::Product,
+            ),
+            Binary::Div => (
+                format!("{} / {}", part(*a, Tie::Product), part(*b, Tie::Sign)),
+                Tie::Product,
+            ),
+            Binary::Powf => method(*a, format!("powf({})", part(*b, Tie::Sum))),
+            Binary::Atan2 => method(*a, format!("atan2({})", part(*b, Tie::Sum))),
+        },
+        Op::Select(comparison, parts) => {
+            let [a, b, c, d] = parts.map(|place| part(place, Tie::Sum));
+            let than = match comparison {
+                Comparison::Less => "<",
+                Comparison::LessOrEqual => "<=",
+            };
+            (format!("(if {a} {than} {b} {{ {c} }} else {{ {d} }})"), Tie::Atom)
+        }
+        Op::Call(_, arguments) => {
+            let arguments: Vec<_> = arguments.iter().map(|&place| part(place, Tie::Sum)).collect();
+            (
+                format!("a function of your own at ({})", arguments.join(", ")),
+                Tie::Atom,
+            )
+        }
+    }
+}
+
+/// The method of `f64` that a function is.
+fn method_of(function: Function) -> &'static str {
+    match function {
+        Function::Sqrt => "sqrt",
+        Function::Cbrt => "cbrt",
+        Function::Exp => "exp",
+        Function::ExpM1 => "exp_m1",
+        Function::Ln => "ln",
+        Function::Ln1p => "ln_1p",
+        Function::Sin => "sin",
+        Function::Cos => "cos",
+        Function::Tan => "tan",
+        Function::Asin => "asin",
+        Function::Acos => "acos",
+        Function::Atan => "atan",
+        Function::Sinh => "sinh",
+        Function::Cosh => "cosh",
+        Function::Tanh => "tanh",
+        Function::Asinh => "asinh",
+        Function::Acosh => "acosh",
+        Function::Atanh => "atanh",
+        Function::Abs => "abs",
+        Function::Signum => "signum",
+    }
+}
