@@ -556,7 +556,7 @@ mod tests {
         let far = |acceleration: f64| Root {
             z: Far.unknown(&[h * h * acceleration], &[]),
             evaluations: 1,
-            stop: newton::Stop::Update,
+            stop: Stop::Update,
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,

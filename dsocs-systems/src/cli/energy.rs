@@ -22,8 +22,10 @@ pub struct Energy {
 /// The energy less the work of the constraint forces.
 #[derive(Default)]
 struct Balance {
-    /// The last nodes, the last first.
-    last: [Option<Moment>; WINDOW],
+    /// The last nodes, each at the place of its number.
+    last: [Moment; WINDOW],
+    /// How many nodes there have been.
+    count: usize,
     /// The power at the node before that in the middle of them, as far as it counts.
     before: Option<f64>,
     /// The work up to the node in the middle.
@@ -41,7 +43,7 @@ struct Balance {
 const WINDOW: usize = 5;
 
 /// What is known of a node.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Moment {
     /// Its time.
     t: f64,
@@ -57,28 +59,35 @@ impl Balance {
         if let Some(terms) = terms {
             self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
         }
-        self.last.rotate_right(1);
-        self.last[0] = Some(Moment {
+        self.last[self.count % WINDOW] = Moment {
             t: row.t,
             energy: row.energy,
             power,
-        });
-        let [Some(a), Some(b), Some(now), Some(d), Some(e)] = self.last else {
-            return;
         };
-        let mut powers = [a, b, now, d, e].map(|moment| moment.power);
-        powers.sort_by(f64::total_cmp);
-        let power = powers[WINDOW / 2];
+        self.count += 1;
+        if self.count < WINDOW {
+            return;
+        }
+        let [now, earlier, earliest] =
+            [2, 1, 0].map(|place| self.last[(self.count - WINDOW + place) % WINDOW]);
+        let power = median(self.last.map(|moment| moment.power));
         // the first time from the start on
         self.work += match self.before.replace(power) {
-            Some(before) => (now.t - d.t) * (power + before) / 2.0,
-            None => (now.t - e.t) * power,
+            Some(before) => (now.t - earlier.t) * (power + before) / 2.0,
+            None => (now.t - earliest.t) * power,
         };
         let missing = (now.energy - first - self.work).abs();
         if missing > self.missing.0 {
             self.missing = (missing, now.energy, now.t);
         }
     }
+}
+
+/// The number of five that is neither smaller nor larger than most.
+fn median([a, b, c, d, e]: [f64; WINDOW]) -> f64 {
+    // neither the least of four nor the largest of them
+    let (low, high) = (a.min(b).max(c.min(d)), a.max(b).min(c.max(d)));
+    low.min(high).max(low.max(high).min(e))
 }
 
 impl Energy {
@@ -173,6 +182,17 @@ mod tests {
     struct Pieces {
         mass: f64,
         potential: f64,
+    }
+
+    #[test]
+    fn the_median_is_that_of_five() {
+        // all orders of up to five different numbers
+        for code in 0..3125_u32 {
+            let digits = [1, 5, 25, 125, 625].map(|unit| f64::from(code / unit % 5));
+            let mut sorted = digits;
+            sorted.sort_by(f64::total_cmp);
+            assert_eq!(median(digits).to_bits(), sorted[2].to_bits(), "{digits:?}");
+        }
     }
 
     /// What is said of a run to t = 4.
