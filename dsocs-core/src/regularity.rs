@@ -565,3 +565,27 @@ pub(crate) fn stacked<T: Number>(
     rows.extend(e.iter().zip(&solved).map(|(&e, &solved)| e - solved));
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Small is not singular: what can be told from rounding grants a flow.
+    #[test]
+    fn all_but_rounding_is_regular() {
+        let at = |smallest: f64| Regularity {
+            forward: smallest,
+            backward: 3.0 * smallest,
+            largest_forward: 1.0,
+            largest_backward: 3.0,
+        };
+        let rounding = ROUNDINGS * f64::EPSILON;
+        for smallest in [1.0, 1e-6, 1e-12, 1.01 * rounding] {
+            assert!(at(smallest).grants_flow(), "{smallest:e}");
+        }
+        for smallest in [0.99 * rounding, 0.0, f64::NAN] {
+            let at = at(smallest);
+            assert!(!at.grants_forward() && !at.grants_backward(), "{smallest:e}");
+        }
+    }
+}

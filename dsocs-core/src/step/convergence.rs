@@ -457,6 +457,63 @@ mod tests {
     }
 
     #[test]
+    fn natural_sizes_are_used_where_they_are_neither_hardly_determined_nor_far_too_large() {
+        let natural = |condition, level| NaturalSizes {
+            sizes: [1.0, 2.0],
+            condition,
+            level,
+        };
+        assert!(natural(1.0, 1.0).are_usual() && natural(0.9e6, 1.1e-6).are_usual());
+        assert!(!natural(1.1e6, 1.0).are_usual() && !natural(1.0, 0.9e-6).are_usual());
+        // so large that the last update is a few roundings of the rows
+        assert_eq!(natural(1.0, 1.0).raise(&[0.0, 5.0]), [1e-6, 5.0]);
+        assert_eq!(natural(1.0, 1.0).raise(&[1e-5, 0.0]), [1e-5, 2e-6]);
+    }
+
+    #[test]
+    fn an_update_that_shrinks_as_it_should_is_the_last_and_one_that_does_not_is_none() {
+        let settles = |before: f64, now: f64| {
+            let update = |components| Update {
+                components,
+                unknowns: &[1.0],
+                sizes: &[0.0],
+            };
+            update(&[now]).settles::<f64>(&update(&[before]))
+        };
+        // what is left is now³/before²
+        assert!(settles(1e-5, 1e-10) && settles(4e-6, 9e-10) && settles(2e-7, 9e-11) && settles(2e-9, 3e-12));
+        assert!(
+            !settles(1e-9, 9e-10) && !settles(1e-7, 9e-10) && !settles(1e-8, 9e-11) && !settles(9e-10, 3e-12)
+        );
+        assert!(!settles(1.0, 2e-9));
+    }
+
+    #[test]
+    fn progress_tells_what_has_stopped_to_shrink() {
+        let mut progress = Progress::new(1.0);
+        for size in [0.3, 0.1, 0.01] {
+            progress.take(size);
+        }
+        assert_eq!(
+            (progress.stagnant, progress.smallest, progress.last()),
+            (0, 0.01, 0.01)
+        );
+        progress.take(1e-10);
+        for stagnant in 1..=STAGNANT {
+            assert_ne!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+            progress.take(0.9e-10);
+            assert_eq!(progress.stagnant, stagnant);
+        }
+        assert_eq!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+        // large ones may still shrink, in the first iterations
+        let mut progress = Progress::new(1.0);
+        progress.take(0.9);
+        assert_eq!(progress.suspicion(1.0, LATE), Suspicion::None);
+        assert_eq!(progress.suspicion(1.0, LATE + 1), Suspicion::Rounding);
+        assert_eq!(progress.suspicion(10.0, LATE + 1), Suspicion::None);
+    }
+
+    #[test]
     fn an_update_is_judged_by_the_size_that_is_expected() {
         let (update, unknowns) = ([1e-10, 1e-20], [1.0, 1e-15]);
         let own = Update {

@@ -432,6 +432,149 @@ impl<S: System<N>, const N: usize> Step<'_, S, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compiled::Compiled as _;
+    use crate::step::newton::Equations as _;
+    use dsocs_macros::dsocs;
+
+    /// Two accelerations, of which one changes with time.
+    #[dsocs {
+        coordinates(x);
+        lagrangian = dot(x).powi(2) / 2;
+        kinematic = (ddot(x) + t * x) * (ddot(x) - 1);
+        constraint_forces = [(1,)];
+    }]
+    #[derive(Clone, Copy)]
+    struct Timed;
+
+    #[test]
+    fn the_step_before_was_made_at_its_own_time() {
+        let (h, leg) = (
+            0.1,
+            Leg {
+                t: 2.0,
+                q: [1.0],
+                d: [0.1],
+            },
+        );
+        let constants = Timed.constants(&Timed.parameters(), h);
+        let step = |leg| Step::new(&Timed, &constants, leg, h);
+        let z = Timed.unknown(&[0.03], &[]);
+        let (former, rows) = step(leg).any().former(&leg, &z).unwrap();
+        let expected = Leg {
+            t: 2.0 - h,
+            q: [0.9],
+            d: [0.1 - 0.03],
+        };
+        assert_eq!(former, expected);
+        assert_eq!(rows.rows, step(expected).linearize(&z).rows);
+        // the time is seen
+        assert_ne!(rows.rows, step(Leg { t: 2.0, ..expected }).linearize(&z).rows);
+    }
+
+    /// Two oscillators, of which one is meant.
+    #[dsocs {
+        coordinates(x);
+        lagrangian = dot(x).powi(2) / 2;
+        kinematic = (ddot(x) + k[0] * x.sin() + f[0]) * (ddot(x) + k[1] * x + f[1]);
+        constraint_forces = [(1,)];
+    }]
+    #[derive(Clone, Copy)]
+    struct Springs {
+        k: [f64; 2],
+        f: [f64; 2],
+    }
+
+    /// What is remembered of a step is the determinant at the root that was taken, not at the one that was found first.
+    #[test]
+    fn the_root_that_is_chosen_is_remembered_by_its_own_determinant() {
+        let (h, mut chosen) = (0.2, 0);
+        let numbers = (0..60).map(|i| f64::from(i) * 0.05 - 1.5);
+        for (place, force) in numbers.enumerate() {
+            let system = Springs {
+                k: [0.5 + 0.07 * place as f64, 1.7],
+                f: [force, 0.3],
+            };
+            let constants = system.constants(&system.parameters(), h);
+            let acceleration = |x: f64| -(system.k[1] * x + system.f[1]);
+            let mut predictor = Predictor::new();
+            let mut leg = Leg {
+                t: 0.0,
+                q: [1.0],
+                d: [0.3],
+            };
+            for _ in 0..200 {
+                let step = Step::new(&system, &constants, leg, h);
+                let meant = system.unknown(&[h * h * acceleration(leg.q[0])], &[]);
+                let (z, report) = step.solve(&mut predictor, MAX_ITERATIONS).unwrap_or_else(|_| {
+                    let size = step.size(&predictor);
+                    let near = step
+                        .any()
+                        .solve_near(meant, &mut predictor, &size, MAX_ITERATIONS);
+                    near.unwrap()
+                });
+                predictor.push(&z);
+                if report.guess == Guess::Other {
+                    chosen += 1;
+                    let determinants = predictor.determinants();
+                    let expected = step.any().determinant(&z).in_units_of(determinants.unit);
+                    let remembered = determinants.last[0];
+                    assert!(
+                        (remembered - expected).abs() <= 1e-9 * expected.abs(),
+                        "{remembered:e} {expected:e}"
+                    );
+                }
+                leg.d[0] += step.second_difference(&z)[0];
+                leg.q[0] += leg.d[0];
+                leg.t += h;
+            }
+        }
+        println!("{chosen} times another root than the one that was found first");
+        assert!(chosen > 2, "{chosen}");
+    }
+
+    /// Two accelerations, both far beyond what the motion is about.
+    #[dsocs {
+        coordinates(x);
+        lagrangian = dot(x).powi(2) / 2;
+        kinematic = (ddot(x) - 1000) * (ddot(x) + 3000);
+        constraint_forces = [(1,)];
+    }]
+    #[derive(Clone, Copy)]
+    struct Far;
+
+    /// Where the iteration has run away, no other root that is as far away is better.
+    #[test]
+    fn a_root_beyond_the_legs_is_not_taken_for_another_one() {
+        let h = 0.1;
+        let constants = Far.constants(&Far.parameters(), h);
+        let leg = Leg {
+            t: 0.0,
+            q: [0.0],
+            d: [0.1],
+        };
+        let step = Step::new(&Far, &constants, leg, h);
+        let far = |acceleration: f64| Root {
+            z: Far.unknown(&[h * h * acceleration], &[]),
+            evaluations: 1,
+            stop: Stop::Update,
+            bend: 0.0,
+            close: false,
+            determinant: Determinant::UNKNOWN,
+        };
+        let (size, legs) = (step.any().least(), Far.unknown(&leg.d, &[]));
+        let failure = step
+            .any()
+            .nearer(far(-3000.0), &mut Predictor::new(), [&size, &legs])
+            .unwrap_err();
+        assert_eq!(failure.reason, StepFailure::AmbiguousRoot);
+        // where the legs are as long it is one
+        let longer = Far.unknown(&[10.0], &[]);
+        let (z, _) = step
+            .any()
+            .nearer(far(-3000.0), &mut Predictor::new(), [&size, &longer])
+            .unwrap();
+        assert!((z.as_ref()[0].abs() / (h * h) - 1000.0).abs() < 1e-6, "{z:?}");
+    }
 
     /// Which of two roots the last solutions, the last first, lead to.
     fn led(past: &[f64], found: f64, other: f64) -> Option<Candidate> {

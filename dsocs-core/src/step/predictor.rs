@@ -323,6 +323,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_turns_round_forgets_its_past_and_no_size() {
+        let mut predictor: Predictor<[f64; 2]> = Predictor::new();
+        for k in 0..8 {
+            predictor.push(&[f64::from(k), 1e-3]);
+        }
+        predictor.push(&[-3.0, 1e-3]);
+        predictor.natural_sizes(&NaturalSizes {
+            sizes: [1.0, 2.0],
+            condition: 3.0,
+            level: 4.0,
+        });
+        let size = *predictor.size();
+        assert!(size[0] > 3.0, "{size:?}");
+        let expected = predictor.expected(&[0.0; 2]);
+        predictor.turn();
+        assert_eq!(
+            (predictor.past(), predictor.last()),
+            (vec![[-3.0, 1e-3]], Some([-3.0, 1e-3]))
+        );
+        assert_eq!(*predictor.size(), size);
+        assert!(predictor.natural().is_some());
+        assert_eq!(predictor.expected(&[0.0; 2]), expected);
+    }
+
+    #[test]
     fn polynomials_up_to_the_fifth_degree_are_exact() {
         for degree in 0..=5 {
             let value = |k: i32| [f64::from(k).powi(degree), 1.0];

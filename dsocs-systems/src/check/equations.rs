@@ -10,7 +10,7 @@ use super::{Report, Subject, larger, largest};
 use crate::stability::Bar;
 
 /// A row at the written nodes may be so many times what their rounding makes of it.
-const WRITTEN: f64 = 2.0;
+pub const WRITTEN: f64 = 2.0;
 
 /// The derivative of the action may be this part of its terms.
 const STATIONARY: f64 = 1e-12;

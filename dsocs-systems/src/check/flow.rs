@@ -1,7 +1,9 @@
 //! Whether there is a discrete flow, and whether time can be turned round.
 
-use dsocs_core::geometry::{FlowTheorem, Triple};
+use dsocs_core::Leg;
+use dsocs_core::geometry::{DiscreteFlow, FlowTheorem, Triple, rows_of_written};
 
+use super::equations::WRITTEN;
 use super::{Measured, Report, Subject, larger, smallest};
 use crate::stability::Bar;
 
@@ -59,10 +61,12 @@ pub fn regularity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report)
     );
 }
 
-/// How far a first node that was found is from the first node of a triple: in legs, and relative to what may be missed there.
+/// How far a first node that was found is from the first node of a triple.
 struct Missed {
+    /// In legs.
     legs: f64,
-    relative: f64,
+    /// Whether that is rounding: it may be so far, by the condition of `D₁`, and all equations hold there, too.
+    is_rounding: bool,
 }
 
 /// The step with `−h` and the inverse flow along the motion.
@@ -72,7 +76,14 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
     } else {
         Bar::Reported
     };
-    let turned = |triple: &Triple<N>| Ok(allowed(subject, triple, subject.flow.irreversibility(triple)?));
+    let turned = |triple: &Triple<N>| {
+        let back = DiscreteFlow::new(subject.system, -subject.h)?;
+        let leg = Leg {
+            d: triple.last(subject.h).d.map(|d| -d),
+            ..triple.leg
+        };
+        Ok(missed(subject, triple, &back.forward_near(&leg, &triple.e)?.e))
+    };
     push(
         report,
         "distance of the step with −h from the first node, in legs",
@@ -82,21 +93,22 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
     let mut others = 0;
     let mut back = |triple: &Triple<N>| {
         let last = triple.last(subject.h);
-        let mut apart = distance(subject, triple, &subject.flow.backward(&last)?.e);
-        if allowed(subject, triple, apart).relative > REVERSED {
-            // where another first node leads to the same pair, this one has to be found from nearby, in a neighbourhood that may be small
-            let mut nearby = apart;
-            for part in NEARBY {
-                let near = triple.e.map(|e| e + part * e.abs());
-                nearby = distance(subject, triple, &subject.flow.backward_near(&last, &near)?.e);
-                if nearby < NEW * apart {
-                    others += 1;
-                    break;
-                }
-            }
-            apart = nearby;
+        let first = missed(subject, triple, &subject.flow.backward(&last)?.e);
+        if first.legs <= REVERSED || first.is_rounding {
+            return Ok(first);
         }
-        Ok(allowed(subject, triple, apart))
+        // where another first node leads to the same pair, this one has to be found from nearby, in a neighbourhood that may be small
+        let mut nearby = first;
+        let apart = nearby.legs;
+        for part in NEARBY {
+            let near = triple.e.map(|e| e + part * e.abs());
+            nearby = missed(subject, triple, &subject.flow.backward_near(&last, &near)?.e);
+            if nearby.legs < NEW * apart {
+                others += 1;
+                break;
+            }
+        }
+        Ok(nearby)
     };
     let inverse: Vec<Measured<Missed>> = subject.spread.iter().map(&mut back).collect();
     // what a step across a switch forgets, no step back remembers
@@ -121,50 +133,65 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
     }
 }
 
-/// Takes in the largest distance. What it may be where rounding moves the first node by more than [`REVERSED`] is told.
+/// Takes in the largest distance, but for those that are rounding.
 fn push(report: &mut Report, what: &str, bar: Bar, distances: impl Iterator<Item = Measured<Missed>>) {
-    let (mut legs, mut relative) = (0.0, 0.0);
+    let (mut largest, mut rounding, mut count) = (0.0, 0.0, 0);
     for missed in distances {
         match missed {
-            Ok(missed) => {
-                legs = larger(legs, missed.legs);
-                relative = larger(relative, missed.relative);
+            Ok(missed) if missed.legs > REVERSED && missed.is_rounding => {
+                rounding = larger(rounding, missed.legs);
+                count += 1;
             }
+            Ok(missed) => largest = larger(largest, missed.legs),
             Err(error) => {
                 report.push(what, bar, Err(error));
                 return;
             }
         }
     }
-    let is_rounding = legs > REVERSED && relative <= REVERSED;
-    report.push(what, bar, Ok(if is_rounding { relative } else { legs }));
-    if is_rounding && bar != Bar::Reported {
+    report.push(what, bar, Ok(largest));
+    if count > 0 && bar != Bar::Reported {
         report.note(&format!(
-            "the figure is less than the distance, {legs:.0e}, where D₁ is so nearly singular that rounding alone moves the first node by more than {REVERSED:e} legs: \
-             there the distance is divided by how many times more that is"
+            "{count} of these triples are left out: there D₁ is so nearly singular that the node found, up to {rounding:.0e} legs away, \
+             obeys the equations to rounding, too"
         ));
     }
 }
 
-/// The distance of a second difference from that of a triple, in legs.
-fn distance<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, e: &[f64; N]) -> f64 {
+/// How far the first node that belongs to a second difference is from that of a triple.
+fn missed<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, e: &[f64; N]) -> Missed {
     let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    let last = triple.last(subject.h).d;
     let apart = norm(core::array::from_fn(|i| e[i] - triple.e[i]));
-    apart / norm(triple.leg.d).max(norm(triple.last(subject.h).d))
-}
-
-/// A distance with what rounding makes of it: the equations are known to some units of rounding, and the first node to these times the condition of
-/// `D₁`.
-fn allowed<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, legs: f64) -> Missed {
-    let at = FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e).regularity;
-    let rounding = ROUNDINGS * f64::EPSILON * at.largest_backward / at.backward;
-    let more = if rounding.is_finite() {
-        (rounding / REVERSED).max(1.0)
-    } else {
-        1.0
-    };
+    let legs = apart / norm(triple.leg.d).max(norm(last));
+    let d = core::array::from_fn(|i| last[i] - e[i]);
     Missed {
         legs,
-        relative: legs / more,
+        is_rounding: legs > REVERSED && legs <= magnified(subject, triple) && obeys(subject, triple, &d),
     }
+}
+
+/// How far rounding in the equations may move the first node, in legs.
+fn magnified<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>) -> f64 {
+    let at = FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e).regularity;
+    ROUNDINGS * f64::EPSILON * at.largest_backward / at.backward
+}
+
+/// Whether a triple with another first increment obeys the equations to rounding: those of the step and, by the step before, the
+/// constraints of the first pair of nodes.
+///
+/// The condition of `D₁` alone would let pass, in the directions in which it is not singular, what is no rounding there.
+fn obeys<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, d: &[f64; N]) -> bool {
+    let Leg { t, q: q1, .. } = triple.leg;
+    let after = triple.last(subject.h).d;
+    let node = |by: [f64; N]| core::array::from_fn(|i| q1[i] + by[i]);
+    let [before, first, last] = [node(d.map(|d| -2.0 * d)), node(d.map(|d| -d)), node(after)];
+    let holds = |rows: &[[f64; 2]]| {
+        let mut rows = rows.iter();
+        rows.all(|[row, explained]| row.abs() <= WRITTEN * explained)
+    };
+    let [holonomic, nonholonomic, _] = subject.system.constraints();
+    let pair = rows_of_written(subject.system, t - subject.h, subject.h, &[before, first, q1]);
+    holds(&rows_of_written(subject.system, t, subject.h, &[first, q1, last]))
+        && holds(&pair[..holonomic + nonholonomic])
 }

@@ -52,9 +52,13 @@ impl Growth {
 /// The energy less the work of the constraint forces.
 #[derive(Default)]
 struct Balance {
-    /// Time and power at the last node.
-    last: Option<(f64, f64)>,
-    /// The work so far.
+    /// The last nodes, each at the place of its number.
+    last: [Moment; WINDOW],
+    /// How many nodes there have been.
+    count: usize,
+    /// The power at the node before that in the middle of them, as far as it counts.
+    before: Option<f64>,
+    /// The work up to the node in the middle.
     work: f64,
     /// The sum of the energy's terms at the nodes that tell them, and how many there are.
     terms: (f64, f64),
@@ -62,20 +66,58 @@ struct Balance {
     missing: (f64, f64, f64),
 }
 
+/// Of so many powers in a row the middle one in size counts.
+///
+/// Where a velocity jumps, the force that is computed is that of an impact: at the two nodes of the step across it has a power, which
+/// would explain a part of what the energy changes by. A force of constraints that works has its power at more nodes than these.
+const WINDOW: usize = 5;
+
+/// What is known of a node.
+#[derive(Clone, Copy, Default)]
+struct Moment {
+    /// Its time.
+    t: f64,
+    /// Its energy.
+    energy: f64,
+    /// The power of the constraint forces.
+    power: f64,
+}
+
 impl Balance {
-    /// Looks at a node whose energy is compared with that of the start.
+    /// Looks at a node.
     fn look(&mut self, row: &Row<'_>, first: f64, (power, terms): (f64, Option<f64>)) {
-        if let Some((t, before)) = self.last.replace((row.t, power)) {
-            self.work += (row.t - t) * (power + before) / 2.0;
-        }
         if let Some(terms) = terms {
             self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
         }
-        let missing = (row.energy - first - self.work).abs();
+        self.last[self.count % WINDOW] = Moment {
+            t: row.t,
+            energy: row.energy,
+            power,
+        };
+        self.count += 1;
+        if self.count < WINDOW {
+            return;
+        }
+        let [now, earlier, earliest] =
+            [2, 1, 0].map(|place| self.last[(self.count - WINDOW + place) % WINDOW]);
+        let power = median(self.last.map(|moment| moment.power));
+        // the first time from the start on
+        self.work += match self.before.replace(power) {
+            Some(before) => (now.t - earlier.t) * (power + before) / 2.0,
+            None => (now.t - earliest.t) * power,
+        };
+        let missing = (now.energy - first - self.work).abs();
         if missing > self.missing.0 {
-            self.missing = (missing, row.energy, row.t);
+            self.missing = (missing, now.energy, now.t);
         }
     }
+}
+
+/// The number of five that is neither smaller nor larger than most.
+fn median([a, b, c, d, e]: [f64; WINDOW]) -> f64 {
+    // neither the least of four nor the largest of them
+    let (low, high) = (a.min(b).max(c.min(d)), a.max(b).min(c.max(d)));
+    low.min(high).max(low.max(high).min(e))
 }
 
 impl Energy {
@@ -131,7 +173,7 @@ impl Energy {
 mod tests {
     use std::ops::ControlFlow;
 
-    use dsocs_core::dsocs;
+    use dsocs_core::{System, dsocs};
 
     use super::*;
     use crate::entry::{Beginning, Entry, Plan};
@@ -146,17 +188,6 @@ mod tests {
     struct Driven {
         stiffness: f64,
         pull: f64,
-    }
-
-    /// A bead that slides down to the corner of its wire.
-    #[dsocs {
-        coordinates(x, y);
-        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
-        holonomic = y - sharp * x.abs() - (0.8 - sharp) * (x.powi(2) + 1).sqrt();
-    }]
-    #[derive(Clone)]
-    struct Corner {
-        sharp: f64,
     }
 
     /// What is said of a run from a position, at rest.
@@ -201,14 +232,165 @@ mod tests {
         }
     }
 
+    /// A bead on a wire that is bent at the origin.
+    #[dsocs {
+        coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+        holonomic = y - slope * x.abs();
+    }]
+    #[derive(Clone)]
+    struct Bent {
+        slope: f64,
+        gravity: f64,
+    }
+
+    /// The same wire, rounded there.
+    #[dsocs {
+        coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+        holonomic = y - slope * (x.powi(2) + radius.powi(2)).sqrt();
+    }]
+    #[derive(Clone)]
+    struct Rounded {
+        slope: f64,
+        radius: f64,
+        gravity: f64,
+    }
+
+    /// A blade whose direction jumps at the line x = 0.
+    #[dsocs {
+        coordinates(x, y);
+        lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+        nonholonomic = dot(y) - slope * x.signum() * dot(x);
+    }]
+    #[derive(Clone)]
+    struct Blade {
+        slope: f64,
+    }
+
+    /// A mass and a potential that jump there.
+    #[dsocs {
+        coordinates(x);
+        lagrangian = (1 + mass * x.signum()) * dot(x).powi(2) / 2 - potential * x.signum();
+    }]
+    #[derive(Clone)]
+    struct Pieces {
+        mass: f64,
+        potential: f64,
+    }
+
     #[test]
-    fn an_energy_that_a_corner_changes_is_told() {
-        let corner = |sharp| note(&Entry::new(Corner { sharp }), &[1.0, 1.0], 0.01, 3.0);
-        let told = corner(0.8).unwrap();
-        assert!(
-            told.contains("although nothing that is declared changes it so"),
-            "{told}"
-        );
-        assert_eq!(corner(0.0), None);
+    fn the_median_is_that_of_five() {
+        // all orders of up to five different numbers
+        for code in 0..3125_u32 {
+            let digits = [1, 5, 25, 125, 625].map(|unit| f64::from(code / unit % 5));
+            let mut sorted = digits;
+            sorted.sort_by(f64::total_cmp);
+            assert_eq!(median(digits).to_bits(), sorted[2].to_bits(), "{digits:?}");
+        }
+    }
+
+    /// What is said of a run to t = 4.
+    fn said<S: System<N> + Clone + Send + 'static, const N: usize>(
+        system: S,
+        h: f64,
+        [q0, v0]: [[f64; N]; 2],
+    ) -> Option<String> {
+        let plan = Plan {
+            h,
+            until: 4.0 * h.signum(),
+            method: Method::Step,
+            certify: false,
+            estimate: false,
+            inputs: Vec::new(),
+        };
+        let start = Beginning::SecondOrder {
+            q0: q0.to_vec(),
+            v0: v0.to_vec(),
+        };
+        let mut energy = Energy::default();
+        Entry::new(system)
+            .run(&plan, &start, &mut |row| {
+                energy.look(row);
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+        energy.note(plan.method, plan.h)
+    }
+
+    #[test]
+    fn a_step_across_a_jump_is_told() {
+        let bent = Bent {
+            slope: 0.5,
+            gravity: 0.0,
+        };
+        let blade = Blade { slope: 0.5 };
+        let mass = Pieces {
+            mass: 0.5,
+            potential: 0.0,
+        };
+        let potential = Pieces {
+            mass: 0.0,
+            potential: 0.2,
+        };
+        for h in [0.02, 0.003, 1e-4] {
+            let along = [[-1.01], [1.0]];
+            let notes = [
+                said(bent.clone(), h, [[1.0, 0.5], [-1.0, -0.5]]),
+                said(blade.clone(), h, [[-1.01, 0.0], [1.0, -0.5]]),
+                said(mass.clone(), h, along),
+                said(potential.clone(), h, along),
+                // back in time
+                said(potential.clone(), -h, [[1.01], [1.0]]),
+            ];
+            for (place, note) in notes.into_iter().enumerate() {
+                let note = note.unwrap_or_else(|| panic!("h = {h}: nothing is said of run {place}"));
+                assert!(
+                    note.contains("although nothing that is declared changes it so"),
+                    "{note}"
+                );
+            }
+        }
+    }
+
+    /// A turntable of one rate: the constraint's force works all the time.
+    #[dsocs {
+        coordinates(x, w);
+        lagrangian = (dot(x).powi(2) + dot(w).powi(2) * (1 + x.powi(2)) - 3 * x.powi(2)) / 2;
+        nonholonomic = dot(w) - rate;
+    }]
+    #[derive(Clone)]
+    struct Turntable {
+        rate: f64,
+    }
+
+    #[test]
+    fn nothing_is_said_of_a_motion_that_goes_on() {
+        for h in [0.02_f64, 0.003, -0.02] {
+            let v = -h.signum();
+            // around the bend, which is no corner, and on one side of the corner
+            let round = Rounded {
+                slope: 1.0,
+                radius: 0.2,
+                gravity: 1.0,
+            };
+            let high = 1.0_f64.hypot(round.radius);
+            let start = [[1.0, high], [v, v / high]];
+            assert_eq!(said(round, h, start), None, "h = {h}");
+            let bent = Bent {
+                slope: 1.0,
+                gravity: 1.0,
+            };
+            let start = [[1.0, 1.0], [-3.0 * v, -3.0 * v]];
+            assert_eq!(said(bent, h, start), None, "h = {h}");
+            assert_eq!(said(Turntable { rate: 1.3 }, h, [[1.0, 0.0], [0.0, 1.3]]), None);
+            let blade = [[-1.01, 0.0], [0.2 * h.signum(), -0.2 * h.signum()]];
+            assert_eq!(said(Blade { slope: 1.0 }, h, blade), None);
+            let pieces = Pieces {
+                mass: 0.5,
+                potential: 0.2,
+            };
+            assert_eq!(said(pieces, h, [[-1.01], [0.2 * h.signum()]]), None);
+        }
     }
 }

@@ -22,11 +22,13 @@ fn written_scenes_are_those_of_a_second_formulation() {
     let folder = tempfile::tempdir().unwrap();
     let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let workspace = workspace.canonicalize().unwrap();
+    // packages of the workspace are others' here: the second formulation would take half an hour
     let manifest = format!(
         "[package]\nname = \"random-scenes\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[dependencies]\n\
          dsocs-core = {{ path = \"{}\", features = [\"num-dual\"] }}\ndsocs-tests = {{ path = \"{}\" }}\n\n\
          [profile.dev]\nopt-level = 1\ndebug = \"line-tables-only\"\n\n\
-         [profile.dev.package.\"*\"]\nopt-level = 0\ndebug = false\n\n[workspace]\n",
+         [profile.dev.package.\"*\"]\nopt-level = 0\ndebug = false\n\n\
+         [profile.dev.package.dsocs-core]\nopt-level = 1\n\n[profile.dev.package.dsocs-tests]\nopt-level = 1\n\n[workspace]\n",
         workspace.join("dsocs-core").display(),
         workspace.join("tests").display(),
     );

@@ -146,6 +146,24 @@ fn noise_is_told_from_failure() {
     assert!((root.z[0] - 1.0).abs() < 1e-9, "{root:?}");
 }
 
+/// An update is the last only after one that Newton's iteration asked for.
+#[test]
+fn nothing_settles_after_an_update_that_is_none() {
+    let trial = |update: f64, safe: bool| Trial {
+        at: Iterate {
+            z: [1.0],
+            rows: [update],
+            update: [update],
+        },
+        safe,
+        determinant: Determinant::UNKNOWN,
+    };
+    let now = trial(1e-12, true);
+    assert!(now.settles(&trial(1e-6, true), &[0.0]));
+    assert!(!now.settles(&trial(1e-6, false), &[0.0]));
+    assert!(!trial(1e-12, false).settles(&trial(1e-6, true), &[0.0]));
+}
+
 /// The path to a root from a guess: the root, the fold where it ends, or neither.
 fn path(
     function: impl Fn(f64) -> (f64, f64, f64),
@@ -188,6 +206,48 @@ fn paths_that_end_otherwise_have_no_fold() {
     assert!(matches!(tending, Err(None)), "{tending:?}");
     let edge = path(|x| (1.0 + x.sqrt() + x, 0.5 / x.sqrt() + 1.0, 1e-16), 4.0);
     assert!(matches!(edge, Err(None)), "{edge:?}");
+}
+
+/// Rows that tend to something for ever have no fold, however rounding makes the last of them rise and fall.
+#[test]
+fn rounding_far_away_is_no_fold() {
+    let tending = |x: f64| (1.0 + 1.0 / x + 1e-14 * (x * 1e3).sin(), -1.0 / (x * x), 1e-18);
+    for start in [1.0, 3.0, 100.0] {
+        let ended = path(tending, start);
+        assert!(matches!(ended, Err(None)), "{start}: {ended:?}");
+    }
+}
+
+/// A path ends where it folds: it does not go over to another one that is there, too.
+#[test]
+fn a_path_does_not_jump() {
+    // a minimum of 1/3 at 1, and a root beyond the maximum
+    let valley = |x: f64| (x.powi(3) / 3.0 - x + 1.0, x * x - 1.0, 1e-16);
+    for start in [2.0, 3.0, 10.0, 300.0] {
+        let Err(Some(fold)) = path(valley, start) else {
+            panic!("{start}: {:?}", path(valley, start));
+        };
+        assert!((fold.z[0] - 1.0).abs() < 1e-2, "{start}: {fold:?}");
+    }
+    // waves on a slope, whose next extremum is before the root
+    for ([a, b, c], start) in [
+        ([1.163, 2.1695, -4.798], 1.8246),
+        ([0.826, 1.639, -4.484], 4.907),
+        ([0.4846, 3.4074, 0.2784], -1.5815),
+    ] {
+        let waves = |x: f64| (x + a * (b * x).sin() - c, 1.0 + a * b * (b * x).cos(), 1e-16);
+        let ended = path(waves, start);
+        assert!(ended.is_err(), "{start}: {ended:?}");
+    }
+}
+
+/// Rows that come down to some bounds of their rounding may have a root there.
+#[test]
+fn a_fold_that_may_be_a_root_is_none() {
+    for (bound, is_fold) in [(1e-8, false), (1e-10, true)] {
+        let ended = path(|x| ((x - 1.0).powi(2) + 1e-6, 2.0 * (x - 1.0), bound), 3.0);
+        assert_eq!(matches!(ended, Err(Some(_))), is_fold, "{bound:e}: {ended:?}");
+    }
 }
 
 /// `z (z − 1)`, of which `z = 0` is no root of the declared rows.

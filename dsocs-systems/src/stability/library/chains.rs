@@ -4,13 +4,18 @@
 use std::error::Error;
 use std::time::Instant;
 
-use dsocs_core::{Flow, RunError, Start, Stepper};
+use dsocs_core::{Flow, RunError, Start, Stepper, System};
 
 use super::{Bar, Report};
 use crate::chain::PlanarChain8;
 
+crate::planar_chain! {
+    /// A chain of sixteen links.
+    struct PlanarChain16; 16
+}
+
 /// The lengths of the steps, in s. With 0.02 the bent chain's outer link turns by 0.4 rad a step when it cracks like a whip, and its step
-/// has two solutions between which nothing decides.
+/// has two solutions between which nothing decides; with sixteen links it does so with 0.01.
 const STEPS: [f64; 7] = [0.01, 0.005, 0.004, 0.003, 0.002, 0.001, 1e-4];
 
 /// The steps of a run.
@@ -29,12 +34,15 @@ struct Outcome {
     three: Vec<f64>,
 }
 
-/// Runs a chain from rest.
-fn run(angles: [f64; 8]) -> Result<Outcome, Box<dyn Error>> {
-    let chain = PlanarChain8::default();
+/// Runs a chain from rest, at each of the steps that are at most so long.
+fn run<S: System<N>, const N: usize>(
+    chain: &S,
+    angles: [f64; N],
+    longest: f64,
+) -> Result<Outcome, Box<dyn Error>> {
     let mut outcome = Outcome::default();
-    for h in STEPS {
-        let mut flow = Flow::new(&chain, h, Start::second_order(angles, [0.0; 8]))?;
+    for h in STEPS.into_iter().filter(|h| *h <= longest) {
+        let mut flow = Flow::new(chain, h, Start::second_order(angles, [0.0; N]))?;
         for _ in 0..COUNT {
             let begun = Instant::now();
             let report = match flow.advance() {
@@ -63,22 +71,22 @@ fn median(numbers: &mut [f64]) -> f64 {
     numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The figures.
-pub fn run_all(report: &mut Report<'_>) {
-    let mut bent = [0.0; 8];
+/// The figures of one chain; where it is bent, with steps that are at most so long.
+fn run_chain<S: System<N>, const N: usize>(chain: &S, longest_bent: f64, report: &mut Report<'_>) {
+    let mut bent = [0.0; N];
     bent[0] = 1.0;
-    let mut small = [1e-7; 8];
-    small[7] = -1e-7;
+    let mut small = [1e-7; N];
+    small[N - 1] = -1e-7;
     let starts = [
-        ("straight", [1.0; 8]),
-        ("the innermost link bent", bent),
-        ("nearly hanging", small),
+        ("straight", [1.0; N], STEPS[0]),
+        ("the innermost link bent", bent, longest_bent),
+        ("nearly hanging", small, STEPS[0]),
     ];
-    for (name, angles) in starts {
+    for (name, angles, longest) in starts {
         report.measure_all(
             [
                 (
-                    format!("8 links at rest, {name}, h = 1e-4 … 0.01: runs that are refused"),
+                    format!("{N} links at rest, {name}, h = 1e-4 … {longest}: runs that are refused"),
                     Bar::AtMost(0.0),
                 ),
                 (
@@ -86,15 +94,21 @@ pub fn run_all(report: &mut Report<'_>) {
                     Bar::AtMost(12.0),
                 ),
             ],
-            || run(angles).map(|outcome| [outcome.refused, outcome.most]),
+            || run(chain, angles, longest).map(|outcome| [outcome.refused, outcome.most]),
         );
     }
     report.measure(
-        "a step of three evaluations over one of at most two, straight: time",
+        format!("{N} links, straight: time of a step of three evaluations over one of at most two"),
         Bar::AtMost(2.0),
         || {
-            let mut outcome = run([1.0; 8])?;
+            let mut outcome = run(chain, [1.0; N], STEPS[0])?;
             Ok(median(&mut outcome.three) / median(&mut outcome.usual))
         },
     );
+}
+
+/// The figures.
+pub fn run_all(report: &mut Report<'_>) {
+    run_chain(&PlanarChain8::default(), STEPS[0], report);
+    run_chain(&PlanarChain16::default(), STEPS[1], report);
 }
