@@ -166,8 +166,9 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             .unknown(&self.leg().d, &[])
             .zip(size, |d, size| d.abs().max(size));
         // a root beyond the lengths of the legs belongs to no motion, whether it is found first or is the other one
-        if continuation != Continuation::Fits && relative(&root.z, &Z::zero(), &legs) > FAR {
-            return self.nearer(root, predictor, [size, &legs]);
+        let reach = self.reach(&legs);
+        if continuation != Continuation::Fits && relative(&root.z, &Z::zero(), &reach) > FAR {
+            return self.nearer(root, predictor, [size, &reach]);
         }
         // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
         let unforeseen = self.are_watched() && predictor.last().is_none() && guess != Guess::Continuous;
@@ -202,6 +203,16 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             // nearness to the guess does not tell: where roots change sides it picks the wrong one as often as not
             None => Err(self.ambiguous(&root.z, &other)),
         }
+    }
+
+    /// The lengths beyond which an unknown belongs to no motion: those of the legs, and none for multipliers, which may grow by any factor.
+    fn reach(&self, legs: &Z) -> Z {
+        // no combination of these second differences that is an unknown is zero
+        let is_difference = self.unknown(&core::array::from_fn(|i| 1.0 + 0.618_034 * i as f64), &[]);
+        legs.zip(
+            &is_difference,
+            |legs, part| if part == 0.0 { f64::INFINITY } else { legs },
+        )
     }
 
     /// The failure of a step with two roots.
