@@ -256,7 +256,15 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             }
             other.get_or_insert(root.z);
         }
-        Err(self.ambiguous(&far.z, &other.unwrap_or(far.z)))
+        Err(match other {
+            Some(other) => self.ambiguous(&far.z, &other),
+            // no second one: the iteration has run away, and no guess leads back
+            None => NewtonFailure {
+                reason: StepFailure::NotConverged,
+                other: Vec::new(),
+                ..self.ambiguous(&far.z, &far.z)
+            },
+        })
     }
 
     /// Which of two roots continues the motion, if the past tells.
