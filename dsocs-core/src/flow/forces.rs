@@ -13,6 +13,9 @@ use crate::system::System;
 /// and acceleration.
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
+    if const { S::FORMS == 0 } {
+        return Vec::new();
+    }
     let forms = Declaration::of(system).continuous_forms(node.point().any());
     of_force(&node.force, &forms)
 }

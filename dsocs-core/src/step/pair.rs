@@ -585,7 +585,8 @@ mod tests {
             .any()
             .nearer(far(-3000.0), &mut Predictor::new(), [&size, &legs])
             .unwrap_err();
-        assert_eq!(failure.reason, StepFailure::AmbiguousRoot);
+        assert_eq!(failure.reason, StepFailure::NotConverged);
+        assert!(failure.other.is_empty());
         // where the legs are as long it is one
         let longer = Far.unknown(&[10.0], &[]);
         let (z, _) = step
