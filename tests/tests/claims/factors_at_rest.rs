@@ -380,7 +380,9 @@ fn what_has_no_value_at_rest_is_told_with_advice() {
     let error = Flow::new(&NoPolynomial {}, 0.1, second).map(|_| ()).unwrap_err();
     let message = error.to_string();
     assert!(
-        message.contains("starts at rest") && message.contains("`branch`"),
+        message.contains("`dot(x)` is zero there")
+            && message.contains("is at rest there")
+            && message.contains("`branch`"),
         "{message}"
     );
     let mut flow = Flow::new(&NoPolynomial {}, 0.1, paper).unwrap();
