@@ -388,7 +388,7 @@ fn what_has_no_value_at_rest_is_told_with_advice() {
     let mut flow = Flow::new(&NoPolynomial {}, 0.1, paper).unwrap();
     let message = flow.advance().map(|_| ()).unwrap_err().to_string();
     assert!(
-        message.contains("at rest here") && message.contains("`branch`"),
+        message.contains("is at rest there") && message.contains("`branch`"),
         "{message}"
     );
     // as it says: with a velocity, and with the quotient

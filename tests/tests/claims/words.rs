@@ -220,7 +220,7 @@ fn advice_is_about_what_is_so() {
         "{message}"
     );
     assert!(
-        !message.contains("start with a velocity") && message.contains("check the start"),
+        !message.contains("start with a velocity") && message.contains("begin elsewhere"),
         "{message}"
     );
     // as it says: elsewhere, and not with a velocity
