@@ -158,7 +158,7 @@ fn jump_of_acceleration<S: System<N>, const N: usize>(
     (0..N).map(jump).fold(0.0, f64::max)
 }
 
-/// How much of the velocity changes in a step although no acceleration explains it, as at a corner of a constraint or a step of the potential: the
+/// How much of the velocity changes in a step although no acceleration explains it, as at a corner of a constraint or where a mass jumps: the
 /// largest of all components. Zero where the equations do not determine the acceleration.
 fn kick<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
     let any: &dyn AnySystem<N> = system;
