@@ -7,7 +7,7 @@ use super::error::{FailedEvent, RunError};
 use super::roots::{self, Crossing};
 use super::{Clock, Observer, Polynomial, Traced, View};
 use crate::system::Point;
-use crate::taylor::{Jet, MAX_ORDER, ROWS, Tape};
+use crate::taylor::{Call, Jet, MAX_ORDER, ROWS};
 
 /// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.
 const JOINT: f64 = 1e-9;
@@ -103,12 +103,12 @@ impl<'e, const N: usize> Event<'e, N> {
     }
 
     /// The function at the time `s` after the point of expansion.
-    fn value(&self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>, s: f64, tape: &mut Tape) -> f64 {
+    fn value(&self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>, s: f64, call: &mut Call) -> f64 {
         let Point { t, q, v, a } = polynomial.point(s);
         let t = Jet::from(t);
         let [q, v, a] = [q, v, a].map(|x| x.map(Jet::from));
-        // functions that are not seen are written down all the same
-        tape.written(|| self.at(system, &Point { t, q, v, a }))
+        // functions that are not seen have values all the same
+        call.begin(|| self.at(system, &Point { t, q, v, a }))
     }
 
     /// Whether a change of sign counts.
@@ -156,7 +156,7 @@ impl<const N: usize> Occurrence<N> {
 pub struct Events<'e, const N: usize> {
     watched: Vec<Event<'e, N>>,
     sides: Vec<f64>,
-    tape: Tape,
+    call: Call,
     crossings: Vec<Crossing>,
     found: Vec<(f64, usize, bool)>,
     /// What happens between the event that ended the run and the node where the run stands.
@@ -173,7 +173,7 @@ impl<'e, const N: usize> Events<'e, N> {
         Self {
             watched: events,
             sides,
-            tape: Tape::default(),
+            call: Call::default(),
             crossings: Vec::new(),
             found: Vec::new(),
             rest: Vec::new(),
@@ -295,7 +295,7 @@ impl<'e, const N: usize> Events<'e, N> {
         length: f64,
     ) -> Option<Vec<f64>> {
         let series = shifted(polynomial, from);
-        let mut coefficients = expand(&self.watched[place], system, &series, &mut self.tape);
+        let mut coefficients = expand(&self.watched[place], system, &series, &mut self.call);
         let mut power = 1.0;
         for c in &mut coefficients {
             *c *= power;
@@ -316,7 +316,7 @@ impl<'e, const N: usize> Events<'e, N> {
     ) {
         let Self {
             watched,
-            tape,
+            call,
             crossings,
             found,
             ..
@@ -339,8 +339,8 @@ impl<'e, const N: usize> Events<'e, N> {
         for crossing in crossings.iter() {
             // the series of the function has lost what its truncation has: the function itself decides
             let ends = crossing.bracket.map(|s| from + s * length);
-            let tape = RefCell::new(&mut *tape);
-            let value = |s: f64| watched[place].value(system, polynomial, s, &mut tape.borrow_mut());
+            let call = RefCell::new(&mut *call);
+            let value = |s: f64| watched[place].value(system, polynomial, s, &mut call.borrow_mut());
             let at = if value(ends[0]) * value(ends[1]) < 0.0 {
                 roots::refine(&value, ends).at
             } else {
@@ -408,7 +408,7 @@ fn expand<const N: usize>(
     event: &Event<'_, N>,
     system: &dyn View<N>,
     series: &Shifted<N>,
-    tape: &mut Tape,
+    call: &mut Call,
 ) -> Vec<f64> {
     // the acceleration is known to one order less than the velocity
     let order = series.order.min(MAX_ORDER);
@@ -423,28 +423,23 @@ fn expand<const N: usize>(
             _ => (k + 1) as f64 * series.v[k + 1][i],
         }
     };
-    let value = tape.written(|| {
-        let vector = |kind: usize| {
-            core::array::from_fn(|i| {
-                let place = kind * N + i;
-                Jet::input(place, input(0, place))
-            })
+    let at = |k: usize| {
+        let jet = |place: usize| {
+            let now = if k == 0 { 0.0 } else { input(k, place) };
+            Jet::moving(input(0, place), now)
         };
+        let vector = |kind: usize| core::array::from_fn(|i| jet(kind * N + i));
         let point = Point {
-            t: Jet::input(3 * N, series.t),
+            t: jet(3 * N),
             q: vector(0),
             v: vector(1),
             a: vector(2),
         };
         event.at(system, &point)
-    });
-    let mut coefficients = vec![value];
-    let mut inputs = vec![0.0; 3 * N + 1];
+    };
+    let mut coefficients = vec![call.begin(|| at(0))];
     for k in 1..order {
-        for (place, coefficient) in inputs.iter_mut().enumerate() {
-            *coefficient = input(k, place);
-        }
-        coefficients.push(tape.next(k, false, &inputs));
+        coefficients.push(call.next::<false, _, _>(k, || at(k)));
     }
     coefficients
 }

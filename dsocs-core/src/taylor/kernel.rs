@@ -5,7 +5,7 @@
 //! stand side by side, so that neither stream of a convolution has to be reversed.
 
 use super::coefficient::Coefficient;
-use super::jet::{Jet, Tape};
+use super::jet::{Call, FIRST, HIGHER, Jet};
 use super::switch::{Switch, Switches};
 
 /// The highest order of a series.
@@ -67,8 +67,8 @@ pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usi
     pub products: Box<[Products<T>; P]>,
     /// Operands of squares.
     pub squares: Box<[Squares<T>; S]>,
-    /// The functions of the user's, recorded.
-    pub calls: Vec<[Tape; C]>,
+    /// The functions of the user's.
+    pub calls: Vec<[Call; C]>,
     /// What decides between pieces.
     pub switches: Vec<[Switch; W]>,
 }
@@ -82,7 +82,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
             products: boxed(&Products::default()),
             squares: boxed(&Squares { rows: zero }),
             calls: (0..T::TRACKS)
-                .map(|_| core::array::from_fn(|_| Tape::default()))
+                .map(|_| core::array::from_fn(|_| Call::default()))
                 .collect(),
             switches: (0..T::TRACKS)
                 .map(|_| core::array::from_fn(|_| Switch::default()))
@@ -113,7 +113,7 @@ impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches
                 let calls = self.calls.get_mut(track);
                 calls
                     .and_then(|calls| calls.get_mut(call))
-                    .map_or(&mut [], Tape::switches)
+                    .map_or(&mut [], Call::switches)
             }
         }
     }
@@ -121,7 +121,7 @@ impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches
     fn enter(&mut self, track: usize) -> bool {
         let mut any = false;
         for call in self.calls.get_mut(track).into_iter().flatten() {
-            any |= call.enter();
+            any |= call.enter_pieces();
         }
         any
     }
@@ -154,18 +154,18 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
     }
 
-    /// Calls a function of the user's, and records what it does.
+    /// Calls a function of the user's: order 0.
     #[inline(always)]
-    pub fn record<const A: usize>(
+    pub fn call<const A: usize>(
         &mut self,
         place: usize,
         values: [T; A],
         moves: [bool; A],
-        function: impl Fn([Jet; A]) -> Jet,
+        function: impl Fn([Jet<FIRST>; A]) -> Jet<FIRST>,
     ) -> T {
         T::of_tracks(|track| {
             let values = values.map(|value| value.track(track));
-            self.calls[track][place].record(values, moves, &function)
+            self.calls[track][place].first(values, moves, &function)
         })
     }
 
@@ -175,11 +175,13 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         &mut self,
         place: usize,
         k: usize,
-        inputs: [T; A],
+        [values, inputs]: [[T; A]; 2],
+        moves: [bool; A],
+        function: impl Fn([Jet<HIGHER, FUSED>; A]) -> Jet<HIGHER, FUSED>,
     ) -> T {
         T::of_tracks(|track| {
-            let inputs = inputs.map(|input| input.track(track));
-            self.calls[track][place].coefficient(k, !FUSED, inputs)
+            let [values, inputs] = [values, inputs].map(|x| x.map(|x| x.track(track)));
+            self.calls[track][place].coefficient::<FUSED, A>(k, values, inputs, moves, &function)
         })
     }
 
@@ -282,15 +284,15 @@ fn first<const EAGER: bool>(k: usize) -> usize {
     if EAGER && k > 2 { 2 } else { 1 }
 }
 
-/// The inner sums of any number of blocks.
+/// The inner sums of any number of blocks, without the terms of the orders 1 and `k-1`.
 #[inline(always)]
 pub(super) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums: &mut [Row<f64>]) {
     let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
     for (sums, blocks) in to_pairs.iter_mut().zip(pairs) {
-        *sums = together::<f64, FUSED, 2, 2>(blocks, k, 1);
+        *sums = together::<f64, FUSED, 2, 2>(blocks, k, 2);
     }
     for (sum, block) in to_rest.iter_mut().zip(rest) {
-        [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 1);
+        [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 2);
     }
 }
 

@@ -99,7 +99,7 @@ pub use ensemble::TaylorEnsemble;
 pub use error::{FailedSeries, Jump, SeriesError, SeriesFailure};
 pub use flow::TaylorFlow;
 pub use jet::Jet;
-pub(crate) use jet::Tape;
+pub(crate) use jet::Call;
 pub use kernel::MAX_ORDER;
 pub(crate) use kernel::ROWS;
 pub use motion::{GlobalError, Motion};

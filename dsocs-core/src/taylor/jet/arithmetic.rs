@@ -7,73 +7,68 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAss
 
 use super::Jet;
 use super::functions::compare;
-use super::tape::{self, Op};
+use super::pieces;
 
-impl Add for Jet {
+impl<const ORDER: u8, const SITE: bool> Add for Jet<ORDER, SITE> {
     type Output = Self;
 
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         let value = self.value + other.value;
-        match (self.node, other.node) {
-            (Some(u), Some(v)) => Self::of(Op::Add(u, v), value),
-            (Some(_), None) => self.affine(1.0, other.value),
-            (None, Some(_)) => other.affine(1.0, self.value),
-            (None, None) => Self::from(value),
+        match (self.moves, other.moves) {
+            (true, true) => Self::moving(value, self.now + other.now),
+            (true, false) => Self::moving(value, self.now),
+            (false, true) => Self::moving(value, other.now),
+            (false, false) => Self::from(value),
         }
     }
 }
 
-impl Sub for Jet {
+impl<const ORDER: u8, const SITE: bool> Sub for Jet<ORDER, SITE> {
     type Output = Self;
 
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         let value = self.value - other.value;
-        match (self.node, other.node) {
-            (Some(u), Some(v)) => Self::of(Op::Sub(u, v), value),
-            (Some(_), None) => self.affine(1.0, -other.value),
-            (None, Some(_)) => other.affine(-1.0, self.value),
-            (None, None) => Self::from(value),
+        match (self.moves, other.moves) {
+            (true, true) => Self::moving(value, self.now - other.now),
+            (true, false) => Self::moving(value, self.now),
+            (false, true) => Self::moving(value, -other.now),
+            (false, false) => Self::from(value),
         }
     }
 }
 
-impl Mul for Jet {
+impl<const ORDER: u8, const SITE: bool> Mul for Jet<ORDER, SITE> {
     type Output = Self;
 
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let value = self.value * other.value;
-        match (self.node, other.node) {
-            (Some(u), Some(v)) if u == v => Self::of(Op::Square(u), value),
-            (Some(u), Some(v)) => Self::of(Op::Mul(u, v), value),
-            (Some(_), None) => self.affine(other.value, 0.0),
-            (None, Some(_)) => other.affine(self.value, 0.0),
-            (None, None) => Self::from(value),
+        match (self.moves, other.moves) {
+            (true, true) => self.product(other),
+            (true, false) => self.affine(other.value, 0.0),
+            (false, true) => other.affine(self.value, 0.0),
+            (false, false) => Self::from(self.value * other.value),
         }
     }
 }
 
-impl Div for Jet {
+impl<const ORDER: u8, const SITE: bool> Div for Jet<ORDER, SITE> {
     type Output = Self;
 
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
-        let value = self.value / other.value;
-        match (self.node, other.node) {
-            (Some(u), Some(v)) => Self::of(Op::Div(u, v), value),
-            (Some(u), None) => Self::of(
-                Op::Affine {
-                    u,
-                    scale: 1.0 / other.value,
-                },
-                value,
-            ),
-            (None, Some(v)) if self.value != 0.0 => Self::of(Op::Recip(v), value),
-            (None, _) => Self::from(value),
+        match (self.moves, other.moves) {
+            (true, true) => self.quotient(other),
+            (true, false) => Self::moving(self.value / other.value, self.now * (1.0 / other.value)),
+            (false, true) if self.value != 0.0 => other.reciprocal(self.value),
+            _ => Self::from(self.value / other.value),
         }
     }
 }
 
 /// `self - other trunc(self / other)`.
-impl Rem for Jet {
+impl<const ORDER: u8, const SITE: bool> Rem for Jet<ORDER, SITE> {
     type Output = Self;
 
     fn rem(self, other: Self) -> Self {
@@ -84,7 +79,7 @@ impl Rem for Jet {
             return self - other * Self::from(own);
         }
         #[allow(clippy::cast_possible_truncation)] // a whole number that is small enough
-        let whole = tape::choose(ratio, own as i64, |whole| {
+        let whole = pieces::choose(ratio, own as i64, |whole| {
             let ends = match whole {
                 0 => [-1, 1],
                 1.. => [whole, whole + 1],
@@ -96,9 +91,10 @@ impl Rem for Jet {
     }
 }
 
-impl Neg for Jet {
+impl<const ORDER: u8, const SITE: bool> Neg for Jet<ORDER, SITE> {
     type Output = Self;
 
+    #[inline(always)]
     fn neg(self) -> Self {
         self.affine(-1.0, 0.0)
     }
@@ -108,21 +104,24 @@ impl Neg for Jet {
 macro_rules! others {
     ($($trait:ident $method:ident $assign:ident $in_place:ident),* $(,)?) => {
         $(
-            impl $trait<f64> for Jet {
+            impl<const ORDER: u8, const SITE: bool> $trait<f64> for Jet<ORDER, SITE> {
                 type Output = Self;
 
+                #[inline(always)]
                 fn $method(self, other: f64) -> Self {
                     $trait::$method(self, Self::from(other))
                 }
             }
 
-            impl $assign for Jet {
+            impl<const ORDER: u8, const SITE: bool> $assign for Jet<ORDER, SITE> {
+                #[inline(always)]
                 fn $in_place(&mut self, other: Self) {
                     *self = $trait::$method(*self, other);
                 }
             }
 
-            impl $assign<f64> for Jet {
+            impl<const ORDER: u8, const SITE: bool> $assign<f64> for Jet<ORDER, SITE> {
+                #[inline(always)]
                 fn $in_place(&mut self, other: f64) {
                     *self = $trait::$method(*self, Self::from(other));
                 }
@@ -139,55 +138,55 @@ others!(
     Rem rem RemAssign rem_assign,
 );
 
-impl Sum for Jet {
+impl<const ORDER: u8, const SITE: bool> Sum for Jet<ORDER, SITE> {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::from(0.0), Add::add)
     }
 }
 
-impl<'a> Sum<&'a Self> for Jet {
+impl<'a, const ORDER: u8, const SITE: bool> Sum<&'a Self> for Jet<ORDER, SITE> {
     fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
         terms.copied().sum()
     }
 }
 
-impl Product for Jet {
+impl<const ORDER: u8, const SITE: bool> Product for Jet<ORDER, SITE> {
     fn product<I: Iterator<Item = Self>>(factors: I) -> Self {
         factors.fold(Self::from(1.0), Mul::mul)
     }
 }
 
-impl<'a> Product<&'a Self> for Jet {
+impl<'a, const ORDER: u8, const SITE: bool> Product<&'a Self> for Jet<ORDER, SITE> {
     fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
         factors.copied().product()
     }
 }
 
-impl PartialEq for Jet {
+impl<const ORDER: u8, const SITE: bool> PartialEq for Jet<ORDER, SITE> {
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
 }
 
-impl PartialOrd for Jet {
+impl<const ORDER: u8, const SITE: bool> PartialOrd for Jet<ORDER, SITE> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         compare(*self, *other)
     }
 }
 
-impl PartialEq<f64> for Jet {
+impl<const ORDER: u8, const SITE: bool> PartialEq<f64> for Jet<ORDER, SITE> {
     fn eq(&self, other: &f64) -> bool {
         self.value == *other
     }
 }
 
-impl PartialOrd<f64> for Jet {
+impl<const ORDER: u8, const SITE: bool> PartialOrd<f64> for Jet<ORDER, SITE> {
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         compare(*self, Self::from(*other))
     }
 }
 
-impl fmt::Display for Jet {
+impl<const ORDER: u8, const SITE: bool> fmt::Display for Jet<ORDER, SITE> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.value, f)
     }

@@ -3,98 +3,70 @@
 use core::cmp::Ordering;
 
 use super::Jet;
-use super::tape::{self, Op};
+use super::pieces;
 use crate::dual::Part;
 use crate::real::Real;
 
-impl Part for Jet {
+impl<const ORDER: u8, const SITE: bool> Part for Jet<ORDER, SITE> {
     /// Whether it is zero for all time.
     fn vanishes(&self) -> bool {
-        self.node.is_none() && self.value == 0.0
+        !self.moves && self.value == 0.0
     }
 }
 
-impl Jet {
-    /// Two functions whose derivatives are each other, up to a sign for the second.
-    fn pair(self, [first, second]: [f64; 2], sign: f64) -> (Self, Self) {
-        match self.node {
-            None => (Self::from(first), Self::from(second)),
-            Some(u) => (
-                Self::of(
-                    Op::Partner {
-                        u,
-                        distance: 1,
-                        scale: 1.0,
-                    },
-                    first,
-                ),
-                Self::of(
-                    Op::Partner {
-                        u,
-                        distance: -1,
-                        scale: sign,
-                    },
-                    second,
-                ),
-            ),
+impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
+    /// A function of what moves, or the same of a number.
+    #[inline(always)]
+    fn unary(self, moving: impl FnOnce(Self) -> Self, number: impl FnOnce(f64) -> f64) -> Self {
+        if self.moves {
+            moving(self)
+        } else {
+            Self::from(number(self.value))
         }
     }
 
-    /// A function `w` with `w' = (1 ± w²) u'`; `slope` is `1 ± w²`.
-    fn tangent(self, value: f64, slope: f64, sign: f64) -> Self {
-        let Some(u) = self.node else {
-            return Self::from(value);
-        };
-        let result = Self::of(
-            Op::Partner {
-                u,
-                distance: 2,
-                scale: 1.0,
-            },
-            value,
-        );
-        if let Some(w) = result.node {
-            let square = Self::of(Op::Square(w), value * value);
-            if let Some(square) = square.node {
-                Self::of(
-                    Op::Affine {
-                        u: square,
-                        scale: sign,
-                    },
-                    slope,
-                );
-            }
+    /// A function with `slope w' = scale u'`.
+    #[inline(always)]
+    fn by_slope(self, slope: impl FnOnce() -> Self, scale: f64, value: impl Fn(f64) -> f64) -> Self {
+        if self.moves {
+            self.inverse(slope(), scale, value)
+        } else {
+            Self::from(value(self.value))
         }
-        result
     }
 
-    /// A function `w` with `slope w' = scale u'`.
-    fn inverse(self, slope: Self, scale: f64, value: f64) -> Self {
-        match (self.node, slope.node) {
-            (Some(u), Some(slope)) => Self::of(Op::Inverse { u, slope, scale }, value),
-            _ => Self::from(value),
+    /// Hyperbolic sine and cosine.
+    fn sinh_cosh(self) -> (Self, Self) {
+        if self.moves {
+            return self.pair(1.0, |u| (u.sinh(), u.cosh()));
         }
+        (Self::from(self.value.sinh()), Self::from(self.value.cosh()))
     }
 
     /// `1 - self²`.
+    #[inline(always)]
     fn conjugate(self) -> Self {
         (-self + 1.0) * (self + 1.0)
     }
 }
 
 /// Comparisons decide between pieces of a function.
-pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
+pub(super) fn compare<const ORDER: u8, const SITE: bool>(
+    left: Jet<ORDER, SITE>,
+    right: Jet<ORDER, SITE>,
+) -> Option<Ordering> {
     let own = left.value.partial_cmp(&right.value)?;
     let difference = left - right;
-    if difference.node.is_none() {
+    if !difference.moves {
         return Some(own);
     }
-    let free = !tape::is_held();
-    let side = difference.decides(match own {
+    let free = !pieces::is_held();
+    let sign = match own {
         Ordering::Less => -1.0,
         // as `signum` has it
         Ordering::Equal | Ordering::Greater => 1.0,
-    });
+    };
+    let side = pieces::decide(difference, sign);
     Some(match own {
         own if free => own,
         _ if side < 0.0 => Ordering::Less,
@@ -102,17 +74,20 @@ pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
     })
 }
 
-impl Real for Jet {
+impl<const ORDER: u8, const SITE: bool> Real for Jet<ORDER, SITE> {
+    #[inline(always)]
     fn re(self) -> f64 {
         self.value
     }
 
+    #[inline(always)]
     fn abs(self) -> Self {
-        self.affine(self.decides(self.value.signum()), 0.0)
+        self.affine(pieces::decide(self, self.value.signum()), 0.0)
     }
 
+    #[inline(always)]
     fn signum(self) -> Self {
-        Self::from(self.decides(self.value.signum()))
+        Self::from(pieces::decide(self, self.value.signum()))
     }
 
     fn piece(self, places: &[f64]) -> usize {
@@ -120,20 +95,23 @@ impl Real for Jet {
         // there are fewer places than numbers
         let number = |index: usize| i64::try_from(index).unwrap_or(i64::MAX);
         let index = |number: i64| usize::try_from(number).ok();
-        let piece = tape::choose(self, number(own), |piece| {
+        let piece = pieces::choose(self, number(own), |piece| {
             [piece - 1, piece].map(|end| index(end).and_then(|end| places.get(end).copied()))
         });
         index(piece).unwrap_or(0)
     }
 
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         self * factor + term
     }
 
+    #[inline(always)]
     fn recip(self) -> Self {
-        self.unary(Op::Recip, 1.0 / self.value)
+        self.unary(|u| u.reciprocal(1.0), f64::recip)
     }
 
+    #[inline(always)]
     fn powi(self, n: i32) -> Self {
         // by products: a power of zero is none of a logarithm
         let mut result: Option<Self> = None;
@@ -154,31 +132,34 @@ impl Real for Jet {
         }
     }
 
+    #[inline(always)]
     fn powf(self, n: f64) -> Self {
         #[allow(clippy::cast_possible_truncation)] // a small integer
         if n.fract() == 0.0 && n.abs() <= 64.0 {
             return Real::powi(self, n as i32);
         }
-        self.unary(|u| Op::Power(u, n), self.value.powf(n))
+        self.unary(|u| u.power(n, |u| u.powf(n)), |u| u.powf(n))
     }
 
     fn powd(self, exp: Self) -> Self {
-        if exp.node.is_none() {
+        if !exp.moves {
             return Real::powf(self, exp.value);
         }
         Real::exp(Real::ln(self) * exp)
     }
 
+    #[inline(always)]
     fn sqrt(self) -> Self {
-        self.unary(Op::Sqrt, self.value.sqrt())
+        self.unary(Self::root, f64::sqrt)
     }
 
     fn cbrt(self) -> Self {
-        self.unary(|u| Op::Power(u, 1.0 / 3.0), self.value.cbrt())
+        self.unary(|u| u.power(1.0 / 3.0, f64::cbrt), f64::cbrt)
     }
 
+    #[inline(always)]
     fn exp(self) -> Self {
-        self.unary(|u| Op::Exp(u, 0.0), self.value.exp())
+        self.unary(|u| u.exponential(0.0, f64::exp), f64::exp)
     }
 
     fn exp2(self) -> Self {
@@ -186,11 +167,12 @@ impl Real for Jet {
     }
 
     fn exp_m1(self) -> Self {
-        self.unary(|u| Op::Exp(u, 1.0), self.value.exp_m1())
+        self.unary(|u| u.exponential(1.0, f64::exp_m1), f64::exp_m1)
     }
 
+    #[inline(always)]
     fn ln(self) -> Self {
-        self.unary(|u| Op::Ln(u, 0.0), self.value.ln())
+        self.unary(|u| u.logarithm(0.0, f64::ln), f64::ln)
     }
 
     fn log(self, base: f64) -> Self {
@@ -206,55 +188,55 @@ impl Real for Jet {
     }
 
     fn ln_1p(self) -> Self {
-        self.unary(|u| Op::Ln(u, 1.0), self.value.ln_1p())
+        self.unary(|u| u.logarithm(1.0, f64::ln_1p), f64::ln_1p)
     }
 
+    #[inline(always)]
     fn sin(self) -> Self {
         Real::sin_cos(self).0
     }
 
+    #[inline(always)]
     fn cos(self) -> Self {
         Real::sin_cos(self).1
     }
 
     fn tan(self) -> Self {
-        let value = self.value.tan();
-        self.tangent(value, 1.0 + value * value, 1.0)
+        let values = |u: f64| {
+            let tangent = u.tan();
+            [tangent, 1.0 + tangent * tangent]
+        };
+        self.unary(|u| u.tangent(1.0, values), f64::tan)
     }
 
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
+        if self.moves {
+            return self.pair(-1.0, f64::sin_cos);
+        }
         let (sine, cosine) = self.value.sin_cos();
-        self.pair([sine, cosine], -1.0)
+        (Self::from(sine), Self::from(cosine))
     }
 
     fn asin(self) -> Self {
-        let slope = Real::sqrt(self.conjugate());
-        self.inverse(slope, 1.0, self.value.asin())
+        self.by_slope(|| Real::sqrt(self.conjugate()), 1.0, f64::asin)
     }
 
     fn acos(self) -> Self {
-        let slope = Real::sqrt(self.conjugate());
-        self.inverse(slope, -1.0, self.value.acos())
+        self.by_slope(|| Real::sqrt(self.conjugate()), -1.0, f64::acos)
     }
 
     fn atan(self) -> Self {
-        let slope = self * self + 1.0;
-        self.inverse(slope, 1.0, self.value.atan())
+        self.by_slope(|| self * self + 1.0, 1.0, f64::atan)
     }
 
     fn atan2(self, other: Self) -> Self {
         let value = self.value.atan2(other.value);
-        match (self.node, other.node) {
-            (None, None) => Self::from(value),
-            (Some(y), Some(x)) => {
-                let radius = self * self + other * other;
-                match radius.node {
-                    Some(radius) => Self::of(Op::Atan2 { y, x, radius }, value),
-                    None => Self::from(value),
-                }
-            }
+        match (self.moves, other.moves) {
+            (false, false) => Self::from(value),
+            (true, true) => self.angle(other, self * self + other * other),
             // atan2(y, x) = atan(y/x) + const = const - atan(x/y)
-            (Some(_), None) if other.value != 0.0 => {
+            (true, false) if other.value != 0.0 => {
                 let angle = Real::atan(self / other);
                 angle.affine(1.0, value - angle.value)
             }
@@ -266,32 +248,32 @@ impl Real for Jet {
     }
 
     fn sinh(self) -> Self {
-        self.pair([self.value.sinh(), self.value.cosh()], 1.0).0
+        self.sinh_cosh().0
     }
 
     fn cosh(self) -> Self {
-        self.pair([self.value.sinh(), self.value.cosh()], 1.0).1
+        self.sinh_cosh().1
     }
 
     fn tanh(self) -> Self {
-        let value = self.value.tanh();
         // steep: no sign is to be kept
-        let _ = self.decides(0.0);
-        self.tangent(value, (1.0 - value) * (1.0 + value), -1.0)
+        let _ = pieces::decide(self, 0.0);
+        let values = |u: f64| {
+            let tangent = u.tanh();
+            [tangent, (1.0 - tangent) * (1.0 + tangent)]
+        };
+        self.unary(|u| u.tangent(-1.0, values), f64::tanh)
     }
 
     fn asinh(self) -> Self {
-        let slope = Real::sqrt(self * self + 1.0);
-        self.inverse(slope, 1.0, self.value.asinh())
+        self.by_slope(|| Real::sqrt(self * self + 1.0), 1.0, f64::asinh)
     }
 
     fn acosh(self) -> Self {
-        let slope = Real::sqrt(-self.conjugate());
-        self.inverse(slope, 1.0, self.value.acosh())
+        self.by_slope(|| Real::sqrt(-self.conjugate()), 1.0, f64::acosh)
     }
 
     fn atanh(self) -> Self {
-        let slope = self.conjugate();
-        self.inverse(slope, 1.0, self.value.atanh())
+        self.by_slope(|| self.conjugate(), 1.0, f64::atanh)
     }
 }

@@ -267,30 +267,35 @@ impl<'g> Writer<'g> {
                     #to = __T::select_lt(__T::splat(0.0), #y, #then, #otherwise);
                 }
             }
-            Op::Call { callee, args, wrt } => {
+            Op::Call { args, .. } => {
                 let (table, place) = (local("table"), at(self.call(sequence)));
-                let values: Vec<_> = args.iter().map(z).collect();
-                // at the user's name, so that rustc's word on a wrong function points there
-                let span = Span::mixed_site().located_at(self.graph.callee(*callee).span());
-                let names: Vec<_> = (0..args.len())
-                    .map(|i| Ident::new(&format!("x{i}"), span))
-                    .collect();
-                let count = at(args.len());
-                let arguments: Vec<_> = names.iter().map(ToTokens::to_token_stream).collect();
-                let number =
-                    |number: Literal| quote_spanned!(span=> ::dsocs_core::taylor::Jet::from(#number));
-                let result = functions::call(self.graph, *callee, &arguments, wrt, &number);
-                let inputs: Vec<_> = args.iter().map(|&arg| self.moves(arg)).collect();
-                quote! {
-                    #to = #table.record::<#count>(
-                        #place,
-                        [#(#values),*],
-                        [#(#inputs),*],
-                        |[#(#names),*]| #result,
-                    );
-                }
+                let values = args.iter().map(z);
+                let (moves, function) = (self.all_move(args), self.function(op));
+                quote!(#to = #table.call(#place, [#(#values),*], #moves, #function);)
             }
         }
+    }
+
+    /// A call of the user's function, as a function of jets.
+    fn function(&self, op: &Op) -> TokenStream {
+        let Op::Call { callee, args, wrt } = op else {
+            return TokenStream::new();
+        };
+        // at the user's name, so that rustc's word on a wrong function points there
+        let span = Span::mixed_site().located_at(self.graph.callee(*callee).span());
+        let names: Vec<_> = (0..args.len())
+            .map(|i| Ident::new(&format!("x{i}"), span))
+            .collect();
+        let arguments: Vec<_> = names.iter().map(ToTokens::to_token_stream).collect();
+        let number = |number: Literal| quote_spanned!(span=> ::dsocs_core::taylor::Jet::from(#number));
+        let result = functions::call(self.graph, *callee, &arguments, wrt, &number);
+        quote!(|[#(#names),*]| #result)
+    }
+
+    /// Which of some sequences have coefficients beyond order 0, as an array.
+    fn all_move(&self, sequences: &[Sequence]) -> TokenStream {
+        let moves = sequences.iter().map(|&sequence| self.moves(sequence));
+        quote!([#(#moves),*])
     }
 
     /// The table of a switch and its place there, if its argument moves.
@@ -477,8 +482,13 @@ impl<'g> Writer<'g> {
             }
             Op::Call { args, .. } => {
                 let (table, place) = (local("table"), at(self.call(sequence)));
-                let args = args.iter().map(s);
-                quote!(#table.coefficient::<__FUSED, _>(#place, #k, [#(#args),*]))
+                let (moves, function) = (self.all_move(args), self.function(op));
+                let (values, args) = (args.iter().map(|&arg| zeroth(arg)), args.iter().map(s));
+                quote! {
+                    #table.coefficient::<__FUSED, _>(
+                        #place, #k, [[#(#values),*], [#(#args),*]], #moves, #function,
+                    )
+                }
             }
         };
         quote!(#to = #value;)
