@@ -261,12 +261,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             return Err(self.failed(step.any().not_finite(&z)));
         }
         let leg = step.leg;
-        let foreseen = !Self::LOOKS || (self.foresees(&z, &e) && report.stop != Stop::Jump);
+        let foreseen =
+            (!Self::MAY_SWITCH || self.foresees(&z, &e)) && !(S::JUMPS && report.stop == Stop::Jump);
         self.predictor.push(&z);
         if !foreseen {
             self.look_between(&leg, &e, report.stop);
         }
-        if Self::LOOKS {
+        if Self::MAY_SWITCH || S::JUMPS {
             self.looked = !foreseen;
         }
         self.solved = Some(Solved { leg, e, report });

@@ -48,8 +48,8 @@ pub struct Unresolved {
 }
 
 impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// Whether anything is declared that may switch within a step.
-    pub(super) const LOOKS: bool = S::EXTERNAL_FORCES || S::PIECEWISE || S::JUMPS;
+    /// Whether anything is declared that may switch within a step and be seen there.
+    pub(super) const MAY_SWITCH: bool = S::EXTERNAL_FORCES || S::PIECEWISE;
 
     /// Whether a solution is close to its prediction. Its second difference is `e`.
     #[inline]

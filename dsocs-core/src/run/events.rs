@@ -439,7 +439,7 @@ fn expand<const N: usize>(
     };
     let mut coefficients = vec![call.begin(|| at(0))];
     for k in 1..order {
-        coefficients.push(call.next::<false, _, _>(k, || at(k)));
+        coefficients.push(call.next::<false>(k, || at(k)));
     }
     coefficients
 }

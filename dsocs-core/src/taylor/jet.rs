@@ -15,20 +15,11 @@ mod scalar;
 
 pub use call::Call;
 
-/// Jets of order 0.
-pub(crate) const FIRST: u8 = 1;
-
-/// Jets of the higher orders.
-pub(crate) const HIGHER: u8 = 2;
-
 /// A number with all its derivatives with respect to time, as your functions see it.
 ///
 /// Comparisons, and so branches, use the value (order 0). A function is called once for each order; it has to do the same each time.
-///
-/// `ORDER` and `SITE` are for generated code, and 0 and `false` for all else: with types of their own for order 0, for the higher orders and for each place where these
-/// are computed, the compiler knows more.
 #[derive(Clone, Copy, Debug)]
-pub struct Jet<const ORDER: u8 = 0, const SITE: bool = false> {
+pub struct Jet {
     /// The coefficient of order 0.
     value: f64,
     /// The coefficient of the order that is being computed, if that is higher.
@@ -37,22 +28,12 @@ pub struct Jet<const ORDER: u8 = 0, const SITE: bool = false> {
     moves: bool,
 }
 
-impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
+impl Jet {
     /// The coefficient of order 0.
     #[must_use]
     #[inline]
     pub fn value(self) -> f64 {
         self.value
-    }
-
-    /// Whether order 0 is computed.
-    #[inline]
-    fn is_first() -> bool {
-        match ORDER {
-            FIRST => true,
-            HIGHER => false,
-            _ => memory::order() == 0,
-        }
     }
 
     /// A number with the coefficient of the order that is being computed.
@@ -82,7 +63,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> From<f64> for Jet<ORDER, SITE> {
+impl From<f64> for Jet {
     #[inline]
     fn from(value: f64) -> Self {
         Self {

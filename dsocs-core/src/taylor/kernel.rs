@@ -5,7 +5,7 @@
 //! stand side by side, so that neither stream of a convolution has to be reversed.
 
 use super::coefficient::Coefficient;
-use super::jet::{Call, FIRST, HIGHER, Jet};
+use super::jet::{Call, Jet};
 use super::switch::{Switch, Switches};
 
 /// The highest order of a series.
@@ -161,7 +161,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         place: usize,
         values: [T; A],
         moves: [bool; A],
-        function: impl Fn([Jet<FIRST>; A]) -> Jet<FIRST>,
+        function: impl Fn([Jet; A]) -> Jet,
     ) -> T {
         T::of_tracks(|track| {
             let values = values.map(|value| value.track(track));
@@ -177,7 +177,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         k: usize,
         [values, inputs]: [[T; A]; 2],
         moves: [bool; A],
-        function: impl Fn([Jet<HIGHER, FUSED>; A]) -> Jet<HIGHER, FUSED>,
+        function: impl Fn([Jet; A]) -> Jet,
     ) -> T {
         T::of_tracks(|track| {
             let [values, inputs] = [values, inputs].map(|x| x.map(|x| x.track(track)));

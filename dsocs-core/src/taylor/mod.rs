@@ -44,9 +44,9 @@
 //!    the acceleration of the series has to be that of the system; otherwise the step is halved.
 //! 4. Position, velocity and time are compensated sums.
 //!
-//! Your own Rust functions are called with [`Jet`]s, which record the operations. This is slower than generated code. The functions have to be
+//! Your own Rust functions are called with [`Jet`]s, once for each order. This is slower than generated code. The functions have to be
 //! generic over their number type ([`crate::Real`]), even if the discrete step never
-//! differentiates them.
+//! differentiates them, and they have to do the same in each call.
 //!
 //! # Limits
 //!
@@ -98,8 +98,8 @@ pub use control::Tolerance;
 pub use ensemble::TaylorEnsemble;
 pub use error::{FailedSeries, Jump, SeriesError, SeriesFailure};
 pub use flow::TaylorFlow;
-pub use jet::Jet;
 pub(crate) use jet::Call;
+pub use jet::Jet;
 pub use kernel::MAX_ORDER;
 pub(crate) use kernel::ROWS;
 pub use motion::{GlobalError, Motion};

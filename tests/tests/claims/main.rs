@@ -43,6 +43,7 @@ mod start_on_constraints;
 mod switches;
 mod switching_rows;
 mod systems;
+mod taylor_calls;
 mod taylor_ensemble;
 mod taylor_events;
 mod taylor_flow;

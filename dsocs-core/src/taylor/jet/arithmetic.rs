@@ -9,7 +9,7 @@ use super::Jet;
 use super::functions::compare;
 use super::pieces;
 
-impl<const ORDER: u8, const SITE: bool> Add for Jet<ORDER, SITE> {
+impl Add for Jet {
     type Output = Self;
 
     #[inline(always)]
@@ -24,7 +24,7 @@ impl<const ORDER: u8, const SITE: bool> Add for Jet<ORDER, SITE> {
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Sub for Jet<ORDER, SITE> {
+impl Sub for Jet {
     type Output = Self;
 
     #[inline(always)]
@@ -39,7 +39,7 @@ impl<const ORDER: u8, const SITE: bool> Sub for Jet<ORDER, SITE> {
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Mul for Jet<ORDER, SITE> {
+impl Mul for Jet {
     type Output = Self;
 
     #[inline(always)]
@@ -53,7 +53,7 @@ impl<const ORDER: u8, const SITE: bool> Mul for Jet<ORDER, SITE> {
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Div for Jet<ORDER, SITE> {
+impl Div for Jet {
     type Output = Self;
 
     #[inline(always)]
@@ -68,7 +68,7 @@ impl<const ORDER: u8, const SITE: bool> Div for Jet<ORDER, SITE> {
 }
 
 /// `self - other trunc(self / other)`.
-impl<const ORDER: u8, const SITE: bool> Rem for Jet<ORDER, SITE> {
+impl Rem for Jet {
     type Output = Self;
 
     fn rem(self, other: Self) -> Self {
@@ -91,7 +91,7 @@ impl<const ORDER: u8, const SITE: bool> Rem for Jet<ORDER, SITE> {
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Neg for Jet<ORDER, SITE> {
+impl Neg for Jet {
     type Output = Self;
 
     #[inline(always)]
@@ -104,7 +104,7 @@ impl<const ORDER: u8, const SITE: bool> Neg for Jet<ORDER, SITE> {
 macro_rules! others {
     ($($trait:ident $method:ident $assign:ident $in_place:ident),* $(,)?) => {
         $(
-            impl<const ORDER: u8, const SITE: bool> $trait<f64> for Jet<ORDER, SITE> {
+            impl $trait<f64> for Jet {
                 type Output = Self;
 
                 #[inline(always)]
@@ -113,14 +113,14 @@ macro_rules! others {
                 }
             }
 
-            impl<const ORDER: u8, const SITE: bool> $assign for Jet<ORDER, SITE> {
+            impl $assign for Jet {
                 #[inline(always)]
                 fn $in_place(&mut self, other: Self) {
                     *self = $trait::$method(*self, other);
                 }
             }
 
-            impl<const ORDER: u8, const SITE: bool> $assign<f64> for Jet<ORDER, SITE> {
+            impl $assign<f64> for Jet {
                 #[inline(always)]
                 fn $in_place(&mut self, other: f64) {
                     *self = $trait::$method(*self, Self::from(other));
@@ -138,55 +138,55 @@ others!(
     Rem rem RemAssign rem_assign,
 );
 
-impl<const ORDER: u8, const SITE: bool> Sum for Jet<ORDER, SITE> {
+impl Sum for Jet {
     fn sum<I: Iterator<Item = Self>>(terms: I) -> Self {
         terms.fold(Self::from(0.0), Add::add)
     }
 }
 
-impl<'a, const ORDER: u8, const SITE: bool> Sum<&'a Self> for Jet<ORDER, SITE> {
+impl<'a> Sum<&'a Self> for Jet {
     fn sum<I: Iterator<Item = &'a Self>>(terms: I) -> Self {
         terms.copied().sum()
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Product for Jet<ORDER, SITE> {
+impl Product for Jet {
     fn product<I: Iterator<Item = Self>>(factors: I) -> Self {
         factors.fold(Self::from(1.0), Mul::mul)
     }
 }
 
-impl<'a, const ORDER: u8, const SITE: bool> Product<&'a Self> for Jet<ORDER, SITE> {
+impl<'a> Product<&'a Self> for Jet {
     fn product<I: Iterator<Item = &'a Self>>(factors: I) -> Self {
         factors.copied().product()
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> PartialEq for Jet<ORDER, SITE> {
+impl PartialEq for Jet {
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> PartialOrd for Jet<ORDER, SITE> {
+impl PartialOrd for Jet {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         compare(*self, *other)
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> PartialEq<f64> for Jet<ORDER, SITE> {
+impl PartialEq<f64> for Jet {
     fn eq(&self, other: &f64) -> bool {
         self.value == *other
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> PartialOrd<f64> for Jet<ORDER, SITE> {
+impl PartialOrd<f64> for Jet {
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         compare(*self, Self::from(*other))
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> fmt::Display for Jet<ORDER, SITE> {
+impl fmt::Display for Jet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(&self.value, f)
     }

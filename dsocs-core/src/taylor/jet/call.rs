@@ -5,7 +5,7 @@
 
 use super::memory::{self, Field};
 use super::pieces::Pieces;
-use super::{FIRST, HIGHER, Jet, memory::Saved};
+use super::{Jet, memory::Saved};
 use crate::taylor::kernel::{LANES, Products, ROWS, Row, inner_sums};
 use crate::taylor::switch::Switch;
 
@@ -17,7 +17,7 @@ pub struct Call {
     /// Whether its value moves.
     moves: bool,
     pieces: Pieces,
-    /// The number by which it owns the memory.
+    /// The number by which it owns the memory of the thread that computes a series, from order 0 to the last.
     owner: u64,
     /// What is kept from order 0 on: starts and inverses.
     starts: Vec<[Row<f64>; 2]>,
@@ -33,7 +33,7 @@ impl Call {
         &mut self,
         values: [f64; A],
         moves: [bool; A],
-        function: impl FnOnce([Jet<FIRST>; A]) -> Jet<FIRST>,
+        function: impl FnOnce([Jet; A]) -> Jet,
     ) -> f64 {
         self.begin(|| function(jets(values, [0.0; A], moves)))
     }
@@ -46,13 +46,13 @@ impl Call {
         values: [f64; A],
         inputs: [f64; A],
         moves: [bool; A],
-        function: impl FnOnce([Jet<HIGHER, FUSED>; A]) -> Jet<HIGHER, FUSED>,
+        function: impl FnOnce([Jet; A]) -> Jet,
     ) -> f64 {
-        self.next::<FUSED, HIGHER, FUSED>(k, || function(jets(values, inputs, moves)))
+        self.next::<FUSED>(k, || function(jets(values, inputs, moves)))
     }
 
     /// Calls a function that makes its jets itself: order 0.
-    pub(crate) fn begin<const ORDER: u8>(&mut self, function: impl FnOnce() -> Jet<ORDER>) -> f64 {
+    pub(crate) fn begin(&mut self, function: impl FnOnce() -> Jet) -> f64 {
         let outer = memory::enter();
         memory::begin(0);
         let result = self.pieces.during(function);
@@ -76,11 +76,7 @@ impl Call {
 
     /// As [`Call::coefficient`], of a function that makes its jets itself.
     #[inline(always)]
-    pub(crate) fn next<const FUSED: bool, const ORDER: u8, const SITE: bool>(
-        &mut self,
-        k: usize,
-        function: impl FnOnce() -> Jet<ORDER, SITE>,
-    ) -> f64 {
+    pub(crate) fn next<const FUSED: bool>(&mut self, k: usize, function: impl FnOnce() -> Jet) -> f64 {
         if self.is_still() {
             return 0.0;
         }
@@ -91,8 +87,10 @@ impl Call {
         } else {
             self.pieces.during(function)
         };
+        // one that does something else each time has no series
+        let is_same = memory::places() == self.places;
         self.leave(k, outer);
-        result.now
+        if is_same { result.now } else { f64::NAN }
     }
 
     /// Puts what belongs to order `k` into the memory.
@@ -158,11 +156,7 @@ impl Call {
 }
 
 #[inline(always)]
-fn jets<const A: usize, const ORDER: u8, const SITE: bool>(
-    values: [f64; A],
-    now: [f64; A],
-    moves: [bool; A],
-) -> [Jet<ORDER, SITE>; A] {
+fn jets<const A: usize>(values: [f64; A], now: [f64; A], moves: [bool; A]) -> [Jet; A] {
     core::array::from_fn(|i| {
         if moves[i] {
             Jet::moving(values[i], now[i])

@@ -7,14 +7,14 @@ use super::pieces;
 use crate::dual::Part;
 use crate::real::Real;
 
-impl<const ORDER: u8, const SITE: bool> Part for Jet<ORDER, SITE> {
+impl Part for Jet {
     /// Whether it is zero for all time.
     fn vanishes(&self) -> bool {
         !self.moves && self.value == 0.0
     }
 }
 
-impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
+impl Jet {
     /// A function of what moves, or the same of a number.
     #[inline(always)]
     fn unary(self, moving: impl FnOnce(Self) -> Self, number: impl FnOnce(f64) -> f64) -> Self {
@@ -51,10 +51,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
 }
 
 /// Comparisons decide between pieces of a function.
-pub(super) fn compare<const ORDER: u8, const SITE: bool>(
-    left: Jet<ORDER, SITE>,
-    right: Jet<ORDER, SITE>,
-) -> Option<Ordering> {
+pub(super) fn compare(left: Jet, right: Jet) -> Option<Ordering> {
     let own = left.value.partial_cmp(&right.value)?;
     let difference = left - right;
     if !difference.moves {
@@ -74,7 +71,7 @@ pub(super) fn compare<const ORDER: u8, const SITE: bool>(
     })
 }
 
-impl<const ORDER: u8, const SITE: bool> Real for Jet<ORDER, SITE> {
+impl Real for Jet {
     #[inline(always)]
     fn re(self) -> f64 {
         self.value

@@ -109,19 +109,23 @@ pub(super) fn take(places: usize) -> usize {
 /// What is kept at a place.
 #[inline(always)]
 pub(super) fn get(field: Field, at: usize) -> f64 {
-    MEMORY.with(|memory| match memory.fields[field as usize].as_flattened().get(at) {
-        Some(cell) => cell.get(),
-        None => get_beyond(field, at - LANES * FAST),
-    })
+    MEMORY.with(
+        |memory| match memory.fields[field as usize].as_flattened().get(at) {
+            Some(cell) => cell.get(),
+            None => get_beyond(field, at - LANES * FAST),
+        },
+    )
 }
 
 /// Keeps a number at a place.
 #[inline(always)]
 pub(super) fn set(field: Field, at: usize, value: f64) {
-    MEMORY.with(|memory| match memory.fields[field as usize].as_flattened().get(at) {
-        Some(cell) => cell.set(value),
-        None => set_beyond(field, at - LANES * FAST, value),
-    });
+    MEMORY.with(
+        |memory| match memory.fields[field as usize].as_flattened().get(at) {
+            Some(cell) => cell.set(value),
+            None => set_beyond(field, at - LANES * FAST, value),
+        },
+    );
 }
 
 /// Gives the places to a new owner, and returns its number.
@@ -163,7 +167,12 @@ pub(super) fn set_rows<'r>(field: Field, rows: impl ExactSizeIterator<Item = &'r
 #[inline(always)]
 pub(super) fn row(field: Field, row: usize) -> Row<f64> {
     let first = LANES * row;
-    [get(field, first), get(field, first + 1), get(field, first + 2), get(field, first + 3)]
+    [
+        get(field, first),
+        get(field, first + 1),
+        get(field, first + 2),
+        get(field, first + 3),
+    ]
 }
 
 #[cold]
@@ -196,7 +205,13 @@ pub(super) struct Saved {
 /// Begins to use the memory. Where it is in use, because a function computes a motion itself, what it holds is saved.
 #[inline(always)]
 pub(super) fn enter() -> Option<Box<Saved>> {
-    MEMORY.with(|memory| if memory.is_used.replace(true) { Some(save(memory)) } else { None })
+    MEMORY.with(|memory| {
+        if memory.is_used.replace(true) {
+            Some(save(memory))
+        } else {
+            None
+        }
+    })
 }
 
 /// Ends the use of the memory.
@@ -215,7 +230,10 @@ fn save(memory: &Memory) -> Box<Saved> {
         order: memory.order.get(),
         at: memory.at.get(),
         owner: memory.owner.get(),
-        fields: memory.fields.each_ref().map(|rows| rows.each_ref().map(|row| row.each_ref().map(Cell::get))),
+        fields: memory
+            .fields
+            .each_ref()
+            .map(|rows| rows.each_ref().map(|row| row.each_ref().map(Cell::get))),
         beyond: BEYOND.take(),
     })
 }

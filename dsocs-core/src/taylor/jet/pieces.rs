@@ -86,7 +86,7 @@ impl Pieces {
     }
 
     /// Goes on to the next switch, whose argument is a jet, and returns the sign that it is to have; `own` is that of its value.
-    fn next<const ORDER: u8, const SITE: bool>(&mut self, argument: Jet<ORDER, SITE>, own: f64) -> f64 {
+    fn next(&mut self, argument: Jet, own: f64) -> f64 {
         let place = self.at;
         self.at += 1;
         let order = memory::order();
@@ -111,7 +111,7 @@ impl Pieces {
 }
 
 /// The sign that decides where that of a jet does: its own, or the one that is continued.
-pub(super) fn decide<const ORDER: u8, const SITE: bool>(argument: Jet<ORDER, SITE>, own: f64) -> f64 {
+pub(super) fn decide(argument: Jet, own: f64) -> f64 {
     if argument.moves {
         PIECES.with_borrow_mut(|pieces| pieces.next(argument, own))
     } else {
@@ -126,11 +126,7 @@ pub(super) fn is_held() -> bool {
 
 /// The piece that is taken where a choice between many depends on `x`: `own` is the piece that its value belongs to, and `ends` are the ends of
 /// a piece.
-pub(super) fn choose<const ORDER: u8, const SITE: bool>(
-    x: Jet<ORDER, SITE>,
-    own: i64,
-    ends: impl Fn(i64) -> [Option<f64>; 2],
-) -> i64 {
+pub(super) fn choose(x: Jet, own: i64, ends: impl Fn(i64) -> [Option<f64>; 2]) -> i64 {
     if !x.moves {
         return own;
     }
@@ -144,7 +140,7 @@ pub(super) fn choose<const ORDER: u8, const SITE: bool>(
     // arithmetic of jets meets no switches
     let [from, to] = ends(base).map(|end| end.map(|end| x - Jet::from(end)));
     PIECES.with_borrow_mut(|pieces| {
-        let mut side = |argument: Option<Jet<ORDER, SITE>>, own: f64| pieces.next(argument.unwrap_or(Jet::from(own)), own);
+        let mut side = |argument: Option<Jet>, own: f64| pieces.next(argument.unwrap_or(Jet::from(own)), own);
         let (lower, upper) = (side(from, 1.0), side(to, -1.0));
         let piece = base + i64::from(upper > 0.0) - i64::from(lower < 0.0);
         pieces.chosen[place] = Some([base, piece]);

@@ -36,8 +36,8 @@ fn sums<const M: usize>() -> [Sum; M] {
 
 /// What is kept of order 0 at the place of a sum: a value, and what is divided by, inverted.
 #[inline(always)]
-fn kept(is_first: bool, sum: &Sum, first: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
-    if is_first {
+fn kept(sum: &Sum, first: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
+    if memory::order() == 0 {
         keep(sum, first);
     }
     [Field::Start, Field::Inverse].map(|field| memory::get(field, sum.0))
@@ -52,7 +52,7 @@ fn keep(sum: &Sum, first: impl FnOnce() -> [f64; 2]) {
 }
 
 /// Functions of what moves.
-impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
+impl Jet {
     /// `u v`.
     #[inline(always)]
     pub(super) fn product(self, v: Self) -> Self {
@@ -66,7 +66,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn quotient(self, v: Self) -> Self {
         let [sum] = sums();
-        let [start, inverse] = kept(Self::is_first(), &sum, || [self.value / v.value, 1.0 / v.value]);
+        let [start, inverse] = kept(&sum, || [self.value / v.value, 1.0 / v.value]);
         let now = (self.now - (sum.value() + start * v.now)) * inverse;
         sum.is_of(now, v.now);
         Self::moving(start, now)
@@ -76,7 +76,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn reciprocal(self, c: f64) -> Self {
         let [sum] = sums();
-        let [start, inverse] = kept(Self::is_first(), &sum, || [c / self.value, 1.0 / self.value]);
+        let [start, inverse] = kept(&sum, || [c / self.value, 1.0 / self.value]);
         let now = -(sum.value() + start * self.now) * inverse;
         sum.is_of(now, self.now);
         Self::moving(start, now)
@@ -86,7 +86,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn root(self) -> Self {
         let [sum] = sums();
-        let [start, inverse] = kept(Self::is_first(), &sum, || {
+        let [start, inverse] = kept(&sum, || {
             let root = self.value.sqrt();
             [root, 1.0 / (2.0 * root)]
         });
@@ -99,7 +99,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn power(self, exponent: f64, value: impl FnOnce(f64) -> f64) -> Self {
         let [outer, inner] = sums();
-        let [start, inverse] = kept(Self::is_first(), &outer, || [value(self.value), 1.0 / self.value]);
+        let [start, inverse] = kept(&outer, || [value(self.value), 1.0 / self.value]);
         let [degree, r] = memory::degree();
         let rate = outer.value() * r + start * self.now;
         let now = (exponent * rate - inner.value() * r) * inverse;
@@ -112,7 +112,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn exponential(self, shift: f64, value: impl FnOnce(f64) -> f64) -> Self {
         let [sum] = sums();
-        let [start, _] = kept(Self::is_first(), &sum, || [value(self.value), 0.0]);
+        let [start, _] = kept(&sum, || [value(self.value), 0.0]);
         let [degree, r] = memory::degree();
         let now = sum.value() * r + self.now * (start + shift);
         sum.is_of(degree * self.now, now);
@@ -123,7 +123,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn logarithm(self, shift: f64, value: impl FnOnce(f64) -> f64) -> Self {
         let [sum] = sums();
-        let [start, inverse] = kept(Self::is_first(), &sum, || [value(self.value), 1.0 / (self.value + shift)]);
+        let [start, inverse] = kept(&sum, || [value(self.value), 1.0 / (self.value + shift)]);
         let [degree, r] = memory::degree();
         let now = (self.now - sum.value() * r) * inverse;
         sum.is_of(degree * now, self.now);
@@ -135,7 +135,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     pub(super) fn pair(self, sign: f64, values: impl FnOnce(f64) -> (f64, f64)) -> (Self, Self) {
         let [first, second] = sums();
         // the second stands where others have what they divide by
-        let [f, g] = kept(Self::is_first(), &first, || values(self.value).into());
+        let [f, g] = kept(&first, || values(self.value).into());
         let [degree, r] = memory::degree();
         let (f_now, g_now) = (
             first.value() * r + self.now * g,
@@ -152,7 +152,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     pub(super) fn tangent(self, sign: f64, values: impl FnOnce(f64) -> [f64; 2]) -> Self {
         let [sum, square] = sums();
         // the slope stands where others have what they divide by
-        let [start, slope] = kept(Self::is_first(), &sum, || values(self.value));
+        let [start, slope] = kept(&sum, || values(self.value));
         let [degree, r] = memory::degree();
         let now = sum.value() * r + self.now * slope;
         let slope_now = sign * (square.value() + 2.0 * start * now);
@@ -165,7 +165,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     #[inline(always)]
     pub(super) fn inverse(self, slope: Self, scale: f64, value: impl FnOnce(f64) -> f64) -> Self {
         let [sum] = sums();
-        let [start, inverse] = kept(Self::is_first(), &sum, || [value(self.value), 1.0 / slope.value]);
+        let [start, inverse] = kept(&sum, || [value(self.value), 1.0 / slope.value]);
         let [degree, r] = memory::degree();
         let now = (scale * self.now - sum.value() * r) * inverse;
         sum.is_of(degree * now, slope.now);
@@ -176,7 +176,7 @@ impl<const ORDER: u8, const SITE: bool> Jet<ORDER, SITE> {
     pub(super) fn angle(self, x: Self, radius: Self) -> Self {
         let y = self;
         let [first, second, own] = sums();
-        let [start, inverse] = kept(Self::is_first(), &own, || [y.value.atan2(x.value), 1.0 / radius.value]);
+        let [start, inverse] = kept(&own, || [y.value.atan2(x.value), 1.0 / radius.value]);
         let [degree, r] = memory::degree();
         let ends = y.now * x.value - x.now * y.value;
         let now = ((first.value() - second.value() - own.value()) * r + ends) * inverse;
