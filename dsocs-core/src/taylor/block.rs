@@ -6,7 +6,7 @@ use super::control::Tolerance;
 use super::ensemble::Varied;
 use super::flow::TaylorFlow;
 use super::integrator::{Integrator, SHORTER};
-use super::jets::{Equations as _, Recurrences};
+use super::jets::Recurrences;
 use super::kernel::ROWS;
 use super::lanes::{self, Ends, Engine};
 use super::switch::Reach;
@@ -365,7 +365,7 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         ends.t[lane] = t;
         if let Some(projection) = &mut motion.projection {
             let (mut q, mut v, _) = ends.get(lane);
-            projection.apply(&equations.declaration(), t, &mut q, &mut v);
+            projection.apply(equations, t, &mut q, &mut v);
             ends.set(lane, t, &q, &v);
         }
     }

@@ -8,7 +8,6 @@ use pulp::{Simd, WithSimd};
 use super::integrator::Integrator;
 use super::jets::Equations;
 use crate::compensated::Compensated;
-use crate::declaration::Declaration;
 use crate::dispatch;
 use crate::run::{self, Clock, End, Node, Observer, Polynomial, RunError, Stepper, Traced, View, Visitor};
 use crate::step::StepReport;
@@ -139,7 +138,7 @@ impl<const N: usize> Run<'_, N> {
         while !self.motion.covers(target) {
             self.motion.go(self.equations, end)?;
         }
-        self.motion.arrive_on_grid(&self.equations.declaration(), target);
+        self.motion.arrive_on_grid(self.equations, target);
         Ok(self.motion.report())
     }
 
@@ -156,7 +155,7 @@ impl<const N: usize> Run<'_, N> {
                 }
             }
             if self.motion.covers(target) {
-                self.motion.arrive_on_grid(&self.equations.declaration(), target);
+                self.motion.arrive_on_grid(self.equations, target);
                 return Ok(Traced::Whole);
             }
             self.motion.shown = if self.motion.last_covers(self.motion.shown) {
@@ -194,7 +193,7 @@ impl<const N: usize> Integrator<N> {
                     break;
                 }
                 let (target, _) = self.target(end.time());
-                self.arrive_on_grid(&equations.declaration(), target);
+                self.arrive_on_grid(equations, target);
             } else if self.clock.time() == self.time() {
                 break;
             } else {
@@ -266,13 +265,13 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Stands at the next node of the grid.
-    fn arrive_on_grid(&mut self, declaration: &Declaration<'_>, target: f64) {
+    fn arrive_on_grid(&mut self, equations: &dyn Equations<N>, target: f64) {
         let mut point = self
             .polynomial()
             .map_or_else(|| self.point(), |polynomial| polynomial.at(target));
         if let Some(projection) = &mut self.projection {
             let (mut q, mut v) = (Compensated::exact(point.q), Compensated::exact(point.v));
-            projection.apply(declaration, target, &mut q, &mut v);
+            projection.apply(equations, target, &mut q, &mut v);
             (point.q, point.v) = (q.hi, v.hi);
         }
         self.on_grid = Some(point);

@@ -269,7 +269,7 @@ impl<const N: usize> Integrator<N> {
         self.v.add(&dv);
         let now = self.t.hi[0];
         if let Some(projection) = &mut self.projection {
-            projection.apply(&equations.declaration(), now, &mut self.q, &mut self.v);
+            projection.apply(equations, now, &mut self.q, &mut self.v);
         }
         self.next.expect(&a);
         self.last = Some((t, s));

@@ -11,6 +11,7 @@ use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
 use crate::held::Held;
 use crate::run::View;
+use crate::scalar::Scalar;
 use crate::system::System;
 
 /// The recurrences for the Taylor series of the continuous motion, as `#[dsocs]` generates them.
@@ -34,6 +35,20 @@ pub trait Jets<const N: usize>: Compiled<N> {
         series: &mut Series<N, T>,
         table: &mut Self::Table<T>,
     );
+
+    /// Whether [`Jets::phase_slopes`] is generated; where it is not, the tape knows the same.
+    const PHASE_SLOPES: bool = false;
+
+    /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components, row by
+    /// row.
+    fn phase_slopes<T: Scalar>(
+        &self,
+        _of_velocity: bool,
+        _parameters: &Self::Parameters<T>,
+        _point: (T, &[T; N], &[T; N]),
+        _out: &mut [T],
+    ) {
+    }
 }
 
 /// A system of dimension `N` of any type, as the integrator asks it.
@@ -58,6 +73,9 @@ pub(super) trait Equations<const N: usize> {
 
     /// The declaration.
     fn declaration(&self) -> Declaration<'_>;
+
+    /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
+    fn phase_slopes(&self, of_velocity: bool, point: (f64, &[f64; N], &[f64; N]), out: &mut [f64]);
 
     /// The system as a run shows it.
     fn view(&self) -> &dyn View<N>;
@@ -151,6 +169,15 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
 
     fn declaration(&self) -> Declaration<'_> {
         Declaration::of(&*self.system)
+    }
+
+    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64; N], &[f64; N]), out: &mut [f64]) {
+        if const { S::PHASE_SLOPES } {
+            let parameters = self.system.parameters();
+            Jets::phase_slopes(&*self.system, of_velocity, &parameters, (t, q, v), out);
+        } else {
+            self.declaration().phase_slopes(of_velocity, t, q, v, out);
+        }
     }
 
     fn view(&self) -> &dyn View<N> {

@@ -3,6 +3,7 @@
 //! Series keep these constraints to the tolerance, and what is missing would add up. The correction is the shortest one by a mass
 //! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
 
+use super::jets::Equations;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::start;
@@ -77,7 +78,7 @@ impl<const N: usize> Projection<N> {
     /// Brings a position and a velocity at a time back. Nothing is allocated.
     pub fn apply(
         &mut self,
-        declaration: &Declaration<'_>,
+        equations: &dyn Equations<N>,
         t: f64,
         q: &mut Compensated<N>,
         v: &mut Compensated<N>,
@@ -85,8 +86,9 @@ impl<const N: usize> Projection<N> {
         if self.counts[0] > 0 {
             let before = q.hi;
             for _ in 0..CORRECTIONS {
-                declaration.phase_slopes(false, t, &q.hi, &v.hi, &mut self.rows);
-                let correction = self.correction(self.counts[0], &q.hi);
+                let count = self.counts[0];
+                equations.phase_slopes(false, (t, &q.hi, &v.hi), &mut self.rows[..count * (1 + N)]);
+                let correction = self.correction(count, &q.hi);
                 q.add(&correction.by);
                 if correction.is_last {
                     break;
@@ -97,7 +99,7 @@ impl<const N: usize> Projection<N> {
         }
         let before = v.hi;
         for _ in 0..CORRECTIONS {
-            declaration.phase_slopes(true, t, &q.hi, &v.hi, &mut self.rows);
+            equations.phase_slopes(true, (t, &q.hi, &v.hi), &mut self.rows);
             let correction = self.correction(self.counts[1], &v.hi);
             v.add(&correction.by);
             if correction.is_last || self.is_affine {

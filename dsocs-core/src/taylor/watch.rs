@@ -114,7 +114,7 @@ impl<const N: usize> Integrator<N> {
         q.add(&dq);
         v.add(&dv);
         if let Some(projection) = &mut self.projection {
-            projection.apply(&equations.declaration(), t, &mut q, &mut v);
+            projection.apply(equations, t, &mut q, &mut v);
         }
         self.next.begin(self.side(t, false), &q.hi, &v.hi);
         self.next.expect(&a);

@@ -6,6 +6,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
 use super::functions::Functions;
+use super::phase::Phase;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
@@ -270,30 +271,23 @@ fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
 
 /// What constraints of lower order ask of a position and a velocity, and of a leg.
 fn lower_order(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
-    let [holonomic, nonholonomic] = [Kind::Holonomic, Kind::Nonholonomic].map(|kind| model.count(kind));
-    if holonomic + nonholonomic == 0 {
-        return [Segment::default(), Segment::default(), Segment::default()];
-    }
     let mut graph = model.graph.clone();
-    let (phase, pair) = (
-        mechanics::phase(model, &mut graph),
-        mechanics::pair(model, &mut graph),
+    let Some(Phase {
+        positions,
+        velocities,
+    }) = Phase::new(model, &mut graph)
+    else {
+        return [Segment::default(), Segment::default(), Segment::default()];
+    };
+    let phase = [positions.rows.as_slice(), &velocities.rows].concat();
+    let pair = mechanics::pair(model, &mut graph);
+    let (head, with_slopes) = (
+        positions.all().len(),
+        [positions.all(), velocities.all()].concat(),
     );
-    // rows of positions with their slopes, then rows of velocities with theirs
-    let (positions, velocities) = phase.split_at(holonomic);
-    let n = model.coordinates.len();
-    let mut with_slopes = positions.to_vec();
-    for &row in positions {
-        with_slopes.extend((0..n).map(|i| graph.derivative(row, Leaf::Q(i))));
-    }
-    with_slopes.extend(velocities);
-    for &row in velocities {
-        with_slopes.extend((0..n).map(|i| graph.derivative(row, Leaf::V(i))));
-    }
-    let head = holonomic * (1 + n);
     [
-        of(&graph, &phase, holonomic),
-        of(&graph, &pair, holonomic),
+        of(&graph, &phase, positions.rows.len()),
+        of(&graph, &pair, positions.rows.len()),
         of(&graph, &with_slopes, head),
     ]
 }

@@ -3,12 +3,13 @@
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
 //! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
-//! recurrences of Taylor series. [`functions`] is where all of them call the user's functions.
+//! recurrences of Taylor series, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
 
 mod cold;
 mod functions;
 mod hot;
 pub(crate) mod jets;
+mod phase;
 mod program;
 mod stages;
 

@@ -149,6 +149,11 @@ fn is_one((coefficient, factors): &Early) -> bool {
 }
 
 impl<'g> Program<'g> {
+    /// How many operations there are.
+    pub(crate) fn operations(&self) -> usize {
+        self.ops.len()
+    }
+
     /// An empty program; `stage_of` tells when a leaf is known. Numbers and parameters are known at stage 0.
     pub(crate) fn new(graph: &'g Graph, stage_of: fn(Leaf) -> usize) -> Self {
         Self {

@@ -19,6 +19,7 @@ use self::lower::Lower;
 use self::sequence::{Argument, Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
 use super::matrix;
+use super::phase;
 use super::program::{Place, Program, Value};
 use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::mechanics;
@@ -49,6 +50,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let (c, series, table) = (local("c"), local("series"), local("table"));
+    let phase_slopes = phase::method(model);
     quote! {
         // straight-line code: the lints for people do not apply to it
         #[allow(unused, clippy::all, clippy::pedantic, clippy::nursery)]
@@ -77,6 +79,8 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             ) {
                 #body
             }
+
+            #phase_slopes
         }
     }
 }
