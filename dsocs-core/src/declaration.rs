@@ -46,6 +46,8 @@ struct At<'a, T> {
     e: &'a [T],
     z: &'a [T],
     multipliers: &'a [T],
+    sides: &'a [T],
+    first_sides: &'a [T],
 }
 
 impl<'a, T> At<'a, T> {
@@ -64,6 +66,8 @@ impl<'a, T> At<'a, T> {
         e: &[],
         z: &[],
         multipliers: &[],
+        sides: &[],
+        first_sides: &[],
     };
 
     /// The first two nodes of a step.
@@ -127,6 +131,8 @@ fn leaves<'a, T: Number>(
             Leaf::P(i) => (at.past, i),
             Leaf::E(i) => (at.e, i),
             Leaf::Z(i) => (at.z, i),
+            Leaf::Side(i) => (at.sides, i),
+            Leaf::FirstSide(i) => (at.first_sides, i),
             // missing ones are zero
             Leaf::Lambda(i) => return at.multipliers.get(i).copied().unwrap_or(T::splat(0.0)),
         };
@@ -621,6 +627,82 @@ impl<'s> Declaration<'s> {
         );
         let arriving = forces.split_off(self.dimension());
         [forces, arriving]
+    }
+
+    /// How many arguments there are of functions that jump with the velocity.
+    pub(crate) fn sides(&self) -> usize {
+        self.count(Segment::Sides, Part::All)
+    }
+
+    /// These arguments.
+    pub(crate) fn side_arguments<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Sides, Part::All, &at)
+    }
+
+    /// The rows of [`Declaration::declared`] with sides in the place of signs, those of the first leg and the others.
+    pub(crate) fn sided<T: Number>(
+        &self,
+        h: T,
+        leg: AnyLeg<'_, T>,
+        e: &[T],
+        multipliers: &[T],
+        [first_sides, sides]: [&[T]; 2],
+    ) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            sides,
+            first_sides,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Sided, Part::Head, &at)
+    }
+
+    /// The constraint force of [`Declaration::force`] in the same way.
+    pub(crate) fn sided_force<T: Number>(
+        &self,
+        h: T,
+        leg: AnyLeg<'_, T>,
+        e: &[T],
+        [first_sides, sides]: [&[T]; 2],
+    ) -> Vec<T> {
+        let at = At {
+            e,
+            sides,
+            first_sides,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Sided, Part::Tail, &at)
+    }
+
+    /// The rows of [`Declaration::continuous`] with sides in the place of signs.
+    pub(crate) fn sided_continuous<T: Number>(
+        &self,
+        point: AnyPoint<'_, T>,
+        multipliers: &[T],
+        sides: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            multipliers,
+            sides,
+            ..At::point(point)
+        };
+        self.all(Segment::SidedContinuous, Part::Head, &at)
+    }
+
+    /// The continuous system's constraint force in the same way.
+    pub(crate) fn sided_continuous_force<T: Number>(&self, point: AnyPoint<'_, T>, sides: &[T]) -> Vec<T> {
+        let at = At {
+            sides,
+            ..At::point(point)
+        };
+        self.all(Segment::SidedContinuous, Part::Tail, &at)
     }
 
     /// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`; for the paper's map, the trapezoid's.

@@ -3,7 +3,6 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
-use crate::any::continuous_force;
 use crate::compensated::Compensated;
 use crate::compiled::Report;
 use crate::declaration::Declaration;
@@ -71,6 +70,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     unresolved: Option<Box<Unresolved>>,
     /// Whether the last step was examined for that.
     looked: bool,
+    /// The sides of functions that jump, where the last step was solved with them.
+    stuck: Option<Box<Stuck>>,
 }
 
 // by hand, as `Clone` is, because a derivation would ask the system for as much
@@ -92,6 +93,7 @@ impl<S: System<N>, const N: usize> Clone for Flow<'_, S, N> {
             before: self.before.clone(),
             changed: self.changed.clone(),
             unresolved: self.unresolved.clone(),
+            stuck: self.stuck.clone(),
             ..*self
         }
     }
@@ -125,7 +127,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         Self::check(&system, h)?;
         Declaration::of(&*system).prepare();
         let beginning = start.begin(&*system, h)?;
+        let stuck = if S::JUMPS {
+            Self::stuck_at_start(&system, h, &beginning)
+        } else {
+            None
+        };
         Ok(Self {
+            stuck,
             constants: system.constants(&system.parameters(), h),
             third: Third::new(beginning.e),
             system,
@@ -236,6 +244,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// Solves the next step and goes to the position that it leads to; the clock is left as it is.
     #[inline]
     fn solve(&mut self) -> Result<StepReport, StepError> {
+        if S::JUMPS
+            && self.is_stuck()
+            && let Some(report) = self.solve_stuck()
+        {
+            self.before = None;
+            return report;
+        }
         if let Some(before) = self.before.take() {
             return self.solve_changed(before);
         }
@@ -251,7 +266,14 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         };
         let (z, report) = match step.solve(&mut self.predictor, self.max_iterations) {
             Ok(solution) => solution,
-            Err(cause) => return Err(self.failed(cause)),
+            Err(cause) => {
+                if S::JUMPS
+                    && let Some(report) = self.solve_jump(None)
+                {
+                    return report;
+                }
+                return Err(self.failed(cause));
+            }
         };
         let e = step.second_difference(&z);
         let mut d = self.d;
@@ -263,6 +285,12 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         let leg = step.leg;
         let foreseen =
             (!Self::MAY_SWITCH || self.foresees(&z, &e)) && !(S::JUMPS && report.stop == Stop::Jump);
+        if S::JUMPS
+            && !foreseen
+            && let Some(report) = self.solve_jump(Some((&e, report.stop)))
+        {
+            return report;
+        }
         self.predictor.push(&z);
         if !foreseen {
             self.look_between(&leg, &e, report.stop);
@@ -299,7 +327,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         {
             force = changed.force;
         }
-        Node {
+        let mut node = Node {
             index: self.clock.index(),
             t: self.clock.time(),
             q: leg.q,
@@ -309,7 +337,11 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             energy,
             iterations: report.iterations,
             stop: report.stop,
+        };
+        if S::JUMPS && self.stuck.is_some() {
+            self.tell_sides(&Solved { leg, e, report }, &mut node);
         }
+        node
     }
 
     /// The node of the start.
@@ -324,15 +356,12 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             q: q0,
             v: v0,
             a,
-            force: continuous_force(
-                &Declaration::of(&*self.system),
-                &Point {
-                    t: t0,
-                    q: q0,
-                    v: v0,
-                    a,
-                },
-            ),
+            force: self.first_force(&Point {
+                t: t0,
+                q: q0,
+                v: v0,
+                a,
+            }),
             energy: self.system.energy(t0, &q0, &v0),
             iterations: 0,
             stop: Stop::Start,
@@ -422,6 +451,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         turned.clock.turn();
         turned.ahead = 0;
         turned.since = 0;
+        turned.rest_as(self);
         turned.solve()?;
         turned.ahead = 1;
         *self = turned;
@@ -455,6 +485,7 @@ mod choose;
 mod exchange;
 mod forces;
 mod inputs;
+mod stick;
 mod third;
 mod unresolved;
 pub use choose::Roots;
@@ -462,6 +493,7 @@ pub(crate) use exchange::State;
 pub use forces::multipliers;
 use inputs::Changed;
 pub(crate) use inputs::works;
+use stick::Stuck;
 use third::Third;
 pub use unresolved::Unresolved;
 #[cfg(test)]

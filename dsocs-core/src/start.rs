@@ -18,6 +18,7 @@ use crate::scalar::Scalar as _;
 use crate::step::Begins;
 use crate::step::newton::{self, Equations};
 use crate::step::unknown::{Linearization, Unknown};
+use crate::sticking;
 use crate::system::{Point, System};
 use crate::tangent::Tangent;
 use crate::taylor::{TaylorFlow, Tolerance};
@@ -606,7 +607,16 @@ pub(crate) fn acceleration<S: System<N>, const N: usize>(
     at: (f64, &[f64; N], &[f64; N]),
     near: Option<&[f64; N]>,
 ) -> Result<Accelerated<N>, NewtonFailure> {
-    solve_continuous::<S::Motion, N>(Declaration::of(system), at, near)
+    let declaration = Declaration::of(system);
+    if S::JUMPS && declaration.sides() > 0 {
+        let (t, q, v) = at;
+        let multipliers = S::Motion::zero().as_ref().len() - N;
+        let near = near.map(|near| &near[..]);
+        if let Some(found) = sticking::of_motion(&declaration, (t, q, v), multipliers, near) {
+            return Ok((sized(&found.x), found.x[N..].to_vec()));
+        }
+    }
+    solve_continuous::<S::Motion, N>(declaration, at, near)
 }
 
 /// The same of a declaration whose continuous system has the unknowns `U`.

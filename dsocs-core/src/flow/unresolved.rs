@@ -94,15 +94,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             part = part.max(kick(system, self.h, &leg, e));
         }
         if part > UNRESOLVED || stop == Stop::Jump {
-            let unresolved = self.unresolved.get_or_insert_with(|| {
-                Box::new(Unresolved {
-                    steps: 0,
-                    first: time,
-                    largest: 0.0,
-                })
-            });
-            unresolved.steps += 1;
-            unresolved.largest = unresolved.largest.max(part);
+            self.count_unresolved(time, part);
         }
     }
 }

@@ -49,6 +49,9 @@ pub enum Stop {
     /// several functions jump in one step, each has the value of a path that goes straight on. [`Unresolved`](crate::Unresolved) counts these
     /// steps.
     Jump,
+    /// Something rests where a function jumps, such as a mass that dry friction holds, and has rested on the leg before. The function has the value between
+    /// its two sides that solves the rows.
+    Sticks,
 }
 
 /// Equations with as many rows as unknowns.

@@ -51,7 +51,7 @@ use crate::dual::Dual;
 use read::Body;
 
 /// The first byte of a tape.
-pub(crate) const VERSION: u8 = 3;
+pub(crate) const VERSION: u8 = 4;
 
 /// What an expression is made of in the end, besides numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -84,6 +84,10 @@ pub enum Leaf {
     P(usize),
     /// A third derivative (13).
     J(usize),
+    /// The side of a function that jumps with the velocity, a number between -1 and 1 (14).
+    Side(usize),
+    /// The same on the first leg of a step (15).
+    FirstSide(usize),
 }
 
 /// What a tape computes, in the order in which it stands there.
@@ -138,10 +142,16 @@ pub enum Segment {
     /// What constraints of lower order ask of a position, and the derivatives by its components, row by row; then what they ask of
     /// a velocity, and the derivatives by its components.
     PhaseSlopes,
+    /// The arguments of functions that jump with the velocity.
+    Sides,
+    /// The rows of a step as they were declared, with sides in the place of signs; then the constraint force.
+    Sided,
+    /// The rows of the continuous system in the same way; then its constraint force.
+    SidedContinuous,
 }
 
 /// How many segments a tape has.
-pub(crate) const SEGMENTS: usize = Segment::PhaseSlopes as usize + 1;
+pub(crate) const SEGMENTS: usize = Segment::SidedContinuous as usize + 1;
 
 /// Which of a segment's results are wanted: those of rows without their Jacobian, of a point without the force, or the rest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -91,7 +91,7 @@ const FUNCTIONS: [Function; 20] = [
 ];
 
 /// The kinds of leaves, by their bytes.
-const LEAVES: [fn(usize) -> Leaf; 14] = [
+const LEAVES: [fn(usize) -> Leaf; 16] = [
     Leaf::Q,
     Leaf::V,
     Leaf::A,
@@ -106,6 +106,8 @@ const LEAVES: [fn(usize) -> Leaf; 14] = [
     |_| Leaf::Clock,
     Leaf::P,
     Leaf::J,
+    Leaf::Side,
+    Leaf::FirstSide,
 ];
 
 impl Op {

@@ -10,12 +10,12 @@ use super::phase::Phase;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};
-use crate::mechanics::{self, StepEquations};
+use crate::mechanics::{self, Sides, StepEquations};
 use crate::model::{Kind, Model};
 use crate::passes;
 
 /// The version of the format, as `dsocs_core` knows it.
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// Expressions of a step as it was declared.
 pub(super) struct Declared {
@@ -215,6 +215,7 @@ fn segments(
         .collect();
     let continuous_forms = of(&model.graph, &forms_of_point, 0);
     let [phase, pair, phase_slopes] = lower_order(model, &mut of);
+    let [sides, sided, sided_continuous] = sided(model, &mut of);
     let lagrangian = of(&expressions.graph, &[model.lagrangian], 0);
     let discrete_lagrangian = of(&expressions.graph, &[expressions.discrete_lagrangian], 0);
     let observed: Vec<NodeId> = model.observe.iter().map(|&(_, node)| node).collect();
@@ -253,6 +254,9 @@ fn segments(
         fields,
         factors,
         phase_slopes,
+        sides,
+        sided,
+        sided_continuous,
     ]
 }
 
@@ -267,6 +271,25 @@ fn constants(stages: &Stages, calls: &mut Calls) -> Segment {
     energy
         .program
         .segment(of_step, &energy.constants, 0, &nothing, calls)
+}
+
+/// The arguments of functions that jump with the velocity; the rows of a step as they were declared and the constraint force, and the rows of the
+/// continuous system and its force, with sides in the place of signs.
+fn sided(model: &Model, of: &mut impl FnMut(&Graph, &[NodeId], usize) -> Segment) -> [Segment; 3] {
+    let Some(Sides { model, arguments }) = mechanics::sides(model) else {
+        return [Segment::default(), Segment::default(), Segment::default()];
+    };
+    let mut graph = model.graph.clone();
+    let step = mechanics::step(&model, &mut graph);
+    let rows: Vec<NodeId> = step.rows.iter().map(|row| row.value).chain(step.force).collect();
+    let continuous = mechanics::continuous(&model, &mut graph);
+    let of_motion = continuous.rows.iter().map(|row| row.value);
+    let of_motion: Vec<NodeId> = of_motion.chain(continuous.force).collect();
+    [
+        of(&graph, &arguments, 0),
+        of(&graph, &rows, step.rows.len()),
+        of(&graph, &of_motion, continuous.rows.len()),
+    ]
 }
 
 /// What constraints of lower order ask of a position and a velocity, and of a leg.

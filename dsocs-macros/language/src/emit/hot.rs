@@ -28,10 +28,16 @@ fn argument(leaf: Leaf) -> Place {
         Leaf::V(i) => Place::own(quote!(v), i),
         Leaf::A(i) => Place::own(quote!(a), i),
         Leaf::Lambda(j) => Place::element("multipliers", j),
-        // the nodes of a map are replaced before code is written, and no step has a jerk
-        Leaf::X0(_) | Leaf::X1(_) | Leaf::X2(_) | Leaf::T0 | Leaf::T1 | Leaf::T2 | Leaf::J(_) => {
-            Place::nowhere()
-        }
+        // the nodes of a map are replaced before code is written, and no step has a jerk; sides stand on the tape alone
+        Leaf::X0(_)
+        | Leaf::X1(_)
+        | Leaf::X2(_)
+        | Leaf::T0
+        | Leaf::T1
+        | Leaf::T2
+        | Leaf::J(_)
+        | Leaf::Side(_)
+        | Leaf::FirstSide(_) => Place::nowhere(),
     }
 }
 

@@ -94,6 +94,10 @@ pub(crate) enum Leaf {
     Lambda(usize),
     /// An unknown of the step.
     Z(usize),
+    /// A number between -1 and 1 in the place of a sign (see [`crate::mechanics::Sides`]).
+    Side(usize),
+    /// The same on the first leg of a step.
+    FirstSide(usize),
 }
 
 impl Leaf {
@@ -112,7 +116,9 @@ impl Leaf {
             | Self::P(i)
             | Self::E(i)
             | Self::Lambda(i)
-            | Self::Z(i) => Some(i),
+            | Self::Z(i)
+            | Self::Side(i)
+            | Self::FirstSide(i) => Some(i),
             Self::T | Self::T0 | Self::T1 | Self::T2 | Self::H | Self::Clock => None,
         }
     }

@@ -7,6 +7,7 @@
 //! - [`mod@continuous`]: the continuous system, its force and its energy;
 //! - [`lower_order`]: what constraints of lower order ask of a pair of nodes and of a start;
 //! - [`mod@annihilator`]: the virtual displacements from the forces, `C_V` from `F_V`;
+//! - [`mod@sides`]: functions that jump with the velocity, with their sides as leaves;
 //! - [`factor`]: whether a declared factor divides its constraint;
 //! - [`symmetry`]: whether the step is symmetric in time.
 
@@ -16,6 +17,7 @@ mod factor;
 mod force;
 mod lower_order;
 mod nodes;
+mod sides;
 mod step;
 mod symmetry;
 mod works;
@@ -28,6 +30,7 @@ pub(crate) use factor::is_no_factor;
 pub(crate) use force::{arriving, discrete_lagrangian, external_on_leg, on_first_leg};
 pub(crate) use lower_order::{pair, phase};
 pub(crate) use nodes::PointNodes;
+pub(crate) use sides::{Sides, sides};
 pub(crate) use step::{StepEquations, step};
 pub(crate) use symmetry::Symmetry;
 

@@ -1,0 +1,219 @@
+//! Steps of a flow in which something rests where a function jumps; see [`crate::sticking`].
+
+use super::{Flow, Solved, Unresolved};
+use crate::any::{continuous_force, sized};
+use crate::declaration::Declaration;
+use crate::error::StepError;
+use crate::run::Node;
+use crate::sides::Piece;
+use crate::start::Beginning;
+use crate::step::newton::Stop;
+use crate::step::unknown::Unknown as _;
+use crate::step::{Guess, Step, StepReport};
+use crate::sticking::{self, Contact, Sticking};
+use crate::system::{Leg, Point, System};
+
+/// The sides of the last step, where it was solved with them.
+#[derive(Clone, Debug)]
+pub(super) struct Stuck {
+    /// The number of the position that the step leads to.
+    index: u64,
+    /// The sides.
+    sticking: Sticking,
+}
+
+impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+    /// What rests on the first leg of a run.
+    #[cold]
+    pub(super) fn stuck_at_start(system: &S, h: f64, beginning: &Beginning<N>) -> Option<Box<Stuck>> {
+        let declaration = Declaration::of(system);
+        if declaration.sides() == 0 {
+            return None;
+        }
+        let Beginning {
+            t0, q0, v0, a0, q, d, ..
+        } = beginning;
+        let leg = Leg {
+            t: t0 + h,
+            q: q.hi,
+            d: d.hi,
+        };
+        let mut rests = sticking::rests_on(&declaration, h, leg.any());
+        if a0.is_some()
+            && let Some(found) =
+                sticking::of_motion(&declaration, (*t0, q0, v0), Self::multipliers_count(), None)
+        {
+            for (rests, piece) in rests.iter_mut().zip(&found.pieces) {
+                *rests |= *piece == Piece::Between;
+            }
+        }
+        let sticking = Sticking::resting(rests);
+        sticking.rests().then(|| Box::new(Stuck { index: 1, sticking }))
+    }
+
+    /// How many multipliers are unknown.
+    fn multipliers_count() -> usize {
+        S::Motion::zero().as_ref().len() - N
+    }
+
+    /// Whether something rests on the leg that the next step begins with.
+    #[inline]
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.stuck
+            .as_ref()
+            .is_some_and(|stuck| stuck.index == self.index() && stuck.sticking.rests())
+    }
+
+    /// The sides of the last step.
+    fn last_sides(&self) -> Option<&Sticking> {
+        let stuck = self.stuck.as_ref()?;
+        (stuck.index == self.index()).then_some(&stuck.sticking)
+    }
+
+    /// Takes over what rests on the leg that is common with another run, which goes the other way.
+    pub(super) fn rest_as(&mut self, other: &Self) {
+        self.stuck = None;
+        if let Some(sticking) = other.last_sides().filter(|sticking| sticking.rests()) {
+            self.stuck = Some(Box::new(Stuck {
+                index: self.index(),
+                sticking: sticking.clone(),
+            }));
+        }
+    }
+
+    /// Solves the next step where something rests on the leg that it begins with; `None` if that leads to nothing.
+    #[cold]
+    pub(super) fn solve_stuck(&mut self) -> Option<Result<StepReport, StepError>> {
+        let past = self
+            .predictor
+            .predict()
+            .map(|z| self.next_step().second_difference(&z));
+        let guess = past.unwrap_or([0.0; N]);
+        self.settle(&guess, |_, _| true)
+    }
+
+    /// Solves a step anew whose rows jump, in which something may come to rest. `plain` is the second difference that solves it without that, if any does,
+    /// and how it was found; `None` if it stays.
+    #[cold]
+    pub(super) fn solve_jump(
+        &mut self,
+        plain: Option<(&[f64; N], Stop)>,
+    ) -> Option<Result<StepReport, StepError>> {
+        let declaration = Declaration::of(&*self.system);
+        if declaration.sides() == 0 {
+            return None;
+        }
+        let Some((e, stop)) = plain else {
+            return self.settle(&[0.0; N], |contact, solution| contact.is_declared(solution));
+        };
+        let leg = self.next_leg();
+        let contact = Contact {
+            declaration,
+            h: self.h,
+            leg: leg.any(),
+            rests: &[],
+        };
+        if stop != Stop::Jump && !contact.may_rest(e) {
+            return None;
+        }
+        self.settle(e, |contact, solution| {
+            solution.sticking.rests() || stop == Stop::Jump && contact.is_declared(solution)
+        })
+    }
+
+    /// Solves the next step with sides and goes to its node, if the solution is wanted.
+    fn settle(
+        &mut self,
+        guess: &[f64; N],
+        is_wanted: impl Fn(&Contact<'_>, &sticking::Solution) -> bool,
+    ) -> Option<Result<StepReport, StepError>> {
+        let leg = self.next_leg();
+        let rests: &[bool] = if self.is_stuck() {
+            self.last_sides().map_or(&[], |sticking| &sticking.rests)
+        } else {
+            &[]
+        };
+        let contact = Contact {
+            declaration: Declaration::of(&*self.system),
+            h: self.h,
+            leg: leg.any(),
+            rests,
+        };
+        let multipliers = vec![0.0; Self::multipliers_count()];
+        let solution = contact.solve(guess, &multipliers)?;
+        if !is_wanted(&contact, &solution) {
+            return None;
+        }
+        let e: [f64; N] = sized(&solution.e);
+        let mut d = self.d;
+        d.add(&e);
+        let q = self.q.plus(&d);
+        if !q.hi.iter().all(|q| q.is_finite()) {
+            return None;
+        }
+        let z = Step::new(&*self.system, &self.constants, leg, self.h)
+            .any()
+            .unknown(&e, &solution.multipliers);
+        let sticking = solution.sticking;
+        let stop = match (sticking.rests(), sticking.is_steady()) {
+            (true, true) => Stop::Sticks,
+            (true, false) => Stop::Jump,
+            (false, _) => Stop::Update,
+        };
+        let report = StepReport {
+            iterations: solution.evaluations,
+            stop,
+            guess: Guess::Predicted,
+        };
+        self.predictor.push(&z);
+        if !sticking.is_steady() {
+            let time = self.time();
+            self.count_unresolved(time, 0.0);
+        }
+        self.looked = true;
+        self.solved = Some(Solved { leg, e, report });
+        (self.q, self.d) = (q, d);
+        // the clock has not gone on yet
+        self.stuck = Some(Box::new(Stuck {
+            index: self.index() + 1,
+            sticking,
+        }));
+        Some(Ok(report))
+    }
+
+    /// Gives a node the constraint force with the sides of its step.
+    #[cold]
+    pub(super) fn tell_sides(&self, solved: &Solved<N>, node: &mut Node<N>) {
+        if let Some(Sticking { first, second, .. }) = self.last_sides() {
+            let declaration = Declaration::of(&*self.system);
+            let force = declaration.sided_force(self.h, solved.leg.any(), &solved.e, [first, second]);
+            node.force = sized(&force);
+        }
+    }
+
+    /// The constraint force at the start.
+    pub(super) fn first_force(&self, point: &Point<f64, N>) -> [f64; N] {
+        let declaration = Declaration::of(&*self.system);
+        let at = (point.t, &point.q[..], &point.v[..]);
+        if S::JUMPS
+            && declaration.sides() > 0
+            && let Some(found) = sticking::of_motion(&declaration, at, Self::multipliers_count(), None)
+        {
+            return sized(&declaration.sided_continuous_force(point.any(), &found.sides));
+        }
+        continuous_force(&declaration, point)
+    }
+
+    /// Counts a step that was too long.
+    pub(super) fn count_unresolved(&mut self, time: f64, part: f64) {
+        let unresolved = self.unresolved.get_or_insert_with(|| {
+            Box::new(Unresolved {
+                steps: 0,
+                first: time,
+                largest: 0.0,
+            })
+        });
+        unresolved.steps += 1;
+        unresolved.largest = unresolved.largest.max(part);
+    }
+}
