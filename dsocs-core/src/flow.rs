@@ -495,6 +495,7 @@ use inputs::Changed;
 pub(crate) use inputs::works;
 use stick::Stuck;
 use third::Third;
+pub(crate) use unresolved::FORESEEN;
 pub use unresolved::Unresolved;
 #[cfg(test)]
 mod tests;

@@ -114,7 +114,7 @@ pub(crate) fn solve(
     for _ in 0..MAX_ITERATIONS {
         now.evaluations += 1;
         let at = linearize(&now.x, &now.sides);
-        let (count, sides) = (now.x.len(), now.sides.len());
+        let count = now.x.len();
         let inverse = inverse(at.by_unknowns)?;
         let newton = inverse.times_vector(&at.rows);
         let by_sides = inverse.times(&at.by_sides);

@@ -213,7 +213,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// Keeps the last step of the flow.
     #[inline]
     fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
-        if const { S::JUMPS } && flow.node().stop == Stop::Jump {
+        if const { S::JUMPS } && matches!(flow.node().stop, Stop::Jump | Stop::Sticks) {
             let index = self.length + 1;
             let time = flow.node().t;
             return Err(DerivativeError::Jump { index, time });

@@ -245,7 +245,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 index: self.index,
                 last: self.before_changes(wanted),
                 active: self.active,
-                elsewhere: self.changing(),
+                elsewhere: self.elsewhere(),
                 since: self.since,
             };
             let made = self.engine.steps(&mut self.kept, &task);
@@ -273,11 +273,12 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             })
     }
 
-    /// The lanes whose parameters change at the middle node of the next step, as bits.
-    fn changing(&self) -> u32 {
+    /// The lanes whose parameters change at the middle node of the next step, or in which something rests where a function jumps, as bits.
+    fn elsewhere(&self) -> u32 {
         let changes = |lane: usize| {
-            let next = self.members[lane].changes.last();
-            next.is_some_and(|change| change.index == self.index)
+            let Member { changes, flow, .. } = &self.members[lane];
+            let next = changes.last();
+            next.is_some_and(|change| change.index == self.index) || S::JUMPS && flow.is_stuck_at(self.index)
         };
         lanes(self.active)
             .filter(|&lane| changes(lane))

@@ -11,7 +11,7 @@ use wide::f64x8;
 use super::newton::{self, Roots};
 use super::state::{Found, Now};
 use crate::compiled::{Compiled, Report};
-use crate::flow::SHORT_PAST;
+use crate::flow::{FORESEEN, SHORT_PAST};
 use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::lanes::{LANES, Lanes, Mask, Register};
 use crate::run::{Clock, Node};
@@ -286,9 +286,10 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 scales: &now.determinants.scales,
                 past_is_short: short,
             };
+            let guess = now.predictor.extrapolate_here();
             let roots: Roots<_, R> = newton::solve(
                 &rows,
-                now.predictor.extrapolate_here(),
+                guess,
                 &expected,
                 steps.common.max_iterations,
                 task.active,
@@ -302,6 +303,10 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 finite = finite & q.finite();
             }
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
+            if S::JUMPS {
+                // something may come to rest, which a flow by itself looks at
+                alone |= task.active & !foresees(&guess, &roots.z).bits();
+            }
             if Steps::<R, S, N>::WATCHED {
                 alone |= now.determinants.take(roots.determinants, task.active & !alone);
             }
@@ -328,6 +333,17 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             elsewhere = 0;
         }
     }
+}
+
+/// The lanes whose solution is close to its prediction, by a little less than what a flow takes for close.
+#[inline(always)]
+fn foresees<R: Register, Z: Unknown<Lanes<R>>>(guess: &Z, z: &Z) -> Mask<R> {
+    let mut foreseen = Mask::splat(true);
+    for (&guess, &z) in guess.as_ref().iter().zip(z.as_ref()) {
+        let close = Lanes::splat(0.999 * FORESEEN) * z.abs() + Lanes::splat(f64::MIN_POSITIVE);
+        foreseen = foreseen & (z - guess).abs().below(close);
+    }
+    foreseen
 }
 
 /// The times of a node.

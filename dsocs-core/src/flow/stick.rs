@@ -59,9 +59,14 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     /// Whether something rests on the leg that the next step begins with.
     #[inline]
     pub(crate) fn is_stuck(&self) -> bool {
-        self.stuck
-            .as_ref()
-            .is_some_and(|stuck| stuck.index == self.index() && stuck.sticking.rests())
+        self.is_stuck_at(self.index())
+    }
+
+    /// The same if that is the step with this middle node.
+    #[inline]
+    pub(crate) fn is_stuck_at(&self, index: u64) -> bool {
+        let stuck = self.stuck.as_ref();
+        stuck.is_some_and(|stuck| stuck.index == index && stuck.sticking.rests())
     }
 
     /// The sides of the last step.

@@ -19,7 +19,7 @@ const PLACES: u8 = 16;
 
 /// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
 /// changes as predicted has not been switched.
-const FORESEEN: f64 = 0.1;
+pub(crate) const FORESEEN: f64 = 0.1;
 
 /// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;
