@@ -28,13 +28,16 @@ const LAST: f64 = f64::EPSILON * f64::EPSILON;
 const ROUNDING: f64 = 1e-9;
 
 /// How far the sides that are solved for are held back, relative to what they do to their own argument.
-const HELD: f64 = 1e-9;
+const HELD: f64 = 1e-5;
 
 /// How often they are let go.
 const RELEASES: u32 = 12;
 
 /// An unknown that is zero is known to this part of the others.
 const FAINT: f64 = 1e-10;
+
+/// An argument below this part of what the sides can do to it is zero.
+const STILL: f64 = 1e-10;
 
 /// How often all sides that are wrong may change at once without their number becoming smaller.
 const PATIENCE: u32 = 8;
@@ -98,8 +101,23 @@ pub(crate) struct Sided {
     pub(crate) sides: Vec<f64>,
     /// The piece that each of them is on.
     pub(crate) pieces: Vec<Piece>,
+    /// Which arguments are zero. Of one that is, the side may be at a bound all the same.
+    pub(crate) still: Vec<bool>,
     /// How often the rows were evaluated.
     pub(crate) evaluations: u32,
+}
+
+impl Sided {
+    /// A guess.
+    pub(crate) fn guess(x: Vec<f64>, pieces: Vec<Piece>) -> Self {
+        Self {
+            x,
+            sides: pieces.iter().map(|piece| piece.side()).collect(),
+            still: pieces.iter().map(|piece| *piece == Piece::Between).collect(),
+            pieces,
+            evaluations: 0,
+        }
+    }
 }
 
 /// Solves an inclusion from a guess; `None` if nothing is found. `least` says how large each unknown is taken to be at least.
@@ -140,9 +158,7 @@ pub(crate) fn solve(
             })
             .collect();
         let faint = FAINT * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
-        let mut largest = changes
-            .iter()
-            .fold(0.0_f64, |most, change| most.max(change.abs()));
+        let mut largest = 0.0_f64;
         for i in 0..count {
             let update = newton[i] + by_change[i];
             now.x[i] -= update;
@@ -155,6 +171,13 @@ pub(crate) fn solve(
         }
         let same = now.pieces == pieces;
         if same && (largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last) {
+            let left = b.times_vector(&changes);
+            now.still = (0..a.len())
+                .map(|g| {
+                    let reach = b.row(g).map(f64::abs).sum::<f64>();
+                    now.pieces[g] == Piece::Between || (a[g] - left[g]).abs() <= STILL * reach
+                })
+                .collect();
             return Some(now);
         }
         last = largest;
@@ -194,7 +217,8 @@ fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
         let pairs = found.iter().zip(&changes);
         let moved = pairs.fold(0.0_f64, |most, (found, change)| most.max((found - change).abs()));
         changes = found;
-        if moved <= f64::EPSILON {
+        let largest = changes.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
+        if moved <= f64::EPSILON * largest {
             break;
         }
     }

@@ -156,12 +156,7 @@ impl Contact<'_> {
         let pieces: Vec<Piece> = (0..own.len())
             .map(|g| if rested(g) { Piece::Between } else { own[g] })
             .collect();
-        let guess = Sided {
-            x: e.iter().chain(multipliers).copied().collect(),
-            sides: pieces.iter().map(|piece| piece.side()).collect(),
-            pieces,
-            evaluations: 0,
-        };
+        let guess = Sided::guess(e.iter().chain(multipliers).copied().collect(), pieces);
         let n = e.len();
         let least: Vec<f64> = (0..guess.x.len())
             .map(|i| if i < n { LEAST * self.leg.d[i].abs() } else { 0.0 })
@@ -169,21 +164,16 @@ impl Contact<'_> {
         // the sides of the first leg that it keeps
         let mut kept: Vec<Option<f64>> = vec![None; own.len()];
         let mut found = sides::solve(&|x, sides| self.linearize(x, sides, &kept), &guess, &least)?;
-        let arrives = |found: &Sided, g: usize| found.pieces[g] == Piece::Between && !rested(g);
+        let arrives = |found: &Sided, g: usize| found.still[g] && !rested(g);
         let crosses = |found: &Sided, g: usize| {
-            !rested(g) && found.pieces[g] != Piece::Between && found.pieces[g] != own[g]
+            !rested(g) && !found.still[g] && found.pieces[g] != own[g]
         };
         let mut torn = vec![false; own.len()];
         if lasting && (0..own.len()).any(|g| arrives(&found, g)) {
-            let rests: Vec<bool> = found
-                .pieces
-                .iter()
-                .map(|piece| *piece == Piece::Between)
-                .collect();
             let next = self.next(&found.x[..n]);
             let contact = Contact {
                 leg: next.any(),
-                rests: &rests,
+                rests: &found.still,
                 ..*self
             };
             let rest = vec![0.0; n];
@@ -208,11 +198,7 @@ impl Contact<'_> {
             .collect();
         let sticking = Sticking {
             first,
-            rests: found
-                .pieces
-                .iter()
-                .map(|piece| *piece == Piece::Between)
-                .collect(),
+            rests: found.still.clone(),
             arrives: (0..own.len()).any(|g| arrives(&found, g)),
             crosses: (0..own.len()).any(|g| crosses(&found, g)),
             second: found.sides,
@@ -364,13 +350,7 @@ pub(crate) fn of_motion(
             }
         })
         .collect();
-    let guess = Sided {
-        x: (0..n + multipliers)
-            .map(|i| near.and_then(|near| near.get(i)).copied().unwrap_or(0.0))
-            .collect(),
-        sides: pieces.iter().map(|piece| piece.side()).collect(),
-        pieces,
-        evaluations: 0,
-    };
+    let x = (0..n + multipliers).map(|i| near.and_then(|near| near.get(i)).copied().unwrap_or(0.0));
+    let guess = Sided::guess(x.collect(), pieces);
     sides::solve(&linearize, &guess, &vec![0.0; n + multipliers])
 }

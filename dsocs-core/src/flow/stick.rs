@@ -5,7 +5,6 @@ use crate::any::{continuous_force, sized};
 use crate::declaration::Declaration;
 use crate::error::StepError;
 use crate::run::Node;
-use crate::sides::Piece;
 use crate::start::Beginning;
 use crate::step::newton::Stop;
 use crate::step::unknown::Unknown as _;
@@ -43,8 +42,8 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             && let Some(found) =
                 sticking::of_motion(&declaration, (*t0, q0, v0), Self::multipliers_count(), None)
         {
-            for (rests, piece) in rests.iter_mut().zip(&found.pieces) {
-                *rests |= *piece == Piece::Between;
+            for (rests, still) in rests.iter_mut().zip(&found.still) {
+                *rests |= still;
             }
         }
         let sticking = Sticking::resting(rests);

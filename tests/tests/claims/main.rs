@@ -40,6 +40,7 @@ mod sparse;
 mod stability;
 mod start;
 mod start_on_constraints;
+mod sticking;
 mod switches;
 mod switching_rows;
 mod systems;

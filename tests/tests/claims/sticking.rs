@@ -1,0 +1,669 @@
+//! What rests where a function jumps: dry friction holds a mass as long as the other forces are within it, and lets it go in the right direction.
+
+#![allow(clippy::float_cmp)] // the same numbers, to the last bit
+
+use dsocs_core::{Ensemble, Flow, Path, Start, Stepper, Stop, System, dsocs};
+use dsocs_tests::fit::slope;
+use proptest::prelude::*;
+
+/// A block on a slope.
+#[dsocs {
+    coordinates(x);
+    lagrangian = mass * (dot(x).powi(2) / 2 - 9.81 * x * slope.sin());
+    external_forces = -friction * mass * 9.81 * slope.cos() * dot(x).signum();
+}]
+struct Block {
+    mass: f64,
+    slope: f64,
+    friction: f64,
+}
+
+#[test]
+fn a_block_on_a_slope_rests_below_the_limit_and_slides_above() {
+    for slope in [-0.6_f64, -0.1, 0.0, 0.1, 0.6] {
+        for part in [0.01, 0.5, 0.99, 0.999_999, 1.000_001, 1.01, 3.0] {
+            for h in [0.1, 0.003] {
+                let friction = if slope == 0.0 { 0.2 } else { slope.abs().tan() / part };
+                let block = Block {
+                    mass: 0.7,
+                    slope,
+                    friction,
+                };
+                let holds = slope == 0.0 || part < 1.0;
+                // at rest, by both starts
+                for start in [Start::second_order([0.3], [0.0]), Start::paper([0.3], [0.0])] {
+                    let mut flow = Flow::new(&block, h, start).unwrap();
+                    for _ in 0..300 {
+                        let report = flow.advance().unwrap();
+                        let node = flow.node();
+                        if holds {
+                            assert_eq!((node.q[0], report.stop), (0.3, Stop::Sticks), "{slope} {part}");
+                            assert!(node.v[0].abs() < 1e-30 && node.a[0].abs() < 1e-30, "{node:?}");
+                            assert!(node.force[0].abs() < 1e-14);
+                        } else {
+                            let a = -9.81 * (slope.sin() - slope.signum() * friction * slope.cos());
+                            assert!((node.a[0] - a).abs() < 1e-9, "{node:?} {a}");
+                            assert!(node.force[0].abs() < 1e-9, "{node:?}");
+                        }
+                    }
+                    assert_eq!(flow.unresolved(), None);
+                }
+                // thrown up or down
+                for v in [1.0, -1.0] {
+                    let mut flow = Flow::new(&block, h, Start::second_order([0.0], [v])).unwrap();
+                    let slowed = |v: f64| 9.81 * (slope.sin() * v.signum() + friction * slope.cos());
+                    let stops = slowed(v) > 0.0;
+                    let (time, place) = (1.0 / slowed(v), v / (2.0 * slowed(v)));
+                    if !(holds && stops && time < 30.0) {
+                        continue;
+                    }
+                    while flow.time() < time + 3.0 * h {
+                        flow.advance().unwrap();
+                    }
+                    let rests = flow.position()[0];
+                    assert!((rests - place).abs() <= slowed(v) * h * h, "{slope} {part} {h}");
+                    for _ in 0..100 {
+                        let report = flow.advance().unwrap();
+                        assert_eq!((flow.position()[0], report.stop), (rests, Stop::Sticks));
+                    }
+                    assert_eq!(flow.unresolved().unwrap().steps, 1);
+                    assert!((flow.unresolved().unwrap().first - time).abs() <= 1.5 * h);
+                }
+            }
+        }
+    }
+}
+
+/// A block on a belt, held by a spring; friction falls with the relative velocity.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
+    let slip = dot(x) - belt;
+    external_forces = -(dry - fall * slip.abs()) * slip.signum();
+}]
+struct Belt {
+    stiff: f64,
+    belt: f64,
+    dry: f64,
+    fall: f64,
+}
+
+impl Belt {
+    /// Position and velocity on the slip that begins at the time 0.
+    fn slip(&self, t: f64) -> [f64; 2] {
+        let (rate, centre) = (self.fall / 2.0, (self.dry - self.fall * self.belt) / self.stiff);
+        let ring = (self.stiff - rate * rate).sqrt();
+        let y = self.fall * self.belt / self.stiff;
+        let (sin, cos) = (ring * t).sin_cos();
+        let b = (self.belt - rate * y) / ring;
+        let (grown, place, turn) = ((rate * t).exp(), y * cos + b * sin, ring * (b * cos - y * sin));
+        [centre + grown * place, grown * (rate * place + turn)]
+    }
+
+    /// How long the slip lasts, and the period.
+    fn period(&self) -> [f64; 2] {
+        // slower than the belt first; faster after a whole turn, which has grown
+        let turn = std::f64::consts::TAU / (self.stiff - self.fall * self.fall / 4.0).sqrt();
+        let (mut low, mut high) = (0.5 * turn, turn);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if self.slip(middle)[1] < self.belt {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        [low, low + (self.dry / self.stiff - self.slip(low)[0]) / self.belt]
+    }
+
+    /// The position at a time after a slip has begun.
+    fn at(&self, t: f64) -> f64 {
+        let [slip, period] = self.period();
+        let t = t.rem_euclid(period);
+        if t < slip {
+            self.slip(t)[0]
+        } else {
+            self.slip(slip)[0] + self.belt * (t - slip)
+        }
+    }
+}
+
+#[test]
+fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
+    let belt = Belt {
+        stiff: 4.0,
+        belt: 0.3,
+        dry: 1.5,
+        fall: 1.0,
+    };
+    let [slip, period] = belt.period();
+    assert!(slip < period - 1.0 && belt.slip(slip)[0].abs() < belt.dry / belt.stiff);
+    // on the belt, half a second before it is torn off
+    let start = Start::second_order([belt.at(-0.5)], [belt.belt]);
+    let steps = [0.02, 0.01, 0.005, 0.0025, 0.001_25];
+    let errors = steps.map(|h| {
+        let mut flow = Flow::new(&belt, h, start).unwrap();
+        let (mut error, mut slips, mut first, mut last) = (0.0_f64, 0, 0.0, 0.0);
+        let mut stuck = true;
+        while flow.time() < 0.5 + 6.2 * period {
+            let report = flow.advance().unwrap();
+            let node = flow.node();
+            error = error.max((node.q[0] - belt.at(node.t - 0.5)).abs());
+            let sticks = report.stop == Stop::Sticks;
+            if sticks {
+                assert!((flow.leg().d[0] / h - belt.belt).abs() < 1e-12, "{node:?}");
+                // the friction balances the spring, and no constraint acts
+                assert!(node.force[0].abs() < 1e-12 && node.a[0].abs() < 1e-9 / h, "{node:?}");
+            }
+            if stuck && !sticks && report.stop != Stop::Jump {
+                (first, last) = (if slips == 0 { node.t } else { first }, node.t);
+                slips += 1;
+            }
+            stuck = sticks;
+        }
+        assert_eq!(slips, 7);
+        assert!(((last - first) / 6.0 - period).abs() < 0.5 * h, "{h}");
+        // a stop on the belt is one step
+        assert_eq!(flow.unresolved().unwrap().steps, 6);
+        error
+    });
+    let order = slope(&steps, &errors);
+    println!("period {period}, order {order:.2}, errors {errors:?}");
+    assert!(order > 1.8, "{order} {errors:?}");
+}
+
+/// A belt that swings: a mass that it takes along, as long as friction can.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = -dry * (dot(x) - reach * t.sin()).signum();
+}]
+struct Shaker {
+    reach: f64,
+    dry: f64,
+}
+
+#[test]
+fn a_belt_that_swings_takes_along_what_it_can() {
+    // the belt's acceleration is within the friction
+    let shaker = Shaker { reach: 0.8, dry: 1.0 };
+    let steps = [0.1, 0.05, 0.025];
+    let errors = steps.map(|h: f64| {
+        let mut flow = Flow::new(&shaker, h, Start::second_order([0.0], [0.0])).unwrap();
+        let mut error = 0.0_f64;
+        while flow.time() < 20.0 {
+            assert_eq!(flow.advance().unwrap().stop, Stop::Sticks);
+            let node = flow.node();
+            error = error.max((node.q[0] - 0.8 * (1.0 - node.t.cos())).abs());
+        }
+        error
+    });
+    let order = slope(&steps, &errors);
+    println!("{order:.2} {errors:?}");
+    assert!((order - 2.0).abs() < 0.05, "{order} {errors:?}");
+    // and here it is not: the mass slides at some times and is taken along at others
+    let shaker = Shaker { reach: 1.3, dry: 1.0 };
+    let reference = Reference {
+        mass: |_: &[f64; 1]| [[1.0]],
+        force: |_: f64, _: &[f64; 1], _: &[f64; 1]| [0.0],
+        contacts: [([1.0], 1.0)],
+        belt: |t: f64| 1.3 * t.sin(),
+    };
+    let exact = reference.run([0.0], [0.0], 1e-5, 10.0);
+    for h in [0.04, 0.02, 0.01, 0.005] {
+        let mut flow = Flow::new(&shaker, h, Start::second_order([0.0], [0.0])).unwrap();
+        let (mut slid, mut stuck) = (0, 0);
+        while flow.time() < 10.0 - 0.5 * h {
+            match flow.advance().unwrap().stop {
+                Stop::Sticks => stuck += 1,
+                _ => slid += 1,
+            }
+        }
+        let error = (flow.position()[0] - exact[0]).abs();
+        println!("{h}: {error:e}, {stuck} of {} stuck", stuck + slid);
+        assert!(error < 0.5 * h && f64::from(stuck.min(slid)) * h > 1.0, "{h}: {error:e}");
+    }
+}
+
+/// Time stepping by Moreau's scheme with projected Gauss-Seidel iterations: shares nothing with the project. Friction acts along `contacts`, each a direction
+/// of the velocity and the largest force, against a velocity `belt`.
+struct Reference<M, F, B, const N: usize, const K: usize> {
+    mass: M,
+    force: F,
+    contacts: [([f64; N], f64); K],
+    belt: B,
+}
+
+impl<M, F, B, const N: usize, const K: usize> Reference<M, F, B, N, K>
+where
+    M: Fn(&[f64; N]) -> [[f64; N]; N],
+    F: Fn(f64, &[f64; N], &[f64; N]) -> [f64; N],
+    B: Fn(f64) -> f64,
+{
+    /// The position at the end.
+    fn run(&self, mut q: [f64; N], mut v: [f64; N], dt: f64, until: f64) -> [f64; N] {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let steps = (until / dt).round() as usize;
+        let mut impulses = [0.0; K];
+        for k in 0..steps {
+            let t = k as f64 * dt;
+            // half the way, then the velocity, then the other half
+            for (q, v) in q.iter_mut().zip(&v) {
+                *q += 0.5 * dt * v;
+            }
+            let mass = (self.mass)(&q);
+            let force = (self.force)(t + 0.5 * dt, &q, &v);
+            let free = solve(&mass, &force);
+            for (v, a) in v.iter_mut().zip(&free) {
+                *v += dt * a;
+            }
+            let responses = self.contacts.map(|(direction, _)| solve(&mass, &direction));
+            for (response, impulse) in responses.iter().zip(&impulses) {
+                for (v, r) in v.iter_mut().zip(response) {
+                    *v -= r * impulse;
+                }
+            }
+            for _ in 0..200 {
+                let mut moved = 0.0_f64;
+                for ((impulse, response), (direction, largest)) in
+                    impulses.iter_mut().zip(&responses).zip(&self.contacts)
+                {
+                    let along = |x: &[f64; N]| direction.iter().zip(x).map(|(d, x)| d * x).sum::<f64>();
+                    let slip = along(&v) - (self.belt)(t + dt);
+                    let wanted = *impulse + slip / along(response);
+                    let next = wanted.clamp(-dt * largest, dt * largest);
+                    let change = next - *impulse;
+                    for (v, r) in v.iter_mut().zip(response) {
+                        *v -= r * change;
+                    }
+                    moved = moved.max(change.abs() / (dt * largest));
+                    *impulse = next;
+                }
+                if moved < 1e-12 {
+                    break;
+                }
+            }
+            for (q, v) in q.iter_mut().zip(&v) {
+                *q += 0.5 * dt * v;
+            }
+        }
+        q
+    }
+}
+
+/// Solves linear equations.
+fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> [f64; N] {
+    let (mut matrix, mut right) = (*matrix, *right);
+    for k in 0..N {
+        for i in k + 1..N {
+            let factor = matrix[i][k] / matrix[k][k];
+            for j in k..N {
+                matrix[i][j] -= factor * matrix[k][j];
+            }
+            right[i] -= factor * right[k];
+        }
+    }
+    for k in (0..N).rev() {
+        for j in k + 1..N {
+            right[k] -= matrix[k][j] * right[j];
+        }
+        right[k] /= matrix[k][k];
+    }
+    right
+}
+
+/// Three blocks in a row, coupled by springs and pushed at one end; friction with the floor, and between the second and the third one.
+#[dsocs {
+    coordinates(x: [3]);
+    lagrangian = sum(0..3, |i| mass[i] * dot(x[i]).powi(2) / 2)
+        - stiff[0] * x[0].powi(2) / 2 - stiff[1] * (x[1] - x[0]).powi(2) / 2 - stiff[2] * (x[2] - x[1]).powi(2) / 2;
+    let between = dry[3] * (dot(x[2]) - dot(x[1])).signum();
+    external_forces = (
+        push * t.sin() - dry[0] * dot(x[0]).signum(),
+        between - dry[1] * dot(x[1]).signum(),
+        -between - if dot(x[2]) > 0 { dry[2] } else { -dry[2] },
+    );
+}]
+struct Row {
+    mass: [f64; 3],
+    stiff: [f64; 3],
+    dry: [f64; 4],
+    push: f64,
+}
+
+impl Row {
+    fn reference(&self, start: [f64; 3], until: f64) -> [f64; 3] {
+        let Self {
+            mass,
+            stiff: k,
+            dry,
+            push,
+        } = *self;
+        let reference = Reference {
+            mass: |_: &[f64; 3]| [[mass[0], 0.0, 0.0], [0.0, mass[1], 0.0], [0.0, 0.0, mass[2]]],
+            force: |t: f64, x: &[f64; 3], _: &[f64; 3]| {
+                let springs = [k[0] * x[0], k[1] * (x[1] - x[0]), k[2] * (x[2] - x[1])];
+                [
+                    push * t.sin() - springs[0] + springs[1],
+                    springs[2] - springs[1],
+                    -springs[2],
+                ]
+            },
+            contacts: [
+                ([1.0, 0.0, 0.0], dry[0]),
+                ([0.0, 1.0, 0.0], dry[1]),
+                ([0.0, 0.0, 1.0], dry[2]),
+                ([0.0, -1.0, 1.0], dry[3]),
+            ],
+            belt: |_: f64| 0.0,
+        };
+        reference.run(start, [0.0; 3], 1e-4, until)
+    }
+}
+
+/// The largest difference of components.
+fn apart<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+    x.iter().zip(y).fold(0.0, |most, (x, y)| (x - y).abs().max(most))
+}
+
+/// The position at a time, the steps in which something rests, and those in which not.
+fn end<S: System<N>, const N: usize>(system: &S, start: Start<N>, h: f64, until: f64) -> ([f64; N], [u32; 2]) {
+    let mut flow = Flow::new(system, h, start).unwrap();
+    let mut steps = [0; 2];
+    while flow.time() < until - 0.5 * h {
+        let report = flow.advance().unwrap();
+        steps[usize::from(report.stop != Stop::Sticks)] += 1;
+    }
+    (*flow.position(), steps)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn blocks_in_a_row_move_as_moreau_says(
+        mass in prop::array::uniform3(0.3_f64..3.0), stiff in prop::array::uniform3(0.5_f64..10.0),
+        dry in prop::array::uniform4(0.02_f64..1.5), push in -2.0_f64..2.0, start in prop::array::uniform3(-1.0_f64..1.0),
+    ) {
+        let row = Row { mass, stiff, dry, push };
+        let exact = row.reference(start, 6.0);
+        let start = Start::second_order(start, [0.0; 3]);
+        let largest = (0..3).map(|i| (dry[i] + dry[3]) / mass[i]).fold(0.0, f64::max);
+        for h in [0.02, 0.0025] {
+            let (found, _) = end(&row, start, h, 6.0);
+            // each turn without a stop has an error of the velocity of about the friction's half a step
+            let error = apart(&found, &exact);
+            prop_assert!(error < h * largest + 1e-3, "{} {:e}: {:?} {:?}", h, error, found, exact);
+        }
+    }
+}
+
+#[test]
+fn blocks_in_a_row_stick_alone_and_together() {
+    let row = Row {
+        mass: [1.0, 0.5, 2.0],
+        stiff: [4.0, 2.0, 3.0],
+        dry: [0.4, 0.3, 0.6, 0.2],
+        push: 1.1,
+    };
+    let start = [0.9, -0.4, 0.2];
+    let exact = row.reference(start, 12.0);
+    let start = Start::second_order(start, [0.0; 3]);
+    let mut flow = Flow::new(&row, 0.01, start).unwrap();
+    let mut seen = [false; 8];
+    while flow.time() < 12.0 {
+        let report = flow.advance().unwrap();
+        let d = flow.leg().d;
+        let rest = [d[0], d[1], d[2], d[2] - d[1]].map(|d| d.abs() < 1e-14);
+        seen[usize::from(rest[0]) + 2 * usize::from(rest[1]) + 4 * usize::from(rest[2])] = true;
+        assert_eq!(report.stop == Stop::Sticks || report.stop == Stop::Jump, rest.contains(&true));
+        // no constraint acts, whatever rests
+        assert!(flow.node().force.iter().all(|force| force.abs() < 1e-11), "{:?}", flow.node());
+    }
+    println!("{seen:?}");
+    assert!(seen.iter().filter(|seen| **seen).count() >= 5 && seen[0] && seen[7], "{seen:?}");
+    for h in [0.02, 0.01, 0.005] {
+        let (found, _) = end(&row, start, h, 12.0);
+        println!("{h}: {:e}", apart(&found, &exact));
+        assert!(apart(&found, &exact) < h, "{found:?} {exact:?}");
+    }
+}
+
+/// An arm with two links and dry friction in both joints.
+#[dsocs {
+    coordinates(alpha, beta);
+    let kinetic = dot(alpha).powi(2) + dot(beta).powi(2) / 2 + (alpha - beta).cos() * dot(alpha) * dot(beta);
+    lagrangian = kinetic + weight * (2 * alpha.cos() + beta.cos());
+    let elbow = dry[1] * (dot(beta) - dot(alpha)).signum();
+    external_forces = (elbow - dry[0] * dot(alpha).signum(), -elbow);
+}]
+struct Arm {
+    weight: f64,
+    dry: [f64; 2],
+}
+
+#[test]
+fn joints_of_an_arm_stick_alone_and_together() {
+    let mut found = [0; 4];
+    for (weight, dry, start) in [
+        (9.0, [1.5, 1.0], [0.8, 0.2]),
+        (4.0, [0.4, 1.2], [1.4, -0.6]),
+        (6.0, [5.0, 2.5], [0.9, 2.0]),
+    ] {
+        let arm = Arm { weight, dry };
+        let reference = Reference {
+            mass: |q: &[f64; 2]| {
+                let cos = (q[0] - q[1]).cos();
+                [[2.0, cos], [cos, 1.0]]
+            },
+            force: |_: f64, q: &[f64; 2], v: &[f64; 2]| {
+                let sin = (q[0] - q[1]).sin();
+                [
+                    -sin * v[1] * v[1] - 2.0 * weight * q[0].sin(),
+                    sin * v[0] * v[0] - weight * q[1].sin(),
+                ]
+            },
+            contacts: [([1.0, 0.0], dry[0]), ([-1.0, 1.0], dry[1])],
+            belt: |_: f64| 0.0,
+        };
+        let exact = reference.run(start, [0.0; 2], 2e-5, 6.0);
+        for h in [0.01, 0.005, 0.0025] {
+            let mut flow = Flow::new(&arm, h, Start::second_order(start, [0.0; 2])).unwrap();
+            while flow.time() < 6.0 - 0.5 * h {
+                flow.advance().unwrap();
+                let [shoulder, elbow] = [flow.leg().d[0], flow.leg().d[1] - flow.leg().d[0]].map(|d| d.abs() < 1e-13);
+                found[usize::from(shoulder) + 2 * usize::from(elbow)] += 1;
+            }
+            let error = apart(flow.position(), &exact);
+            println!("{h}: {error:e}");
+            assert!(error < 2.0 * h, "{h}: {error:e} {:?} {exact:?}", flow.position());
+        }
+    }
+    println!("{found:?}");
+    assert!(found.iter().all(|steps| *steps > 20), "{found:?}");
+}
+
+/// A rod from the floor to a wall along which its ends slide with friction: one motion, two frictions.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 + push * x;
+    holonomic = 2 * x - y;
+    external_forces = (-dry[0] * dot(x).signum(), -dry[1] * dot(y).signum());
+}]
+struct Tied {
+    push: f64,
+    dry: [f64; 2],
+}
+
+#[test]
+fn frictions_that_are_tied_to_each_other_hold_together() {
+    let limit = 0.4 + 2.0 * 0.3;
+    for push in [-0.999, -0.5, 0.0, 0.7, 0.999, 1.001, -1.5] {
+        let tied = Tied {
+            push: push * limit,
+            dry: [0.4, 0.3],
+        };
+        for v in [0.0, 0.3] {
+            let mut flow = Flow::new(&tied, 0.01, Start::second_order([0.1, 0.2], [v, 2.0 * v])).unwrap();
+            for _ in 0..2000 {
+                flow.advance().unwrap();
+            }
+            let report = flow.advance().unwrap();
+            let node = flow.node();
+            if push.abs() < 1.0 {
+                // a push near the limit takes long to be stopped
+                if v == 0.0 || push < 0.9 {
+                    assert_eq!(report.stop, Stop::Sticks, "{push} {v} {node:?}");
+                    assert!(node.v.iter().all(|v| v.abs() < 1e-17));
+                }
+            } else {
+                let a = (push - push.signum()) * limit / 5.0;
+                assert!((node.a[0] - a).abs() < 1e-9 && report.stop == Stop::Update, "{node:?} {a}");
+            }
+        }
+    }
+}
+
+/// A prescribed motion: friction in a constraint.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    kinematic = ddot(x) + stiff * x + dry * dot(x).signum();
+    constraint_forces = [1];
+}]
+struct Prescribed {
+    stiff: f64,
+    dry: f64,
+}
+
+#[test]
+fn a_constraint_with_friction_comes_to_rest_where_it_should() {
+    for start in [0.3, 2.5, 3.1, 4.7, -6.2] {
+        let prescribed = Prescribed { stiff: 1.0, dry: 1.0 };
+        // half swings about 1 and -1, each shorter by 2, up to where the friction holds
+        let mut rest: f64 = start;
+        while rest.abs() > 1.0 {
+            rest = 2.0 * rest.signum() - rest;
+        }
+        for h in [0.05, 0.01, 0.002] {
+            let mut flow = Flow::new(&prescribed, h, Start::second_order([start], [0.0])).unwrap();
+            while flow.time() < 16.0 {
+                flow.advance().unwrap();
+            }
+            let stays = flow.position()[0];
+            assert!((stays - rest).abs() < 3.0 * h, "{start} {h}: {stays} {rest}");
+            for _ in 0..100 {
+                assert_eq!(flow.advance().unwrap().stop, Stop::Sticks);
+                let node = flow.node();
+                assert_eq!(node.q[0], stays);
+                // nothing moves, and no force is asked for
+                assert!(node.v[0].abs() < 1e-16 && node.a[0].abs() < 1e-14 && node.force[0].abs() < 1e-14, "{node:?}");
+            }
+        }
+    }
+}
+
+/// Two masses on springs, whose energy without friction the step keeps to the last bit: kinetic energy of a leg, and the spring's of its ends' product.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 2 * x.powi(2) - (y - x).powi(2) / 2;
+    external_forces = (-dry[0] * dot(x).signum(), -dry[1] * dot(y).signum());
+}]
+struct Springs {
+    dry: [f64; 2],
+}
+
+proptest! {
+    #[test]
+    fn friction_gives_no_energy(
+        dry in prop::array::uniform2(0.01_f64..1.0), start in prop::array::uniform2(-2.0_f64..2.0), h in 0.001_f64..0.05,
+    ) {
+        let springs = Springs { dry };
+        let mut flow = Flow::new(&springs, h, Start::second_order(start, [0.0; 2])).unwrap();
+        let energy = |flow: &Flow<'_, Springs, 2>| {
+            let ([d, e], [x, y]) = (flow.leg().d, *flow.position());
+            let (before, between) = ([x - d, y - e], y - x);
+            let potential = 2.0 * x * before[0] + between * (before[1] - before[0]) / 2.0;
+            (d * d + e * e) / (2.0 * h * h) + potential
+        };
+        let first = energy(&flow);
+        let mut last = first;
+        // a stop takes the velocity of the last leg away at once: of that much the two measures of a spring's energy differ
+        let allowed = (dry[0] + dry[1]).powi(2) * h * h;
+        for _ in 0..4000 {
+            let report = flow.advance().unwrap();
+            let now = energy(&flow);
+            let stops = if report.stop == Stop::Jump { allowed } else { 0.0 };
+            prop_assert!(now <= last + stops + 1e-13 * first.abs(), "{:e} {:?}", now - last, report);
+            last = now;
+        }
+    }
+}
+
+#[test]
+fn without_friction_nothing_is_held() {
+    let free = Springs { dry: [0.0; 2] };
+    for start in [[0.5, -0.2], [0.0, 0.0], [0.0, 1.0]] {
+        let mut flow = Flow::new(&free, 0.01, Start::paper(start, [0.0; 2])).unwrap();
+        let mut leg = flow.leg();
+        for _ in 0..1000 {
+            flow.advance().unwrap();
+            let [x, y] = leg.q;
+            let force = [-4.0 * x + (y - x), x - y];
+            for i in 0..2 {
+                let e = flow.leg().d[i] - leg.d[i];
+                assert!((e - 1e-4 * force[i]).abs() < 1e-17, "{e:e} {force:?}");
+            }
+            leg = flow.leg();
+        }
+    }
+}
+
+#[test]
+fn what_rests_rests_for_ever_and_no_derivative_is_told() {
+    let block = Block {
+        mass: 1.0,
+        slope: 0.3,
+        friction: 0.5,
+    };
+    let start = Start::second_order([0.25], [0.7]);
+    let mut flow = Flow::new(&block, 0.01, start).unwrap();
+    for _ in 0..100 {
+        flow.advance().unwrap();
+    }
+    let rests = *flow.position();
+    for _ in 0..100_000 {
+        assert_eq!(flow.advance().unwrap().stop, Stop::Sticks);
+    }
+    assert_eq!(*flow.position(), rests);
+    // also where it turns round
+    flow.reverse().unwrap();
+    assert_eq!(*flow.position(), rests);
+    flow.advance().unwrap();
+    assert_eq!(*flow.position(), rests);
+    assert!(Path::new(&block, 0.01, Start::second_order([0.25], [0.0]), 1.0).is_err());
+}
+
+#[test]
+fn lanes_rest_where_flows_do() {
+    let row = Row {
+        mass: [1.0, 0.5, 2.0],
+        stiff: [4.0, 2.0, 3.0],
+        dry: [0.4, 0.3, 0.6, 0.2],
+        push: 1.1,
+    };
+    let starts: Vec<_> = (0..21)
+        .map(|i| Start::second_order([0.1 * f64::from(i), 0.3, -0.05 * f64::from(i)], [0.0; 3]))
+        .collect();
+    let ends = Ensemble::new(&row, 0.01)
+        .unwrap()
+        .starts(starts.iter().copied())
+        .to(9.0);
+    for (start, end) in starts.iter().zip(ends) {
+        let node = Flow::new(&row, 0.01, *start).unwrap().to(9.0).unwrap();
+        let end = end.unwrap();
+        // lanes choose pivots together: the last bits may differ
+        assert!(apart(&end.q, &node.q) < 1e-14, "{end:?} {node:?}");
+        assert_eq!(end.stop, node.stop);
+    }
+}
