@@ -217,7 +217,9 @@ fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
         let pairs = found.iter().zip(&changes);
         let moved = pairs.fold(0.0_f64, |most, (found, change)| most.max((found - change).abs()));
         changes = found;
-        let largest = changes.iter().fold(0.0_f64, |most, change| most.max(change.abs()));
+        let largest = changes
+            .iter()
+            .fold(0.0_f64, |most, change| most.max(change.abs()));
         if moved <= f64::EPSILON * largest {
             break;
         }

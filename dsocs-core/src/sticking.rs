@@ -165,9 +165,7 @@ impl Contact<'_> {
         let mut kept: Vec<Option<f64>> = vec![None; own.len()];
         let mut found = sides::solve(&|x, sides| self.linearize(x, sides, &kept), &guess, &least)?;
         let arrives = |found: &Sided, g: usize| found.still[g] && !rested(g);
-        let crosses = |found: &Sided, g: usize| {
-            !rested(g) && !found.still[g] && found.pieces[g] != own[g]
-        };
+        let crosses = |found: &Sided, g: usize| !rested(g) && !found.still[g] && found.pieces[g] != own[g];
         let mut torn = vec![false; own.len()];
         if lasting && (0..own.len()).any(|g| arrives(&found, g)) {
             let next = self.next(&found.x[..n]);

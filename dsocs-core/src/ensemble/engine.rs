@@ -287,13 +287,8 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 past_is_short: short,
             };
             let guess = now.predictor.extrapolate_here();
-            let roots: Roots<_, R> = newton::solve(
-                &rows,
-                guess,
-                &expected,
-                steps.common.max_iterations,
-                task.active,
-            );
+            let roots: Roots<_, R> =
+                newton::solve(&rows, guess, &expected, steps.common.max_iterations, task.active);
             let e = system.second_difference(constants, &known, &roots.z);
             let mut d = now.d;
             d.add(&e);

@@ -524,6 +524,59 @@ fn frictions_that_are_tied_to_each_other_hold_together() {
     }
 }
 
+/// A block on a slope that holds it: friction is a part of the force of the slope.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    holonomic = y + slope * x;
+    let s = friction * dot(x).signum();
+    constraint_forces = [(slope - s, 1 + s * slope)];
+}]
+struct Pressed {
+    slope: f64,
+    friction: f64,
+}
+
+#[test]
+fn friction_by_the_force_of_a_constraint_holds_within_its_cone() {
+    for slope in [0.3, -0.5] {
+        for part in [0.3_f64, 0.98, 1.02, 2.0] {
+            let pressed = Pressed {
+                slope,
+                friction: slope.abs() / part,
+            };
+            let h = 0.005;
+            for v in [0.0, slope.signum() * 0.4] {
+                let start = Start::second_order([0.0, 0.0], [v, -slope * v]);
+                let mut flow = Flow::new(&pressed, h, start).unwrap();
+                // along the slope, per unit of x
+                let length = 1.0 + slope * slope;
+                let a = 9.81 * (slope - v.signum() * slope.abs() / part) / length;
+                let time = if part < 1.0 && v != 0.0 { -v / a } else { 0.0 };
+                while flow.time() < time + 1.0 {
+                    flow.advance().unwrap();
+                }
+                let node = flow.node();
+                if part < 1.0 {
+                    let place = -v * v / (2.0 * a);
+                    let place = if v == 0.0 { 0.0 } else { place };
+                    if time > 30.0 {
+                        continue;
+                    }
+                    assert_eq!(node.stop, Stop::Sticks, "{slope} {part} {v}");
+                    assert!((node.q[0] - place).abs() < 20.0 * h * h, "{node:?} {place}");
+                    // the slope holds all of the weight
+                    assert!(node.force[0].abs() < 1e-9 && (node.force[1] - 9.81).abs() < 1e-9, "{node:?}");
+                } else {
+                    let sign = slope.signum();
+                    let a = 9.81 * (slope - sign * slope.abs() / part) / length;
+                    assert!((node.a[0] - a).abs() < 1e-8, "{node:?} {a}");
+                }
+            }
+        }
+    }
+}
+
 /// A prescribed motion: friction in a constraint.
 #[dsocs {
     coordinates(x);

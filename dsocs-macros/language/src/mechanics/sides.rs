@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use crate::graph::{Graph, Leaf, Memory, Node, NodeId, Pass, Unary};
-use crate::model::{Kind, Model};
+use crate::model::{Displacements, Kind, Model, Row};
 
 /// A declaration with sides in the place of signs.
 pub(crate) struct Sides {
@@ -17,18 +17,24 @@ pub(crate) struct Sides {
     pub(crate) arguments: Vec<NodeId>,
 }
 
-/// The declaration with sides, if its external forces or its kinematic constraints jump with the velocity.
+/// The declaration with sides, if its external forces, its kinematic constraints, or the directions of its constraint forces jump with the velocity.
 ///
 /// Not where constraints are of third order or have factors to be divided out: sticking is not looked for there.
 pub(crate) fn sides(model: &Model) -> Option<Sides> {
-    let divided = |row: &crate::model::Row| row.divided || row.divide.is_some();
+    let divided = |row: &Row| row.divided || row.divide.is_some();
     if model.order() > 2 || model.constraints.iter().any(divided) {
         return None;
     }
     let jumps = |&value: &NodeId| model.graph.deciding(value).any(|leaf| matches!(leaf, Leaf::V(_)));
-    let kinematic = |row: &&crate::model::Row| row.kind == Kind::Kinematic && row.discrete.is_none();
+    let kinematic = |row: &&Row| row.kind == Kind::Kinematic && row.discrete.is_none();
     let rows = model.constraints.iter().filter(kinematic).map(|row| &row.value);
-    if !rows.chain(&model.external_forces).any(jumps) {
+    let forms = model.forms.iter().flat_map(|form| &form.components);
+    let fields = match &model.displacements {
+        Displacements::Fields(fields) => fields.as_slice(),
+        Displacements::Annihilated => &[],
+    };
+    let directions = forms.chain(fields.iter().flatten());
+    if !rows.chain(&model.external_forces).chain(directions).any(jumps) {
         return None;
     }
     let mut model = model.clone();
@@ -40,6 +46,12 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
         if kinematic(&&*row) {
             row.value = model.graph.rewrite(row.value, &mut signs);
         }
+    }
+    for form in &mut model.forms {
+        model.graph.rewrite_all(&mut form.components, &mut signs);
+    }
+    if let Displacements::Fields(fields) = &mut model.displacements {
+        model.graph.rewrite_all(fields.iter_mut().flatten(), &mut signs);
     }
     let arguments = signs.arguments;
     (!arguments.is_empty()).then_some(Sides { model, arguments })
