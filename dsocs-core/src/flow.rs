@@ -248,7 +248,6 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             && self.is_stuck()
             && let Some(report) = self.solve_stuck()
         {
-            self.before = None;
             return report;
         }
         if let Some(before) = self.before.take() {
@@ -317,16 +316,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     #[inline]
     fn node_with(&self, constants: &S::Constants<f64>, Solved { leg, e, report }: Solved<N>) -> Node<N> {
         let known = self.system.known(constants, &leg);
-        let Report {
-            point,
-            mut force,
-            energy,
-        } = self.system.report(constants, &known, &leg, &e);
-        if let Some(changed) = &self.changed
-            && changed.index == self.clock.index()
-        {
-            force = changed.force;
-        }
+        let Report { point, force, energy } = self.system.report(constants, &known, &leg, &e);
         let mut node = Node {
             index: self.clock.index(),
             t: self.clock.time(),
@@ -340,6 +330,11 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         };
         if S::JUMPS && self.stuck.is_some() {
             self.tell_sides(&Solved { leg, e, report }, &mut node);
+        }
+        if let Some(changed) = &self.changed
+            && changed.index == self.clock.index()
+        {
+            node.force = changed.force;
         }
         node
     }

@@ -1,9 +1,11 @@
 //! Steps of a flow in which something rests where a function jumps; see [`crate::sticking`].
 
+use super::inputs::Changed;
 use super::{Flow, Solved, Unresolved};
 use crate::any::{continuous_force, sized};
 use crate::declaration::Declaration;
 use crate::error::StepError;
+use crate::held::Held;
 use crate::run::Node;
 use crate::start::Beginning;
 use crate::step::newton::Stop;
@@ -21,7 +23,7 @@ pub(super) struct Stuck {
     sticking: Sticking,
 }
 
-impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     /// What rests on the first leg of a run.
     #[cold]
     pub(super) fn stuck_at_start(system: &S, h: f64, beginning: &Beginning<N>) -> Option<Box<Stuck>> {
@@ -93,7 +95,61 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             .predict()
             .map(|z| self.next_step().second_difference(&z));
         let guess = past.unwrap_or([0.0; N]);
+        if let Some(before) = self.before.take() {
+            let change = self.solve_stuck_between(&before, &guess);
+            if change.is_none() {
+                self.before = Some(before);
+            }
+            return change.map(Ok);
+        }
         self.settle(&guess, |_, _| true)
+    }
+
+    /// The same between two values of the inputs: the mean of the steps with both. So what rests up to the node is driven by the new force for half a step.
+    fn solve_stuck_between(&mut self, before: &Held<'s, S>, guess: &[f64; N]) -> Option<StepReport> {
+        let (leg, multipliers) = (self.next_leg(), vec![0.0; Self::multipliers_count()]);
+        let rests = self.last_sides().map_or(&[][..], |sticking| &sticking.rests);
+        let [old, new] = [before, &self.system].map(|system| {
+            let contact = Contact {
+                declaration: Declaration::of(&**system),
+                h: self.h,
+                leg: leg.any(),
+                rests,
+            };
+            let solution = contact.solve(guess, &multipliers)?;
+            let Sticking { first, second, .. } = &solution.sticking;
+            let force = contact
+                .declaration
+                .sided_force(self.h, leg.any(), &solution.e, [first, second]);
+            Some((solution, force))
+        });
+        let ((old, old_force), (new, new_force)) = (old?, new?);
+        let mean = |x: &[f64], y: &[f64]| core::array::from_fn(|i| 0.5 * (x[i] + y[i]));
+        let e: [f64; N] = mean(&old.e, &new.e);
+        let rests = old.sticking.rests.iter().zip(&new.sticking.rests);
+        let sticking = Sticking::resting(rests.map(|(old, new)| *old && *new).collect());
+        let steady = old.sticking.is_steady() && new.sticking.is_steady() && sticking.rests();
+        let report = StepReport {
+            iterations: old.evaluations + new.evaluations,
+            stop: if steady { Stop::Sticks } else { Stop::Update },
+            guess: Guess::Given,
+        };
+        let multipliers: Vec<f64> = old
+            .multipliers
+            .iter()
+            .zip(&new.multipliers)
+            .map(|(old, new)| 0.5 * (old + new))
+            .collect();
+        let index = self.index();
+        let changed = Changed {
+            index,
+            force: mean(&old_force, &new_force),
+            before: before.clone(),
+        };
+        self.go(leg, e, &multipliers, report, sticking)?;
+        self.since = index.saturating_sub(1);
+        self.changed = Some(Box::new(changed));
+        Some(report)
     }
 
     /// Solves a step anew whose rows jump, in which something may come to rest. `plain` is the second difference that solves it without that, if any does,
@@ -108,6 +164,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             return None;
         }
         let Some((e, stop)) = plain else {
+            #[allow(clippy::redundant_closure_for_method_calls)] // the method is of one lifetime
             return self.settle(&[0.0; N], |contact, solution| contact.is_declared(solution));
         };
         let leg = self.next_leg();
@@ -148,16 +205,6 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         if !is_wanted(&contact, &solution) {
             return None;
         }
-        let e: [f64; N] = sized(&solution.e);
-        let mut d = self.d;
-        d.add(&e);
-        let q = self.q.plus(&d);
-        if !q.hi.iter().all(|q| q.is_finite()) {
-            return None;
-        }
-        let z = Step::new(&*self.system, &self.constants, leg, self.h)
-            .any()
-            .unknown(&e, &solution.multipliers);
         let sticking = solution.sticking;
         let stop = match (sticking.rests(), sticking.is_steady()) {
             (true, true) => Stop::Sticks,
@@ -169,11 +216,34 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             stop,
             guess: Guess::Predicted,
         };
-        self.predictor.push(&z);
         if !sticking.is_steady() {
             let time = self.time();
             self.count_unresolved(time, 0.0);
         }
+        let e = sized(&solution.e);
+        self.go(leg, e, &solution.multipliers, report, sticking)?;
+        Some(Ok(report))
+    }
+
+    /// Goes on to the node of a solution; `None` if it is not finite.
+    fn go(
+        &mut self,
+        leg: Leg<f64, N>,
+        e: [f64; N],
+        multipliers: &[f64],
+        report: StepReport,
+        sticking: Sticking,
+    ) -> Option<()> {
+        let mut d = self.d;
+        d.add(&e);
+        let q = self.q.plus(&d);
+        if !q.hi.iter().all(|q| q.is_finite()) {
+            return None;
+        }
+        let z = Step::new(&*self.system, &self.constants, leg, self.h)
+            .any()
+            .unknown(&e, multipliers);
+        self.predictor.push(&z);
         self.looked = true;
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
@@ -182,7 +252,7 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
             index: self.index() + 1,
             sticking,
         }));
-        Some(Ok(report))
+        Some(())
     }
 
     /// Gives a node the constraint force with the sides of its step.

@@ -32,7 +32,8 @@ const UNRESOLVED: f64 = 0.1;
 ///
 /// The usual case is dry friction that changes its direction within a step. The nodes still obey the discrete equations, and the run goes on. Where
 /// these have no solution, because a function jumps over it, the node is that of the jump, and the step is counted, too
-/// ([`Stop::Jump`](crate::Stop::Jump)).
+/// ([`Stop::Jump`](crate::Stop::Jump)). So is the step in which friction stops a mass, but not those in which it holds it
+/// ([`Stop::Sticks`](crate::Stop::Sticks)).
 ///
 /// Three things help: a smaller step, a function that changes more smoothly, or [`TaylorFlow`](crate::TaylorFlow), whose steps end at the jump, unless the motion
 /// sticks there. What switches is evaluated at some places between the legs, and only in steps that differ from their prediction. So a pulse

@@ -45,12 +45,12 @@ pub enum Stop {
     /// The residual is exactly zero, although the updates did not decrease as fast as expected.
     Exact,
     /// The rows have no root: they pass zero in a jump, as with dry friction where the next velocity would have the other sign on either side. The
-    /// node is that of the jump: there a value of the function between those of its two sides, such as `0.3` for `signum`, solves the rows. Where
-    /// several functions jump in one step, each has the value of a path that goes straight on. [`Unresolved`](crate::Unresolved) counts these
-    /// steps.
+    /// node is that of the jump, or something comes to rest with the next leg: there a value of the function between those of its two sides, such as
+    /// `0.3` for `signum`, solves the rows. Where several functions of the user's jump in one step, each has the value of a path that goes straight on.
+    /// [`Unresolved`](crate::Unresolved) counts these steps.
     Jump,
     /// Something rests where a function jumps, such as a mass that dry friction holds, and has rested on the leg before. The function has the value between
-    /// its two sides that solves the rows.
+    /// its two sides that solves the rows. [`Unresolved`](crate::Unresolved) does not count these steps.
     Sticks,
 }
 

@@ -173,7 +173,7 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::Sticks { switch }, _) => write!(
                 f,
                 "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
-                 both of its sides lead back. The declaration does not say what happens then. Replace the jump by a steep smooth \
+                 both of its sides lead back. A `Flow` follows a motion that sticks; a series does not. Replace the jump by a steep smooth \
                  function, such as `(v / 0.001).tanh()` for `v.signum()`, or go on from here with a system in which sticking is a \
                  constraint",
                 coordinates.join(", ")

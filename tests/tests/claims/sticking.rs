@@ -2,7 +2,7 @@
 
 #![allow(clippy::float_cmp)] // the same numbers, to the last bit
 
-use dsocs_core::{Ensemble, Flow, Path, Start, Stepper, Stop, System, dsocs};
+use dsocs_core::{Ensemble, Flow, Inputs, Path, Start, Stepper, Stop, System, dsocs};
 use dsocs_tests::fit::slope;
 use proptest::prelude::*;
 
@@ -695,6 +695,42 @@ fn what_rests_rests_for_ever_and_no_derivative_is_told() {
     flow.advance().unwrap();
     assert_eq!(*flow.position(), rests);
     assert!(Path::new(&block, 0.01, Start::second_order([0.25], [0.0]), 1.0).is_err());
+}
+
+/// A block on the floor that is pushed.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = push - dry * dot(x).signum();
+}]
+#[derive(Clone)]
+struct Pushed {
+    push: f64,
+    dry: f64,
+}
+
+#[test]
+fn an_input_that_changes_holds_or_tears_off_at_its_node() {
+    for sign in [1.0, -1.0] {
+        for h in [0.125, 0.0625] {
+            let pushed = Pushed { push: 0.0, dry: 1.0 };
+            let mut flow = Flow::new(&pushed, h, Start::second_order([0.0], [0.0])).unwrap();
+            flow.to(1.0).unwrap();
+            flow.set_input("push", 0.75 * sign).unwrap();
+            flow.to(2.0).unwrap();
+            assert_eq!((flow.position()[0], flow.node().stop), (0.0, Stop::Sticks));
+            flow.set_input("push", 2.0 * sign).unwrap();
+            // from the position that is known, which is a step ahead
+            let begins = flow.time();
+            while flow.time() < 4.0 {
+                flow.advance().unwrap();
+                let node = flow.node();
+                let t = node.t - begins;
+                assert!((node.q[0] - 0.5 * sign * t.max(0.0).powi(2)).abs() < 1e-12, "{node:?}");
+                assert!(node.force[0].abs() < 1e-12, "{node:?}");
+            }
+        }
+    }
 }
 
 #[test]
