@@ -121,11 +121,15 @@ impl Sided {
 }
 
 /// Solves an inclusion from a guess; `None` if nothing is found. `least` says how large each unknown is taken to be at least.
+///
+/// Sides turn their arguments back to zero, `B_gg ≥ 0`, or backward in time, with `direction` -1, away from it. A motion does not stay where they do the
+/// opposite, as with a force that pushes along the velocity.
 #[cold]
 pub(crate) fn solve(
     linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
     guess: &Sided,
     least: &[f64],
+    direction: f64,
 ) -> Option<Sided> {
     let mut now = guess.clone();
     let mut last = f64::INFINITY;
@@ -146,6 +150,10 @@ pub(crate) fn solve(
             .collect();
         let pieces = now.pieces.clone();
         let changes = complement(&a, &b, &mut now)?;
+        let repels = |g: usize| now.pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0;
+        if (0..a.len()).any(repels) {
+            return None;
+        }
         let by_change = by_sides.times_vector(&changes);
         let sizes: Vec<f64> = (0..count)
             .map(|i| {

@@ -163,7 +163,12 @@ impl Contact<'_> {
             .collect();
         // the sides of the first leg that it keeps
         let mut kept: Vec<Option<f64>> = vec![None; own.len()];
-        let mut found = sides::solve(&|x, sides| self.linearize(x, sides, &kept), &guess, &least)?;
+        let mut found = sides::solve(
+            &|x, sides| self.linearize(x, sides, &kept),
+            &guess,
+            &least,
+            self.h.signum(),
+        )?;
         let arrives = |found: &Sided, g: usize| found.still[g] && !rested(g);
         let crosses = |found: &Sided, g: usize| !rested(g) && !found.still[g] && found.pieces[g] != own[g];
         let mut torn = vec![false; own.len()];
@@ -188,7 +193,12 @@ impl Contact<'_> {
                 }
             }
             let evaluations = found.evaluations;
-            found = sides::solve(&|x, sides| self.linearize(x, sides, &kept), &found, &least)?;
+            found = sides::solve(
+                &|x, sides| self.linearize(x, sides, &kept),
+                &found,
+                &least,
+                self.h.signum(),
+            )?;
             found.evaluations += evaluations;
         }
         let first = (0..own.len())
@@ -350,5 +360,5 @@ pub(crate) fn of_motion(
         .collect();
     let x = (0..n + multipliers).map(|i| near.and_then(|near| near.get(i)).copied().unwrap_or(0.0));
     let guess = Sided::guess(x.collect(), pieces);
-    sides::solve(&linearize, &guess, &vec![0.0; n + multipliers])
+    sides::solve(&linearize, &guess, &vec![0.0; n + multipliers], 1.0)
 }

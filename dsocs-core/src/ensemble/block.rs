@@ -6,6 +6,7 @@ use core::num::NonZeroU64;
 use super::Observed;
 use super::engine::{Common, Engine, Kept, Task, Told, engine};
 use super::held::{self, Change, HeldInputs, Own};
+use crate::declaration::Declaration;
 use crate::flow::Flow;
 use crate::held::Held;
 use crate::instructions::Instructions;
@@ -215,6 +216,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             system: run.system,
             h: run.h,
             max_iterations: run.max_iterations,
+            may_stick: S::JUMPS && Declaration::of(run.system).sides() > 0,
             clocks: array::from_fn(|lane| *of_lane(lane).clock()),
         };
         let mut engine = engine(run.instructions, common);

@@ -30,6 +30,8 @@ pub(super) struct Common<'s, S> {
     pub h: f64,
     /// How often the rows of a step may be evaluated from one guess.
     pub max_iterations: u32,
+    /// Whether something may come to rest where a function jumps.
+    pub may_stick: bool,
     /// The clocks of the lanes, where the system asks for the time.
     pub clocks: [Clock; LANES],
 }
@@ -298,8 +300,8 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 finite = finite & q.finite();
             }
             let mut alone = task.active & (roots.left | elsewhere | !finite.bits());
-            if S::JUMPS {
-                // something may come to rest, which a flow by itself looks at
+            if S::JUMPS && steps.common.may_stick {
+                // a flow by itself looks at what may come to rest
                 alone |= task.active & !foresees(&guess, &roots.z).bits();
             }
             if Steps::<R, S, N>::WATCHED {

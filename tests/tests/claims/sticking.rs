@@ -23,7 +23,11 @@ fn a_block_on_a_slope_rests_below_the_limit_and_slides_above() {
     for slope in [-0.6_f64, -0.1, 0.0, 0.1, 0.6] {
         for part in [0.01, 0.5, 0.99, 0.999_999, 1.000_001, 1.01, 3.0] {
             for h in [0.1, 0.003] {
-                let friction = if slope == 0.0 { 0.2 } else { slope.abs().tan() / part };
+                let friction = if slope == 0.0 {
+                    0.2
+                } else {
+                    slope.abs().tan() / part
+                };
                 let block = Block {
                     mass: 0.7,
                     slope,
@@ -153,7 +157,10 @@ fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
             if sticks {
                 assert!((flow.leg().d[0] / h - belt.belt).abs() < 1e-12, "{node:?}");
                 // the friction balances the spring, and no constraint acts
-                assert!(node.force[0].abs() < 1e-12 && node.a[0].abs() < 1e-9 / h, "{node:?}");
+                assert!(
+                    node.force[0].abs() < 1e-12 && node.a[0].abs() < 1e-9 / h,
+                    "{node:?}"
+                );
             }
             if stuck && !sticks && report.stop != Stop::Jump {
                 (first, last) = (if slips == 0 { node.t } else { first }, node.t);
@@ -221,7 +228,10 @@ fn a_belt_that_swings_takes_along_what_it_can() {
         }
         let error = (flow.position()[0] - exact[0]).abs();
         println!("{h}: {error:e}, {stuck} of {} stuck", stuck + slid);
-        assert!(error < 0.5 * h && f64::from(stuck.min(slid)) * h > 1.0, "{h}: {error:e}");
+        assert!(
+            error < 0.5 * h && f64::from(stuck.min(slid)) * h > 1.0,
+            "{h}: {error:e}"
+        );
     }
 }
 
@@ -367,7 +377,12 @@ fn apart<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
 }
 
 /// The position at a time, the steps in which something rests, and those in which not.
-fn end<S: System<N>, const N: usize>(system: &S, start: Start<N>, h: f64, until: f64) -> ([f64; N], [u32; 2]) {
+fn end<S: System<N>, const N: usize>(
+    system: &S,
+    start: Start<N>,
+    h: f64,
+    until: f64,
+) -> ([f64; N], [u32; 2]) {
     let mut flow = Flow::new(system, h, start).unwrap();
     let mut steps = [0; 2];
     while flow.time() < until - 0.5 * h {
@@ -416,12 +431,22 @@ fn blocks_in_a_row_stick_alone_and_together() {
         let d = flow.leg().d;
         let rest = [d[0], d[1], d[2], d[2] - d[1]].map(|d| d.abs() < 1e-14);
         seen[usize::from(rest[0]) + 2 * usize::from(rest[1]) + 4 * usize::from(rest[2])] = true;
-        assert_eq!(report.stop == Stop::Sticks || report.stop == Stop::Jump, rest.contains(&true));
+        assert_eq!(
+            report.stop == Stop::Sticks || report.stop == Stop::Jump,
+            rest.contains(&true)
+        );
         // no constraint acts, whatever rests
-        assert!(flow.node().force.iter().all(|force| force.abs() < 1e-11), "{:?}", flow.node());
+        assert!(
+            flow.node().force.iter().all(|force| force.abs() < 1e-11),
+            "{:?}",
+            flow.node()
+        );
     }
     println!("{seen:?}");
-    assert!(seen.iter().filter(|seen| **seen).count() >= 5 && seen[0] && seen[7], "{seen:?}");
+    assert!(
+        seen.iter().filter(|seen| **seen).count() >= 5 && seen[0] && seen[7],
+        "{seen:?}"
+    );
     for h in [0.02, 0.01, 0.005] {
         let (found, _) = end(&row, start, h, 12.0);
         println!("{h}: {:e}", apart(&found, &exact));
@@ -471,7 +496,8 @@ fn joints_of_an_arm_stick_alone_and_together() {
             let mut flow = Flow::new(&arm, h, Start::second_order(start, [0.0; 2])).unwrap();
             while flow.time() < 6.0 - 0.5 * h {
                 flow.advance().unwrap();
-                let [shoulder, elbow] = [flow.leg().d[0], flow.leg().d[1] - flow.leg().d[0]].map(|d| d.abs() < 1e-13);
+                let [shoulder, elbow] =
+                    [flow.leg().d[0], flow.leg().d[1] - flow.leg().d[0]].map(|d| d.abs() < 1e-13);
                 found[usize::from(shoulder) + 2 * usize::from(elbow)] += 1;
             }
             let error = apart(flow.position(), &exact);
@@ -518,7 +544,10 @@ fn frictions_that_are_tied_to_each_other_hold_together() {
                 }
             } else {
                 let a = (push - push.signum()) * limit / 5.0;
-                assert!((node.a[0] - a).abs() < 1e-9 && report.stop == Stop::Update, "{node:?} {a}");
+                assert!(
+                    (node.a[0] - a).abs() < 1e-9 && report.stop == Stop::Update,
+                    "{node:?} {a}"
+                );
             }
         }
     }
@@ -566,7 +595,10 @@ fn friction_by_the_force_of_a_constraint_holds_within_its_cone() {
                     assert_eq!(node.stop, Stop::Sticks, "{slope} {part} {v}");
                     assert!((node.q[0] - place).abs() < 20.0 * h * h, "{node:?} {place}");
                     // the slope holds all of the weight
-                    assert!(node.force[0].abs() < 1e-9 && (node.force[1] - 9.81).abs() < 1e-9, "{node:?}");
+                    assert!(
+                        node.force[0].abs() < 1e-9 && (node.force[1] - 9.81).abs() < 1e-9,
+                        "{node:?}"
+                    );
                 } else {
                     let sign = slope.signum();
                     let a = 9.81 * (slope - sign * slope.abs() / part) / length;
@@ -610,7 +642,10 @@ fn a_constraint_with_friction_comes_to_rest_where_it_should() {
                 let node = flow.node();
                 assert_eq!(node.q[0], stays);
                 // nothing moves, and no force is asked for
-                assert!(node.v[0].abs() < 1e-16 && node.a[0].abs() < 1e-14 && node.force[0].abs() < 1e-14, "{node:?}");
+                assert!(
+                    node.v[0].abs() < 1e-16 && node.a[0].abs() < 1e-14 && node.force[0].abs() < 1e-14,
+                    "{node:?}"
+                );
             }
         }
     }
@@ -649,6 +684,22 @@ proptest! {
             let stops = if report.stop == Stop::Jump { allowed } else { 0.0 };
             prop_assert!(now <= last + stops + 1e-13 * first.abs(), "{:e} {:?}", now - last, report);
             last = now;
+        }
+    }
+}
+
+#[test]
+fn a_force_along_the_velocity_holds_nothing() {
+    // friction of the other sign, on the second mass
+    for dry in [[-0.3, 0.0], [0.2, -0.3]] {
+        let springs = Springs { dry };
+        for h in [0.01, 0.003] {
+            let mut flow = Flow::new(&springs, h, Start::second_order([0.4, -0.1], [0.0; 2])).unwrap();
+            while flow.time() < 5.0 {
+                flow.advance().unwrap();
+                let pushed = usize::from(dry[0] > 0.0);
+                assert!(flow.leg().d[pushed].abs() > 1e-3 * h * h, "{h} {:?}", flow.node());
+            }
         }
     }
 }
@@ -726,7 +777,10 @@ fn an_input_that_changes_holds_or_tears_off_at_its_node() {
                 flow.advance().unwrap();
                 let node = flow.node();
                 let t = node.t - begins;
-                assert!((node.q[0] - 0.5 * sign * t.max(0.0).powi(2)).abs() < 1e-12, "{node:?}");
+                assert!(
+                    (node.q[0] - 0.5 * sign * t.max(0.0).powi(2)).abs() < 1e-12,
+                    "{node:?}"
+                );
                 assert!(node.force[0].abs() < 1e-12, "{node:?}");
             }
         }
