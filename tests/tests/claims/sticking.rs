@@ -82,12 +82,12 @@ fn a_block_on_a_slope_rests_below_the_limit_and_slides_above() {
 #[dsocs {
     coordinates(x);
     lagrangian = dot(x).powi(2) / 2 - stiff * x.powi(2) / 2;
-    let slip = dot(x) - belt;
+    let slip = dot(x) - speed;
     external_forces = -(dry - fall * slip.abs()) * slip.signum();
 }]
 struct Belt {
     stiff: f64,
-    belt: f64,
+    speed: f64,
     dry: f64,
     fall: f64,
 }
@@ -95,11 +95,11 @@ struct Belt {
 impl Belt {
     /// Position and velocity on the slip that begins at the time 0.
     fn slip(&self, t: f64) -> [f64; 2] {
-        let (rate, centre) = (self.fall / 2.0, (self.dry - self.fall * self.belt) / self.stiff);
+        let (rate, centre) = (self.fall / 2.0, (self.dry - self.fall * self.speed) / self.stiff);
         let ring = (self.stiff - rate * rate).sqrt();
-        let y = self.fall * self.belt / self.stiff;
+        let y = self.fall * self.speed / self.stiff;
         let (sin, cos) = (ring * t).sin_cos();
-        let b = (self.belt - rate * y) / ring;
+        let b = (self.speed - rate * y) / ring;
         let (grown, place, turn) = ((rate * t).exp(), y * cos + b * sin, ring * (b * cos - y * sin));
         [centre + grown * place, grown * (rate * place + turn)]
     }
@@ -111,13 +111,16 @@ impl Belt {
         let (mut low, mut high) = (0.5 * turn, turn);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
-            if self.slip(middle)[1] < self.belt {
+            if self.slip(middle)[1] < self.speed {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        [low, low + (self.dry / self.stiff - self.slip(low)[0]) / self.belt]
+        [
+            low,
+            low + (self.dry / self.stiff - self.slip(low)[0]) / self.speed,
+        ]
     }
 
     /// The position at a time after a slip has begun.
@@ -127,7 +130,7 @@ impl Belt {
         if t < slip {
             self.slip(t)[0]
         } else {
-            self.slip(slip)[0] + self.belt * (t - slip)
+            self.slip(slip)[0] + self.speed * (t - slip)
         }
     }
 }
@@ -136,14 +139,14 @@ impl Belt {
 fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
     let belt = Belt {
         stiff: 4.0,
-        belt: 0.3,
+        speed: 0.3,
         dry: 1.5,
         fall: 1.0,
     };
     let [slip, period] = belt.period();
     assert!(slip < period - 1.0 && belt.slip(slip)[0].abs() < belt.dry / belt.stiff);
     // on the belt, half a second before it is torn off
-    let start = Start::second_order([belt.at(-0.5)], [belt.belt]);
+    let start = Start::second_order([belt.at(-0.5)], [belt.speed]);
     let steps = [0.02, 0.01, 0.005, 0.0025, 0.001_25];
     let errors = steps.map(|h| {
         let mut flow = Flow::new(&belt, h, start).unwrap();
@@ -155,7 +158,7 @@ fn stick_and_slip_on_a_belt_has_its_period_to_second_order() {
             error = error.max((node.q[0] - belt.at(node.t - 0.5)).abs());
             let sticks = report.stop == Stop::Sticks;
             if sticks {
-                assert!((flow.leg().d[0] / h - belt.belt).abs() < 1e-12, "{node:?}");
+                assert!((flow.leg().d[0] / h - belt.speed).abs() < 1e-12, "{node:?}");
                 // the friction balances the spring, and no constraint acts
                 assert!(
                     node.force[0].abs() < 1e-12 && node.a[0].abs() < 1e-9 / h,
@@ -306,9 +309,9 @@ fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> [f64; N] {
     let (mut matrix, mut right) = (*matrix, *right);
     for k in 0..N {
         for i in k + 1..N {
-            let factor = matrix[i][k] / matrix[k][k];
-            for j in k..N {
-                matrix[i][j] -= factor * matrix[k][j];
+            let (factor, above) = (matrix[i][k] / matrix[k][k], matrix[k]);
+            for (entry, above) in matrix[i].iter_mut().zip(above) {
+                *entry -= factor * above;
             }
             right[i] -= factor * right[k];
         }
