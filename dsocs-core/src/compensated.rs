@@ -29,7 +29,7 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     /// `left - right` without rounding.
     pub fn difference(left: &[T; N], right: &[T; N]) -> Self {
         let mut sum = Self::exact(*left);
-        sum.add(&right.map(|x| -x));
+        sum.add(&negative(right));
         sum
     }
 
@@ -56,10 +56,19 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
     #[must_use]
     pub fn negated(&self) -> Self {
         Self {
-            hi: self.hi.map(|x| -x),
-            lo: self.lo.map(|x| -x),
+            hi: negative(&self.hi),
+            lo: negative(&self.lo),
         }
     }
+}
+
+/// The negative.
+fn negative<T: Scalar, const N: usize>(x: &[T; N]) -> [T; N] {
+    let mut negative = *x;
+    for x in &mut negative {
+        *x = -*x;
+    }
+    negative
 }
 
 /// A vector of any number of such sums.

@@ -3,11 +3,6 @@
 use core::fmt;
 use core::num::NonZeroU64;
 use core::sync::atomic::{AtomicUsize, Ordering};
-#[cfg(feature = "rayon")]
-use std::sync::Arc;
-
-#[cfg(feature = "rayon")]
-use rayon::prelude::*;
 
 use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
@@ -16,6 +11,7 @@ use crate::lanes::LANES;
 use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::Start;
 use crate::system::System;
+use crate::threads::Threads;
 
 mod block;
 mod determinants;
@@ -91,14 +87,10 @@ pub struct Ensemble<'a, S: System<N>, const N: usize> {
     max_iterations: u32,
     /// The instructions of the steps, if not the widest.
     instructions: Instructions,
-    /// Whether only this thread works.
-    #[cfg(feature = "rayon")]
-    here: bool,
     /// Told how many trajectories have ended.
     progress: Option<&'a (dyn Fn(usize) + Sync)>,
-    /// The threads, if not rayon's own.
-    #[cfg(feature = "rayon")]
-    pool: Option<Arc<rayon::ThreadPool>>,
+    /// The threads.
+    threads: Threads,
 }
 
 // by hand, because a derivation would ask for as much of the system and of the closure
@@ -161,11 +153,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             own: None,
             max_iterations: MAX_ITERATIONS,
             instructions: Instructions::best(),
-            #[cfg(feature = "rayon")]
-            here: false,
             progress: None,
-            #[cfg(feature = "rayon")]
-            pool: None,
+            threads: Threads::default(),
         })
     }
 
@@ -299,12 +288,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     }
 
     /// Runs all trajectories in the thread that asks for them, one block after the other.
-    #[cfg_attr(not(feature = "rayon"), allow(unused_mut))]
     pub fn here(mut self) -> Self {
-        #[cfg(feature = "rayon")]
-        {
-            self.here = true;
-        }
+        self.threads = Threads::here();
         self
     }
 
@@ -316,8 +301,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     /// [`rayon::ThreadPoolBuildError`] if the threads cannot be started.
     #[cfg(feature = "rayon")]
     pub fn threads(mut self, threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        self.pool = Some(Arc::new(pool));
+        self.threads = Threads::new(threads)?;
         Ok(self)
     }
 
@@ -385,42 +369,14 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             instructions: self.instructions,
         };
         let finished = AtomicUsize::new(0);
-        let block = |(number, starts): (usize, &[Start<N>])| {
-            let observers = (0..starts.len())
-                .map(|lane| observer(number * LANES + lane))
-                .collect();
-            let ended = run.block(number * LANES, starts, observers);
+        self.threads.gather(&self.starts, LANES, &|first, starts| {
+            let observers = (0..starts.len()).map(|lane| observer(first + lane)).collect();
+            let ended = run.block(first, starts, observers);
             let total = finished.fetch_add(starts.len(), Ordering::Relaxed) + starts.len();
             if let Some(progress) = self.progress {
                 progress(total);
             }
             ended
-        };
-        self.all_blocks(block)
-    }
-
-    /// Calls a function for every block, on all threads.
-    #[cfg(feature = "rayon")]
-    fn all_blocks<R: Send>(&self, block: impl Fn((usize, &[Start<N>])) -> Vec<R> + Sync) -> Vec<R> {
-        let all = || {
-            let blocks: Vec<Vec<R>> = self.starts.par_chunks(LANES).enumerate().map(&block).collect();
-            blocks.into_iter().flatten().collect()
-        };
-        match &self.pool {
-            _ if self.here => self.each_block(&block),
-            Some(pool) => pool.install(all),
-            None => all(),
-        }
-    }
-
-    /// Calls a function for every block, in this thread.
-    fn each_block<R>(&self, block: impl Fn((usize, &[Start<N>])) -> Vec<R>) -> Vec<R> {
-        self.starts.chunks(LANES).enumerate().flat_map(block).collect()
-    }
-
-    /// Calls a function for every block.
-    #[cfg(not(feature = "rayon"))]
-    fn all_blocks<R>(&self, block: impl Fn((usize, &[Start<N>])) -> Vec<R>) -> Vec<R> {
-        self.each_block(block)
+        })
     }
 }

@@ -85,6 +85,7 @@
 extern crate self as dsocs_core;
 
 mod any;
+mod array;
 mod compensated;
 mod compiled;
 mod composition;
@@ -120,6 +121,7 @@ mod tape;
 pub mod taylor;
 #[cfg(test)]
 mod testing;
+mod threads;
 mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};

@@ -7,6 +7,7 @@ pub(crate) mod third;
 use core::marker::PhantomData;
 
 use crate::any::{Accelerated, AnyPoint, AnySystem, map, moved, sized};
+use crate::array;
 use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -269,7 +270,7 @@ impl<const N: usize> Start<N> {
             Rule::Paper { v0 } => {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
-                let d = Compensated::exact(v0.map(|v| h * v));
+                let d = Compensated::exact(array::map(&v0, |v| h * v));
                 check_rest(system, (t0, h), &q0, &d)?;
                 (
                     q0,
@@ -282,8 +283,8 @@ impl<const N: usize> Start<N> {
                 check_vector(system, "v0", &v0)?;
                 let (q0, v0) = self.consistent(system, q0, v0)?;
                 let a0 = state_acceleration(system, (t0, &q0, &v0), self.near.as_ref())?;
-                let mut d = Compensated::exact(v0.map(|v| h * v));
-                d.add(&a0.map(|a| h * h / 2.0 * a));
+                let mut d = Compensated::exact(array::map(&v0, |v| h * v));
+                d.add(&array::map(&a0, |a| h * h / 2.0 * a));
                 (
                     q0,
                     v0,
@@ -297,13 +298,18 @@ impl<const N: usize> Start<N> {
                 let d = self.first_leg(system, h, &q1)?;
                 let second = Compensated::difference(&q2, &q1).plus(&d.negated());
                 e = Some(second);
-                (q0, d.hi.map(|d| d / h), Some(second.hi.map(|e| e / (h * h))), d)
+                (
+                    q0,
+                    array::map(&d.hi, |d| d / h),
+                    Some(array::map(&second.hi, |e| e / (h * h))),
+                    d,
+                )
             }
             Rule::Nodes { q1 } => {
                 check_vector(system, "q1", &q1)?;
                 let d = self.first_leg(system, h, &q1)?;
                 check_rest(system, (t0, h), &q0, &d)?;
-                (q0, d.hi.map(|d| d / h), None, d)
+                (q0, array::map(&d.hi, |d| d / h), None, d)
             }
             Rule::Exact {
                 v0,
@@ -361,7 +367,7 @@ impl<const N: usize> Start<N> {
         let (q0, declaration) = (&self.q0, system.declaration());
         let d = Compensated::difference(q1, q0);
         if self.projected {
-            let v0 = d.hi.map(|d| d / h);
+            let v0 = array::map(&d.hi, |d| d / h);
             return onto_pair(&declaration, (self.t0, h), q0, &v0, &d);
         }
         consistency::check_pair(&declaration, (self.t0, h), q0, &Sum::from(&d))?;
@@ -595,7 +601,7 @@ fn fails_in_motion<const N: usize>(
     reason: StepFailure,
 ) -> bool {
     [1.0, -1e-3, 1e3].into_iter().all(|size| {
-        let v = core::array::from_fn(|i| size / (i as f64 + 1.3));
+        let v = array::from_fn(|i| size / (i as f64 + 1.3));
         let found = system.acceleration((t, q, &v), None);
         found.is_err_and(|failure| failure.reason == reason)
     })
@@ -665,7 +671,7 @@ impl<U: Unknown<f64>, const N: usize> Continuous<'_, U, N> {
             t: self.t,
             q: *self.q,
             v: *self.v,
-            a: core::array::from_fn(|i| z.get(i).copied().unwrap_or(f64::NAN)),
+            a: array::from_fn(|i| z.get(i).copied().unwrap_or(f64::NAN)),
         }
     }
 }

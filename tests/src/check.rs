@@ -2,7 +2,7 @@
 
 use core::fmt::Display;
 
-use dsocs_core::__private::{Declaration as Tape, Tangent, Unknown as _};
+use dsocs_core::__private::{AnyLeg, Declaration as Tape, Tangent, Unknown as _};
 use dsocs_core::{Leg, Point, Real, System};
 use num_dual::Dual64;
 
@@ -84,22 +84,70 @@ pub fn compare<S: System<N>, P: Declaration<N>, const N: usize>(
     point(system, declaration, state)
 }
 
-/// Derivatives of rows by each component of a vector, `[row][component]`, and the rows.
-fn differentiate<const N: usize>(
-    at: [f64; N],
-    function: impl Fn([Dual64; N]) -> Vec<Dual64>,
-) -> (Vec<f64>, Vec<[f64; N]>) {
-    let columns: [Vec<Dual64>; N] = core::array::from_fn(|j| function(independent::variable(at, j)));
+/// Derivatives of rows by each component of a vector, `[row][component]`, and the rows. As [`condition`] compiled once, not for every
+/// system.
+fn differentiate(at: &[f64], function: &dyn Fn(&[Dual64]) -> Vec<Dual64>) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let mut moving: Vec<Dual64> = at.iter().map(|&x| Dual64::from(x)).collect();
+    let columns: Vec<Vec<Dual64>> = (0..at.len())
+        .map(|j| {
+            moving[j].eps = 1.0;
+            let column = function(&moving);
+            moving[j].eps = 0.0;
+            column
+        })
+        .collect();
     let rows = columns[0].iter().map(|row| row.re).collect();
     let jacobian = (0..columns[0].len())
-        .map(|i| core::array::from_fn(|j| columns[j][i].eps))
+        .map(|i| columns.iter().map(|column| column[i].eps).collect())
         .collect();
     (rows, jacobian)
 }
 
 /// The sum of `|derivative · x|`: what one unit of relative error in `x` does.
-fn condition<const N: usize>(slopes: &[f64; N], x: &[f64; N]) -> f64 {
+fn condition(slopes: &[f64], x: &[f64]) -> f64 {
     slopes.iter().zip(x).map(|(slope, x)| (slope * x).abs()).sum()
+}
+
+/// Whether all rows and derivatives are finite.
+fn finite(rows: &[f64], slopes: &[Vec<f64>]) -> bool {
+    rows.iter().chain(slopes.iter().flatten()).all(|x| x.is_finite())
+}
+
+/// A vector with its number of components.
+fn sized<const N: usize>(x: &[Dual64]) -> [Dual64; N] {
+    let mut vector = [Dual64::from(0.0); N];
+    vector.copy_from_slice(x);
+    vector
+}
+
+/// The same number times each component.
+fn scaled<const N: usize>(x: &[f64; N], by: f64) -> [f64; N] {
+    let mut scaled = *x;
+    for x in &mut scaled {
+        *x *= by;
+    }
+    scaled
+}
+
+/// The sum of the products of components.
+fn product(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// How large the components of three vectors are together.
+fn sizes([x, y, z]: [&[f64]; 3]) -> Vec<f64> {
+    let sizes = x.iter().zip(y).zip(z);
+    sizes.map(|((x, y), z)| x.abs() + y.abs() + z.abs()).collect()
+}
+
+/// How large the largest component is.
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |largest, x| x.abs().max(largest))
+}
+
+/// How large all components are together.
+fn total(x: &[f64]) -> f64 {
+    x.iter().map(|x| x.abs()).sum()
 }
 
 /// The nodes of a step.
@@ -119,32 +167,40 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
     let leg = Leg {
         t: 0.0,
         q,
-        d: v.map(|v| v * h),
+        d: scaled(&v, h),
     };
-    tape::same_bits(system, h, &leg, &a.map(|a| a * h * h), &[]).map_err(Mismatch::Differs)?;
+    let e = scaled(&scaled(&a, h), h);
+    tape::same_bits(system, h, &leg, &e, &[]).map_err(Mismatch::Differs)?;
     let constants = system.constants(&system.parameters(), h);
     let known = system.known(&constants, &leg);
-    let z = system.unknown(&a.map(|a| a * h * h), &[]);
+    let z = system.unknown(&e, &[]);
     let e = system.second_difference(&constants, &known, &z);
     let unknowns = z.as_ref().len();
 
     let dual = |x: [f64; N]| independent::fixed(x);
-    let (rows, slopes) = differentiate(e, |e| {
-        independent::rows(declaration, Dual64::from(h), nodes(dual(q), dual(leg.d), e))
+    let (rows, slopes) = differentiate(&e, &|e| {
+        independent::rows(
+            declaration,
+            Dual64::from(h),
+            nodes(dual(q), dual(leg.d), sized(e)),
+        )
     });
-    let (_, by_q) = differentiate(q, |q| {
-        independent::rows(declaration, Dual64::from(h), nodes(q, dual(leg.d), dual(e)))
+    let (_, by_q) = differentiate(&q, &|q| {
+        independent::rows(
+            declaration,
+            Dual64::from(h),
+            nodes(sized(q), dual(leg.d), dual(e)),
+        )
     });
-    if rows.iter().chain(slopes.as_flattened()).any(|x| !x.is_finite()) {
+    if !finite(&rows, &slopes) {
         return Err(Mismatch::Undefined);
     }
     // rounding q0 and q2 moves d and e, and those weigh 1/h²
-    let scale: Vec<f64> = (0..rows.len())
-        .map(|i| {
-            let size: [f64; N] = core::array::from_fn(|j| q[j].abs() + leg.d[j].abs() + e[j].abs());
-            rows[i].abs() + condition(&by_q[i], &q) + condition(&slopes[i], &size)
-        })
-        .collect();
+    let size = sizes([&q, &leg.d, &e]);
+    let mut scale = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        scale.push(row.abs() + condition(&by_q[i], &q) + condition(&slopes[i], &size));
+    }
 
     // rows: those that generated code has eliminated vanish at every z, the others are told with what was multiplied out
     let generated = system.linearize(&constants, &known, &z);
@@ -169,15 +225,13 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
 
     // the Jacobian: by the chain rule through e(z), by the generated code itself, and by differences
     for k in 0..unknowns {
-        let moved = moving(system, h, &leg, z.as_ref(), k);
+        let moved = moving(&Tape::of(system), h, leg.any(), z.as_ref(), k);
         for (place, &i) in kept.iter().enumerate() {
             let multiple = scales.as_ref()[place];
             let slope = generated.jacobian.as_ref()[place].as_ref()[k] / multiple;
             let entry = slope - declared.as_ref()[place] * (moved.scales[place] / multiple);
-            let chain: f64 = (0..N).map(|j| slopes[i][j] * moved.second_difference[j]).sum();
-            let size: f64 = (0..N)
-                .map(|j| (slopes[i][j] * moved.second_difference[j]).abs())
-                .sum();
+            let chain = product(&slopes[i], &moved.second_difference);
+            let size = condition(&slopes[i], &moved.second_difference);
             // the entry's own condition is not known; that of its row over the unknown's scale stands in
             let tolerance = 100.0 * ROUNDING * (size + entry.abs() + scale[i] / (h * h));
             expect(format_args!("∂row {i}/∂z{k}"), entry, chain, tolerance)?;
@@ -190,7 +244,7 @@ fn step<S: System<N>, P: Declaration<N>, const N: usize>(
                 )?;
             }
             let nudge = kind.nudge * h * h;
-            let quotient = richardson(nudge, |shift| {
+            let quotient = richardson(nudge, &|shift| {
                 let mut z = z;
                 z.as_mut()[k] += shift;
                 system.linearize(&constants, &known, &z).rows.as_ref()[place] / multiple
@@ -221,8 +275,7 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     let told = system.report(&constants, &known, leg, &e);
     let (q, dual) = (leg.q, |x: [f64; N]| independent::fixed(x));
     let nodes = nodes(q, leg.d, e);
-    let sizes = |i: usize| q[i].abs() + leg.d[i].abs() + e[i].abs();
-    let size: f64 = (0..N).map(sizes).sum();
+    let size = total(&sizes([&q, &leg.d, &e]));
     let at = told.point;
     let map = declaration.phi_kinematic(h, nodes);
     for (name, generated, independent, power) in [
@@ -241,11 +294,12 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
         }
     }
     let force = told.force;
-    let independent_force =
-        |e| independent::force(declaration, Dual64::from(h), self::nodes(dual(q), dual(leg.d), e)).to_vec();
-    let (expected, by_e) = differentiate(e, independent_force);
+    let (expected, by_e) = differentiate(&e, &|e| {
+        let nodes = self::nodes(dual(q), dual(leg.d), sized(e));
+        independent::force(declaration, Dual64::from(h), nodes).to_vec()
+    });
     for i in 0..N {
-        let scale = expected[i].abs() + size * by_e[i].iter().map(|slope| slope.abs()).sum::<f64>();
+        let scale = expected[i].abs() + size * total(&by_e[i]);
         expect(
             format_args!("force {i}"),
             force[i],
@@ -255,15 +309,15 @@ fn reported<S: System<N>, P: Declaration<N>, const N: usize>(
     }
     let expected = independent::discrete_lagrangian(declaration, h, nodes[0], q);
     let value = Tape::of(system).discrete_lagrangian(h, leg.any());
-    let (_, by_node) = differentiate(q, |q| {
+    let (_, by_node) = differentiate(&q, &|q| {
         vec![independent::discrete_lagrangian(
             declaration,
             Dual64::from(h),
             dual(nodes[0]),
-            q,
+            sized(q),
         )]
     });
-    let scale = expected.abs() + 1.0 + size * by_node[0].iter().map(|slope| slope.abs()).sum::<f64>();
+    let scale = expected.abs() + 1.0 + size * total(&by_node[0]);
     expect("discrete Lagrangian", value, expected, ROUNDING * scale)
 }
 
@@ -277,20 +331,15 @@ struct Moving {
     second_difference: Vec<f64>,
 }
 
-fn moving<S: System<N>, const N: usize>(
-    system: &S,
-    h: f64,
-    leg: &Leg<f64, N>,
-    z: &[f64],
-    k: usize,
-) -> Moving {
-    let fixed = |x: [f64; N]| x.map(|x| Tangent::new(x, 0.0));
-    let leg = Leg {
+fn moving(tape: &Tape<'_>, h: f64, leg: AnyLeg<'_, f64>, z: &[f64], k: usize) -> Moving {
+    let fixed = |x: &[f64]| -> Vec<Tangent> { x.iter().map(|&x| Tangent::new(x, 0.0)).collect() };
+    let (q, d) = (fixed(leg.q), fixed(leg.d));
+    let leg = AnyLeg {
         t: Tangent::new(leg.t, 0.0),
-        q: fixed(leg.q),
-        d: fixed(leg.d),
+        q: &q,
+        d: &d,
     };
-    let (tape, h) = (Tape::of(system), Tangent::new(h, 0.0));
+    let h = Tangent::new(h, 0.0);
     let moving = z.iter().enumerate();
     let moving: Vec<_> = moving
         .map(|(j, &value)| Tangent::new(value, f64::from(u8::from(j == k))))
@@ -298,21 +347,21 @@ fn moving<S: System<N>, const N: usize>(
     let derivatives =
         |rows: Vec<Tangent>| -> Vec<f64> { rows.into_iter().map(Tangent::derivative).collect() };
     Moving {
-        rows: derivatives(tape.rows(h, leg.any(), &moving)),
-        scales: derivatives(tape.scales(h, leg.any(), &moving)),
-        second_difference: derivatives(tape.second_difference(h, leg.any(), &moving)),
+        rows: derivatives(tape.rows(h, leg, &moving)),
+        scales: derivatives(tape.scales(h, leg, &moving)),
+        second_difference: derivatives(tape.second_difference(h, leg, &moving)),
     }
 }
 
 /// The derivative at 0 by central differences of two steps.
-fn richardson(step: f64, function: impl Fn(f64) -> f64) -> f64 {
+fn richardson(step: f64, function: &dyn Fn(f64) -> f64) -> f64 {
     let central = |step: f64| (function(step) - function(-step)) / (2.0 * step);
     (4.0 * central(step / 2.0) - central(step)) / 3.0
 }
 
 /// Adds the multiples of other rows to one, each its value followed by its slopes, that bring its slopes nearest to those of another; and how
 /// large what is added is.
-fn add_multiples(row: &mut [f64], to: &[f64], others: impl Iterator<Item = Vec<f64>>) -> f64 {
+fn add_multiples(row: &mut [f64], to: &[f64], others: Vec<Vec<f64>>) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a[1..].iter().zip(&b[1..]).map(|(a, b)| a * b).sum::<f64>();
     let add = |row: &mut [f64], other: &[f64], multiple: f64| {
         for (x, other) in row.iter_mut().zip(other) {
@@ -345,16 +394,16 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     State { q, v, a, .. }: State<N>,
 ) -> Result<(), Mismatch> {
     let dual = |x: [f64; N]| independent::fixed(x);
-    let (rows, by_a) = differentiate(a, |a| {
-        independent::continuous_rows(declaration, dual(q), dual(v), a)
+    let (rows, by_a) = differentiate(&a, &|a| {
+        independent::continuous_rows(declaration, dual(q), dual(v), sized(a))
     });
-    let (_, by_q) = differentiate(q, |q| {
-        independent::continuous_rows(declaration, q, dual(v), dual(a))
+    let (_, by_q) = differentiate(&q, &|q| {
+        independent::continuous_rows(declaration, sized(q), dual(v), dual(a))
     });
-    let (_, by_v) = differentiate(v, |v| {
-        independent::continuous_rows(declaration, dual(q), v, dual(a))
+    let (_, by_v) = differentiate(&v, &|v| {
+        independent::continuous_rows(declaration, dual(q), sized(v), dual(a))
     });
-    if rows.iter().chain(by_a.as_flattened()).any(|x| !x.is_finite()) {
+    if !finite(&rows, &by_a) {
         return Err(Mismatch::Undefined);
     }
     let tape = Tape::of(system);
@@ -363,19 +412,21 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
     // a factor may have been divided out together with the other rows: then multiples of these may be missing
     let divides = declaration.divide(q, v);
     let is_divided = |i: usize| divides.get(i).is_some_and(Option::is_some);
-    let others: Vec<usize> = (0..N).filter(|&i| !is_divided(i)).collect();
+    let own = |k: usize| [&rows[k..=k], &by_a[k]].concat();
+    let mut others = Vec::new();
+    for k in 0..N {
+        if !is_divided(k) {
+            others.push(own(k));
+        }
+    }
     for i in 0..N {
         let mut generated = [&generated_rows[i..=i], &generated_slopes[i * N..][..N]].concat();
         let mut added = 0.0;
         if is_divided(i) {
-            let own = |k: usize| [&rows[k..=k], &by_a[k]].concat();
-            added = add_multiples(&mut generated, &own(i), others.iter().map(|&k| own(k)));
+            added = add_multiples(&mut generated, &own(i), others.clone());
         }
-        let largest: f64 = by_a[i]
-            .iter()
-            .fold(0.0, |largest, slope| slope.abs().max(largest));
         let scale = rows[i].abs()
-            + largest
+            + largest(&by_a[i])
             + condition(&by_a[i], &a)
             + condition(&by_q[i], &q)
             + condition(&by_v[i], &v)
@@ -395,11 +446,11 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
             )?;
         }
     }
-    let (expected, by_v) = differentiate(v, |v| {
-        independent::continuous_force(declaration, dual(q), v, dual(a)).to_vec()
+    let (expected, by_v) = differentiate(&v, &|v| {
+        independent::continuous_force(declaration, dual(q), sized(v), dual(a)).to_vec()
     });
-    let (_, by_a) = differentiate(a, |a| {
-        independent::continuous_force(declaration, dual(q), dual(v), a).to_vec()
+    let (_, by_a) = differentiate(&a, &|a| {
+        independent::continuous_force(declaration, dual(q), dual(v), sized(a)).to_vec()
     });
     let force = tape.continuous_force(Point { t: 0.0, q, v, a }.any());
     for i in 0..N {
@@ -411,7 +462,7 @@ fn point<S: System<N>, P: Declaration<N>, const N: usize>(
             ROUNDING * scale,
         )?;
     }
-    let (values, slopes) = differentiate(v, |v| vec![declaration.lagrangian(dual(q), v)]);
+    let (values, slopes) = differentiate(&v, &|v| vec![declaration.lagrangian(dual(q), sized(v))]);
     let scale = 1.0 + values[0].abs() + condition(&slopes[0], &v);
     expect(
         "Lagrangian",

@@ -25,12 +25,10 @@ pub fn same_bits<S: System<N>, const N: usize>(
     let z = z.as_ref();
     let at = system.linearize(&constants, &known, &system.unknown(e, multipliers));
     same("row", at.rows.as_ref(), &tape.rows(h, leg.any(), z))?;
-    let jacobian: Vec<f64> = at
-        .jacobian
-        .as_ref()
-        .iter()
-        .flat_map(|row| row.as_ref().to_vec())
-        .collect();
+    let mut jacobian = Vec::new();
+    for row in at.jacobian.as_ref() {
+        jacobian.extend_from_slice(row.as_ref());
+    }
     same(
         "entry of the Jacobian",
         &jacobian,

@@ -10,6 +10,7 @@
 //! Where the damping is a switch, there may also be a third solution on the other side of it, with the same orientation. A
 //! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
 
+use crate::array;
 use crate::flow::MAX_ITERATIONS;
 use crate::step::unknown::Unknown;
 use crate::step::{Guess, StepReport, Steps};
@@ -51,15 +52,15 @@ pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
     let mut a = from.a;
     let is_passable = little_by_little(|_, part| {
         let h = part * h;
-        let v: [f64; N] = core::array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
+        let v: [f64; N] = array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
         let leg = Leg {
             t: from.t + h,
-            q: core::array::from_fn(|i| from.q[i] + h * v[i]),
-            d: v.map(|v| h * v),
+            q: array::from_fn(|i| from.q[i] + h * v[i]),
+            d: array::map(&v, |v| h * v),
         };
         match solved(steps, h, &leg, &a, FEW) {
             Some((e, report)) if report.iterations <= FEW => {
-                a = e.map(|e| e / (h * h));
+                a = array::map(&e, |e| e / (h * h));
                 true
             }
             _ => false,
@@ -88,7 +89,7 @@ pub(super) fn little_by_little(mut make: impl FnMut(f64, f64) -> bool) -> bool {
 /// Whether two vectors are the same solution.
 pub(super) fn is_same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
     let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    let apart: [f64; N] = core::array::from_fn(|i| x[i] - y[i]);
+    let apart: [f64; N] = array::from_fn(|i| x[i] - y[i]);
     size(&apart) <= SAME * size(x).max(size(y))
 }
 
@@ -102,7 +103,7 @@ fn solved<Z: Unknown<f64>, const N: usize>(
 ) -> Option<([f64; N], StepReport)> {
     let mut solved = None;
     steps.step(h, leg, &mut |step| {
-        let guess = step.unknown(&a.map(|a| h * h * a), &[]);
+        let guess = step.unknown(&array::map(a, |a| h * h * a), &[]);
         if let Ok((z, report)) = step.solve_from(guess, max_iterations) {
             solved = Some((step.second_difference(&z), report));
         }
@@ -119,7 +120,7 @@ pub(super) fn short_orientation<Z: Unknown<f64>, const N: usize>(
 ) -> f64 {
     let (h, mut orientation) = (SHORT * h, f64::NAN);
     steps.step(h, &arriving(h, node), &mut |step| {
-        orientation = step.orientation(&step.unknown(&node.a.map(|a| h * h * a), &[]));
+        orientation = step.orientation(&step.unknown(&array::map(&node.a, |a| h * h * a), &[]));
     });
     orientation
 }
@@ -146,7 +147,7 @@ pub(super) fn passes_singularity<Z: Unknown<f64>, const N: usize>(
         let Some(changed) = solve(&moved) else {
             return false;
         };
-        *slopes = core::array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
+        *slopes = array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
     }
     <[f64; N]>::determinant(&slopes).value < 0.0
 }
@@ -156,6 +157,6 @@ fn arriving<const N: usize>(h: f64, Point { t, q, v, a }: &Point<f64, N>) -> Leg
     Leg {
         t: *t,
         q: *q,
-        d: core::array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
+        d: array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
     }
 }

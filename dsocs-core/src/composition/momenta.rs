@@ -16,6 +16,7 @@
 
 use super::backward::{MANY, is_same, little_by_little};
 use crate::any::{AnySystem, sized};
+use crate::array;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
@@ -188,7 +189,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         let is_passable = little_by_little(|reached, next| {
             let time = if next < 1.0 { from.t + next * h } else { t };
             let beyond = last.ahead((next - reached) * h);
-            let guess = core::array::from_fn(|i| increment[i] + beyond[i]);
+            let guess = array::from_fn(|i| increment[i] + beyond[i]);
             match self.leg_from(from, (next * h, time), guess, &last) {
                 Ok((node, d, iterations)) if iterations < MANY => {
                     (last, increment) = (node, d);
@@ -208,12 +209,12 @@ impl<'s, const N: usize> Momenta<'s, N> {
         guess: [f64; N],
         near: &Node<N>,
     ) -> Result<(Node<N>, [f64; N], u32), Failure> {
-        let leaving: [f64; N] = core::array::from_fn(|i| from.p[i] + 0.5 * h * from.force[i]);
+        let leaving: [f64; N] = array::from_fn(|i| from.p[i] + 0.5 * h * from.force[i]);
         let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
         let q = from.q.plus(&Compensated::exact(d));
         let leg = Leg { t, q: q.hi, d };
         let arriving: [f64; N] = sized(&self.declaration.arriving(h, leg.any()));
-        let arriving = arriving.map(|p| h * p);
+        let arriving = array::map(&arriving, |p| h * p);
         let mut node = Node {
             t,
             q,
@@ -221,7 +222,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
             ..near.clone()
         };
         // the slope of the leg is the velocity in its middle
-        node.v = core::array::from_fn(|i| d[i] / h + 0.5 * h * near.a[i]);
+        node.v = array::from_fn(|i| d[i] / h + 0.5 * h * near.a[i]);
         if self.constrained {
             iterations = iterations.max(self.kicked(&mut node, h, &arriving)?);
         }
@@ -241,7 +242,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
         mut d: [f64; N],
     ) -> Result<([f64; N], u32), Failure> {
         let mut progress = Progress::new();
-        let scale: [f64; N] = from.q.hi.map(|q| f64::EPSILON * q.abs());
+        let scale: [f64; N] = array::map(&from.q.hi, |q| f64::EPSILON * q.abs());
         for iteration in 1..=MAX_ITERATIONS {
             let mut matrix = [[0.0; N]; N];
             let mut left = [f64::NAN; N];
@@ -295,7 +296,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
             let solve = |right: &[f64]| self.solvable.solve_accelerations(jacobian, right);
             let force = self.declaration.continuous_force(point.any());
             let momentum = start::momentum(&self.declaration, (node.t, &node.q.hi, &node.v));
-            let left: [f64; N] = core::array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
+            let left: [f64; N] = array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
             let velocity = node.v;
             let unsolved = |reason, progress: Progress| {
                 let residual = left.iter().chain(rows).copied().collect();
@@ -332,7 +333,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
             }
             let toward = moving(&point, |_| 0.0, |k| -straight.get(k).copied().unwrap_or(f64::NAN));
             let toward = self.declaration.continuous_force(toward.any());
-            let right: [f64; N] = core::array::from_fn(|i| -left[i] + 0.5 * h * toward[i].derivative());
+            let right: [f64; N] = array::from_fn(|i| -left[i] + 0.5 * h * toward[i].derivative());
             let Some(dv) = <[f64; N]>::solve(&matrix, &right) else {
                 return Err(unsolved(reason(&matrix, &right), progress));
             };
@@ -342,9 +343,9 @@ impl<'s, const N: usize> Momenta<'s, N> {
                     through.fold(-straight[k], |sum, (column, dv)| sum - column[k] * dv)
                 })
                 .collect();
-            let of_rounding: [f64; N] = node.q.hi.map(|q| f64::EPSILON * (q / h).abs());
-            let da: [f64; N] = core::array::from_fn(|k| dz[k]);
-            let of_velocity = node.v.map(|v| f64::EPSILON * (v / h).abs());
+            let of_rounding: [f64; N] = array::map(&node.q.hi, |q| f64::EPSILON * (q / h).abs());
+            let da: [f64; N] = array::from_fn(|k| dz[k]);
+            let of_velocity = array::map(&node.v, |v| f64::EPSILON * (v / h).abs());
             let largest = relative(&dv, &node.v, &of_rounding).max(relative(&da, &node.a, &of_velocity));
             for i in 0..N {
                 node.v[i] += dv[i];
@@ -360,7 +361,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
                     return Err(Failure::Singularity);
                 }
                 node.force = self.force(node);
-                node.p = core::array::from_fn(|i| arriving[i] + 0.5 * h * node.force[i]);
+                node.p = array::from_fn(|i| arriving[i] + 0.5 * h * node.force[i]);
                 return Ok(iteration);
             }
             if iteration == MAX_ITERATIONS {
@@ -389,7 +390,7 @@ impl<const N: usize> Node<N> {
 
     /// How far the node moves in the time `h`, by its velocity and acceleration.
     fn ahead(&self, h: f64) -> [f64; N] {
-        core::array::from_fn(|i| h * (self.v[i] + 0.5 * h * self.a[i]))
+        array::from_fn(|i| h * (self.v[i] + 0.5 * h * self.a[i]))
     }
 }
 

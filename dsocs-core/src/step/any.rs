@@ -6,6 +6,7 @@ use super::predictor::{PAST, Predictor};
 use super::unknown::{Linearization, Unknown};
 use super::{Begins, Guess, SECOND_DIFFERENCE, Step, StepReport, report};
 use crate::any::AnySystem;
+use crate::array;
 use crate::declaration::Declaration;
 use crate::deficiency::{self, DependentRow};
 use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
@@ -345,14 +346,14 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             .iter()
             .chain(&e)
             .fold(0.0_f64, |largest, x| x.abs().max(largest));
-        let (d, e) = (d.map(|d| d / largest), e.map(|e| e / largest));
+        let (d, e) = (array::map(&d, |d| d / largest), array::map(&e, |e| e / largest));
         let length = product(&d, &d);
         if product(&e, &e) <= length || length == 0.0 {
             return None;
         }
-        let before: [f64; N] = core::array::from_fn(|i| d[i] - e[i]);
+        let before: [f64; N] = array::from_fn(|i| d[i] - e[i]);
         let stretch = 2.0 * product(&before, &d) / length;
-        let e: [f64; N] = core::array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
+        let e: [f64; N] = array::from_fn(|i| largest * ((stretch * d[i] - before[i]) - d[i]));
         e.iter().all(|e| e.is_finite()).then(|| self.unknowns(&e))
     }
 
@@ -368,21 +369,21 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             }
             self.unknown(&e, &[])
         };
-        [1.0, -1.0, 6.0, -6.0].map(by)
+        [by(1.0), by(-1.0), by(6.0), by(-6.0)]
     }
 
     /// The unknowns of the continuous system's third derivative in the middle of the leg, looked for near a third difference.
     pub(super) fn continuous_of_third(&self, near: &[f64; N]) -> Option<Z> {
         let (leg, h, before) = (self.leg(), self.h(), self.before());
-        let q = core::array::from_fn(|i| leg.q[i] - 0.5 * leg.d[i]);
-        let v = leg.d.map(|d| d / h);
+        let q = array::from_fn(|i| leg.q[i] - 0.5 * leg.d[i]);
+        let v = array::map(&leg.d, |d| d / h);
         let cube = h * h * h;
         let third_order = self.system().of_third_order()?;
         let improved = |third: &[f64; N], near: &[f64; N]| -> Option<[f64; N]> {
-            let a = core::array::from_fn(|i| (before[i] + 0.5 * third[i]) / (h * h));
-            let near = near.map(|near| near / cube);
+            let a = array::from_fn(|i| (before[i] + 0.5 * third[i]) / (h * h));
+            let near = array::map(near, |near| near / cube);
             let j = third_order.jerk(leg.t - 0.5 * h, [&q, &v, &a], &near)?;
-            Some(j.map(|j| j * cube))
+            Some(array::map(&j, |j| j * cube))
         };
         // with the acceleration of one of them, whatever is near
         let mut third = [0.0; N];
@@ -399,16 +400,16 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
         if self.is_of_third_order() {
             return self.continuous_of_third(&[0.0; N]);
         }
-        let begins = |a: &[f64; N]| Some(self.unknowns(&a.map(|a| a * h * h)));
+        let begins = |a: &[f64; N]| Some(self.unknowns(&array::map(a, |a| a * h * h)));
         if let Some(Begins::Said(a)) = self.begins() {
             return begins(a);
         }
-        let v = leg.d.map(|d| d / h);
+        let v = array::map(&leg.d, |d| d / h);
         match (
             self.system().acceleration((leg.t, &leg.q, &v), None),
             self.begins(),
         ) {
-            (Ok((a, multipliers)), _) => Some(self.unknown(&a.map(|a| a * h * h), &multipliers)),
+            (Ok((a, multipliers)), _) => Some(self.unknown(&array::map(&a, |a| a * h * h), &multipliers)),
             (Err(_), Some(Begins::Said(a) | Begins::Found(a))) => begins(a),
             (Err(_), None) => None,
         }

@@ -70,7 +70,9 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
             T::select_lt(size, entry.abs(), entry.abs(), size)
         });
         [*scale] = T::from_lanes(|lane| [inverse_power_of_two(size.lane(lane))]);
-        *row = row.map(|entry| entry * *scale);
+        for entry in row {
+            *entry = *entry * *scale;
+        }
     }
     scales
 }
@@ -229,14 +231,22 @@ fn split(x: f64) -> (f64, i32) {
 pub(crate) fn inverse<const FUSED: bool, const M: usize>(matrix: &[[f64; M]; M]) -> [[f64; M]; M] {
     let mut left = *matrix;
     let scales = scale_rows(&mut left);
-    let mut right: [[f64; M]; M] =
-        core::array::from_fn(|i| core::array::from_fn(|j| if i == j { scales[i] } else { 0.0 }));
+    let mut right = [[0.0; M]; M];
+    for (i, (row, scale)) in right.iter_mut().zip(scales).enumerate() {
+        row[i] = scale;
+    }
     let mut pivots = [0.0; M];
     take_all_out(&mut left, &mut right, &mut pivots, &mut Inverse::<FUSED>);
     if !pivots.iter().all(|pivot| pivot.is_finite()) {
         return [[f64::NAN; M]; M];
     }
-    core::array::from_fn(|j| core::array::from_fn(|i| right[i][j] * pivots[i]))
+    let mut columns = [[0.0; M]; M];
+    for (j, column) in columns.iter_mut().enumerate() {
+        for (i, entry) in column.iter_mut().enumerate() {
+            *entry = right[i][j] * pivots[i];
+        }
+    }
+    columns
 }
 
 /// The determinant; rows may differ in size by hundreds of orders of magnitude.

@@ -181,10 +181,15 @@ pub trait Source {
 
     /// The same with a derivative along; NaN where the function is called with plain numbers alone.
     fn call_dual(&self, which: usize, arguments: &[Dual<f64>]) -> Dual<f64> {
-        let plain: Vec<f64> = arguments.iter().map(|argument| argument.re).collect();
-        let moves = arguments.iter().any(|argument| argument.eps != 0.0);
-        Dual::new(self.call(which, &plain), if moves { f64::NAN } else { 0.0 })
+        called_with_plain(arguments, &|plain| self.call(which, plain))
     }
+}
+
+/// [`Source::call_dual`] by the function that takes plain numbers; compiled once, not for every system.
+fn called_with_plain(arguments: &[Dual<f64>], call: &dyn Fn(&[f64]) -> f64) -> Dual<f64> {
+    let plain: Vec<f64> = arguments.iter().map(|argument| argument.re).collect();
+    let moves = arguments.iter().any(|argument| argument.eps != 0.0);
+    Dual::new(call(&plain), if moves { f64::NAN } else { 0.0 })
 }
 
 /// The operations of a declaration, and the programs that were made of them so far.

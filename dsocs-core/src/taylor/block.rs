@@ -99,7 +99,7 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
         &self,
         first: usize,
         starts: &[Start<N>],
-        observer: &impl Fn(usize) -> O,
+        observer: &dyn Fn(usize) -> O,
     ) -> Vec<Observed<O, N>> {
         let mut ended: Vec<Option<Observed<O, N>>> = starts.iter().map(|_| None).collect();
         let mut queue = (first..).zip(starts);

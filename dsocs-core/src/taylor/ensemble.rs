@@ -1,11 +1,6 @@
 //! Many continuous motions of one system, in SIMD lanes and on several threads.
 
 use core::fmt;
-#[cfg(feature = "rayon")]
-use std::sync::Arc;
-
-#[cfg(feature = "rayon")]
-use rayon::prelude::*;
 
 use super::block::Run;
 use super::control::Tolerance;
@@ -18,6 +13,7 @@ use crate::lanes::LANES;
 use crate::run::{Failure, Node, Observer, RunError, Trajectory};
 use crate::start::{self, Start};
 use crate::system::System;
+use crate::threads::Threads;
 
 /// So many motions are run together at most: more would leave threads without work at the end.
 const BLOCK: usize = 32 * LANES;
@@ -73,9 +69,8 @@ pub struct TaylorEnsemble<'a, S: System<N>, const N: usize> {
     max_steps: u64,
     /// The instructions, if not the widest.
     instructions: Instructions,
-    /// The threads, if not rayon's own.
-    #[cfg(feature = "rayon")]
-    pool: Option<Arc<rayon::ThreadPool>>,
+    /// The threads.
+    threads: Threads,
 }
 
 /// Parameters that vary, by their places, each with a value for every start.
@@ -139,8 +134,7 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
             every: None,
             max_steps: MAX_STEPS,
             instructions: Instructions::best(),
-            #[cfg(feature = "rayon")]
-            pool: None,
+            threads: Threads::default(),
         })
     }
 
@@ -201,8 +195,7 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
     /// [`rayon::ThreadPoolBuildError`] if the threads cannot be started.
     #[cfg(feature = "rayon")]
     pub fn threads(mut self, threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        self.pool = Some(Arc::new(pool));
+        self.threads = Threads::new(threads)?;
         Ok(self)
     }
 
@@ -210,7 +203,7 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
     /// of the starts. Without a grid, a time before a start is reached back in time. For a motion that does not begin or does not reach it, the result is its [`RunError`].
     #[must_use]
     pub fn to(&self, t: f64) -> Vec<Result<Node<N>, RunError>> {
-        let runs = self.runs(t, false, |_| |_: &Node<N>| {});
+        let runs = self.runs(t, false, |_| Trajectory::default());
         runs.into_iter().map(|run| run.last).collect()
     }
 
@@ -256,33 +249,15 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
             observes,
             instructions: self.instructions,
         };
-        self.all_blocks(|first, starts| run.block(first, starts, &observer))
-    }
-
-    /// Calls a function for every block, on all threads.
-    #[cfg(feature = "rayon")]
-    fn all_blocks<R: Send>(&self, block: impl Fn(usize, &[Start<N>]) -> Vec<R> + Sync) -> Vec<R> {
-        let all = || {
-            let each = self.starts.len().div_ceil(4 * rayon::current_num_threads());
-            let size = each.next_multiple_of(LANES).clamp(LANES, BLOCK);
-            let blocks = self.starts.par_chunks(size).enumerate();
-            let blocks: Vec<Vec<R>> = blocks
-                .map(|(number, starts)| block(number * size, starts))
-                .collect();
-            blocks.into_iter().flatten().collect()
+        let size = match self.threads.count() {
+            1 => BLOCK,
+            threads => {
+                let each = self.starts.len().div_ceil(4 * threads);
+                each.next_multiple_of(LANES).clamp(LANES, BLOCK)
+            }
         };
-        match &self.pool {
-            Some(pool) => pool.install(all),
-            None => all(),
-        }
-    }
-
-    /// Calls a function for every block.
-    #[cfg(not(feature = "rayon"))]
-    fn all_blocks<R>(&self, block: impl Fn(usize, &[Start<N>]) -> Vec<R>) -> Vec<R> {
-        let blocks = self.starts.chunks(BLOCK).enumerate();
-        blocks
-            .flat_map(|(number, starts)| block(number * BLOCK, starts))
-            .collect()
+        self.threads.gather(&self.starts, size, &|first, starts| {
+            run.block(first, starts, &observer)
+        })
     }
 }

@@ -10,6 +10,7 @@ use super::projection::{Projection, size};
 use super::series::Series;
 use super::watch::{self, End, Watch};
 use crate::any::{AnyPoint, continuous_force};
+use crate::array;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -444,8 +445,8 @@ impl<const N: usize> Integrator<N> {
         let beside = part * h;
         let [_, _, a] = self.series.increments::<false>(h);
         let at = |s: f64| {
-            let v: [f64; N] = core::array::from_fn(|i| self.v.hi[i] + s * a[i]);
-            let q: [f64; N] = core::array::from_fn(|i| self.q.hi[i] + s * self.v.hi[i]);
+            let v: [f64; N] = array::from_fn(|i| self.v.hi[i] + s * a[i]);
+            let q: [f64; N] = array::from_fn(|i| self.q.hi[i] + s * self.v.hi[i]);
             (q, v)
         };
         // the Lagrangian, and the power of the momentum

@@ -4,6 +4,7 @@
 //! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
 
 use super::jets::Equations;
+use crate::array;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::start;
@@ -56,7 +57,7 @@ impl<const N: usize> Projection<N> {
         // of rows that are affine in the velocity they have the same bits at any velocity
         let is_affine = OTHERS.iter().all(|[scale, shift]| {
             let size = v.iter().fold(1.0_f64, |size, v| size.max(v.abs()));
-            let other = core::array::from_fn(|i| scale * v[i] + shift * size / (i as f64 + 1.3));
+            let other = array::from_fn(|i| scale * v[i] + shift * size / (i as f64 + 1.3));
             slopes(&other) == here
         });
         Some(Self {
@@ -94,7 +95,7 @@ impl<const N: usize> Projection<N> {
                     break;
                 }
             }
-            let by: [f64; N] = core::array::from_fn(|i| q.hi[i] - before[i]);
+            let by: [f64; N] = array::from_fn(|i| q.hi[i] - before[i]);
             self.shifted = (before, size(&by));
         }
         let before = v.hi;
@@ -106,7 +107,7 @@ impl<const N: usize> Projection<N> {
                 break;
             }
         }
-        let by: [f64; N] = core::array::from_fn(|i| v.hi[i] - before[i]);
+        let by: [f64; N] = array::from_fn(|i| v.hi[i] - before[i]);
         self.corrected = (before, size(&by));
     }
 
@@ -137,7 +138,7 @@ impl<const N: usize> Projection<N> {
                 let square = product(&form, &direction);
                 if square > 0.0 {
                     let left = value / square;
-                    by = direction.map(|x| -left * x);
+                    by = array::map(&direction, |x| -left * x);
                 }
                 break;
             }
@@ -159,8 +160,10 @@ impl<const N: usize> Projection<N> {
             for (by, direction) in by.iter_mut().zip(&direction) {
                 *by -= left * direction;
             }
-            self.directions
-                .push([direction.map(|x| x / length), form.map(|x| x / length)]);
+            self.directions.push([
+                array::map(&direction, |x| x / length),
+                array::map(&form, |x| x / length),
+            ]);
         }
         // what is no number is left to the step's own error
         if by.iter().any(|x| !x.is_finite()) {
@@ -177,7 +180,7 @@ impl<const N: usize> Projection<N> {
 
     /// The displacement that belongs to a form.
     fn raised(&self, form: &[f64; N]) -> [f64; N] {
-        core::array::from_fn(|i| product(&self.inverse[i], form))
+        array::from_fn(|i| product(&self.inverse[i], form))
     }
 }
 

@@ -7,7 +7,8 @@ use dsocs_tests::check::{Kind, State, compare};
 use dsocs_tests::fit::{local_slopes, slope};
 use dsocs_tests::independent::{self, Declaration, Number, map2};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed, TestRunner};
+
+use crate::draws::{self, sized, vector};
 
 planar_chain! {
     /// Three links.
@@ -53,21 +54,18 @@ impl<const N: usize> Declaration<N> for Cartesian<N> {
 }
 
 fn against<S: System<N>, const N: usize>(system: &S, cartesian: &Cartesian<N>, cases: u32) {
-    let config = Config {
-        cases,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(3),
-        ..Config::default()
-    };
-    let vector = |size: f64| prop::array::uniform::<_, N>(-size..size);
-    let states = (0.02..0.5, vector(2.0), vector(2.0), vector(3.0));
-    let result = TestRunner::new(config).run(&states, |(h, q, v, a)| {
+    let steps = (0.02..0.5).boxed();
+    let states = (
+        steps,
+        vector::<N>(-2.0..2.0),
+        vector::<N>(-2.0..2.0),
+        vector::<N>(-3.0..3.0),
+    );
+    draws::test(cases, 3, states, &|(h, q, v, a)| {
+        let [q, v, a] = [q, v, a].map(|x| sized(&x));
         compare(system, cartesian, State { h, q, v, a }, Kind::default())
             .map_err(|mismatch| TestCaseError::fail(format!("{mismatch:?}")))
     });
-    if let Err(error) = result {
-        panic!("{error}");
-    }
 }
 
 #[test]

@@ -60,7 +60,7 @@ struct Steered {
 }
 
 /// The derivative of a function at 0 by differences of fourth order.
-fn difference<const K: usize>(scale: f64, function: impl Fn(f64) -> [f64; K]) -> [f64; K] {
+fn difference<const K: usize>(scale: f64, function: &dyn Fn(f64) -> [f64; K]) -> [f64; K] {
     let h = 1e-3 * scale;
     let [a, b, c, d] = [h, -h, 2.0 * h, -2.0 * h].map(function);
     std::array::from_fn(|i| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h))
@@ -99,10 +99,10 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
     let mut found = Vec::new();
     for i in 0..N {
         let moved = |x: &[f64; N], by: f64| std::array::from_fn(|j| if i == j { x[j] + by } else { x[j] });
-        let position = difference(scale, |by| {
+        let position = difference(scale, &|by| {
             end::<S, N, K>(system, h, Start::second_order(moved(&q0, by), v0), t)
         });
-        let velocity = difference(scale, |by| {
+        let velocity = difference(scale, &|by| {
             end::<S, N, K>(system, h, Start::second_order(q0, moved(&v0, by)), t)
         });
         found.push((Variable::Position(i), position));
@@ -110,7 +110,7 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
     }
     for (place, quantity) in S::PARAMETERS.iter().enumerate() {
         let value = system.parameter(place).unwrap();
-        let by_parameter = difference(scale * value.abs().max(0.1), |by| {
+        let by_parameter = difference(scale * value.abs().max(0.1), &|by| {
             let mut moved = system.clone();
             *moved.parameter_mut(place).unwrap() = value + by;
             end::<S, N, K>(&moved, h, Start::second_order(q0, v0), t)
@@ -254,7 +254,7 @@ fn by_parameter<S: System<N> + Clone, const N: usize, const K: usize>(
     t: f64,
 ) -> [f64; K] {
     let value = system.parameter(place).unwrap();
-    difference(value.abs(), |by| {
+    difference(value.abs(), &|by| {
         let mut moved = system.clone();
         *moved.parameter_mut(place).unwrap() = value + by;
         end::<S, N, K>(&moved, h, start, t)
@@ -413,7 +413,7 @@ fn check_plan<S: System<N> + Clone, const N: usize, const K: usize>(
     assert_eq!(gradient.inputs.len(), values.len());
     let mut sum = 0.0;
     for leg in 0..values.len() {
-        let expected: [f64; K] = difference(1.0, |by| {
+        let expected: [f64; K] = difference(1.0, &|by| {
             let mut moved = values.to_vec();
             moved[leg][0] += by;
             planned(system, h, start, name, &moved)

@@ -3,10 +3,11 @@
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{DVector, Dop853, SVector, System};
 
-/// A right-hand side, as `ode_solvers` wants it.
-struct Rate<F>(F);
+/// A right-hand side, as `ode_solvers` wants it. Its type is no part of the solver's, which is large and compiled once for each number of
+/// components.
+struct Rate<'f, const N: usize>(&'f dyn Fn(f64, [f64; N]) -> [f64; N]);
 
-impl<F: Fn(f64, [f64; N]) -> [f64; N], const N: usize> System<f64, SVector<f64, N>> for Rate<F> {
+impl<const N: usize> System<f64, SVector<f64, N>> for Rate<'_, N> {
     fn system(&self, t: f64, state: &SVector<f64, N>, rate: &mut SVector<f64, N>) {
         *rate = (self.0)(t, (*state).into()).into();
     }
@@ -20,7 +21,7 @@ pub fn integrate<const N: usize>(
     tolerance: f64,
 ) -> [f64; N] {
     let mut solver = Dop853::from_param(
-        Rate(rate),
+        Rate(&rate),
         0.0,
         end,
         end,
@@ -41,14 +42,17 @@ pub fn integrate<const N: usize>(
     (*solver.y_out().last().unwrap()).into()
 }
 
-/// The same, as `ode_solvers` wants it where the time is the last component of the state.
-struct Clocked<F, const N: usize>(F);
+/// A right-hand side for any number of components: what it is at a time and a state is written to the last.
+type AnyRate<'f> = dyn Fn(f64, &[f64], &mut [f64]) + 'f;
 
-impl<F: Fn(f64, [f64; N]) -> [f64; N], const N: usize> System<f64, DVector<f64>> for Clocked<F, N> {
+/// The same, as `ode_solvers` wants it where the time is the last component of the state.
+struct Clocked<'f>(&'f AnyRate<'f>);
+
+impl System<f64, DVector<f64>> for Clocked<'_> {
     fn system(&self, _: f64, state: &DVector<f64>, rate: &mut DVector<f64>) {
-        let parts = core::array::from_fn(|i| state[i]);
-        rate.as_mut_slice()[..N].copy_from_slice(&(self.0)(state[N], parts));
-        rate[N] = 1.0;
+        let n = state.len() - 1;
+        (self.0)(state[n], &state.as_slice()[..n], &mut rate.as_mut_slice()[..n]);
+        rate[n] = 1.0;
     }
 }
 
@@ -62,7 +66,18 @@ pub fn integrate_from<const N: usize>(
     end: f64,
     tolerance: f64,
 ) -> [f64; N] {
-    let clocked = DVector::from_iterator(N + 1, state.into_iter().chain([t0]));
+    let rate = |t: f64, state: &[f64], out: &mut [f64]| {
+        let mut parts = [0.0; N];
+        parts.copy_from_slice(state);
+        out.copy_from_slice(&rate(t, parts));
+    };
+    let end = clocked(&rate, (t0, &state), end, tolerance);
+    core::array::from_fn(|i| end[i])
+}
+
+/// [`integrate_from`] for any number of components.
+fn clocked(rate: &AnyRate<'_>, (t0, state): (f64, &[f64]), end: f64, tolerance: f64) -> DVector<f64> {
+    let clocked = DVector::from_iterator(state.len() + 1, state.iter().copied().chain([t0]));
     let span = end - t0;
     let mut solver = Dop853::from_param(
         Clocked(rate),
@@ -83,6 +98,5 @@ pub fn integrate_from<const N: usize>(
         OutputType::Sparse,
     );
     solver.integrate().unwrap();
-    let last = solver.y_out().last().unwrap();
-    core::array::from_fn(|i| last[i])
+    solver.y_out().last().unwrap().clone()
 }

@@ -6,7 +6,8 @@ use crate::systems::{builtin, constrained, maps, mass, opaque};
 use dsocs_core::{Flow, Real, Regularity, Start, Stepper, System};
 use dsocs_systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain2, Wavy};
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed, TestRunner};
+
+use crate::draws::{self, sized, vector};
 
 /// A number of any kind, or an ordinary one.
 fn number() -> impl Strategy<Value = f64> {
@@ -20,15 +21,10 @@ fn number() -> impl Strategy<Value = f64> {
 
 /// Runs a system from random starts.
 fn shoot<S: System<N>, const N: usize>(system: &S) {
-    let config = Config {
-        cases: 300,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(4),
-        ..Config::default()
-    };
-    let vector = || prop::array::uniform::<_, N>(number());
-    let steps = prop_oneof![2 => Just(0.1), 1 => number()];
-    let result = TestRunner::new(config).run(&(0..3, steps, vector(), vector()), |(rule, h, q, v)| {
+    let steps = prop_oneof![2 => Just(0.1), 1 => number()].boxed();
+    let states = (0..3, steps, vector::<N>(number()), vector::<N>(number()));
+    draws::test(300, 4, states, &|(rule, h, q, v)| {
+        let (q, v): ([f64; N], _) = (sized(&q), sized(&v));
         let start = match rule {
             0 => Start::paper(q, v),
             1 => Start::second_order(q, v),
@@ -53,9 +49,6 @@ fn shoot<S: System<N>, const N: usize>(system: &S) {
         }
         Ok(())
     });
-    if let Err(error) = result {
-        panic!("{error}");
-    }
 }
 
 /// A curvature with functions whose dual numbers are delicate.

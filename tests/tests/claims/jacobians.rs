@@ -9,8 +9,8 @@ use dsocs_systems::{Constant, CurvedParticle, InertiaWheelPendulum, Wavy};
 use dsocs_tests::check::{Kind, Mismatch, State, compare};
 use dsocs_tests::independent::Declaration;
 use proptest::prelude::*;
-use proptest::test_runner::{Config, RngSeed, TestRunner};
 
+use crate::draws::{self, sized, vector};
 use crate::systems::{builtin, constrained, maps, mass, opaque, paper};
 
 /// Where states are drawn from.
@@ -32,24 +32,15 @@ where
     S: System<N>,
     P: Declaration<N>,
 {
-    let config = Config {
-        cases: 200,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(2),
-        ..Config::default()
-    };
-    let vector = |size: f64| prop::array::uniform::<_, N>(-size..size);
-    let steps = prop_oneof![0.02..0.5, -0.5..-0.02];
-    let states = (steps, vector(q), vector(v), vector(a));
-    let result = TestRunner::new(config).run(&states, |(h, q, v, a)| {
+    let steps = prop_oneof![0.02..0.5, -0.5..-0.02].boxed();
+    let states = (steps, vector::<N>(-q..q), vector::<N>(-v..v), vector::<N>(-a..a));
+    draws::test(200, 2, states, &|(h, q, v, a)| {
+        let [q, v, a] = [q, v, a].map(|x| sized(&x));
         compare(system, declaration, State { h, q, v, a }, kind).map_err(|mismatch| match mismatch {
             Mismatch::Undefined => TestCaseError::reject("undefined here"),
             Mismatch::Differs(words) => TestCaseError::fail(words),
         })
     });
-    if let Err(error) = result {
-        panic!("{error}");
-    }
 }
 
 /// A system that is written both ways itself.

@@ -11,6 +11,7 @@ mod control_law;
 mod derivatives;
 mod discrete;
 mod dop853;
+mod draws;
 mod driven_library;
 mod energy;
 mod ensemble;

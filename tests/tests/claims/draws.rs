@@ -1,0 +1,38 @@
+//! Random draws, the same in every run. What proptest makes of them is compiled once for each kind of draw, not for every system.
+
+use core::fmt::Debug;
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestCaseResult, TestRunner};
+
+/// Tests so many draws.
+pub fn test<T: Debug + 'static>(
+    cases: u32,
+    seed: u64,
+    draws: impl Strategy<Value = T> + 'static,
+    test: &dyn Fn(T) -> TestCaseResult,
+) {
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(seed),
+        ..Config::default()
+    };
+    if let Err(error) = TestRunner::new(config).run(&draws.boxed(), test) {
+        panic!("{error}");
+    }
+}
+
+/// A vector of `N` components that are drawn alike.
+pub fn vector<const N: usize>(component: impl Strategy<Value = f64> + 'static) -> BoxedStrategy<Vec<f64>> {
+    prop::array::uniform::<_, N>(component)
+        .prop_map(|vector| vector.to_vec())
+        .boxed()
+}
+
+/// A vector with its number of components.
+pub fn sized<const N: usize>(vector: &[f64]) -> [f64; N] {
+    let mut sized = [f64::NAN; N];
+    sized.copy_from_slice(vector);
+    sized
+}
