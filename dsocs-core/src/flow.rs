@@ -64,6 +64,8 @@ pub struct Flow<'s, S: System<N>, const N: usize> {
     since: u64,
     /// The system as it was on the last leg, where inputs have changed since.
     before: Option<Held<'s, S>>,
+    /// What solves the step about such a change: set with the first of them, so that it is not compiled where no inputs are set.
+    changes: Option<SolveChanged<'s, S, N>>,
     /// The last node where they did.
     changed: Option<Box<Changed<'s, S, N>>>,
     /// The steps that were too long for the external forces.
@@ -148,6 +150,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             max_iterations: MAX_ITERATIONS,
             since: 0,
             before: None,
+            changes: None,
             changed: None,
             unresolved: None,
             looked: true,
@@ -250,8 +253,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         {
             return report;
         }
-        if let Some(before) = self.before.take() {
-            return self.solve_changed(before);
+        if let Some(before) = self.before.take()
+            && let Some(solve_changed) = self.changes
+        {
+            return solve_changed(self, before);
         }
         if const { S::ORDER > 2 } {
             return self.solve_third();
@@ -486,8 +491,8 @@ mod unresolved;
 pub use choose::Roots;
 pub(crate) use exchange::State;
 pub use forces::multipliers;
-use inputs::Changed;
 pub(crate) use inputs::works;
+use inputs::{Changed, SolveChanged};
 use stick::Stuck;
 use third::Third;
 pub(crate) use unresolved::FORESEEN;

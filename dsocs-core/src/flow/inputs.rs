@@ -28,6 +28,10 @@ const ROUNDING: f64 = 1e-9;
 /// How large a second difference is at least, relative to the leg, for an update to be compared with.
 const LEAST: f64 = 1e-5;
 
+/// [`Flow::solve_changed`].
+pub(super) type SolveChanged<'s, S, const N: usize> =
+    fn(&mut Flow<'s, S, N>, Held<'s, S>) -> Result<StepReport, StepError>;
+
 /// What is told of a node where inputs changed, beside its step.
 pub(super) struct Changed<'s, S, const N: usize> {
     /// The number of the node.
@@ -62,6 +66,7 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
         // several changes at one node are one
         if self.before.is_none() {
             self.before = Some(self.system.clone());
+            self.changes = Some(Self::solve_changed);
         }
         if let Some(parameter) = self.system.own().parameter_mut(place) {
             *parameter = value;
