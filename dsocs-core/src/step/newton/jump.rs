@@ -20,6 +20,9 @@ const HALVINGS: u32 = 53;
 /// How often the two points are found anew, where the rows are not affine.
 const REPETITIONS: u32 = 8;
 
+/// A jump is more than so many times the bounds of the rounding errors of its rows, which do not know those of a user's function.
+const ROUNDINGS: f64 = 64.0;
+
 /// A jump that moves by at most this, relative to the unknowns, has been found.
 const FOUND: f64 = 1e-12;
 
@@ -82,7 +85,7 @@ pub(super) fn between<Z: Unknown<f64>>(
             .zip(&behind.at.update, |before, behind| before - behind);
         // false also where it is no number
         let is_jump = along(&apart, &way, &units) >= BACK;
-        if !is_jump {
+        if !is_jump || is_rounding(equations, [&before.at, &behind.at]) {
             return None;
         }
         let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
@@ -102,6 +105,15 @@ pub(super) fn between<Z: Unknown<f64>>(
         (from, to) = (behind.next(), before.next());
     }
     None
+}
+
+/// Whether rounding explains what the rows differ by on the two sides: at the root an iteration goes to and fro, too, by as little as rounding does.
+fn is_rounding<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, [before, behind]: [&Iterate<Z>; 2]) -> bool {
+    let bounds = [before, behind].map(|side| equations.rounding(&side.z));
+    let rows = before.rows.as_ref().iter().zip(behind.rows.as_ref());
+    let bounds = bounds[0].as_ref().iter().zip(bounds[1].as_ref());
+    rows.zip(bounds)
+        .all(|((before, behind), (first, second))| (before - behind).abs() <= ROUNDINGS * (first + second))
 }
 
 /// How much of a way an update goes: 1 if it leads to the end, −1 if it leads back.
