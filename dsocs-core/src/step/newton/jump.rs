@@ -1,9 +1,9 @@
 //! Rows that pass zero in a jump.
 //!
-//! Dry friction that stops a velocity within a step is an example: with the friction of either direction the next velocity has the other one, and
-//! no node solves the rows. The iteration then goes to and fro between two points, each the root that the rows would have if they went on as they
-//! are at the other one. Between the two the rows jump, and there they have a root in the sense of Filippov: one of the values that lie between
-//! those of the two sides solves them.
+//! An example is dry friction that stops a velocity within a step. With the friction of either direction, the next velocity has the opposite
+//! direction, and no node solves the rows. Newton's iteration then alternates between two points. Each is the root of the rows as they are on the
+//! side of the other point. Somewhere between the two points the rows jump. There they have a root in the sense of Filippov: a value between those of
+//! the two sides solves them.
 
 use super::{
     AnyEquations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
@@ -29,8 +29,8 @@ const FOUND: f64 = 1e-12;
 /// So many pieces are looked at for one that has its own root.
 const PIECES: u32 = 12;
 
-/// The root of rows that are affine in pieces, from the last two points on: a full update leads to the root of the piece it comes from, and a part
-/// of one to nothing.
+/// The root of rows that are affine in pieces, starting from the last two points. Only full updates are made: a full update leads to the root of the
+/// piece on which it begins, and a shortened one leads to no root.
 #[cold]
 pub(super) fn between_pieces<Z: Unknown<f64>>(
     equations: &AnyEquations<'_, Z>,
@@ -59,7 +59,7 @@ pub(super) fn between_pieces<Z: Unknown<f64>>(
     }
 }
 
-/// The jump to which the last two points of an iteration go to and fro, if they do.
+/// The jump between the last two points of an iteration, if the iteration alternates across one.
 #[cold]
 pub(super) fn between<Z: Unknown<f64>>(
     equations: &AnyEquations<'_, Z>,
@@ -107,7 +107,7 @@ pub(super) fn between<Z: Unknown<f64>>(
     None
 }
 
-/// Whether rounding explains what the rows differ by on the two sides: at the root an iteration goes to and fro, too, by as little as rounding does.
+/// Whether rounding explains the difference of the rows on the two sides. Close to a root an iteration alternates, too, because of rounding errors.
 fn is_rounding<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, [before, behind]: [&Iterate<Z>; 2]) -> bool {
     let bounds = [before, behind].map(|side| equations.rounding(&side.z));
     let rows = before.rows.as_ref().iter().zip(behind.rows.as_ref());
