@@ -85,7 +85,7 @@ pub(super) fn between<Z: Unknown<f64>>(
             .zip(&behind.at.update, |before, behind| before - behind);
         // false also where it is no number
         let is_jump = along(&apart, &way, &units) >= BACK;
-        if !is_jump || is_rounding(equations, [&before.at, &behind.at]) {
+        if !is_jump || is_rounding(equations, [&from, &to], [&before.at, &behind.at]) {
             return None;
         }
         let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
@@ -108,8 +108,14 @@ pub(super) fn between<Z: Unknown<f64>>(
 }
 
 /// Whether rounding explains the difference of the rows on the two sides. Close to a root an iteration alternates, too, because of rounding errors.
-fn is_rounding<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, [before, behind]: [&Iterate<Z>; 2]) -> bool {
-    let bounds = [before, behind].map(|side| equations.rounding(&side.z));
+///
+/// The bounds are those of the ends of the way: at the jump itself they may contain it.
+fn is_rounding<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    ends: [&Z; 2],
+    [before, behind]: [&Iterate<Z>; 2],
+) -> bool {
+    let bounds = ends.map(|end| equations.rounding(end));
     let rows = before.rows.as_ref().iter().zip(behind.rows.as_ref());
     let bounds = bounds[0].as_ref().iter().zip(bounds[1].as_ref());
     rows.zip(bounds)
