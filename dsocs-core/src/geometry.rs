@@ -55,7 +55,7 @@ mod written;
 use crate::{system::System, tangent::Tangent};
 
 pub use admissible::admissible_variations;
-pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, variation};
+pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
 pub use error::GeometryError;
 pub use evolution::Evolution;
 pub use external::{discrete_power, external_forces, power};

@@ -508,8 +508,11 @@ pub(crate) struct Beginning<const N: usize> {
 impl<const N: usize> Beginning<N> {
     /// The acceleration for the first step.
     pub fn begins(&self) -> Option<Begins<N>> {
-        let said = self.near.map(Begins::Said);
-        said.or(self.a0.map(Begins::Found))
+        match (self.near, self.a0) {
+            // the solution that was meant says more than what it was to be near to
+            (Some(near), a0) => Some(Begins::Said(a0.unwrap_or(near))),
+            (None, a0) => a0.map(Begins::Found),
+        }
     }
 }
 

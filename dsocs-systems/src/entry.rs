@@ -91,6 +91,8 @@ pub struct Entry {
     start: Option<[Vec<f64>; 2]>,
     /// The acceleration that the run begins with, where a constraint is of third order.
     acceleration: Option<Vec<f64>>,
+    /// Which initial acceleration is meant by default where there are several.
+    near: Option<Vec<f64>>,
     /// The step.
     step: f64,
     /// The end.
@@ -153,6 +155,7 @@ impl Entry {
             source: None,
             start: None,
             acceleration: None,
+            near: None,
             step: STEP,
             until: UNTIL,
             symmetries: Vec::new(),
@@ -197,6 +200,13 @@ impl Entry {
             acceleration: Some(a0.to_vec()),
             ..self.start(q0, v0)
         }
+    }
+
+    /// Says which initial acceleration is meant by default where the equations allow several: the solution nearest to `a0`.
+    #[must_use]
+    pub fn near_acceleration<const N: usize>(mut self, a0: [f64; N]) -> Self {
+        self.near = Some(a0.to_vec());
+        self
     }
 
     /// Sets the default step of a run, in s; negative to run back in time.
@@ -310,6 +320,12 @@ impl Entry {
     #[must_use]
     pub fn default_start(&self) -> Option<&[Vec<f64>; 2]> {
         self.start.as_ref()
+    }
+
+    /// Which initial acceleration is meant by default where there are several, if the entry says it.
+    #[must_use]
+    pub fn default_near(&self) -> Option<&[f64]> {
+        self.near.as_deref()
     }
 
     /// The default acceleration at the start of a run, if the entry has one.
@@ -433,6 +449,8 @@ impl Entry {
             name: self.name.clone(),
             summary: self.summary.clone(),
             start: self.start.clone(),
+            acceleration: self.acceleration.clone(),
+            near: self.near.clone(),
             step: self.step,
             until: self.until,
             ..Self::of(self.system.copy())
@@ -463,8 +481,9 @@ impl Entry {
                 cause,
             })
         };
-        let vectors = self.start.iter().flatten().chain(&self.acceleration);
-        let vectors = vectors.zip(["q0", "v0", "a0"]);
+        let vectors = self.start.iter().flatten().zip(["q0", "v0"]);
+        let accelerations = self.acceleration.iter().chain(&self.near);
+        let vectors = vectors.chain(accelerations.map(|a0| (a0, "a0")));
         let vectors = vectors.map(|(vector, name)| (format!("{name} of its start"), vector.len()));
         let generators = self.symmetries.iter();
         let generators = generators.map(|symmetry| {

@@ -483,3 +483,72 @@ fn a_parasitic_mode_is_found() {
     let mode = found(&findings, "parasitic modes");
     assert!(!mode.ok() && mode.figure > 1.0, "{mode:?}");
 }
+
+/// The Appell–Hamel machine, along a straight path.
+#[dsocs {
+    coordinates(x, y, z);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2)) / 2 - gravity * z;
+    nonholonomic = dot(z).powi(2) - a.powi(2) * (dot(x).powi(2) + dot(y).powi(2));
+}]
+#[derive(Clone)]
+struct AppellHamel {
+    a: f64,
+    gravity: f64,
+}
+
+/// A skate.
+#[dsocs {
+    coordinates(x, y, theta);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) + dot(theta).powi(2)) / 2;
+    nonholonomic = dot(x) * theta.sin() - dot(y) * theta.cos();
+}]
+#[derive(Clone)]
+struct Skate {}
+
+/// The size of the acceleration is given; two accelerations have it.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    kinematic = ddot(x).powi(2) + ddot(y).powi(2) - size.powi(2);
+    constraint_forces = [(1, 0)];
+}]
+#[derive(Clone)]
+struct Felt {
+    size: f64,
+}
+
+/// Motions that every step follows exactly have no order, and pass all the same.
+#[test]
+fn motions_without_an_error_pass() {
+    let machine = Entry::new(AppellHamel {
+        a: 0.5,
+        gravity: 9.81,
+    })
+    .start([0.0; 3], [3.0, 4.0, 2.5])
+    .step(0.001);
+    let skate = Entry::new(Skate {}).start([0.0; 3], [1.0, 0.0, 0.0]);
+    for entry in [machine, skate] {
+        let entry = entry.until(0.8);
+        for finding in entry.check(&settings(&entry)).unwrap() {
+            assert!(finding.ok(), "{}: {finding:?}", entry.name());
+        }
+    }
+}
+
+/// The settings say which of two accelerations is meant.
+#[test]
+fn one_of_two_accelerations_is_checked() {
+    let entry = Entry::new(Felt { size: 12.0 })
+        .start([0.0; 2], [0.0, 1.0])
+        .until(1.0);
+    assert!(entry.check(&settings(&entry)).is_err());
+    for side in [-1.0, 1.0, 30.0] {
+        let settings = Settings {
+            a0: Some(&[side, 0.0]),
+            ..settings(&entry)
+        };
+        for finding in entry.check(&settings).unwrap() {
+            assert!(finding.ok(), "{side}: {finding:?}");
+        }
+    }
+}

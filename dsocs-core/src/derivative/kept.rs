@@ -1,4 +1,4 @@
-//! What is kept of the steps of a path: all of them, or some of the run's states, from which the steps between are made again.
+//! What a path keeps in memory: all of its steps, or some states of the run (checkpoints), from which the steps between them are computed again.
 
 use super::block::Recorded;
 use super::error::DerivativeError;
@@ -19,7 +19,7 @@ pub(super) struct Kept<const N: usize> {
 }
 
 impl<const N: usize> Kept<N> {
-    /// None yet, and memory for `count` of `unknowns` each.
+    /// No steps yet, but memory for `count` steps with `unknowns` unknowns each.
     pub fn from(first: usize, count: usize, unknowns: usize) -> Self {
         Self {
             first,
@@ -28,7 +28,7 @@ impl<const N: usize> Kept<N> {
         }
     }
 
-    /// The number of the first middle node behind them.
+    /// The number of the middle node of the step that would follow.
     pub fn end(&self) -> usize {
         self.first + self.steps.len()
     }
@@ -43,16 +43,17 @@ impl<const N: usize> Kept<N> {
     }
 }
 
-/// The states of a run from which its steps are made again.
+/// The checkpoints: states of a run from which its steps are computed again.
 pub(super) struct Checkpoints<'s, S: System<N>, const N: usize> {
-    /// How many steps lie between two of them: a multiple of [`Eight::COUNT`], for the same blocks of steps as if all were kept.
+    /// How many steps lie between two checkpoints. It is a multiple of [`Eight::COUNT`], so that steps are evaluated in the same blocks as if all
+    /// were kept.
     pub every: usize,
-    /// The states, the first before the first step.
+    /// The states. The first one is that before the first step.
     states: Vec<Flow<'s, S, N>>,
 }
 
 impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
-    /// None: all steps are kept.
+    /// No checkpoints: all steps are kept.
     pub fn none() -> Self {
         Self {
             every: usize::MAX,
@@ -60,8 +61,8 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
         }
     }
 
-    /// For `count` steps of `bytes` each, of which no more than `memory` bytes shall be kept if states in the right number take less: as many of
-    /// them as make the least of both together.
+    /// For `count` steps of `bytes` bytes each. If all of them fit into `memory` bytes, all are kept. Otherwise checkpoints are kept, at the distance
+    /// for which the checkpoints and the steps between two of them take the least memory together.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a square root of what memory can hold
     pub fn new(count: usize, bytes: usize, memory: usize) -> Self {
         if count.saturating_mul(bytes) <= memory {
@@ -75,12 +76,12 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
         }
     }
 
-    /// Whether there are any.
+    /// Whether checkpoints are kept, not all steps.
     pub fn are_kept(&self) -> bool {
         self.every != usize::MAX
     }
 
-    /// Keeps the state of a flow, after `steps` steps, if it is to be kept. Returns whether it is.
+    /// Keeps the state of a flow after `steps` steps, if a checkpoint is due there. Returns whether it is.
     #[inline]
     pub fn keep(&mut self, flow: &Flow<'s, S, N>, steps: usize) -> bool {
         let is_due = self.are_kept() && steps.is_multiple_of(self.every);
@@ -90,7 +91,7 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
         is_due
     }
 
-    /// Makes the steps again from a state on, of which a path has `count` in all.
+    /// Computes the steps behind the checkpoint number `window` again. The path has `count` steps in all.
     pub fn again(&self, window: usize, count: usize) -> Result<Kept<N>, DerivativeError> {
         let before = window * self.every;
         let own = self.every.min(count.saturating_sub(before));

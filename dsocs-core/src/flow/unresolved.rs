@@ -67,8 +67,9 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
         })
     }
 
-    /// Examines what switches between the legs of the step that begins with `leg`, has the second difference `e` and was solved as told, and of
-    /// the step before, if that was not examined: one half of a jump shows in its second difference, which may be too little to be noticed.
+    /// Examines the step that begins with `leg`, has the second difference `e` and ended with `stop`: whether anything switches between its legs.
+    /// The step before is examined, too, if it was not yet. Its second difference may contain half of the same jump, which can be too small to be
+    /// noticed by itself.
     #[cold]
     pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N], stop: Stop) {
         if let (Some(Solved { leg, e, report }), false) = (self.solved, self.looked) {
@@ -138,7 +139,7 @@ fn jump_of_acceleration<S: System<N>, const N: usize>(
         before = now;
     }
     let jump = |i: usize| {
-        // what moves a node by less than the increment's rounding is none of a jump's doing
+        // what moves a node by less than the rounding of the increment is no jump
         let is_rounding = widest[i] * h * h <= f64::EPSILON * leg.d[i].abs();
         // what is smooth changes little from place to place
         let is_jump = !is_rounding && widest[i] >= 0.5 * (most[i] - least[i]);

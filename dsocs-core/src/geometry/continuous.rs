@@ -70,7 +70,20 @@ pub fn motion<const N: usize>(
     q: [f64; N],
     v: [f64; N],
 ) -> Result<Point<f64, N>, GeometryError> {
-    match system.acceleration(t, &q, &v) {
+    motion_near(system, (t, q, v), None)
+}
+
+/// The same, with the acceleration near one, if the rows determine several.
+///
+/// # Errors
+///
+/// As [`motion`].
+pub fn motion_near<const N: usize>(
+    system: &dyn Solvable<N>,
+    (t, q, v): (f64, [f64; N], [f64; N]),
+    near: Option<&[f64; N]>,
+) -> Result<Point<f64, N>, GeometryError> {
+    match system.acceleration((t, &q, &v), near) {
         Ok(a) => Ok(Point { t, q, v, a }),
         Err(cause) => Err(GeometryError::Acceleration {
             q: q.to_vec(),

@@ -60,9 +60,13 @@ pub trait Solvable<const N: usize>: Declared<N> {
     #[doc(hidden)]
     fn solve_unknowns(&self, matrix: &[f64], right: &[f64]) -> Option<Vec<f64>>;
 
-    /// The acceleration of the continuous system at the time `t`.
+    /// The acceleration of the continuous system at a time, a position and a velocity, near one if there are several.
     #[doc(hidden)]
-    fn acceleration(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> Result<[f64; N], NewtonFailure>;
+    fn acceleration(
+        &self,
+        at: (f64, &[f64; N], &[f64; N]),
+        near: Option<&[f64; N]>,
+    ) -> Result<[f64; N], NewtonFailure>;
 
     /// Solves linear equations for changes of accelerations and multipliers of the continuous system.
     #[doc(hidden)]
@@ -90,8 +94,12 @@ impl<S: System<N>, const N: usize> Solvable<N> for S {
         solve::<S::Unknown<f64>>(matrix, right)
     }
 
-    fn acceleration(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> Result<[f64; N], NewtonFailure> {
-        Ok(start::acceleration(self, (t, q, v), None)?.0)
+    fn acceleration(
+        &self,
+        at: (f64, &[f64; N], &[f64; N]),
+        near: Option<&[f64; N]>,
+    ) -> Result<[f64; N], NewtonFailure> {
+        Ok(start::acceleration(self, at, near)?.0)
     }
 
     fn solve_accelerations(&self, matrix: &[f64], right: &[f64]) -> Option<Vec<f64>> {

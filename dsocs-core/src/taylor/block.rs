@@ -313,7 +313,7 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         let wanted = motion.wanted();
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
-        let mut alone = wanted.is_nan() || wanted < smallest;
+        let mut alone = wanted.is_nan() || wanted < smallest || !motion.series.is_finite();
         let (order, limits) = (motion.series.order(), motion.control.limits);
         let switches = if self.is_complete {
             equations.steep()

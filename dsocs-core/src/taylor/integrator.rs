@@ -152,7 +152,7 @@ impl<const N: usize> Integrator<N> {
         }
         motion.begin(equations);
         let mut coefficients = motion.next.velocity().as_flattened().iter();
-        if coefficients.all(|x| x.is_finite()) {
+        if coefficients.all(|x| x.is_finite()) || motion.order.limit(motion.next.in_range_to()) {
             Ok(motion)
         } else {
             let cause = SeriesFailure::NotFinite;
@@ -349,6 +349,17 @@ impl<const N: usize> Integrator<N> {
             last: self.last.map_or(0.0, |(_, h)| h.abs()),
             mean: span / steps.max(1) as f64,
         })
+    }
+
+    /// Does without the orders whose coefficients leave the range of doubles: in a unit of time that is long for the motion, as a second is for an
+    /// electron in a magnetic field, or short.
+    #[cold]
+    #[inline(never)]
+    fn cut_to_range(&mut self) {
+        let known = self.series.in_range_to();
+        if known < self.series.order() && self.order.limit(known) {
+            self.series.set_order(known);
+        }
     }
 
     /// The length of the step that the tolerance allows, by the series of its beginning.
@@ -573,6 +584,9 @@ impl<const N: usize> Work for Advance<'_, N> {
             smallest,
         } = self;
         core::mem::swap(&mut motion.series, &mut motion.next);
+        if !motion.series.is_in_range() {
+            motion.cut_to_range();
+        }
         let wanted = motion.wanted();
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());

@@ -29,6 +29,8 @@ const HIGHEST_EXACT: usize = 22;
 pub(super) struct Order {
     current: usize,
     highest: usize,
+    /// No expansion goes beyond.
+    limit: usize,
     fixed: bool,
     countdown: u32,
     interval: u32,
@@ -48,6 +50,7 @@ impl Order {
         Self {
             current,
             highest: highest.max(current),
+            limit: MAX_ORDER,
             fixed: tolerance.order.is_some(),
             countdown: FIRST_INTERVAL,
             interval: FIRST_INTERVAL,
@@ -77,7 +80,18 @@ impl Order {
             return self.current;
         }
         self.countdown = self.interval;
-        (self.current + CHANGE).min(MAX_ORDER)
+        (self.current + CHANGE).min(self.limit)
+    }
+
+    /// Stays with the orders up to `limit` from now on, if that is enough for steps.
+    pub(super) fn limit(&mut self, limit: usize) -> bool {
+        let is_enough = limit >= LOWEST.min(self.current);
+        if is_enough {
+            self.limit = self.limit.min(limit);
+            self.current = self.current.min(limit);
+            self.highest = self.highest.min(limit);
+        }
+        is_enough
     }
 
     /// Learns from an expansion that is longer than it would have to be.

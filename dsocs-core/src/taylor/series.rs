@@ -7,6 +7,9 @@ use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar as _;
 
+/// Products of smaller coefficients with others may be zero although none of them is.
+const TINY: f64 = 1e-250;
+
 /// The Taylor coefficients of a motion at a point, computed by the generated recurrences.
 ///
 /// The velocity is known to the order of the series, the position to one order more.
@@ -222,13 +225,32 @@ impl<const N: usize> Series<N> {
         }
     }
 
+    /// Whether the highest coefficients are in the range of doubles.
+    #[inline(always)]
+    pub(super) fn is_in_range(&self) -> bool {
+        let last = self.order.min(MAX_ORDER);
+        largest(&self.v[last]).max(largest(&self.v[last - 1])) >= TINY && self.is_finite()
+    }
+
     /// Whether the highest coefficients are numbers.
+    #[inline(always)]
     pub(super) fn is_finite(&self) -> bool {
         let last = self.order.min(MAX_ORDER);
         self.v[last]
             .iter()
             .chain(&self.v[last - 1])
             .all(|x| x.is_finite())
+    }
+
+    /// Up to which order the coefficients are in the range of doubles: they are numbers, and not so small that what comes after them may be zero
+    /// for this reason alone. Some may be zero.
+    pub(super) fn in_range_to(&self) -> usize {
+        let is_in_range = |v: &&[f64; N]| {
+            let largest = largest(v);
+            (largest == 0.0 || largest >= TINY) && v.iter().all(|x| x.is_finite())
+        };
+        let known = self.velocity().iter().take_while(is_in_range).count();
+        known.saturating_sub(1)
     }
 
     /// Positions, velocities and accelerations at some times after the point of expansion, `[component][time]`.
@@ -265,6 +287,12 @@ impl<const N: usize> Series<N> {
         let add = |x: &[f64; N], d: [f64; N]| core::array::from_fn(|i| x[i] + d[i]);
         [add(&self.q[0], q), add(&self.v[0], v), a]
     }
+}
+
+/// The largest size of a component.
+#[inline(always)]
+fn largest<const N: usize>(x: &[f64; N]) -> f64 {
+    x.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 #[cfg(test)]

@@ -173,13 +173,16 @@ fn left<const N: usize>(
         [forces, constraint, works]
     };
     let found: [Vec<f64>; 3] = rows(triple);
-    let mut sizes = rows(&Triple {
-        leg: triple.leg,
-        e: triple.e.map(|e| 1.001 * e),
-    });
-    for (sizes, found) in sizes.iter_mut().zip(&found) {
-        for (size, found) in sizes.iter_mut().zip(found) {
-            *size = 1e3 * larger((*size - found).abs(), 0.0);
+    let mut sizes = found.clone().map(|rows| vec![0.0; rows.len()]);
+    // component by component: along the second difference itself the constraints of a straight motion need not change
+    for i in 0..N {
+        let mut e = triple.e;
+        e[i] *= 1.001;
+        let moved = rows(&Triple { leg: triple.leg, e });
+        for ((sizes, moved), found) in sizes.iter_mut().zip(&moved).zip(&found) {
+            for ((size, moved), found) in sizes.iter_mut().zip(moved).zip(found) {
+                *size = larger(*size, 1e3 * (moved - found).abs());
+            }
         }
     }
     (found, sizes)

@@ -4,7 +4,7 @@
 //! [extrapolation](super::extrapolation), which does not conserve the law by itself.
 
 use dsocs_core::geometry::{
-    Displacement, Solvable, TwoForm, Variation, canonical_form, motion, state_displacements, variation,
+    Displacement, Solvable, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
 };
 
 use super::extrapolation::integrate;
@@ -23,6 +23,8 @@ struct Equations<'a, const N: usize> {
     system: &'a dyn Solvable<N>,
     /// The number of variations.
     count: usize,
+    /// Near which the acceleration is, where there may be several.
+    near: Option<[f64; N]>,
 }
 
 /// The parts of a state: `(q, v)`, the displacements, `dν` for every pair, and the time.
@@ -47,7 +49,8 @@ impl<const N: usize> Equations<'_, N> {
             return;
         };
         *clock = 1.0;
-        let Ok(point) = motion(self.system, t, part::<N>(state, 0), part(state, N)) else {
+        let here = (t, part::<N>(state, 0), part(state, N));
+        let Ok(point) = motion_near(self.system, here, self.near.as_ref()) else {
             rate.fill(f64::NAN);
             return;
         };
@@ -81,7 +84,12 @@ impl<const N: usize> Equations<'_, N> {
 /// displacements that constraints of lower order allow.
 pub fn law<const N: usize>(
     system: &dyn Solvable<N>,
-    State { t, q: q0, v: v0 }: &State<N>,
+    State {
+        t,
+        q: q0,
+        v: v0,
+        near,
+    }: &State<N>,
     until: f64,
 ) -> Measured<[f64; 2]> {
     let allowed = state_displacements(system, *t, q0, v0);
@@ -95,7 +103,8 @@ pub fn law<const N: usize>(
             (start[from + i], start[from + N + i]) = (displacement.first[i], displacement.second[i]);
         }
     }
-    let equations = Equations { system, count };
+    let near = *near;
+    let equations = Equations { system, count, near };
     let end = integrate(
         &mut |state, rate| equations.rate(state, rate),
         start,

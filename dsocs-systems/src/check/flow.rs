@@ -62,6 +62,7 @@ pub fn regularity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report)
 }
 
 /// How far a first node that was found is from the first node of a triple.
+#[derive(Clone, Copy)]
 struct Missed {
     /// In legs.
     legs: f64,
@@ -93,22 +94,27 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
     let mut others = 0;
     let mut back = |triple: &Triple<N>| {
         let last = triple.last(subject.h);
-        let first = missed(subject, triple, &subject.flow.backward(&last)?.e);
-        if first.legs <= REVERSED || first.is_rounding {
-            return Ok(first);
-        }
+        // where two first nodes lead to the pair, a search from a straight line may find neither
+        let first = subject.flow.backward(&last);
+        let first = first.map(|found| missed(subject, triple, &found.e));
+        let apart = match &first {
+            Ok(first) if first.legs <= REVERSED || first.is_rounding => return Ok(*first),
+            Ok(first) => first.legs,
+            Err(_) => f64::INFINITY,
+        };
         // where another first node leads to the same pair, this one has to be found from nearby, in a neighbourhood that may be small
         let mut nearby = first;
-        let apart = nearby.legs;
         for part in NEARBY {
             let near = triple.e.map(|e| e + part * e.abs());
-            nearby = missed(subject, triple, &subject.flow.backward_near(&last, &near)?.e);
-            if nearby.legs < NEW * apart {
+            let found = missed(subject, triple, &subject.flow.backward_near(&last, &near)?.e);
+            let is_another = found.legs < NEW * apart;
+            nearby = Ok(found);
+            if is_another {
                 others += 1;
                 break;
             }
         }
-        Ok(nearby)
+        Ok(nearby?)
     };
     let inverse: Vec<Measured<Missed>> = subject.spread.iter().map(&mut back).collect();
     // what a step across a switch forgets, no step back remembers

@@ -78,7 +78,7 @@ pub struct Settings<'a> {
     pub q0: &'a [f64],
     /// The initial velocity.
     pub v0: &'a [f64],
-    /// The initial acceleration, where a constraint is of third order.
+    /// The initial acceleration, where a constraint is of third order; otherwise near which the acceleration is looked for.
     pub a0: Option<&'a [f64]>,
     /// How it begins with these.
     pub begin: Begin,
@@ -207,41 +207,30 @@ pub fn check<S: System<N>, const N: usize>(
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    (q0, v0): ([f64; N], [f64; N]),
+    (q, v): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
     let own = STEPS * settings.h;
-    findings(
-        system,
-        symmetries,
-        expected,
-        settings,
-        state(settings, q0, v0),
-        own,
-    )
+    check_to(system, symmetries, expected, settings, (q, v, None), own)
 }
 
-/// The same, to the end `own` unless the settings say another.
+/// The same, with the acceleration near one where there are several, and to the end `own` unless the settings say another.
 pub(crate) fn check_to<S: System<N>, const N: usize>(
     system: &S,
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    (q0, v0): ([f64; N], [f64; N]),
+    (q, v, near): ([f64; N], [f64; N], Option<[f64; N]>),
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
+    let t = settings.t0;
     findings(
         system,
         symmetries,
         expected,
         settings,
-        state(settings, q0, v0),
+        State { t, q, v, near },
         own,
     )
-}
-
-/// The start that settings ask for.
-fn state<const N: usize>(settings: &Settings<'_>, q: [f64; N], v: [f64; N]) -> State<N> {
-    State { t: settings.t0, q, v }
 }
 
 /// The findings of all checks.
@@ -400,7 +389,12 @@ fn states<const N: usize>(system: &dyn Probe<N>, h: f64, start: &State<N>, until
         .map(|k| start.t + (until - start.t) * k as f64 / STATES as f64)
         .collect();
     if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
-        states.extend(motion.iter().map(|&Point { t, q, v, .. }| State { t, q, v }));
+        states.extend(motion.iter().map(|&Point { t, q, v, a }| State {
+            t,
+            q,
+            v,
+            near: start.near.map(|_| a),
+        }));
     }
     states
 }

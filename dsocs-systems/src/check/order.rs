@@ -95,13 +95,14 @@ pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             points.truncate(stop);
         }
         if points.len() < 3 {
-            if k == 0 && points.is_empty() && subject.expected.kind == Kind::Holonomic {
-                // constraints that leave nothing to move freely, at every step
+            if k == 0 && points.is_empty() {
+                // constraints that leave nothing to move freely, or a motion that every step follows exactly, as a parabola
                 report.push(
-                    "errors of position, which constraints determine",
+                    "errors of position, which are rounding at every step",
                     Bar::AtMost(plateau),
                     Ok(worst(errors)),
                 );
+                report.note("no order is fitted; a larger step may show one");
             } else if k == 0 {
                 let error = "fewer than three errors are above rounding: give a larger step";
                 report.push(
@@ -185,7 +186,12 @@ fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
 
 /// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
 fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
-    let State { t, q: q0, v: v0 } = subject.start;
+    let State {
+        t,
+        q: q0,
+        v: v0,
+        near,
+    } = subject.start;
     let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
     let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
@@ -200,6 +206,7 @@ fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
             t,
             q: moved(&q0, &displacement.first),
             v: moved(&v0, &displacement.second),
+            near,
         };
         let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
             continue;

@@ -190,6 +190,7 @@ mod tests {
             t,
             q: [x, x * t.sin() / 2.0],
             v: [u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
+            near: None,
         };
         let probe: &dyn Probe<2> = &system;
         let found = |power: &dyn Fn(&Point<f64, 2>) -> f64| defect(probe, &state, 0.1, power).unwrap();

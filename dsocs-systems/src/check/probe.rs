@@ -15,12 +15,20 @@ pub struct State<const N: usize> {
     pub q: [f64; N],
     /// The velocity.
     pub v: [f64; N],
+    /// Near which the acceleration is, where there may be several.
+    pub near: Option<[f64; N]>,
 }
 
 impl<const N: usize> State<N> {
     /// As the start of a run.
     fn start(&self) -> Start<N> {
-        Start::second_order(self.q, self.v).at(self.t)
+        self.meant(Start::second_order(self.q, self.v))
+    }
+
+    /// A start from here, with the time and the acceleration that is meant.
+    fn meant(&self, start: Start<N>) -> Start<N> {
+        let start = start.at(self.t);
+        self.near.map_or(start, |near| start.near_acceleration(near))
     }
 }
 
@@ -77,7 +85,7 @@ impl<S: System<N>, const N: usize> Probe<N> for S {
     ) -> (Option<Unresolved>, Result<(), CheckFailure>) {
         let start = match first {
             First::SecondOrder => state.start(),
-            First::Paper => Start::paper(state.q, state.v).at(state.t),
+            First::Paper => state.meant(Start::paper(state.q, state.v)),
         };
         let mut flow = match Flow::new(self, h, start) {
             Ok(flow) => flow,
@@ -97,6 +105,7 @@ impl<S: System<N>, const N: usize> Probe<N> for S {
             t: state.t,
             q: node.q,
             v: node.v,
+            near: state.near,
         })
     }
 

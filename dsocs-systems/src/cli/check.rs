@@ -57,7 +57,7 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     let mut text = String::new();
     for entry in entries {
         arguments.from.set(entry)?;
-        let a0 = arguments.from.a0(entry);
+        let a0 = arguments.from.a0(entry).or_else(|| arguments.from.near(entry));
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,

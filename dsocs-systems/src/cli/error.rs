@@ -75,7 +75,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
             ..
         }) => match cause.reason {
             StepFailure::NotFinite => "\n(on the command line: `--q0`, or `--set` where a parameter is why)",
-            _ => "",
+            _ => "\n(on the command line: `--near-a0`)",
         },
         // the paper's start has no velocity there either
         RunFailure::Setup(SetupError::Acceleration { v0, cause, .. })
@@ -85,7 +85,7 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
         }
         RunFailure::Setup(SetupError::Rest { .. }) => "\n(on the command line: `--v0`)",
         RunFailure::Setup(SetupError::Acceleration { .. }) => {
-            "\n(on the command line: `--v0`, `--q1`, `--start paper`)"
+            "\n(on the command line: `--near-a0`, `--v0`, `--q1`, `--start paper`)"
         }
         RunFailure::Setup(SetupError::Composition { reason, .. }) if *reason != Symmetry::ThirdOrder => {
             "\n(on the command line: `--order 2`, which is the default, or `--tolerance`)"
@@ -103,6 +103,11 @@ fn options_of_others(failure: &RunFailure) -> &'static str {
                 ..
             },
         ) => "\n(on the command line: leave out `--tolerance`, `--order` and `--estimate-error`)",
+        RunFailure::Run(RunError::Step(error))
+            if error.details().index == 1 && error.details().cause.reason == StepFailure::AmbiguousRoot =>
+        {
+            "\n(on the command line: `--near-a0`, `--step`)"
+        }
         RunFailure::Run(RunError::Stage(_)) => {
             "\n(on the command line: a smaller `--step`, `--order 2`, or `--tolerance`)"
         }
@@ -120,7 +125,7 @@ fn options_of_check(failure: &CheckFailure) -> Cow<'static, str> {
         CheckFailure::Setup(error @ SetupError::Acceleration { .. }) => {
             match options(&RunFailure::Setup(error.clone())) {
                 paper if paper.contains("--start paper") => {
-                    "\n(on the command line: `--v0`, `--start paper`)".into()
+                    "\n(on the command line: `--near-a0`, `--v0`, `--start paper`)".into()
                 }
                 other => other,
             }

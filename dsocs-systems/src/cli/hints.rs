@@ -281,8 +281,14 @@ const ADVICE: &[(&str, &[(&str, &str)])] = &[
     ("run servo --set gain=0", &[("--set", "run servo --set gain=2")]),
     ("run turn --v0 0,0", &[("--v0", "run turn --v0 0,1")]),
     ("run either --v0 0.3", &[("--v0", "run either --v0 0.4")]),
-    // only the library can say which of two accelerations is meant
-    ("run unsigned", &[]),
+    (
+        "run unsigned",
+        &[("--near-a0", "run unsigned --near-a0=-2 --until 0.1")],
+    ),
+    (
+        "check unsigned",
+        &[("--near-a0", "run unsigned --near-a0 1 --tolerance 1e-9")],
+    ),
     (
         "run rod --order 4",
         &[

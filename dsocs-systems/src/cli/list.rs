@@ -226,7 +226,9 @@ fn text(entry: &mut Entry) -> String {
     );
     let acceleration = entry
         .default_acceleration()
-        .map_or_else(String::new, |a0| format!(" --a0 {}", joined(a0)));
+        .map(|a0| format!(" --a0 {}", joined(a0)))
+        .or_else(|| Some(format!(" --near-a0 {}", joined(entry.default_near()?))))
+        .unwrap_or_default();
     let lines: Vec<_> = table.lines().map(|line| line.trim_end().to_owned()).collect();
     let description = entry.description();
     let quantities = [

@@ -346,6 +346,10 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
             None => Beginning::SecondOrder { q0, v0: v0()? },
         },
     };
+    let given = match arguments.from.near(entry) {
+        Some(near) => Beginning::Near(near, Box::new(given)),
+        None => given,
+    };
     let t0 = arguments.from.t0();
     let given = if t0 == 0.0 {
         given
@@ -398,6 +402,11 @@ fn start(beginning: &Beginning) -> Value {
         Beginning::Nodes { q0, q1 } => json!({"rule": "nodes", "q0": q0, "q1": q1}),
         Beginning::ThreeNodes { q0, q1, q2 } => {
             json!({"rule": "three_nodes", "q0": q0, "q1": q1, "q2": q2})
+        }
+        Beginning::Near(a0, beginning) => {
+            let mut start = start(beginning);
+            start["near_a0"] = a0.clone().into();
+            start
         }
         Beginning::At(t0, beginning) => {
             let mut start = start(beginning);

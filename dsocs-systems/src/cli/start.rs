@@ -29,6 +29,16 @@ pub struct StartArguments {
         conflicts_with = "a0"
     )]
     f0: Option<Vec<f64>>,
+    /// Which initial acceleration is meant where the equations allow several: the solution nearest to this one, a number for each coordinate
+    #[arg(
+        long,
+        value_name = "E,F",
+        allow_hyphen_values = true,
+        value_delimiter = ',',
+        value_parser = expression::number,
+        conflicts_with_all = ["a0", "f0"]
+    )]
+    near_a0: Option<Vec<f64>>,
     /// The time at which the motion begins, in s
     #[arg(long, value_name = "T", allow_hyphen_values = true, default_value = "0", value_parser = expression::number)]
     t0: f64,
@@ -119,6 +129,12 @@ impl StartArguments {
         given.map(<[f64]>::to_vec)
     }
 
+    /// The acceleration that is meant where there are several, if the options or the entry say it.
+    pub fn near(&self, entry: &Entry) -> Option<Vec<f64>> {
+        let given = self.near_a0.as_deref().or(entry.default_near());
+        given.map(<[f64]>::to_vec)
+    }
+
     /// The beginning at `q0` with an acceleration or a force, if the options or the entry have one.
     ///
     /// # Errors
@@ -153,6 +169,7 @@ impl StartArguments {
             ("--v0", self.v0.is_some()),
             ("--a0", self.a0.is_some()),
             ("--f0", self.f0.is_some()),
+            ("--near-a0", self.near_a0.is_some()),
             ("--set", !self.set.is_empty()),
         ];
         match given.into_iter().find(|&(_, given)| given) {

@@ -150,6 +150,7 @@ fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result
             Start::three_nodes(array("q0", q0)?, array("q1", q1)?, array("q2", q2)?)
         }
         Beginning::Projected(beginning) => start(beginning, names)?.projected(),
+        Beginning::Near(a0, beginning) => start(beginning, names)?.near_acceleration(array("a0", a0)?),
         Beginning::At(t0, beginning) => start(beginning, names)?.at(*t0),
     })
 }
@@ -255,6 +256,11 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
             let start = (start.0, start.1, array("a0", a0, &S::COORDINATES)?);
             return check::third::check_to(&self.system, expected, settings, start, own);
         }
+        let near = settings
+            .a0
+            .map(|a0| array("a0", a0, &S::COORDINATES))
+            .transpose()?;
+        let start = (start.0, start.1, near);
         check::check_to(&self.system, symmetries, expected, settings, start, own)
     }
 }

@@ -65,6 +65,8 @@ pub enum Beginning {
     },
     /// Another beginning, moved onto the constraints on positions and velocities.
     Projected(Box<Self>),
+    /// Another beginning, with the acceleration near this one where the equations allow several.
+    Near(Vec<f64>, Box<Self>),
     /// Another beginning, at another time than 0.
     At(f64, Box<Self>),
 }

@@ -364,6 +364,62 @@ fn to_rest() {
     assert!(node.q.iter().chain(&node.v).all(|x| x.abs() < 1e-12), "{node:?}");
 }
 
+statements! {
+    /// A pendubot, two links with a motor in the shoulder (Fantoni and Lozano, Non-linear Control for Underactuated Mechanical Systems, chapter 5).
+    /// The angles are from the horizontal and from the first link.
+    pendubot {
+        coordinates(shoulder, elbow);
+        let m_11 = inertia[0] + inertia[1] + 2 * inertia[2] * elbow.cos();
+        let m_12 = inertia[1] + inertia[2] * elbow.cos();
+        let kinetic = m_11 / 2 * dot(shoulder).powi(2) + m_12 * dot(shoulder) * dot(elbow) + inertia[1] / 2 * dot(elbow).powi(2);
+        let potential = weight[0] * shoulder.sin() + weight[1] * (shoulder + elbow).sin();
+        lagrangian = kinetic - potential;
+        let missing = kinetic + potential - weight[0] - weight[1];    // energy that is missing when it stands upright
+    }
+}
+
+/// Its Lyapunov function has the square of the energy. So the rate is of degree 5 in the velocities, and has the shoulder's velocity as a factor.
+#[dsocs {
+    use pendubot;
+    let lyapunov = missing.powi(2) / 2 + dot(shoulder).powi(2) / 2 + shoulder.powi(2) / 2;
+    kinematic = dot(lyapunov) + dot(shoulder).powi(2);
+    constraint_forces = [(1, 0)];
+    branch = divide(dot(shoulder));
+}]
+struct Pumped {
+    inertia: [f64; 3],
+    weight: [f64; 2],
+}
+
+/// The law by hand: `E u + s'' + s + s' = 0`, with `s''` from the equations of motion.
+#[dsocs {
+    use pendubot;
+    let bend = inertia[2] * elbow.sin();
+    // what acts against the shoulder and the elbow at no acceleration
+    let first = weight[0] * shoulder.cos() + weight[1] * (shoulder + elbow).cos() - bend * dot(elbow) * (2 * dot(shoulder) + dot(elbow));
+    let second = weight[1] * (shoulder + elbow).cos() + bend * dot(shoulder).powi(2);
+    let determinant = m_11 * inertia[1] - m_12.powi(2);
+    let free = (m_12 * second - inertia[1] * first) / determinant;
+    let torque = -(free + shoulder + dot(shoulder)) / (missing + inertia[1] / determinant);
+    external_forces = (torque, 0);
+}]
+struct PumpedByHand {
+    inertia: [f64; 3],
+    weight: [f64; 2],
+}
+
+#[test]
+fn an_energy_is_pumped_from_rest() {
+    let (inertia, weight) = ([0.0308, 0.0106, 0.0095], [2.05, 0.62]);
+    let by_hand = PumpedByHand { inertia, weight };
+    with_steps(
+        [0.01, 0.005, 0.0025],
+        &Pumped { inertia, weight },
+        &by_hand,
+        [-1.5, 0.0],
+    );
+}
+
 /// Its constraint has the factor, but not as a polynomial.
 #[dsocs {
     coordinates(x);

@@ -174,3 +174,25 @@ fn follows(system: &Either, h: f64, start: Start<1>) -> bool {
     }
     on_it
 }
+
+/// The size of the acceleration is given, as in a ride at a fair.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    kinematic = ddot(x).powi(2) + ddot(y).powi(2) - 12_f64.powi(2);
+    constraint_forces = [(1, 0)];
+}]
+struct Felt {}
+
+/// The first step goes on with the solution that the start found near the acceleration that was said, however far that was from it.
+#[test]
+fn what_is_near_to_a_solution_need_not_be_it() {
+    let square = 12.0_f64.powi(2) - 9.81_f64.powi(2);
+    for said in [-1e3, -20.0, -1.0, 0.5, 3.0, 1e3] {
+        let start = Start::second_order([0.0; 2], [0.0; 2]).near_acceleration([said, 0.0]);
+        let mut flow = Flow::new(&Felt {}, 0.01, start).unwrap();
+        let end = flow.to(1.0).unwrap();
+        let expected = 0.5 * square.sqrt().copysign(said);
+        assert!((end.q[0] - expected).abs() < 1e-9, "{said}: {end:?}");
+    }
+}

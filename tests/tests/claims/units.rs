@@ -1,10 +1,10 @@
 //! Certificates of declarations with multipliers do not depend on units: each coordinate, each constraint, mass and time may
-//! be measured in units of their own.
+//! be measured in units of their own. A motion has a Taylor series in every unit of time.
 
 use core::array;
 
 use dsocs_core::geometry::FlowTheorem;
-use dsocs_core::{Flow, Leg, Regularity, Start, Stepper as _, System, dsocs};
+use dsocs_core::{Flow, Leg, Regularity, Start, Stepper as _, System, TaylorFlow, Tolerance, dsocs};
 use dsocs_systems::Sleigh;
 use dsocs_tests::scenes::random::Random;
 
@@ -322,5 +322,40 @@ fn a_sleigh_is_regular_throughout() {
         })
         .unwrap();
         assert_eq!(lost, 0, "regularity is said to be lost from {v0:?}");
+    }
+}
+
+/// A relativistic charge in a magnetic field, in units of time of which `unit` make a natural one.
+#[dsocs {
+    coordinates(x, y);
+    let slow = (1 - (dot(x).powi(2) + dot(y).powi(2)) * unit.powi(2)).sqrt();
+    lagrangian = -slow / unit.powi(2) + (x * dot(y) - y * dot(x)) / (2 * unit) * (1 + x.powi(2) / 10) + x * field / unit.powi(2);
+}]
+struct Charge {
+    unit: f64,
+    field: f64,
+}
+
+/// Electrons turn round 1e11 times in a second, and galaxies once in 1e16 seconds: coefficients of high orders leave the range of doubles. The
+/// series does with those of low orders then, in more steps.
+#[test]
+fn any_unit_of_time_will_do() {
+    for (tolerance, near) in [(1e-6, 1e-5), (1e-12, 1e-11)] {
+        let run = |exponent: f64| {
+            let unit = exponent.exp2();
+            let start = Start::second_order([0.0; 2], [0.6 / unit, 0.0]);
+            let charge = Charge { unit, field: 0.1 };
+            let mut flow = TaylorFlow::new(&charge, start, Tolerance::relative(tolerance)).unwrap();
+            let end = flow.to(20.0 * unit).unwrap();
+            (end.q, flow.steps(), flow.rejected())
+        };
+        let (expected, steps, _) = run(0.0);
+        for exponent in [-110.0, -80.0, -60.0, -36.0, -20.0, 20.0, 36.0, 60.0, 80.0, 110.0] {
+            let (q, needed, rejected) = run(exponent);
+            let apart = (q[0] - expected[0]).hypot(q[1] - expected[1]);
+            assert!(apart < near, "2^{exponent}: {apart}");
+            println!("{tolerance:e}, 2^{exponent}: {needed} + {rejected} steps, {steps} in the natural unit");
+            assert!(exponent.abs() > 40.0 || needed + rejected < 2 * steps);
+        }
     }
 }

@@ -133,3 +133,41 @@ fn jumps_between_two_nodes_are_counted_each_once() {
         assert_eq!(run(0.1), None);
     }
 }
+
+/// A car on a roller coaster, whose track is a function of the user. The attribute cannot know that it is smooth.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    holonomic = y - track(x);
+}]
+struct Coaster {}
+
+fn track<R: Real>(x: R) -> R {
+    (x * 0.7).sin() * (x * x * -0.05).exp() * 3.0
+}
+
+/// A particle whose curvature is such a function.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - track(x) - 2;
+    variational = [(dot(x), dot(y))];
+}]
+struct Winding {}
+
+/// A smooth function of the user jumps nowhere, at any step: what an iteration goes to and fro by is rounding.
+#[test]
+fn smooth_functions_of_the_user_do_not_jump() {
+    let coaster = Start::second_order([-4.0, track(-4.0)], [0.0; 2]);
+    let winding = Start::second_order([0.0; 2], [0.6, 0.8]);
+    for h in [0.02, 0.01, 0.005, 0.0025, 0.001, 1e-4] {
+        let until = f64::min(20.0, 2e4 * h);
+        let mut flow = Flow::new(&Coaster {}, h, coaster).unwrap();
+        flow.to(until).unwrap();
+        assert_eq!(flow.unresolved(), None, "h = {h}");
+        let mut flow = Flow::new(&Winding {}, h, winding).unwrap();
+        flow.to(until).unwrap();
+        assert_eq!(flow.unresolved(), None, "h = {h}");
+    }
+}

@@ -1,9 +1,9 @@
 //! Rows that pass zero in a jump.
 //!
-//! Dry friction that stops a velocity within a step is an example: with the friction of either direction the next velocity has the other one, and
-//! no node solves the rows. The iteration then goes to and fro between two points, each the root that the rows would have if they went on as they
-//! are at the other one. Between the two the rows jump, and there they have a root in the sense of Filippov: one of the values that lie between
-//! those of the two sides solves them.
+//! An example is dry friction that stops a velocity within a step. With the friction of either direction, the next velocity has the opposite
+//! direction, and no node solves the rows. Newton's iteration then alternates between two points. Each is the root of the rows as they are on the
+//! side of the other point. Somewhere between the two points the rows jump. There they have a root in the sense of Filippov: a value between those of
+//! the two sides solves them.
 
 use super::{
     AnyEquations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
@@ -20,14 +20,17 @@ const HALVINGS: u32 = 53;
 /// How often the two points are found anew, where the rows are not affine.
 const REPETITIONS: u32 = 8;
 
+/// A jump is more than so many times the bounds of the rounding errors of its rows, which do not know those of a user's function.
+const ROUNDINGS: f64 = 64.0;
+
 /// A jump that moves by at most this, relative to the unknowns, has been found.
 const FOUND: f64 = 1e-12;
 
 /// So many pieces are looked at for one that has its own root.
 const PIECES: u32 = 12;
 
-/// The root of rows that are affine in pieces, from the last two points on: a full update leads to the root of the piece it comes from, and a part
-/// of one to nothing.
+/// The root of rows that are affine in pieces, starting from the last two points. Only full updates are made: a full update leads to the root of the
+/// piece on which it begins, and a shortened one leads to no root.
 #[cold]
 pub(super) fn between_pieces<Z: Unknown<f64>>(
     equations: &AnyEquations<'_, Z>,
@@ -56,7 +59,7 @@ pub(super) fn between_pieces<Z: Unknown<f64>>(
     }
 }
 
-/// The jump to which the last two points of an iteration go to and fro, if they do.
+/// The jump between the last two points of an iteration, if the iteration alternates across one.
 #[cold]
 pub(super) fn between<Z: Unknown<f64>>(
     equations: &AnyEquations<'_, Z>,
@@ -82,7 +85,7 @@ pub(super) fn between<Z: Unknown<f64>>(
             .zip(&behind.at.update, |before, behind| before - behind);
         // false also where it is no number
         let is_jump = along(&apart, &way, &units) >= BACK;
-        if !is_jump {
+        if !is_jump || is_rounding(equations, [&from, &to], [&before.at, &behind.at]) {
             return None;
         }
         let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
@@ -102,6 +105,21 @@ pub(super) fn between<Z: Unknown<f64>>(
         (from, to) = (behind.next(), before.next());
     }
     None
+}
+
+/// Whether rounding explains the difference of the rows on the two sides. Close to a root an iteration alternates, too, because of rounding errors.
+///
+/// The bounds are those of the ends of the way: at the jump itself they may contain it.
+fn is_rounding<Z: Unknown<f64>>(
+    equations: &AnyEquations<'_, Z>,
+    ends: [&Z; 2],
+    [before, behind]: [&Iterate<Z>; 2],
+) -> bool {
+    let bounds = ends.map(|end| equations.rounding(end));
+    let rows = before.rows.as_ref().iter().zip(behind.rows.as_ref());
+    let bounds = bounds[0].as_ref().iter().zip(bounds[1].as_ref());
+    rows.zip(bounds)
+        .all(|((before, behind), (first, second))| (before - behind).abs() <= ROUNDINGS * (first + second))
 }
 
 /// How much of a way an update goes: 1 if it leads to the end, −1 if it leads back.

@@ -8,14 +8,18 @@
 //! solutions put into this row, until it does. Of rows that cannot be solved for any values of the parameters and at any position, multiples
 //! are subtracted.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::eliminate::{Elimination, Rule};
 use crate::graph::{Graph, Leaf, Node, NodeId};
 use crate::mechanics::Equation;
 
-/// Rows of a higher degree in the unknown are divided as numbers.
-const HIGHEST_DEGREE: usize = 4;
+/// Rows of a higher degree in the unknown are divided as numbers. The square of an energy, as in a Lyapunov function that pumps it, has a rate of
+/// degree 5, and with the square of its power 6.
+const HIGHEST_DEGREE: usize = 8;
+
+/// The same where the degree is not plain from the operations: derivatives of what is no polynomial grow with every order.
+const HIGHEST_DEGREE_TRIED: usize = 4;
 
 /// Rows with more unknowns are divided as they stand: the solution of so many others would be longer than all rows.
 const MOST_UNKNOWNS: usize = 16;
@@ -272,9 +276,14 @@ fn divide_exactly(
     }
 
     // Taylor coefficients at 0, until there are no more
+    let highest = if is_polynomial(graph, polynomial, unknown) {
+        HIGHEST_DEGREE
+    } else {
+        HIGHEST_DEGREE_TRIED
+    };
     let mut coefficients = Vec::new();
     while !graph.vanishes(polynomial) {
-        if coefficients.len() > HIGHEST_DEGREE {
+        if coefficients.len() > highest {
             return None;
         }
         coefficients.push(graph.substitute(polynomial, &at_zero));
@@ -306,6 +315,31 @@ fn divide_exactly(
         open.push((graph.product(&[(coefficient, 1), (variable, power)]), 1.0));
     }
     Some(graph.linear(0.0, &open))
+}
+
+/// Whether sums and products alone make an expression of a variable.
+fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
+    let mut seen = HashSet::new();
+    let mut open = vec![value];
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) || !graph.depends_on(id, variable) {
+            continue;
+        }
+        match graph.node(id) {
+            Node::Leaf(_) => {}
+            Node::Sum(_, terms) => open.extend(terms.iter().map(|&(term, _)| term)),
+            Node::Product(factors) => {
+                for &(factor, power) in factors {
+                    if power < 0 && graph.depends_on(factor, variable) {
+                        return false;
+                    }
+                    open.push(factor);
+                }
+            }
+            _ => return false,
+        }
+    }
+    true
 }
 
 #[cfg(test)]
@@ -378,6 +412,26 @@ mod tests {
             false
         };
         assert!(!inside(&graph), "{:?}", graph.node(reciprocal));
+    }
+
+    #[test]
+    fn a_polynomial_of_a_high_degree_is_divided() {
+        let mut graph = Graph::new();
+        let (z, a) = (graph.leaf(Leaf::Z(0)), graph.leaf(Leaf::N(0)));
+        let w = graph.add(a, z);
+        // w (z⁷ + a²), multiplied out
+        let products = [(8, 0), (7, 1), (1, 2), (0, 3)];
+        let terms: Vec<_> = products
+            .iter()
+            .map(|&(of_z, of_a)| (graph.product(&[(z, of_z), (a, of_a)]), 1.0))
+            .collect();
+        let row = graph.linear(0.0, &terms);
+        let quotient = divided(&mut graph, row, w);
+        let expected = [(7, 0), (0, 2)].map(|(of_z, of_a)| (graph.product(&[(z, of_z), (a, of_a)]), 1.0));
+        let expected = graph.linear(0.0, &expected);
+        let difference = graph.sub(quotient, expected);
+        assert!(graph.vanishes(difference));
+        assert!(is_polynomial(&graph, quotient, Leaf::Z(0)));
     }
 
     #[test]

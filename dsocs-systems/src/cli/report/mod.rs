@@ -194,7 +194,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             t0: 0.0,
             q0,
             v0,
-            a0: entry.default_acceleration(),
+            a0: entry.default_acceleration().or(entry.default_near()),
             begin: Begin::default(),
         };
         let findings = entry.check(&settings)?;
