@@ -97,10 +97,11 @@ fn nodes_hold<S: dsocs_core::System<1>>(system: &S, law: Law, x: f64, h: f64, un
                 "{law:?} {h} {rest} {friction}"
             );
         } else {
-            // what rounds is the difference of two increments; a velocity within its own rounding has either sign
+            // what rounds is the difference of two increments. The iteration ends with an update after which no row is evaluated, and which may
+            // be some roundings long: a velocity within that has either sign
             let increments = after.d[0].abs() + before.d[0].abs();
             let rounding = 4.0 * f64::EPSILON * increments / (h * h);
-            let either = v.abs() <= 4.0 * f64::EPSILON * increments / h;
+            let either = v.abs() <= 64.0 * f64::EPSILON * increments / h;
             let left = |side: f64| (rest + friction * side).abs();
             let left = if either {
                 left(1.0).min(left(-1.0))
