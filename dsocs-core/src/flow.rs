@@ -253,10 +253,10 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         {
             return report;
         }
-        if let Some(before) = self.before.take()
-            && let Some(solve_changed) = self.changes
+        if self.before.is_some()
+            && let Some(report) = self.solve_change()
         {
-            return solve_changed(self, before);
+            return report;
         }
         if const { S::ORDER > 2 } {
             return self.solve_third();
@@ -305,6 +305,13 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self.solved = Some(Solved { leg, e, report });
         (self.q, self.d) = (q, d);
         Ok(report)
+    }
+
+    /// Solves the step at whose middle node an input changes.
+    #[cold]
+    fn solve_change(&mut self) -> Option<Result<StepReport, StepError>> {
+        let (before, solve_changed) = (self.before.take()?, self.changes?);
+        Some(solve_changed(self, before))
     }
 
     /// The middle node of a step.
