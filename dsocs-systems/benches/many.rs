@@ -1,4 +1,4 @@
-//! Many runs: steps and Taylor series in lanes against one run after the other, two threads against one, and what derivatives of a run cost in
+//! Many runs: steps and Taylor series in lanes against one run after the other, all threads against one, and what derivatives of a run cost in
 //! units of the run.
 //!
 //! All are measured in turn in one process. A ratio is the median of the rounds' ratios: what a noisy machine does to one it does to the other.
@@ -17,6 +17,9 @@ const H: f64 = 0.1;
 
 /// Runs: eight blocks of eight.
 const RUNS: u32 = 64;
+
+/// So many times as many runs are shared out to threads.
+const MORE: u32 = 8;
 
 /// Steps of each.
 const STEPS: u32 = 2000;
@@ -76,11 +79,6 @@ impl Rounds {
             let run = move || drop(black_box(ensemble.to(until)));
             many.push((these.to_string(), Box::new(run)));
         }
-        if let Some(widest) = available().next_back() {
-            let ensemble = ensemble(0, widest);
-            let run = move || drop(black_box(ensemble.to(until)));
-            many.push(("the last on all threads".to_owned(), Box::new(run)));
-        }
         let mut alone = || {
             for &start in &starts {
                 let mut flow = Flow::new(system, H, start).expect("a usable start");
@@ -91,6 +89,22 @@ impl Rounds {
             }
         };
         self.gains(name, f64::from(RUNS * STEPS), &mut alone, &many);
+        // so many that it does not matter how long it takes to wake a thread
+        let longer = |threads: usize| {
+            let many = (0..MORE).flat_map(|_| starts.iter().copied());
+            let ensemble = Ensemble::new(system, H).expect("a usable step").starts(many);
+            ensemble.threads(threads).expect("threads")
+        };
+        let [one, all] = [longer(1), longer(0)];
+        let (_, ratios) = self.ratios(&mut [&mut || drop(black_box(one.to(until))), &mut || {
+            drop(black_box(all.to(until)))
+        }]);
+        println!(
+            "{:<24} all threads {:.2} times as fast as one, {} runs",
+            "",
+            1.0 / ratios[1],
+            RUNS * MORE
+        );
     }
 
     /// Taylor series.

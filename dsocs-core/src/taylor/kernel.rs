@@ -163,10 +163,7 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         moves: [bool; A],
         function: impl Fn([Jet; A]) -> Jet,
     ) -> T {
-        T::of_tracks(|track| {
-            let values = values.map(|value| value.track(track));
-            self.calls[track][place].first(values, moves, &function)
-        })
+        T::of_tracks(|track| self.calls[track][place].first(one(&values, track), moves, &function))
     }
 
     /// The coefficient of order `k` of a function of the user's.
@@ -180,8 +177,11 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         function: impl Fn([Jet; A]) -> Jet,
     ) -> T {
         T::of_tracks(|track| {
-            let [values, inputs] = [values, inputs].map(|x| x.map(|x| x.track(track)));
-            self.calls[track][place].coefficient::<FUSED, A>(k, values, inputs, moves, &function)
+            let call = &mut self.calls[track][place];
+            if call.is_still() {
+                return 0.0;
+            }
+            call.coefficient::<FUSED, A>(k, one(&values, track), one(&inputs, track), moves, &function)
         })
     }
 
@@ -240,6 +240,16 @@ impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: us
         }
         sums
     }
+}
+
+/// The numbers of one motion. No closures: what they call would not be compiled for the machine's own instructions.
+#[inline(always)]
+fn one<T: Coefficient, const A: usize>(values: &[T; A], track: usize) -> [f64; A] {
+    let mut numbers = [0.0; A];
+    for i in 0..A {
+        numbers[i] = values[i].track(track);
+    }
+    numbers
 }
 
 /// `sum + a b`, rounded once if `FUSED`.
