@@ -96,8 +96,8 @@ impl Rounds {
             ensemble.threads(threads).expect("threads")
         };
         let [one, all] = [longer(1), longer(0)];
-        let (_, ratios) = self.ratios(&mut [&mut || drop(black_box(one.to(until))), &mut || {
-            drop(black_box(all.to(until)))
+        let (_, ratios) = self.ratios(&mut [&mut || _ = black_box(one.to(until)), &mut || {
+            _ = black_box(all.to(until))
         }]);
         println!(
             "{:<24} all threads {:.2} times as fast as one, {} runs",
