@@ -96,9 +96,9 @@ impl Rounds {
             ensemble.threads(threads).expect("threads")
         };
         let [one, all] = [longer(1), longer(0)];
-        let (_, ratios) = self.ratios(&mut [&mut || _ = black_box(one.to(until)), &mut || {
-            _ = black_box(all.to(until))
-        }]);
+        let mut on_one = || _ = black_box(one.to(until));
+        let mut on_all = || _ = black_box(all.to(until));
+        let (_, ratios) = self.ratios(&mut [&mut on_one, &mut on_all]);
         println!(
             "{:<24} all threads {:.2} times as fast as one, {} runs",
             "",
