@@ -27,3 +27,29 @@ pub(crate) fn map<T: Copy, U: Copy + Default, const N: usize>(
     }
     mapped
 }
+
+/// An array of a literal size, whose size is kept out of signatures that do not need it.
+pub trait Array<T>: Copy + AsRef<[T]> + AsMut<[T]> {
+    /// How many components it has.
+    const LENGTH: usize;
+
+    /// The first components of a slice; none of a shorter one.
+    fn read(slice: &[T]) -> Option<&Self>;
+
+    /// The first components of a slice, and the rest; none of a shorter one.
+    fn split(slice: &mut [T]) -> Option<(&mut Self, &mut [T])>;
+}
+
+impl<T: Copy, const K: usize> Array<T> for [T; K] {
+    const LENGTH: usize = K;
+
+    #[inline(always)]
+    fn read(slice: &[T]) -> Option<&Self> {
+        slice.first_chunk()
+    }
+
+    #[inline(always)]
+    fn split(slice: &mut [T]) -> Option<(&mut Self, &mut [T])> {
+        slice.split_first_chunk_mut()
+    }
+}

@@ -1,5 +1,6 @@
 //! The hot form of a declaration: what a run evaluates often, as straight-line code.
 
+use crate::array::Array;
 use crate::scalar::Scalar;
 use crate::step::sparse::Sparse;
 use crate::step::unknown::{Linearization, Unknown};
@@ -14,15 +15,15 @@ use crate::tape::Source;
 /// declaration serves a single trajectory and several side by side, which may have parameters of their own.
 pub trait Compiled<const N: usize>: Source + Sized {
     /// The values of the parameters, an array of a literal size.
-    type Parameters<T: Scalar>: Copy + AsRef<[T]> + AsMut<[T]>;
+    type Parameters<T: Scalar>: Array<T>;
     /// The unknowns of one step, `[T; M]` for a literal `M`.
-    type Unknown<T: Scalar>: Unknown<T>;
+    type Unknown<T: Scalar>: Unknown<T> + Array<T>;
     /// What is known when the run begins, an array of a literal size.
-    type Constants<T: Scalar>: Copy + AsRef<[T]>;
+    type Constants<T: Scalar>: Array<T>;
     /// What is known when the step begins, an array of a literal size.
-    type Known<T: Scalar>: Copy + AsRef<[T]>;
+    type Known<T: Scalar>: Array<T>;
     /// The unknowns of the continuous system: the accelerations, then the multipliers if there are any.
-    type Motion: Unknown<f64>;
+    type Motion: Unknown<f64> + Array<f64>;
 
     /// Whether every row of [`Compiled::linearize`] is affine in the unknowns, between its jumps if it has any: without jumps, one update solves
     /// the step.

@@ -1,10 +1,11 @@
 //! A declaration as it stands on its tape, in any type of number.
 
 use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
+use crate::kernel::Shape;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::step::unknown::{Linearization, Unknown};
-use crate::system::{Quantity, System};
+use crate::system::Quantity;
 use crate::tape::origin::{Origin, origin};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 
@@ -15,12 +16,8 @@ use crate::tape::{Leaf, Number, Part, Segment, Source};
 #[derive(Clone, Copy)]
 pub struct Declaration<'s> {
     source: &'s dyn Source,
-    /// The coordinates.
-    coordinates: &'static [Quantity],
-    /// The parameters.
-    parameters: &'static [Quantity],
-    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
-    constraints: [usize; 3],
+    /// The values of the parameters, where they are not the system's own.
+    values: &'s [f64],
     /// The second difference that ends with a step's middle node, where constraints are of third order; zero if it is empty.
     past: &'s [f64],
     /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
@@ -95,21 +92,19 @@ impl<'a, T> At<'a, T> {
 
 /// Evaluates a part of a segment.
 fn evaluate<T: Number>(
-    (source, past, rates): (&dyn Source, &[f64], &[f64]),
+    declaration: &Declaration<'_>,
     segment: Segment,
     part: Part,
     at: &At<'_, T>,
     result: &mut dyn FnMut(usize, T),
 ) {
-    let leaf = leaves((source, past, rates), at);
+    let (source, leaf) = (declaration.source, leaves(declaration, at));
     T::walk(source.tape().program(segment, part), source, &leaf, result);
 }
 
 /// What expressions are made of, at a place.
-fn leaves<'a, T: Number>(
-    (source, past, rates): (&'a dyn Source, &'a [f64], &'a [f64]),
-    at: &'a At<'a, T>,
-) -> impl Fn(Leaf) -> T + 'a {
+fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) -> impl Fn(Leaf) -> T + 'a {
+    let Declaration { past, rates, .. } = *declaration;
     move |leaf: Leaf| {
         let (vector, i) = match leaf {
             Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
@@ -117,7 +112,7 @@ fn leaves<'a, T: Number>(
             Leaf::Clock => return at.clock.unwrap_or(T::splat(f64::NAN)),
             Leaf::Parameter(i) => {
                 let rate = rates.get(i).copied().unwrap_or(0.0);
-                return T::changing(source.value(i), rate);
+                return T::changing(declaration.value(i), rate);
             }
             Leaf::Q(i) => (at.q, i),
             Leaf::V(i) => (at.v, i),
@@ -142,12 +137,10 @@ fn leaves<'a, T: Number>(
 
 impl<'s> Declaration<'s> {
     /// The declaration of a system.
-    pub fn of<S: System<N>, const N: usize>(system: &'s S) -> Self {
+    pub fn of(system: &'s dyn Source) -> Self {
         Self {
             source: system,
-            coordinates: const { &S::COORDINATES },
-            parameters: S::PARAMETERS,
-            constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
+            values: &[],
             past: &[],
             rates: &[],
         }
@@ -162,29 +155,50 @@ impl<'s> Declaration<'s> {
         Declaration { past, ..self }
     }
 
-    fn place(&self) -> (&'s dyn Source, &'s [f64], &'s [f64]) {
-        (self.source, self.past, self.rates)
+    /// The same with other values of the parameters, all of them.
+    #[must_use]
+    pub fn with<'p>(self, values: &'p [f64]) -> Declaration<'p>
+    where
+        's: 'p,
+    {
+        Declaration { values, ..self }
+    }
+
+    /// The value of a parameter; NaN beyond the last.
+    pub(crate) fn value(&self, parameter: usize) -> f64 {
+        if self.values.is_empty() {
+            self.source.value(parameter)
+        } else {
+            self.values.get(parameter).copied().unwrap_or(f64::NAN)
+        }
+    }
+
+    /// The names, counts and kinds of the declaration.
+    #[must_use]
+    pub fn shape(&self) -> &'s Shape {
+        self.source.shape()
     }
 
     /// How many coordinates there are.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        self.coordinates.len()
+        self.shape().dimension()
     }
 
     /// The coordinates.
     pub(crate) fn coordinates(&self) -> &'static [Quantity] {
-        self.coordinates
+        self.shape().coordinates
     }
 
     /// The parameters.
     pub(crate) fn parameters(&self) -> &'static [Quantity] {
-        self.parameters
+        self.shape().parameters
     }
 
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
     pub(crate) fn constraints(&self) -> [usize; 3] {
-        self.constraints
+        let shape = self.shape();
+        [shape.holonomic, shape.nonholonomic, shape.kinematic]
     }
 
     /// The same with parameters that change: numbers that carry a derivative ([`crate::tangent::Tangent`]) have it from there.
@@ -225,14 +239,14 @@ impl<'s> Declaration<'s> {
 
     fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
         let mut results = Vec::with_capacity(self.source.tape().count(segment, part));
-        evaluate(self.place(), segment, part, at, &mut |_, value| {
+        evaluate(self, segment, part, at, &mut |_, value| {
             results.push(value);
         });
         results
     }
 
     fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
-        evaluate(self.place(), segment, part, at, &mut |place, value| {
+        evaluate(self, segment, part, at, &mut |place, value| {
             if let Some(out) = out.get_mut(place) {
                 *out = value;
             }
@@ -255,7 +269,7 @@ impl<'s> Declaration<'s> {
     fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<Vec<T>> {
         let n = self.dimension().max(1);
         let mut vectors: Vec<Vec<T>> = Vec::with_capacity(self.count(segment, Part::All) / n);
-        evaluate(self.place(), segment, Part::All, at, &mut |place, value| {
+        evaluate(self, segment, Part::All, at, &mut |place, value| {
             if place % n == 0 {
                 vectors.push(Vec::with_capacity(n));
             }
@@ -328,7 +342,7 @@ impl<'s> Declaration<'s> {
             let value = match leaf {
                 Leaf::H => Some(&h),
                 Leaf::Clock => Some(&leg.t),
-                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::Parameter(i) => return Bounded::splat(self.value(i)),
                 Leaf::N(i) => leg.q.get(i),
                 Leaf::D(i) => leg.d.get(i),
                 Leaf::P(i) => self.past.get(i),
@@ -349,7 +363,7 @@ impl<'s> Declaration<'s> {
     pub(crate) fn continuous_bounds(&self, point: AnyPoint<'_, f64>, multipliers: &[f64], out: &mut [f64]) {
         let leaf = |leaf: Leaf| {
             let value = match leaf {
-                Leaf::Parameter(i) => return Bounded::splat(self.source.value(i)),
+                Leaf::Parameter(i) => return Bounded::splat(self.value(i)),
                 Leaf::T => Some(&point.t),
                 Leaf::Q(i) => point.q.get(i),
                 Leaf::V(i) => point.v.get(i),
@@ -464,23 +478,17 @@ impl<'s> Declaration<'s> {
         };
         let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
         let count = rows.as_ref().len();
-        evaluate(
-            self.place(),
-            Segment::Continuous,
-            Part::All,
-            &at,
-            &mut |place, value| {
-                let entry = if place < count {
-                    rows.as_mut().get_mut(place)
-                } else {
-                    let row = jacobian.as_mut().get_mut(place / count - 1);
-                    row.and_then(|row| row.as_mut().get_mut(place % count))
-                };
-                if let Some(entry) = entry {
-                    *entry = value;
-                }
-            },
-        );
+        evaluate(self, Segment::Continuous, Part::All, &at, &mut |place, value| {
+            let entry = if place < count {
+                rows.as_mut().get_mut(place)
+            } else {
+                let row = jacobian.as_mut().get_mut(place / count - 1);
+                row.and_then(|row| row.as_mut().get_mut(place % count))
+            };
+            if let Some(entry) = entry {
+                *entry = value;
+            }
+        });
         Linearization { rows, jacobian }
     }
 
@@ -492,7 +500,7 @@ impl<'s> Declaration<'s> {
         name: &dyn Fn(Leaf) -> String,
     ) -> Option<Origin> {
         let at = At::point(point);
-        origin(self.source, Segment::Continuous, &leaves(self.place(), &at), name)
+        origin(self.source, Segment::Continuous, &leaves(self, &at), name)
     }
 
     /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.

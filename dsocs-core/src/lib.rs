@@ -102,6 +102,7 @@ mod flow;
 pub mod geometry;
 mod held;
 mod instructions;
+mod kernel;
 mod lanes;
 mod multipliers;
 pub mod prelude;
@@ -156,6 +157,7 @@ pub mod __private {
     pub use crate::compiled::{Compiled, Report};
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
+    pub use crate::kernel::{At, Kernel, Shape, Told, compiled as kernel};
     pub use crate::lanes::Lanes;
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::run::held_value;

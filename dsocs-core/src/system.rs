@@ -4,6 +4,7 @@ use crate::any::sized;
 use crate::compiled::Compiled;
 use crate::composition::Symmetry;
 use crate::declaration::Declaration;
+use crate::kernel::Kernel;
 use crate::multipliers;
 use crate::taylor::jets::Jets;
 
@@ -148,6 +149,9 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
 
     /// Whether steps of different lengths can be composed, or why not, as the attribute found it.
     const SYMMETRY: Symmetry = Symmetry::Unknown;
+
+    /// The system without its type.
+    fn kernel(&self) -> &dyn Kernel;
 
     /// The value of parameter `index`, or `None` beyond the last.
     fn parameter(&self, index: usize) -> Option<f64>;

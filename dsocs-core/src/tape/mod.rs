@@ -40,6 +40,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
 pub(crate) use differential::{Differential, Input, Room, Sweeps};
@@ -48,6 +49,7 @@ pub use evaluate::Number;
 pub use link::Program;
 
 use crate::dual::Dual;
+use crate::kernel::Shape;
 use read::Body;
 
 /// The first byte of a tape.
@@ -168,11 +170,14 @@ pub enum Part {
 const PARTS: usize = Part::Tail as usize + 1;
 
 /// Where a tape gets from what is no expression of its leaves: the system, as the attribute implements it.
-pub trait Source {
-    /// The tape of the declaration.
-    fn tape(&self) -> &'static Tape;
+pub trait Source: Send + Sync {
+    /// The names, counts and kinds of the declaration.
+    fn shape(&self) -> &Shape;
 
-    /// The value of a parameter; NaN beyond the last.
+    /// The tape of the declaration.
+    fn tape(&self) -> &Tape;
+
+    /// The value of a parameter as the system has it; NaN beyond the last. A run may hold others.
     fn value(&self, parameter: usize) -> f64;
 
     /// A function of the user's, or a derivative of one, at some arguments; without arguments an expression of parameters that
@@ -195,7 +200,7 @@ fn called_with_plain(arguments: &[Dual<f64>], call: &dyn Fn(&[f64]) -> f64) -> D
 /// The operations of a declaration, and the programs that were made of them so far.
 #[derive(Debug)]
 pub struct Tape {
-    bytes: &'static [u8],
+    bytes: Cow<'static, [u8]>,
     bodies: OnceLock<Vec<Body>>,
     programs: [[OnceLock<Program>; PARTS]; SEGMENTS],
 }
@@ -205,7 +210,7 @@ impl Tape {
     #[must_use]
     pub const fn new(bytes: &'static [u8]) -> Self {
         Self {
-            bytes,
+            bytes: Cow::Borrowed(bytes),
             bodies: OnceLock::new(),
             programs: [const { [const { OnceLock::new() }; PARTS] }; SEGMENTS],
         }
@@ -227,6 +232,6 @@ impl Tape {
     /// The segments; none of a tape that is malformed.
     fn bodies(&self) -> &[Body] {
         self.bodies
-            .get_or_init(|| read::read(self.bytes).unwrap_or_default())
+            .get_or_init(|| read::read(&self.bytes).unwrap_or_default())
     }
 }

@@ -4,13 +4,14 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident};
 
-use crate::emit::jets;
+use crate::emit::{jets, kernel};
 
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.
 #[allow(clippy::too_many_lines)] // one trait, quoted
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let jets = jets::none(ident, generics, n);
+    let kernel = kernel(ident, generics, n);
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
@@ -25,6 +26,9 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             const PARAMETERS: &'static [::dsocs_core::Quantity] = &[];
             const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[];
 
+            fn kernel(&self) -> &dyn ::dsocs_core::__private::Kernel {
+                self
+            }
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
                 ::core::unreachable!()
             }
@@ -36,7 +40,10 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
         #[automatically_derived]
         #[allow(unused_variables, clippy::all, clippy::pedantic)]
         impl #generics ::dsocs_core::__private::Source for #ident #arguments #bounds {
-            fn tape(&self) -> &'static ::dsocs_core::__private::Tape {
+            fn shape(&self) -> &::dsocs_core::__private::Shape {
+                ::core::unreachable!()
+            }
+            fn tape(&self) -> &::dsocs_core::__private::Tape {
                 ::core::unreachable!()
             }
             fn value(&self, parameter: usize) -> f64 {
@@ -104,6 +111,7 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             }
         }
 
+        #kernel
         #jets
     }
 }

@@ -142,7 +142,11 @@ pub(super) fn source(
         #[allow(unused_variables, clippy::all, clippy::pedantic, clippy::nursery)]
         #[automatically_derived]
         impl #impl_generics ::dsocs_core::__private::Source for #name #type_generics #where_clause {
-            fn tape(&self) -> &'static ::dsocs_core::__private::Tape {
+            fn shape(&self) -> &::dsocs_core::__private::Shape {
+                const { &::dsocs_core::__private::Shape::of::<Self, #n>() }
+            }
+
+            fn tape(&self) -> &::dsocs_core::__private::Tape {
                 static TAPE: ::dsocs_core::__private::Tape = ::dsocs_core::__private::Tape::new(#tape);
                 &TAPE
             }

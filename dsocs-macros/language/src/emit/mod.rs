@@ -2,13 +2,14 @@
 //!
 //! [`crate::mechanics`] says what has to vanish, [`crate::passes`] make it fast; here code is written, and nothing else.
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
-//! [`hot`], what a run evaluates often, as straight-line code, and [`cold`], all of them, as a tape. [`jets`] writes the
+//! [`hot`], what a run evaluates often, as straight-line code, which [`kernel`] puts behind slices, and [`cold`], all of them, as a tape. [`jets`] writes the
 //! recurrences of Taylor series, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
 
 mod cold;
 mod functions;
 mod hot;
 pub(crate) mod jets;
+mod kernel;
 mod phase;
 mod program;
 mod stages;
@@ -18,6 +19,7 @@ use quote::quote;
 
 use self::cold::{Declared, Expressions};
 use self::functions::Functions;
+pub(crate) use self::kernel::kernel;
 use self::stages::{Energy, Stages};
 use crate::mechanics::{self, Symmetry};
 use crate::model::{Kind, Model, ParameterField, Warning, plain};
@@ -70,10 +72,12 @@ fn system(model: &Model) -> TokenStream {
     let functions = Functions::new(model);
     let source = cold::source(model, &stages, (&graph, declared), &expressions, &functions);
     let functions = functions.methods(model);
+    let kernel = kernel(&model.item.ident, &model.item.generics, model.coordinates.len());
     quote! {
         #metadata
         #functions
         #compiled
+        #kernel
         #source
     }
 }
@@ -126,6 +130,10 @@ fn metadata(model: &Model) -> TokenStream {
             const DEPENDS_ON_TIME: bool = #depends_on_time;
             const EXTERNAL_FORCES: bool = #forced;
             const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
+
+            fn kernel(&self) -> &dyn ::dsocs_core::__private::Kernel {
+                self
+            }
 
             fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
                 match index {

@@ -1,0 +1,125 @@
+//! What the attribute writes, behind [`Kernel`](super::Kernel): each function is compiled once for a declared type, and reads slices as arrays.
+#![allow(missing_docs)] // what each does, the trait says
+
+use super::{At, Told};
+use crate::any::AnyLeg;
+use crate::array::Array;
+use crate::compiled::Report;
+use crate::step::unknown::Linearization;
+use crate::system::{Leg, System};
+
+/// A leg of arrays; of another length, it is none.
+fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
+    Some(Leg {
+        t: leg.t,
+        q: *leg.q.first_chunk()?,
+        d: *leg.d.first_chunk()?,
+    })
+}
+
+/// Writes as many numbers as there is room for.
+#[inline]
+fn write(out: &mut [f64], numbers: &[f64]) {
+    for (out, number) in out.iter_mut().zip(numbers) {
+        *out = *number;
+    }
+}
+
+pub fn constants<S: System<N>, const N: usize>(system: &S, parameters: &[f64], h: f64, out: &mut [f64]) {
+    if let Some(parameters) = Array::read(parameters) {
+        write(out, system.constants(parameters, h).as_ref());
+    }
+}
+
+pub fn remember<S: System<N>, const N: usize>(constants: &mut [f64], past: &[f64]) {
+    if let (Some((constants, _)), Some(past)) = (Array::split(constants), past.first_chunk()) {
+        S::remember::<f64>(constants, past);
+    }
+}
+
+pub fn past<S: System<N>, const N: usize>(constants: &[f64], past: &mut [f64]) {
+    if let Some(constants) = Array::read(constants) {
+        write(past, &S::past::<f64>(constants));
+    }
+}
+
+pub fn known<S: System<N>, const N: usize>(
+    system: &S,
+    constants: &[f64],
+    first: AnyLeg<'_, f64>,
+    out: &mut [f64],
+) {
+    if let (Some(constants), Some(leg)) = (Array::read(constants), leg(first)) {
+        write(out, system.known(constants, &leg).as_ref());
+    }
+}
+
+/// The arguments of what is evaluated at unknowns.
+macro_rules! at {
+    ($at:expr) => {
+        (
+            Array::read($at.constants),
+            Array::read($at.known),
+            Array::read($at.z),
+        )
+    };
+}
+
+pub fn linearize<S: System<N>, const N: usize>(
+    system: &S,
+    at: At<'_>,
+    rows: &mut [f64],
+    jacobian: &mut [f64],
+) {
+    if let (Some(constants), Some(known), Some(z)) = at!(at) {
+        let at: Linearization<f64, S::Unknown<f64>> = system.linearize(constants, known, z);
+        write(rows, at.rows.as_ref());
+        let width = rows.len().max(1);
+        for (out, row) in jacobian.chunks_mut(width).zip(at.jacobian.as_ref()) {
+            write(out, row.as_ref());
+        }
+    }
+}
+
+pub fn entries<S: System<N>, const N: usize>(system: &S, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
+    if let (true, (Some(constants), Some(known), Some(z))) = (S::SPARSE, at!(at)) {
+        write(rows, system.entries(constants, known, z, entries).as_ref());
+    }
+}
+
+pub fn scales<S: System<N>, const N: usize>(system: &S, at: At<'_>, scales: &mut [f64]) {
+    scales.fill(1.0);
+    if let (true, (Some(constants), Some(known), Some(z))) = (S::SCALED, at!(at)) {
+        write(scales, system.scales(constants, known, z).as_ref());
+    }
+}
+
+pub fn unknown<S: System<N>, const N: usize>(system: &S, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
+    if let Some(e) = e.first_chunk() {
+        write(z, system.unknown(e, multipliers).as_ref());
+    }
+}
+
+pub fn second_difference<S: System<N>, const N: usize>(system: &S, at: At<'_>, e: &mut [f64]) {
+    if let (Some(constants), Some(known), Some(z)) = at!(at) {
+        write(e, &system.second_difference(constants, known, z));
+    }
+}
+
+pub fn report<S: System<N>, const N: usize>(
+    system: &S,
+    constants: &[f64],
+    first: AnyLeg<'_, f64>,
+    e: &[f64],
+    told: Told<'_>,
+) {
+    if let (Some(constants), Some(leg), Some(e)) = (Array::read(constants), leg(first), e.first_chunk()) {
+        let known = system.known(constants, &leg);
+        let Report { point, force, energy } = system.report(constants, &known, &leg, e);
+        write(told.q, &point.q);
+        write(told.v, &point.v);
+        write(told.a, &point.a);
+        write(told.force, &force);
+        (*told.t, *told.energy) = (point.t, energy);
+    }
+}

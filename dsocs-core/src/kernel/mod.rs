@@ -1,0 +1,79 @@
+//! A declared system as the engine sees it: without its type, on slices.
+//!
+//! [`Shape`] is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
+
+pub mod compiled;
+mod shape;
+
+pub use shape::Shape;
+
+use crate::any::AnyLeg;
+use crate::step::sparse::Sparse;
+use crate::tape::Source;
+
+/// What the engine may ask of a declared system. Vectors are slices of the lengths that [`Shape`] says; parameters are values that the
+/// caller holds, not the system's own.
+///
+/// A slice of another length leaves the output as it was, or at NaN: the engine makes all slices from the shape.
+pub trait Kernel: Source {
+    /// Values known when a run with the step `h` begins: [`Shape::constants`] numbers.
+    fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]);
+
+    /// Sets the second difference that a step of third order goes on from, which stands behind the constants.
+    fn remember(&self, constants: &mut [f64], past: &[f64]);
+
+    /// That second difference; zero of second order.
+    fn past(&self, constants: &[f64], past: &mut [f64]);
+
+    /// Values known when a step begins: [`Shape::known`] numbers.
+    fn known(&self, constants: &[f64], leg: AnyLeg<'_, f64>, known: &mut [f64]);
+
+    /// The rows of a step at the unknowns `z`, and their exact Jacobian `∂row/∂z`, row by row.
+    fn linearize(&self, at: At<'_>, rows: &mut [f64], jacobian: &mut [f64]);
+
+    /// The entries of the Jacobian that are not zero everywhere, where most are.
+    fn sparse(&self) -> Option<&Sparse>;
+
+    /// The rows of a step, and the entries of the Jacobian that [`Kernel::sparse`] lists.
+    fn entries(&self, at: At<'_>, rows: &mut [f64], entries: &mut [f64]);
+
+    /// What each row is, divided by the declared one; ones unless [`Shape::scaled`].
+    fn scales(&self, at: At<'_>, scales: &mut [f64]);
+
+    /// The unknowns that belong to a second difference `e` and to multipliers, of which missing ones are zero.
+    fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]);
+
+    /// The second difference that belongs to the unknowns; of third order, by how much it differs from the last one.
+    fn second_difference(&self, at: At<'_>, e: &mut [f64]);
+
+    /// What is told of the middle node of a step with the second difference `e`.
+    fn report(&self, constants: &[f64], leg: AnyLeg<'_, f64>, e: &[f64], told: Told<'_>);
+}
+
+/// Where the rows of a step are evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a> {
+    /// What is known since the run began.
+    pub constants: &'a [f64],
+    /// What is known since the step began.
+    pub known: &'a [f64],
+    /// The unknowns.
+    pub z: &'a [f64],
+}
+
+/// Where [`Kernel::report`] writes: the point `φ_{D_K}⁻¹(q0, q1, q2)`, the generalized constraint force and the energy there.
+#[derive(Debug)]
+pub struct Told<'a> {
+    /// The position.
+    pub q: &'a mut [f64],
+    /// The velocity.
+    pub v: &'a mut [f64],
+    /// The acceleration.
+    pub a: &'a mut [f64],
+    /// The constraint force, in units of `L` per unit of the coordinate.
+    pub force: &'a mut [f64],
+    /// The time.
+    pub t: &'a mut f64,
+    /// The energy.
+    pub energy: &'a mut f64,
+}

@@ -1,0 +1,130 @@
+//! What is known of a declared system at all times: names, counts and kinds.
+
+use crate::array::Array;
+use crate::composition::Symmetry;
+use crate::system::{Quantity, System};
+
+/// What is known of a declared system at all times.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// The name of the declared type.
+    pub name: &'static str,
+    /// The first paragraph of its documentation, in one line.
+    pub doc: &'static str,
+    /// The coordinates, in order.
+    pub coordinates: &'static [Quantity],
+    /// The parameters that are numbers, in order.
+    pub parameters: &'static [Quantity],
+    /// The observed expressions, in order.
+    pub observables: &'static [Quantity],
+    /// How many numbers an increment has: as many as a position, unless a coordinate is no number.
+    pub increments: usize,
+    /// How many unknowns a step has.
+    pub unknowns: usize,
+    /// How many the continuous system has: accelerations, then multipliers.
+    pub motion: usize,
+    /// How many values are known when a run begins.
+    pub constants: usize,
+    /// How many are known when a step begins.
+    pub known: usize,
+    /// The highest order of a derivative in a constraint, and at least 2: a step finds the last of `order + 1` nodes.
+    pub order: usize,
+    /// How many holonomic constraints there are.
+    pub holonomic: usize,
+    /// How many nonholonomic constraints.
+    pub nonholonomic: usize,
+    /// How many kinematic constraints.
+    pub kinematic: usize,
+    /// How many one-forms of constraint forces are known.
+    pub forms: usize,
+    /// The places of the constraints of third order among all constraints.
+    pub third_order: &'static [usize],
+    /// The places of the parameters that holonomic constraints depend on.
+    pub of_positions: &'static [usize],
+    /// Whether any expression depends on time.
+    pub depends_on_time: bool,
+    /// Whether external forces act.
+    pub external_forces: bool,
+    /// Whether the rows of a step are affine in the unknowns, between their jumps if they have any.
+    pub linear: bool,
+    /// Whether a row may jump where an unknown changes.
+    pub jumps: bool,
+    /// Whether a row has a `signum` or a comparison that positions or velocities decide.
+    pub piecewise: bool,
+    /// Whether rows were multiplied by more than a number.
+    pub scaled: bool,
+    /// Whether the declaration names a factor to be divided out of a row.
+    pub divided: bool,
+    /// Whether steps of different lengths can be composed, or why not.
+    pub symmetry: Symmetry,
+}
+
+impl Shape {
+    /// The shape of a declared type.
+    #[must_use]
+    pub const fn of<S: System<N>, const N: usize>() -> Self {
+        Self {
+            name: S::NAME,
+            doc: S::DOC,
+            coordinates: const { &S::COORDINATES },
+            parameters: S::PARAMETERS,
+            observables: S::OBSERVABLES,
+            increments: N,
+            unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
+            motion: <S::Motion as Array<f64>>::LENGTH,
+            constants: <S::Constants<f64> as Array<f64>>::LENGTH,
+            known: <S::Known<f64> as Array<f64>>::LENGTH,
+            order: S::ORDER,
+            holonomic: S::HOLONOMIC,
+            nonholonomic: S::NONHOLONOMIC,
+            kinematic: S::KINEMATIC,
+            forms: S::FORMS,
+            third_order: S::THIRD_ORDER,
+            of_positions: S::OF_POSITIONS,
+            depends_on_time: S::DEPENDS_ON_TIME,
+            external_forces: S::EXTERNAL_FORCES,
+            linear: S::LINEAR,
+            jumps: S::JUMPS,
+            piecewise: S::PIECEWISE,
+            scaled: S::SCALED,
+            divided: S::DIVIDED,
+            symmetry: S::SYMMETRY,
+        }
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Whether a constraint is of third order: a step then finds the last of four nodes.
+    #[must_use]
+    pub fn is_of_third_order(&self) -> bool {
+        self.order > 2
+    }
+
+    /// Whether a factor could be declared to be divided out of a constraint, and is not.
+    #[must_use]
+    pub fn may_divide(&self) -> bool {
+        self.kinematic > 0 && !self.divided
+    }
+
+    /// Whether every step is solved by one update.
+    #[must_use]
+    pub fn is_solved_at_once(&self) -> bool {
+        self.linear && !self.jumps
+    }
+
+    /// Whether roots are watched for others nearby.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        !self.divided && !self.linear
+    }
+
+    /// How many multipliers are unknown in the continuous system.
+    #[must_use]
+    pub fn multipliers(&self) -> usize {
+        self.motion.saturating_sub(self.increments)
+    }
+}

@@ -1,0 +1,54 @@
+//! The hot form behind an interface of slices: `impl Kernel`, each function of which is one call.
+
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
+use syn::Generics;
+
+/// `impl Kernel` of a declared type with `n` coordinates.
+pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize) -> TokenStream {
+    let n = Literal::usize_unsuffixed(n);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
+    let hot = quote!(::dsocs_core::__private::kernel);
+    let of = quote!(::<Self, #n>);
+    let leg = quote!(::dsocs_core::__private::AnyLeg<'_, f64>);
+    let at = quote!(at: ::dsocs_core::__private::At<'_>);
+    quote! {
+        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
+        #[automatically_derived]
+        impl #impl_generics ::dsocs_core::__private::Kernel for #name #type_generics #where_clause {
+            fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {
+                #hot::constants #of(self, parameters, h, constants)
+            }
+            fn remember(&self, constants: &mut [f64], past: &[f64]) {
+                #hot::remember #of(constants, past)
+            }
+            fn past(&self, constants: &[f64], past: &mut [f64]) {
+                #hot::past #of(constants, past)
+            }
+            fn known(&self, constants: &[f64], leg: #leg, known: &mut [f64]) {
+                #hot::known #of(self, constants, leg, known)
+            }
+            fn linearize(&self, #at, rows: &mut [f64], jacobian: &mut [f64]) {
+                #hot::linearize #of(self, at, rows, jacobian)
+            }
+            fn sparse(&self) -> ::core::option::Option<&::dsocs_core::__private::Sparse> {
+                <Self as ::dsocs_core::__private::Compiled<#n>>::sparse(self)
+            }
+            fn entries(&self, #at, rows: &mut [f64], entries: &mut [f64]) {
+                #hot::entries #of(self, at, rows, entries)
+            }
+            fn scales(&self, #at, scales: &mut [f64]) {
+                #hot::scales #of(self, at, scales)
+            }
+            fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
+                #hot::unknown #of(self, e, multipliers, z)
+            }
+            fn second_difference(&self, #at, e: &mut [f64]) {
+                #hot::second_difference #of(self, at, e)
+            }
+            fn report(&self, constants: &[f64], leg: #leg, e: &[f64], told: ::dsocs_core::__private::Told<'_>) {
+                #hot::report #of(self, constants, leg, e, told)
+            }
+        }
+    }
+}
