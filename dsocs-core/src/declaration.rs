@@ -186,13 +186,13 @@ impl<'s> Declaration<'s> {
     }
 
     /// The coordinates.
-    pub(crate) fn coordinates(&self) -> &'static [Quantity] {
-        self.shape().coordinates
+    pub(crate) fn coordinates(&self) -> &'s [Quantity] {
+        &self.shape().coordinates
     }
 
     /// The parameters.
-    pub(crate) fn parameters(&self) -> &'static [Quantity] {
-        self.shape().parameters
+    pub(crate) fn parameters(&self) -> &'s [Quantity] {
+        &self.shape().parameters
     }
 
     /// How many constraints there are: holonomic, nonholonomic and kinematic ones.

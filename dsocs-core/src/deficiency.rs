@@ -5,6 +5,7 @@
 //! the rows that depend on each other.
 
 use core::fmt;
+use std::borrow::Cow;
 
 use crate::any::{AnyLeg, AnyPoint, map};
 use crate::declaration::Declaration;
@@ -32,7 +33,7 @@ const SCALINGS: usize = 4;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Deficiency {
     /// The coordinates that are not determined.
-    pub coordinates: Vec<&'static str>,
+    pub coordinates: Vec<Cow<'static, str>>,
     /// Whether combinations of these coordinates are not determined, rather than the coordinates themselves.
     pub combined: bool,
     /// Whether what is not determined has no mass: `∂²L/∂v²` is zero along these coordinates, or along their combination.
@@ -45,7 +46,7 @@ pub struct Deficiency {
 }
 
 /// A row of the equations, as it was declared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DependentRow {
     /// A holonomic constraint, by its index from 0.
     Holonomic(usize),
@@ -59,28 +60,28 @@ pub enum DependentRow {
     /// the directions of the constraint forces instead of the virtual displacements.
     Free(usize),
     /// The equation of motion of a coordinate.
-    Motion(&'static str),
+    Motion(Cow<'static, str>),
 }
 
 impl fmt::Display for DependentRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&named(&[*self]))
+        f.write_str(&named(core::slice::from_ref(self)))
     }
 }
 
 impl DependentRow {
     /// Whether it is the work of a constraint force.
-    pub(crate) fn is_work(self) -> bool {
+    pub(crate) fn is_work(&self) -> bool {
         matches!(self, Self::Displacement(_) | Self::Free(_))
     }
 
     /// Whether it is a constraint.
-    pub(crate) fn is_constraint(self) -> bool {
+    pub(crate) fn is_constraint(&self) -> bool {
         !matches!(self, Self::Displacement(_) | Self::Free(_) | Self::Motion(_))
     }
 
     /// What one of its kind is called, and several; what tells it from others of the kind; and what is said after that.
-    fn words(self) -> ([&'static str; 2], String, &'static str) {
+    fn words(&self) -> ([&'static str; 2], String, &'static str) {
         let (kind, which) = match self {
             Self::Holonomic(i) => (["holonomic constraint", "holonomic constraints"], i),
             Self::Nonholonomic(i) => (["nonholonomic constraint", "nonholonomic constraints"], i),
@@ -353,7 +354,7 @@ fn examine(
     let rows = (0..count).filter(|&i| has_part(&left, i));
     Some(Deficiency {
         combined: right.len() < coordinates.len(),
-        coordinates: coordinates.into_iter().map(|i| names[i].name).collect(),
+        coordinates: coordinates.into_iter().map(|i| names[i].name.clone()).collect(),
         massless,
         rows: rows.map(|i| row(declaration, i)).collect(),
         at_guess_alone: false,
@@ -451,7 +452,7 @@ pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
         DependentRow::Kinematic(place - lower)
     } else if constraints == 0 || declaration.has_multipliers() {
         let coordinate = declaration.coordinates().get(place - constraints);
-        DependentRow::Motion(coordinate.map_or("?", |coordinate| coordinate.name))
+        DependentRow::Motion(coordinate.map_or(Cow::Borrowed("?"), |coordinate| coordinate.name.clone()))
     } else if declaration.forms_count() > 0 {
         DependentRow::Free(place - constraints)
     } else {

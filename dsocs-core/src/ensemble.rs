@@ -114,7 +114,7 @@ pub(crate) fn one_each<S: System<N>, const N: usize>(
     let values: Vec<f64> = values.into_iter().collect();
     if values.len() != starts {
         return Err(refused(InputError::Count {
-            parameter: S::PARAMETERS[place].name,
+            parameter: S::PARAMETERS[place].name.clone(),
             values: values.len(),
             starts,
         }));
@@ -257,7 +257,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         let plans: Vec<Vec<[f64; 2]>> = plans.into_iter().collect();
         if plans.len() != self.starts.len() {
             return Err(RunError::Input(Box::new(InputError::Count {
-                parameter: S::PARAMETERS[place].name,
+                parameter: S::PARAMETERS[place].name.clone(),
                 values: plans.len(),
                 starts: self.starts.len(),
             })));

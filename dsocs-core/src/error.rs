@@ -1,6 +1,7 @@
 //! What can go wrong, where, and what to try.
 
 use core::fmt;
+use std::borrow::Cow;
 
 use thiserror::Error;
 
@@ -265,7 +266,7 @@ pub enum SetupError {
         /// `q0`, `v0` or `q1`.
         vector: &'static str,
         /// The coordinate's name.
-        coordinate: &'static str,
+        coordinate: Cow<'static, str>,
         /// The value.
         value: f64,
     },
@@ -311,7 +312,7 @@ pub enum SetupError {
     #[error("parameter `{name}` is {value}; it must be finite")]
     Parameter {
         /// The parameter's name.
-        name: &'static str,
+        name: Cow<'static, str>,
         /// The value.
         value: f64,
     },
@@ -480,7 +481,7 @@ pub struct FailedStep {
     /// How regular the equations are at the last candidate.
     pub regularity: Regularity,
     /// The coordinates' names.
-    pub coordinates: Vec<&'static str>,
+    pub coordinates: Vec<Cow<'static, str>>,
     /// Whether it may help to divide out a factor: there is a kinematic constraint, and no `branch` is declared.
     pub may_divide: bool,
     /// What the equations leave open at the last candidate, if that is why the step failed.
@@ -496,7 +497,7 @@ pub struct FailedStep {
 
 impl FailedStep {
     /// The coordinate in which two candidates are farthest apart, in units of its last leg, and by how much.
-    fn apart(&self) -> Option<(&'static str, f64)> {
+    fn apart(&self) -> Option<(&str, f64)> {
         let legs = self.q0.iter().zip(&self.q1).map(|(q0, q1)| (q1 - q0).abs());
         let legs: Vec<f64> = legs.collect();
         let longest = legs
@@ -514,7 +515,7 @@ impl FailedStep {
                 let relative = |apart: f64, leg: f64| apart / leg.max(1e-3 * longest);
                 relative(*one, **leg).total_cmp(&relative(*other, **other_leg))
             })
-            .map(|((name, apart), _)| (*name, apart))
+            .map(|((name, apart), _)| (&**name, apart))
     }
 }
 

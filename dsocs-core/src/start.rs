@@ -520,7 +520,7 @@ impl<const N: usize> Beginning<N> {
 pub(crate) fn check_parameters<const N: usize>(system: &dyn AnySystem<N>) -> Result<(), SetupError> {
     match system.parameters().iter().find(|(_, value)| !value.is_finite()) {
         Some(&(parameter, value)) => Err(SetupError::Parameter {
-            name: parameter.name,
+            name: parameter.name.clone(),
             value,
         }),
         None => Ok(()),
@@ -537,7 +537,7 @@ fn check_vector<const N: usize>(
     match named.find(|(_, value)| !value.is_finite()) {
         Some((coordinate, &value)) => Err(SetupError::Start {
             vector,
-            coordinate: coordinate.name,
+            coordinate: coordinate.name.clone(),
             value,
         }),
         None => Ok(()),

@@ -1,5 +1,7 @@
 //! What a system is to its user.
 
+use std::borrow::Cow;
+
 use crate::any::sized;
 use crate::compiled::Compiled;
 use crate::composition::Symmetry;
@@ -36,40 +38,49 @@ pub struct Point<T, const N: usize> {
 }
 
 /// Name and documentation of a quantity of a declaration: a coordinate, a parameter or an observed expression.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// The name in the declaration; `masses_2` for an element of an array.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The documentation in one line. By convention it ends with the unit in brackets: `The mass of the rod \[kg\].`
-    pub doc: &'static str,
+    pub doc: Cow<'static, str>,
 }
 
 impl Quantity {
+    /// A quantity whose name and documentation are known when the program is compiled.
+    #[must_use]
+    pub const fn new(name: &'static str, doc: &'static str) -> Self {
+        Self {
+            name: Cow::Borrowed(name),
+            doc: Cow::Borrowed(doc),
+        }
+    }
+
     /// The unit, if the documentation ends with one in brackets.
     ///
     /// ```
     /// use dsocs_core::Quantity;
     ///
-    /// let inertia = Quantity { name: "inertia", doc: "The moment of inertia `I` of the wheel [kg m²]." };
+    /// let inertia = Quantity::new("inertia", "The moment of inertia `I` of the wheel [kg m²].");
     /// assert_eq!((inertia.meaning(), inertia.unit()), ("The moment of inertia `I` of the wheel", Some("kg m²")));
     /// // a unit of one word is written `\[kg\]`, since rustdoc takes `[kg]` for a link
-    /// let mass = Quantity { name: "mass", doc: r"The mass \[kg\]" };
+    /// let mass = Quantity::new("mass", r"The mass \[kg\]");
     /// assert_eq!((mass.meaning(), mass.unit()), ("The mass", Some("kg")));
-    /// assert_eq!(Quantity { name: "psi", doc: "The angle." }.unit(), None);
+    /// assert_eq!(Quantity::new("psi", "The angle.").unit(), None);
     /// ```
     #[must_use]
-    pub fn unit(&self) -> Option<&'static str> {
+    pub fn unit(&self) -> Option<&str> {
         self.parts().1
     }
 
     /// The documentation without the unit and the full stop.
     #[must_use]
-    pub fn meaning(&self) -> &'static str {
+    pub fn meaning(&self) -> &str {
         self.parts().0
     }
 
     /// The documentation and the unit at its end.
-    fn parts(&self) -> (&'static str, Option<&'static str>) {
+    fn parts(&self) -> (&str, Option<&str>) {
         let doc = self.doc.trim_end().trim_end_matches('.');
         match doc.strip_suffix(']').and_then(|doc| doc.rsplit_once('[')) {
             Some((doc, unit)) => (

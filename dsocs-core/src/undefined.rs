@@ -94,7 +94,7 @@ impl fmt::Display for Undefined {
 pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
     let coordinate = |i: usize| {
         let known = declaration.coordinates().get(i);
-        known.map_or_else(|| "?".to_owned(), |known| known.name.to_owned())
+        known.map_or_else(|| "?".to_owned(), |known| known.name.clone().into_owned())
     };
     let name = |leaf: Leaf| match leaf {
         Leaf::Q(i) => coordinate(i),
@@ -105,7 +105,10 @@ pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) 
         Leaf::H => "h".to_owned(),
         Leaf::Parameter(i) => {
             let known = declaration.parameters().get(i);
-            known.map_or_else(|| "a parameter".to_owned(), |known| known.name.to_owned())
+            known.map_or_else(
+                || "a parameter".to_owned(),
+                |known| known.name.clone().into_owned(),
+            )
         }
         _ => "…".to_owned(),
     };

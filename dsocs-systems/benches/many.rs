@@ -149,7 +149,7 @@ impl Rounds {
             Path::within(system, H, start, until, 0).expect("the same"),
         );
         let of_all: Vec<Variable> = (S::PARAMETERS.iter())
-            .map(|quantity| Variable::Parameter(quantity.name))
+            .map(|quantity| Variable::Parameter(&quantity.name))
             .chain((0..2).flat_map(|i| [Variable::Position(i), Variable::Velocity(i)]))
             .collect();
         let of_end = |path: &Path<'_, S, 2>| {

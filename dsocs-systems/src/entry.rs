@@ -148,8 +148,8 @@ impl Entry {
     fn of(system: Box<dyn AnySystem>) -> Self {
         let description = system.description();
         Self {
-            name: name::kebab(description.itself.name),
-            summary: description::sentence(description.itself.doc).to_owned(),
+            name: name::kebab(&description.itself.name),
+            summary: description::sentence(&description.itself.doc).to_owned(),
             system,
             description,
             source: None,
@@ -383,7 +383,7 @@ impl Entry {
             *place = value;
             return Ok(());
         }
-        let known = parameters.iter().map(|parameter| parameter.name);
+        let known = parameters.iter().map(|parameter| parameter.name.clone());
         Err(UnknownName::new("parameter", name, known))
     }
 
@@ -510,11 +510,11 @@ impl Entry {
         }
         if let Some(drawn) = &self.drawn {
             let parameters = &self.description.parameters;
-            let values = Parameters::new(parameters.iter().map(|parameter| (*parameter, 1.0)));
+            let values = Parameters::new(parameters.iter().map(|parameter| (parameter.clone(), 1.0)));
             let zeros = vec![0.0; coordinates];
             let _drawing = (drawn.draw)(self.start.as_ref().map_or(&zeros, |[q0, _]| q0), &values);
             if let Some(name) = values.missed() {
-                let known = parameters.iter().map(|parameter| parameter.name);
+                let known = parameters.iter().map(|parameter| parameter.name.clone());
                 return fail(Mistake::Parameter(UnknownName::new("parameter", name, known)));
             }
         }

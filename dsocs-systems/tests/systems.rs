@@ -6,11 +6,12 @@ mod chain {
 
     #[test]
     fn angles_and_parameters_have_names() {
-        let angles = PlanarChain2::COORDINATES.map(|angle| (angle.name, angle.unit()));
+        let angles = PlanarChain2::COORDINATES;
+        let angles = angles.each_ref().map(|angle| (&*angle.name, angle.unit()));
         assert_eq!(angles, [("theta_0", Some("rad")), ("theta_1", Some("rad"))]);
         let names: Vec<_> = PlanarChain2::PARAMETERS
             .iter()
-            .map(|parameter| parameter.name)
+            .map(|parameter| &*parameter.name)
             .collect();
         assert_eq!(
             names,

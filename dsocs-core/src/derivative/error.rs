@@ -1,5 +1,7 @@
 //! Why a run has no derivative.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 use crate::run::RunError;
@@ -17,7 +19,7 @@ pub enum DerivativeError {
         /// The name.
         name: String,
         /// The names of the parameters.
-        known: Vec<&'static str>,
+        known: Vec<Cow<'static, str>>,
     },
     /// The parameter is not an input of the plan.
     #[error("`{name}` is no input of this path; its inputs are [{}] (see `Path::plan`)", .inputs.join(", "))]
@@ -25,7 +27,7 @@ pub enum DerivativeError {
         /// The name.
         name: String,
         /// The inputs.
-        inputs: Vec<&'static str>,
+        inputs: Vec<Cow<'static, str>>,
     },
     /// There is no such coordinate or leg.
     #[error("there is no {what} {index}: there are {count}")]

@@ -244,10 +244,10 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     }
 
     /// The inputs of a plan, in its order, by their names.
-    pub(super) fn input_names(&self) -> Vec<&'static str> {
+    pub(super) fn input_names(&self) -> Vec<Cow<'static, str>> {
         self.inputs
             .iter()
-            .filter_map(|&place| Some(S::PARAMETERS.get(place)?.name))
+            .filter_map(|&place| Some(S::PARAMETERS.get(place)?.name.clone()))
             .collect()
     }
 
@@ -291,7 +291,7 @@ pub(crate) fn parameter<S: System<N>, const N: usize>(name: &str) -> Result<usiz
     let place = S::PARAMETERS.iter().position(|known| known.name == name);
     place.ok_or_else(|| DerivativeError::Parameter {
         name: name.to_owned(),
-        known: S::PARAMETERS.iter().map(|known| known.name).collect(),
+        known: S::PARAMETERS.iter().map(|known| known.name.clone()).collect(),
     })
 }
 

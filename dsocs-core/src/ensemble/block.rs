@@ -159,7 +159,7 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
         changes: &mut Vec<Change>,
     ) -> Result<(), RunError> {
         while let (Some(own), Some(change)) = (&self.own, changes.pop_if(|change| change.index == index)) {
-            (own.set)(flow, S::PARAMETERS[change.place].name, change.value)?;
+            (own.set)(flow, &S::PARAMETERS[change.place].name, change.value)?;
         }
         Ok(())
     }

@@ -204,7 +204,7 @@ fn what_cannot_be_run_is_told() {
     };
     assert!(matches!(
         Ensemble::new(&broken, 0.1),
-        Err(SetupError::Parameter { name: "mass", .. })
+        Err(SetupError::Parameter { name, .. }) if name == "mass"
     ));
     let ensemble = Ensemble::new(&particle, 0.1).unwrap();
     assert!(ensemble.to(1.0).is_empty());

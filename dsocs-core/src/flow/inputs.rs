@@ -57,7 +57,7 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
         let place = inputs::place::<S, N>(parameter, value)?;
         if const { S::ORDER > 2 } {
             return Err(RunError::Input(Box::new(InputError::ThirdOrder {
-                parameter: S::PARAMETERS[place].name,
+                parameter: S::PARAMETERS[place].name.clone(),
             })));
         }
         if self.system.parameter(place) == Some(value) {

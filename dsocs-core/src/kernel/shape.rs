@@ -1,5 +1,7 @@
 //! What is known of a declared system at all times: names, counts and kinds.
 
+use std::borrow::Cow;
+
 use crate::array::Array;
 use crate::composition::Symmetry;
 use crate::system::{Quantity, System};
@@ -8,15 +10,15 @@ use crate::system::{Quantity, System};
 #[derive(Clone, Debug)]
 pub struct Shape {
     /// The name of the declared type.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The first paragraph of its documentation, in one line.
-    pub doc: &'static str,
+    pub doc: Cow<'static, str>,
     /// The coordinates, in order.
-    pub coordinates: &'static [Quantity],
+    pub coordinates: Cow<'static, [Quantity]>,
     /// The parameters that are numbers, in order.
-    pub parameters: &'static [Quantity],
+    pub parameters: Cow<'static, [Quantity]>,
     /// The observed expressions, in order.
-    pub observables: &'static [Quantity],
+    pub observables: Cow<'static, [Quantity]>,
     /// How many numbers an increment has: as many as a position, unless a coordinate is no number.
     pub increments: usize,
     /// How many unknowns a step has.
@@ -38,9 +40,9 @@ pub struct Shape {
     /// How many one-forms of constraint forces are known.
     pub forms: usize,
     /// The places of the constraints of third order among all constraints.
-    pub third_order: &'static [usize],
+    pub third_order: Cow<'static, [usize]>,
     /// The places of the parameters that holonomic constraints depend on.
-    pub of_positions: &'static [usize],
+    pub of_positions: Cow<'static, [usize]>,
     /// Whether any expression depends on time.
     pub depends_on_time: bool,
     /// Whether external forces act.
@@ -64,11 +66,11 @@ impl Shape {
     #[must_use]
     pub const fn of<S: System<N>, const N: usize>() -> Self {
         Self {
-            name: S::NAME,
-            doc: S::DOC,
-            coordinates: const { &S::COORDINATES },
-            parameters: S::PARAMETERS,
-            observables: S::OBSERVABLES,
+            name: Cow::Borrowed(S::NAME),
+            doc: Cow::Borrowed(S::DOC),
+            coordinates: Cow::Borrowed(const { &S::COORDINATES }),
+            parameters: Cow::Borrowed(S::PARAMETERS),
+            observables: Cow::Borrowed(S::OBSERVABLES),
             increments: N,
             unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
             motion: <S::Motion as Array<f64>>::LENGTH,
@@ -79,8 +81,8 @@ impl Shape {
             nonholonomic: S::NONHOLONOMIC,
             kinematic: S::KINEMATIC,
             forms: S::FORMS,
-            third_order: S::THIRD_ORDER,
-            of_positions: S::OF_POSITIONS,
+            third_order: Cow::Borrowed(S::THIRD_ORDER),
+            of_positions: Cow::Borrowed(S::OF_POSITIONS),
             depends_on_time: S::DEPENDS_ON_TIME,
             external_forces: S::EXTERNAL_FORCES,
             linear: S::LINEAR,

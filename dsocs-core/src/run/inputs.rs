@@ -1,5 +1,7 @@
 //! Inputs: parameters that change at nodes, while the past is kept.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 use super::{Node, RunError, Stepper, finite, hand_out};
@@ -103,13 +105,13 @@ pub enum InputError {
         /// The name.
         parameter: String,
         /// The names of the parameters.
-        parameters: Vec<&'static str>,
+        parameters: Vec<Cow<'static, str>>,
     },
     /// The value is infinite or not a number.
     #[error("the input `{parameter}` is {value}; it must be finite")]
     NotFinite {
         /// The name.
-        parameter: &'static str,
+        parameter: Cow<'static, str>,
         /// The value.
         value: f64,
     },
@@ -119,13 +121,13 @@ pub enum InputError {
     )]
     ThirdOrder {
         /// The name.
-        parameter: &'static str,
+        parameter: Cow<'static, str>,
     },
     /// There are not as many values as starts.
     #[error("`{parameter}` has {values} values for {starts} starts; give one for each, after the starts")]
     Count {
         /// The name.
-        parameter: &'static str,
+        parameter: Cow<'static, str>,
         /// How many values there are.
         values: usize,
         /// How many starts.
@@ -138,7 +140,7 @@ pub enum InputError {
     )]
     Position {
         /// The name.
-        parameter: &'static str,
+        parameter: Cow<'static, str>,
     },
 }
 
@@ -147,7 +149,7 @@ pub(crate) fn known<S: System<N>, const N: usize>(parameter: &str) -> Result<usi
     let place = S::PARAMETERS.iter().position(|known| known.name == parameter);
     place.ok_or_else(|| InputError::Unknown {
         parameter: parameter.to_owned(),
-        parameters: S::PARAMETERS.iter().map(|known| known.name).collect(),
+        parameters: S::PARAMETERS.iter().map(|known| known.name.clone()).collect(),
     })
 }
 
@@ -155,7 +157,7 @@ pub(crate) fn known<S: System<N>, const N: usize>(parameter: &str) -> Result<usi
 pub(crate) fn place<S: System<N>, const N: usize>(parameter: &str, value: f64) -> Result<usize, RunError> {
     let refused = |error| RunError::Input(Box::new(error));
     let place = known::<S, N>(parameter).map_err(refused)?;
-    let parameter = S::PARAMETERS[place].name;
+    let parameter = S::PARAMETERS[place].name.clone();
     if !value.is_finite() {
         return Err(refused(InputError::NotFinite { parameter, value }));
     }

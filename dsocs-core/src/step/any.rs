@@ -322,7 +322,7 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
             coordinates: declaration
                 .coordinates()
                 .iter()
-                .map(|coordinate| coordinate.name)
+                .map(|coordinate| coordinate.name.clone())
                 .collect(),
             may_divide: self.system().may_divide(),
             deficiency,

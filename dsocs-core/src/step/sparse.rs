@@ -12,6 +12,7 @@
 //! of Numerical Algorithms*, theorem 7.3.)
 
 use core::cell::Cell;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
@@ -30,9 +31,9 @@ pub struct Sparse {
     /// How many rows and columns there are.
     size: usize,
     /// Row and column of each entry.
-    entries: &'static [[u16; 2]],
+    entries: Cow<'static, [[u16; 2]]>,
     /// Row and column of each pivot, in order.
-    pivots: &'static [[u16; 2]],
+    pivots: Cow<'static, [[u16; 2]]>,
     plan: OnceLock<Plan>,
 }
 
@@ -79,8 +80,8 @@ impl Sparse {
     pub const fn new(size: usize, entries: &'static [[u16; 2]], pivots: &'static [[u16; 2]]) -> Self {
         Self {
             size,
-            entries,
-            pivots,
+            entries: Cow::Borrowed(entries),
+            pivots: Cow::Borrowed(pivots),
             plan: OnceLock::new(),
         }
     }
@@ -122,7 +123,7 @@ impl Sparse {
     #[inline]
     fn plan(&self) -> &Plan {
         self.plan
-            .get_or_init(|| Plan::new(self.size, self.entries, self.pivots))
+            .get_or_init(|| Plan::new(self.size, &self.entries, &self.pivots))
     }
 
     /// `-x` for a solution `x` of `J x = r`, and NaN where it is none to rounding.

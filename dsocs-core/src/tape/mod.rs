@@ -43,6 +43,8 @@ mod tests;
 use std::borrow::Cow;
 use std::sync::OnceLock;
 
+use thiserror::Error;
+
 pub(crate) use differential::{Differential, Input, Room, Sweeps};
 pub(crate) use eight::Eight;
 pub use evaluate::Number;
@@ -197,6 +199,11 @@ fn called_with_plain(arguments: &[Dual<f64>], call: &dyn Fn(&[f64]) -> f64) -> D
     Dual::new(call(&plain), if moves { f64::NAN } else { 0.0 })
 }
 
+/// Bytes that are no tape, or a tape of another version of this crate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("these bytes are no tape of this version")]
+pub struct MalformedTape;
+
 /// The operations of a declaration, and the programs that were made of them so far.
 #[derive(Debug)]
 pub struct Tape {
@@ -214,6 +221,26 @@ impl Tape {
             bodies: OnceLock::new(),
             programs: [const { [const { OnceLock::new() }; PARTS] }; SEGMENTS],
         }
+    }
+
+    /// A tape of bytes that were read or made at run time.
+    ///
+    /// # Errors
+    ///
+    /// [`MalformedTape`] if the bytes break the format.
+    pub fn owned(bytes: Vec<u8>) -> Result<Self, MalformedTape> {
+        let bodies = read::read(&bytes).ok_or(MalformedTape)?;
+        Ok(Self {
+            bytes: Cow::Owned(bytes),
+            bodies: OnceLock::from(bodies),
+            ..Self::new(&[])
+        })
+    }
+
+    /// The bytes of the tape.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// The program that computes a part of a segment.

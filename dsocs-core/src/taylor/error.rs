@@ -1,6 +1,7 @@
 //! Why a Taylor series could not go on.
 
 use core::fmt;
+use std::borrow::Cow;
 
 use thiserror::Error;
 
@@ -8,7 +9,7 @@ use crate::deficiency::Deficiency;
 use crate::undefined::Undefined;
 
 /// Why a run by Taylor series failed.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SeriesFailure {
     /// A coefficient of the series is infinite or not a number.
@@ -45,14 +46,14 @@ pub enum SeriesFailure {
     Sticks {
         /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
         /// name.
-        switch: &'static str,
+        switch: Cow<'static, str>,
     },
     /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
     /// what was before.
     #[error("the {} would have to jump", .by.what())]
     Jumps {
         /// The switch, as above; `None` at such a time.
-        switch: Option<&'static str>,
+        switch: Option<Cow<'static, str>>,
         /// What makes it jump.
         by: Jump,
     },
@@ -95,7 +96,7 @@ pub struct FailedSeries {
     /// The velocity.
     pub v: Vec<f64>,
     /// The coordinates' names.
-    pub coordinates: Vec<&'static str>,
+    pub coordinates: Vec<Cow<'static, str>>,
     /// What in the equations has no value there, if that is why.
     pub undefined: Option<Undefined>,
     /// What the equations for the acceleration hardly determine there, if steps have become short.

@@ -1,6 +1,7 @@
 //! The continuous motion, step by step, whatever the system's type.
 
 use core::fmt;
+use std::borrow::Cow;
 
 use super::control::{Control, Tolerance, exp2};
 use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
@@ -79,7 +80,7 @@ pub(super) struct Integrator<const N: usize> {
     /// What a system with switches needs.
     pub(super) watch: Option<Box<Watch>>,
     /// What makes the velocity jump at the current point, and at which switch.
-    pub(super) jump: Option<(Option<&'static str>, Jump)>,
+    pub(super) jump: Option<(Option<Cow<'static, str>>, Jump)>,
     /// Whether the motion begins anew at the current point, so that the last step says nothing of the next.
     pub(super) is_new: bool,
     /// The time where the motion began.
@@ -295,10 +296,10 @@ impl<const N: usize> Integrator<N> {
         {
             return Err(self.failed(equations, cause).into());
         }
-        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck) {
+        if let Some(switch) = self.watch.as_ref().and_then(|watch| watch.stuck.clone()) {
             return Err(self.failed(equations, SeriesFailure::Sticks { switch }).into());
         }
-        if let Some((switch, by)) = self.jump {
+        if let Some((switch, by)) = self.jump.clone() {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
         let rejected = self.rejected;
@@ -421,7 +422,7 @@ impl<const N: usize> Integrator<N> {
         &mut self,
         equations: &mut dyn Equations<N>,
         h: f64,
-    ) -> Option<(Option<&'static str>, Jump)> {
+    ) -> Option<(Option<Cow<'static, str>>, Jump)> {
         let way = self.pace(h) * h.abs();
         let shifted = self
             .projection
@@ -540,7 +541,7 @@ impl<const N: usize> Integrator<N> {
                 .view()
                 .coordinates()
                 .iter()
-                .map(|coordinate| coordinate.name)
+                .map(|coordinate| coordinate.name.clone())
                 .collect(),
             undefined: (cause == SeriesFailure::NotFinite).then(undefined).flatten(),
             deficiency: matches!(

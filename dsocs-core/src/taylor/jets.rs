@@ -3,6 +3,8 @@
 //! Only the expansion is compiled for each system, for each kind of machine. The integrator, the grid of output times, events and
 //! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
 
+use std::borrow::Cow;
+
 use super::coefficient::Coefficient;
 use super::series::Series;
 use super::switch::{Switch, Switches};
@@ -69,7 +71,7 @@ pub(super) trait Equations<const N: usize> {
     fn enter(&mut self) -> bool;
 
     /// What a switch is.
-    fn switch(&self, group: usize, place: usize) -> &'static str;
+    fn switch(&self, group: usize, place: usize) -> Cow<'static, str>;
 
     /// The declaration.
     fn declaration(&self) -> Declaration<'_>;
@@ -157,14 +159,14 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
         self.table.enter(0)
     }
 
-    fn switch(&self, group: usize, place: usize) -> &'static str {
+    fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
         // functions stand at the end, one for each group but the first
         let functions = S::Table::<f64>::GROUPS.saturating_sub(1);
         let place = match group {
             0 => place,
             _ => S::SWITCHES.len().saturating_sub(functions) + group - 1,
         };
-        S::SWITCHES.get(place).copied().unwrap_or("an expression")
+        Cow::Borrowed(S::SWITCHES.get(place).copied().unwrap_or("an expression"))
     }
 
     fn declaration(&self) -> Declaration<'_> {

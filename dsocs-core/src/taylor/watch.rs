@@ -4,6 +4,8 @@
 //! first place where it is beyond zero, found to rounding by evaluating the declaration there. The next series belongs to the pieces
 //! beyond, if its motion goes there. If it leads back, and the motion from the other side leads here, then no piece continues the motion.
 
+use std::borrow::Cow;
+
 use super::integrator::Integrator;
 use super::jets::Equations;
 use super::kernel::ROWS;
@@ -33,7 +35,7 @@ pub(super) struct Watch {
     /// How many steps in a row were too short for a clock.
     short: u32,
     /// The switch where no piece continues the motion.
-    pub stuck: Option<&'static str>,
+    pub stuck: Option<Cow<'static, str>>,
 }
 
 impl Watch {

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident};
 
-use crate::emit::{jets, kernel};
+use crate::emit::{between_threads, jets, kernel};
 
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.
@@ -12,6 +12,7 @@ use crate::emit::{jets, kernel};
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let jets = jets::none(ident, generics, n);
     let kernel = kernel(ident, generics, n);
+    let generics = between_threads(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one
     let scalar = quote!(__DsocsScalar);
@@ -22,7 +23,7 @@ pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
         #[allow(unused_variables, clippy::all, clippy::pedantic)]
         impl #generics ::dsocs_core::System<#n> for #ident #arguments #bounds {
             const NAME: &'static str = "";
-            const COORDINATES: [::dsocs_core::Quantity; #n] = [::dsocs_core::Quantity { name: "", doc: "" }; #n];
+            const COORDINATES: [::dsocs_core::Quantity; #n] = [const { ::dsocs_core::Quantity::new("", "") }; #n];
             const PARAMETERS: &'static [::dsocs_core::Quantity] = &[];
             const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[];
 

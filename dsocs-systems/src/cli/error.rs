@@ -192,7 +192,7 @@ pub enum CliError {
         /// The options that are missing.
         options: Vec<&'static str>,
         /// The coordinates.
-        coordinates: Vec<&'static str>,
+        coordinates: Vec<String>,
     },
     /// A crate cannot have this name.
     #[error(

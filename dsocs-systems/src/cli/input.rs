@@ -36,16 +36,19 @@ impl InputArguments {
                     .description()
                     .parameters
                     .iter()
-                    .map(|known| known.name)
+                    .map(|known| known.name.clone())
                     .collect();
-                let Some(&parameter) = known.iter().find(|known| *known == name) else {
+                let Some(parameter) = known.iter().find(|known| *known == name) else {
                     return Err(UnknownName::new("parameter", name, known).into());
                 };
                 let values = plan(Path::new(file)).map_err(|reason| CliError::Plan {
                     file: file.clone(),
                     reason,
                 })?;
-                Ok(HeldInput { parameter, values })
+                Ok(HeldInput {
+                    parameter: parameter.clone(),
+                    values,
+                })
             })
             .collect()
     }

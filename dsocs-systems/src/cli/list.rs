@@ -43,19 +43,19 @@ struct Listed<'a> {
     /// Where it comes from.
     source: Option<&'a str>,
     /// The coordinates.
-    coordinates: Vec<&'static str>,
+    coordinates: Vec<&'a str>,
     /// The coordinates' units.
-    units: Vec<Option<&'static str>>,
+    units: Vec<Option<&'a str>>,
     /// What the coordinates are.
-    meanings: Vec<&'static str>,
+    meanings: Vec<&'a str>,
     /// The parameters.
     parameters: Vec<ListedParameter>,
     /// The observed expressions.
-    observables: Vec<&'static str>,
+    observables: Vec<&'a str>,
     /// Their units.
-    observable_units: Vec<Option<&'static str>>,
+    observable_units: Vec<Option<&'a str>>,
     /// What they are.
-    observable_meanings: Vec<&'static str>,
+    observable_meanings: Vec<&'a str>,
     /// What a run takes unless told otherwise.
     defaults: Defaults<'a>,
 }
@@ -64,13 +64,13 @@ struct Listed<'a> {
 #[derive(Serialize)]
 struct ListedParameter {
     /// The name that `--set` takes.
-    name: &'static str,
+    name: String,
     /// The value unless set.
     default: f64,
     /// The unit, if the declaration tells it.
-    unit: Option<&'static str>,
+    unit: Option<String>,
     /// What it is.
-    description: &'static str,
+    description: String,
 }
 
 /// What a run takes unless told otherwise.
@@ -90,17 +90,17 @@ struct Defaults<'a> {
 }
 
 /// The names of quantities.
-fn names(quantities: &[Quantity]) -> Vec<&'static str> {
-    quantities.iter().map(|quantity| quantity.name).collect()
+fn names(quantities: &[Quantity]) -> Vec<&str> {
+    quantities.iter().map(|quantity| &*quantity.name).collect()
 }
 
 /// Their units.
-fn units(quantities: &[Quantity]) -> Vec<Option<&'static str>> {
+fn units(quantities: &[Quantity]) -> Vec<Option<&str>> {
     quantities.iter().map(Quantity::unit).collect()
 }
 
 /// What they are.
-fn meanings(quantities: &[Quantity]) -> Vec<&'static str> {
+fn meanings(quantities: &[Quantity]) -> Vec<&str> {
     quantities.iter().map(Quantity::meaning).collect()
 }
 
@@ -109,10 +109,10 @@ impl<'a> Listed<'a> {
     fn new(entry: &'a mut Entry) -> Self {
         let parameters = entry.parameters().into_iter();
         let parameters = parameters.map(|(parameter, default)| ListedParameter {
-            name: parameter.name,
+            name: parameter.name.to_string(),
             default,
-            unit: parameter.unit(),
-            description: parameter.meaning(),
+            unit: parameter.unit().map(str::to_owned),
+            description: parameter.meaning().to_owned(),
         });
         let parameters = parameters.collect();
         let description = entry.description();
@@ -288,7 +288,7 @@ fn is_unit(text: &str) -> bool {
 fn plain(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
     quantities
         .iter()
-        .map(|quantity| (*quantity, String::new()))
+        .map(|quantity| (quantity.clone(), String::new()))
         .collect()
 }
 
@@ -296,7 +296,7 @@ fn plain(quantities: &[Quantity]) -> Vec<(Quantity, String)> {
 fn parameters_with_values(parameters: &[(Quantity, f64)]) -> Vec<(Quantity, String)> {
     parameters
         .iter()
-        .map(|(parameter, value)| (*parameter, shortest(*value)))
+        .map(|(parameter, value)| (parameter.clone(), shortest(*value)))
         .collect()
 }
 
@@ -306,7 +306,7 @@ mod tests {
 
     #[test]
     fn units_that_cannot_be_read_are_told() {
-        let told = |doc| broken_unit(&Quantity { name: "x", doc });
+        let told = |doc| broken_unit(&Quantity::new("x", doc));
         for (doc, words) in [
             ("The stiffness [N/m.", "`[N/m` has no `]`"),
             ("The gravity m/s²].", "`m/s²]` has no `[`"),

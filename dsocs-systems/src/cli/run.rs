@@ -432,7 +432,7 @@ fn about(entry: &mut Entry, plan: &Plan, beginning: &Beginning) -> Map<String, V
     let parameters: Map<String, Value> = entry
         .parameters()
         .into_iter()
-        .map(|(parameter, value)| (parameter.name.to_owned(), value.into()))
+        .map(|(parameter, value)| (parameter.name.into_owned(), value.into()))
         .collect();
     [
         ("system", entry.name().into()),

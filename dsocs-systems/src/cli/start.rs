@@ -185,7 +185,7 @@ impl StartArguments {
         CliError::NoStart {
             system: entry.name().to_owned(),
             options: options.map(|(option, _)| option).collect(),
-            coordinates: entry.description().names().collect(),
+            coordinates: entry.description().names().map(str::to_owned).collect(),
         }
     }
 }

@@ -99,7 +99,7 @@ impl Column {
 pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
     let coordinates = || description.coordinates.iter();
     let mut columns = vec![Column::new("t", Some("s"))];
-    columns.extend(coordinates().map(|q| Column::new(q.name, q.unit())));
+    columns.extend(coordinates().map(|q| Column::new(&*q.name, q.unit())));
     columns.extend(coordinates().map(|q| Column::new(format!("v_{}", q.name), q.unit().map(rate))));
     columns.extend(coordinates().map(|q| Column::new(format!("force_{}", q.name), q.unit().map(force))));
     columns.push(Column::new("energy", Some("J")));
@@ -107,7 +107,7 @@ pub fn columns(description: &Description, plan: &Plan) -> Vec<Column> {
         description
             .observables
             .iter()
-            .map(|x| Column::new(x.name, x.unit())),
+            .map(|x| Column::new(&*x.name, x.unit())),
     );
     columns.extend((0..description.forms).map(|form| Column::new(format!("lambda_{form}"), None::<&str>)));
     if plan.certify {

@@ -26,8 +26,8 @@ pub struct Description {
 
 impl Description {
     /// The names of the coordinates.
-    pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.coordinates.iter().map(|coordinate| coordinate.name)
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.coordinates.iter().map(|coordinate| &*coordinate.name)
     }
 
     /// The kind of the constraints.

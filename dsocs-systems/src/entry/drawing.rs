@@ -1,5 +1,6 @@
 //! How a mechanism is drawn.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -123,7 +124,7 @@ impl Shape {
 #[derive(Clone, Debug, Default)]
 pub struct Parameters {
     /// Names and values.
-    values: Vec<(&'static str, f64)>,
+    values: Vec<(Cow<'static, str>, f64)>,
     /// The first name that was asked for and is none.
     missed: OnceCell<String>,
 }

@@ -129,7 +129,10 @@ fn array<const N: usize>(
     components.try_into().map_err(|_| RunFailure::Length {
         vector,
         found: components.len(),
-        coordinates: coordinates.map(|coordinate| coordinate.name).to_vec(),
+        coordinates: coordinates
+            .iter()
+            .map(|coordinate| coordinate.name.clone())
+            .collect(),
     })
 }
 
@@ -160,14 +163,11 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         let extra = self
             .extra
             .iter()
-            .map(|&Extra { name, doc, .. }| Quantity { name, doc });
+            .map(|&Extra { name, doc, .. }| Quantity::new(name, doc));
         Description {
-            itself: Quantity {
-                name: S::NAME,
-                doc: S::DOC,
-            },
+            itself: Quantity::new(S::NAME, S::DOC),
             coordinates: S::COORDINATES.to_vec(),
-            parameters: S::PARAMETERS.iter().copied().chain(extra).collect(),
+            parameters: S::PARAMETERS.iter().cloned().chain(extra).collect(),
             observables: S::OBSERVABLES.to_vec(),
             forms: S::FORMS,
             constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],

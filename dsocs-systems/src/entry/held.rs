@@ -1,5 +1,7 @@
 //! Inputs that are held: their values over time, and the continuous motion under them that errors are measured against.
 
+use std::borrow::Cow;
+
 use dsocs_core::__private::held_value;
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow};
@@ -10,7 +12,7 @@ use super::run::Errors;
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldInput {
     /// The name of the parameter.
-    pub parameter: &'static str,
+    pub parameter: Cow<'static, str>,
     /// Increasing times in s, each with the value that holds from this time on. Before the first time the parameter has the value that it has
     /// in the system.
     pub values: Vec<[f64; 2]>,
@@ -31,7 +33,7 @@ pub(super) fn set<const N: usize>(
 ) -> Result<(), RunError> {
     for input in inputs {
         if let Some(value) = input.at(t, h) {
-            run.set_input(input.parameter, value)?;
+            run.set_input(&input.parameter, value)?;
         }
     }
     Ok(())

@@ -1,11 +1,13 @@
 //! Points of a sweep side by side, in SIMD lanes.
 
+use std::borrow::Cow;
+
 use dsocs_core::{Ensemble, RunError, Start, System};
 
 use super::{Method, Plan, Row};
 
 /// A parameter that varies, by its name, and its value at each point.
-pub type Varied = (&'static str, Vec<f64>);
+pub type Varied = (Cow<'static, str>, Vec<f64>);
 
 /// What runs points of a system side by side.
 pub(super) type Ends<S, const N: usize> =

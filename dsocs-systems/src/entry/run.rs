@@ -1,5 +1,6 @@
 //! A run that the command line asks for: how it begins, how exact it is, and the run.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::GlobalError;
@@ -117,7 +118,7 @@ pub enum RunFailure {
         /// How many components it has.
         found: usize,
         /// The coordinates.
-        coordinates: Vec<&'static str>,
+        coordinates: Vec<Cow<'static, str>>,
     },
     /// It ended early.
     #[error(transparent)]

@@ -1,5 +1,6 @@
 //! A plan after its names were looked up: what every point of a sweep needs.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use serde_json::{Value, json};
@@ -48,14 +49,14 @@ pub struct Setting {
 }
 
 /// Where a value of a point goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// To a component of the first position.
     Position(usize),
     /// To a component of the first velocity.
     Velocity(usize),
     /// To a parameter.
-    Parameter(&'static str),
+    Parameter(Cow<'static, str>),
     /// To an input, at one of its times.
     Input(usize, usize),
 }
@@ -278,8 +279,8 @@ impl Setting {
         let parameters: Value = entry
             .parameters()
             .into_iter()
-            .filter(|(parameter, _)| !self.targets.contains(&Target::Parameter(parameter.name)))
-            .map(|(parameter, value)| (parameter.name.to_owned(), json!(value)))
+            .filter(|(parameter, _)| !self.targets.contains(&Target::Parameter(parameter.name.clone())))
+            .map(|(parameter, value)| (parameter.name.into_owned(), json!(value)))
             .collect();
         json!({
             "system": entry.name(),
@@ -361,7 +362,7 @@ fn inputs(plan: &Plan, entry: &Entry) -> Result<Vec<HeldInput>, SweepError> {
         };
         if !inputs.iter().any(|input| input.parameter == of) {
             inputs.push(HeldInput {
-                parameter: of,
+                parameter: of.clone(),
                 values: Vec::new(),
             });
         }
@@ -377,8 +378,14 @@ fn inputs(plan: &Plan, entry: &Entry) -> Result<Vec<HeldInput>, SweepError> {
 }
 
 /// A parameter by its name.
-fn parameter(name: &str, entry: &Entry, at: &str) -> Result<&'static str, SweepError> {
-    let known = || entry.description().parameters.iter().map(|known| known.name);
+fn parameter(name: &str, entry: &Entry, at: &str) -> Result<Cow<'static, str>, SweepError> {
+    let known = || {
+        entry
+            .description()
+            .parameters
+            .iter()
+            .map(|known| known.name.clone())
+    };
     known()
         .find(|known| *known == name)
         .ok_or_else(|| SweepError::unknown(at, UnknownName::new("parameter", name, known())))
@@ -403,18 +410,19 @@ fn target(name: &str, entry: &Entry, inputs: &mut [HeldInput]) -> Result<Target,
         .names()
         .position(|known| name.strip_prefix("v_") == Some(known))
         .map(Target::Velocity);
-    let parameters = || description.parameters.iter().map(|known| known.name);
+    let parameters = || description.parameters.iter().map(|known| known.name.clone());
     let parameter = parameters().find(|known| *known == name).map(Target::Parameter);
     match [position, velocity, parameter]
         .into_iter()
         .flatten()
-        .collect::<Vec<_>>()[..]
+        .collect::<Vec<_>>()
+        .as_slice()
     {
-        [target] => Ok(target),
+        [target] => Ok(target.clone()),
         [] => {
             let starts = description.names().map(str::to_owned);
             let rates = description.names().map(|name| format!("v_{name}"));
-            let known = starts.chain(rates).chain(parameters().map(str::to_owned));
+            let known = starts.chain(rates).chain(parameters().map(Cow::into_owned));
             Err(SweepError::unknown(
                 "vary",
                 UnknownName::new("start or parameter", name, known),
@@ -500,7 +508,10 @@ fn watched(plan: &Plan, entry: &Entry) -> Result<Vec<Watched>, SweepError> {
         let Some(of) = find(&event.quantity) else {
             let starts = description.names().map(str::to_owned);
             let rates = description.names().map(|name| format!("v_{name}"));
-            let observed = description.observables.iter().map(|known| known.name.to_owned());
+            let observed = description
+                .observables
+                .iter()
+                .map(|known| known.name.clone().into_owned());
             let known = ["t".to_owned()]
                 .into_iter()
                 .chain(starts)

@@ -120,7 +120,7 @@ impl<'s> Worker<'s> {
             .targets
             .iter()
             .filter_map(|target| match target {
-                Target::Parameter(name) => Some((*name, Vec::new())),
+                Target::Parameter(name) => Some((name.clone(), Vec::new())),
                 _ => None,
             })
             .collect();
@@ -148,13 +148,13 @@ impl<'s> Worker<'s> {
     fn set(&mut self, point: u64) {
         let setting = self.setting;
         setting.points.values(point, &mut self.values);
-        for (&value, &target) in self.values.iter().zip(&setting.targets) {
-            match target {
+        for (&value, target) in self.values.iter().zip(&setting.targets) {
+            match *target {
                 Target::Position(place) => self.start[0][place] = value,
                 Target::Velocity(place) => self.start[1][place] = value,
                 Target::Input(input, row) => self.run.inputs[input].values[row][1] = value,
                 // the name has been looked up
-                Target::Parameter(name) => drop(self.entry.set(name, value)),
+                Target::Parameter(ref name) => drop(self.entry.set(name, value)),
             }
         }
     }

@@ -40,7 +40,7 @@ pub fn entry() -> crate::Entry {
 /// let particle = CurvedParticle { mass: 1.0, curvature: Funnel };
 /// # let _ = particle;
 /// ```
-pub trait Curvature {
+pub trait Curvature: Send + Sync {
     /// The curvature at the point `(x, y)`, in 1/m: positive to the left of the motion.
     fn at<D: Real>(&self, x: D, y: D) -> D;
 }

@@ -115,7 +115,7 @@ fn check<S: System<N> + Clone, const N: usize, const K: usize>(
             *moved.parameter_mut(place).unwrap() = value + by;
             end::<S, N, K>(&moved, h, Start::second_order(q0, v0), t)
         });
-        found.push((Variable::Parameter(quantity.name), by_parameter));
+        found.push((Variable::Parameter(&quantity.name), by_parameter));
     }
     let variables: Vec<Variable> = found.iter().map(|(variable, _)| *variable).collect();
     let tangents = path.tangents(&variables).unwrap();
@@ -233,11 +233,11 @@ fn of_constrained_systems_by_parameters() {
     let path = Path::new(&sleigh, h, start, 1.0).unwrap();
     for (place, quantity) in Sleigh::PARAMETERS.iter().enumerate() {
         // the offset is in the constraint, which the given nodes obey only as it is
-        if !["mass", "inertia"].contains(&quantity.name) {
+        if !["mass", "inertia"].contains(&&*quantity.name) {
             continue;
         }
         let expected = by_parameter::<_, 3, 6>(&sleigh, place, h, start, 1.0);
-        let tangent = path.tangents(&[Variable::Parameter(quantity.name)]).unwrap()[0];
+        let tangent = path.tangents(&[Variable::Parameter(&quantity.name)]).unwrap()[0];
         assert!(
             apart(&[tangent.q, tangent.v].concat(), &expected) < 1e-8,
             "{}",
@@ -271,7 +271,7 @@ fn parameters<S: System<N> + Clone, const N: usize, const K: usize>(
     let gradient = path.gradient_at_end(&mut |end| end.q[0]).unwrap();
     for (place, quantity) in S::PARAMETERS.iter().enumerate() {
         let expected = by_parameter::<S, N, K>(system, place, h, start, t);
-        let tangent = path.tangents(&[Variable::Parameter(quantity.name)]).unwrap()[0];
+        let tangent = path.tangents(&[Variable::Parameter(&quantity.name)]).unwrap()[0];
         let missed = apart(&[tangent.q, tangent.v].concat(), &expected);
         assert!(missed < 1e-8, "{} {}: {missed:e}", S::NAME, quantity.name);
         assert!((gradient.parameters[place] - tangent.q[0]).abs() < 1e-12 * tangent.q[0].abs());

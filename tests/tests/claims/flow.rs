@@ -224,7 +224,7 @@ fn observed_expressions_are_those_of_the_declaration() {
     let mut flow = Flow::new(&pendulum, 0.1, Start::paper(START.0, START.1)).unwrap();
     let names: Vec<_> = <InertiaWheelPendulum as System<2>>::OBSERVABLES
         .iter()
-        .map(|observed| observed.name)
+        .map(|observed| observed.name.clone())
         .collect();
     assert_eq!(names[..2], ["lyapunov", "dissipation"]);
     let node = flow.nth(7).unwrap().unwrap();

@@ -347,7 +347,7 @@ fn what_cannot_go_on_says_why_and_keeps_what_it_has() {
     };
     assert!(undefined.contains_velocity() && undefined.value == 0.0, "{error}");
     let cause = |error: &RunError| match error {
-        RunError::Series(error) => error.details().cause,
+        RunError::Series(error) => error.details().cause.clone(),
         other => panic!("{other}"),
     };
     let few = || at([0.0; 2], [1.0, 0.0]).unwrap().max_steps(5);

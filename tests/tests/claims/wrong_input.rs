@@ -43,7 +43,7 @@ fn a_start_that_is_not_finite() {
         ] {
             let error = setup(0.1, start);
             assert!(
-                matches!(error, SetupError::Start { vector: v, coordinate: c, .. } if v == vector && c == coordinate),
+                matches!(&error, SetupError::Start { vector: v, coordinate: c, .. } if *v == vector && c == coordinate),
                 "{error:?}"
             );
             assert!(
@@ -63,7 +63,7 @@ fn a_parameter_that_is_not_finite() {
     };
     let error = Flow::new(&pendulum, 0.1, GOOD).map(|_| ()).unwrap_err();
     assert!(
-        matches!(error, SetupError::Parameter { name: "rho", .. }),
+        matches!(&error, SetupError::Parameter { name, .. } if name == "rho"),
         "{error:?}"
     );
     assert!(

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
+use super::between_threads;
 use super::functions::Functions;
 use super::phase::Phase;
 use super::program::{Calls, Segment, number};
@@ -110,7 +111,8 @@ pub(super) fn source(
     functions: &Functions,
 ) -> TokenStream {
     let name = &model.item.ident;
-    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let generics = between_threads(&model.item.generics);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let mut calls = Calls::default();
     let segments = segments(model, stages, declared, expressions, &mut calls);
     let mut bytes = vec![VERSION];

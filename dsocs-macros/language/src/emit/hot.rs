@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::matrix;
 use super::program::{Place, Value};
 use super::stages::Stages;
+use super::{between_threads, matrix};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 use crate::passes::Unknowns;
@@ -49,7 +49,8 @@ fn later(stages: &Stages, outputs: &[Value]) -> (TokenStream, Vec<TokenStream>) 
 /// `impl Compiled` of the declaration.
 pub(super) fn compiled(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> TokenStream {
     let name = &model.item.ident;
-    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let generics = between_threads(&model.item.generics);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = model.coordinates.len();
     let types = types(model, graph, stages, unknowns);
     let early = early_methods(model, stages);

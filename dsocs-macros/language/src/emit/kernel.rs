@@ -2,11 +2,22 @@
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
-use syn::Generics;
+use syn::{Generics, parse_quote};
+
+/// The generics of a declared type, where what is generic can go from thread to thread: a kernel does.
+pub(crate) fn between_threads(generics: &Generics) -> Generics {
+    let mut generics = generics.clone();
+    if generics.type_params().next().is_some() {
+        let bound = parse_quote!(Self: ::core::marker::Send + ::core::marker::Sync);
+        generics.make_where_clause().predicates.push(bound);
+    }
+    generics
+}
 
 /// `impl Kernel` of a declared type with `n` coordinates.
 pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let n = Literal::usize_unsuffixed(n);
+    let generics = between_threads(generics);
     let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let hot = quote!(::dsocs_core::__private::kernel);
     let of = quote!(::<Self, #n>);

@@ -19,7 +19,7 @@ use quote::quote;
 
 use self::cold::{Declared, Expressions};
 use self::functions::Functions;
-pub(crate) use self::kernel::kernel;
+pub(crate) use self::kernel::{between_threads, kernel};
 use self::stages::{Energy, Stages};
 use crate::mechanics::{self, Symmetry};
 use crate::model::{Kind, Model, ParameterField, Warning, plain};
@@ -85,9 +85,10 @@ fn system(model: &Model) -> TokenStream {
 /// The `impl System`: names, and access to the parameters by their place.
 fn metadata(model: &Model) -> TokenStream {
     let name = &model.item.ident;
-    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let generics = between_threads(&model.item.generics);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity { name: #name, doc: #doc });
+    let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity::new(#name, #doc));
     let coordinates = model.coordinates.iter().zip(&model.docs.coordinates);
     let coordinates = coordinates.map(|(name, doc)| quantity(&plain(name), doc));
     let observables = model.observe.iter().zip(&model.docs.observe);

@@ -185,7 +185,7 @@ fn theorems(page: &mut Page, names: &[String], program: &mut Program) -> Result<
             return Err(CliError::NoStart {
                 system: entry.name().to_owned(),
                 options: Vec::new(),
-                coordinates: entry.description().names().collect(),
+                coordinates: entry.description().names().map(str::to_owned).collect(),
             });
         };
         let settings = Settings {

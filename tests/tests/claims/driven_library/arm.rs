@@ -84,7 +84,7 @@ fn out_of_reach_is_told() {
     let (details, text) = (error.details(), error.to_string());
     println!("{text}");
     assert_eq!(details.cause.reason, StepFailure::NoSolution, "{text}");
-    let rows: Vec<_> = details.unmet.iter().map(|(row, _)| *row).collect();
+    let rows: Vec<_> = details.unmet.iter().map(|(row, _)| row.clone()).collect();
     assert!(rows.contains(&DependentRow::Holonomic(0)), "{rows:?}");
     assert!(
         text.contains("cannot be met") && text.contains("holonomic constraint"),

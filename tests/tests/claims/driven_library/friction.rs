@@ -158,10 +158,10 @@ fn friction_that_is_not_made_up_for_ends_the_motion() {
         let (details, text) = (error.details(), error.to_string());
         assert!((details.time - ends).abs() < 1.5 * h, "{} {ends}", details.time);
         assert_eq!(details.cause.reason, StepFailure::NoSolution, "{text}");
-        let [(row, left)] = details.unmet[..] else {
+        let &[(ref row, left)] = &details.unmet[..] else {
             panic!("{:?}", details.unmet);
         };
-        assert_eq!(row, DependentRow::Kinematic(0));
+        assert_eq!(*row, DependentRow::Kinematic(0));
         assert!(text.contains("cannot be met"), "{text}");
         assert!(
             text.contains("the smallest value of kinematic constraint 1 that is reached is"),

@@ -18,9 +18,8 @@ use syn::{Generics, Ident};
 use self::lower::Lower;
 use self::sequence::{Argument, Op, Sequence, Sequences};
 use self::write::{Writer, kth, local, zeroth};
-use super::matrix;
-use super::phase;
 use super::program::{Place, Program, Value};
+use super::{between_threads, matrix, phase};
 use crate::graph::{Graph, Node, NodeId, Unary};
 use crate::mechanics;
 use crate::model::Model;
@@ -47,7 +46,8 @@ pub(super) fn jets(model: &Model) -> TokenStream {
     let (constants_code, constants) = constants(&graph, &writer.constants);
     let count = Literal::usize_unsuffixed(constants.len());
     let name = &model.item.ident;
-    let (impl_generics, type_generics, where_clause) = model.item.generics.split_for_impl();
+    let generics = between_threads(&model.item.generics);
+    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(model.coordinates.len());
     let (c, series, table) = (local("c"), local("series"), local("table"));
     let phase_slopes = phase::method(model);
@@ -137,6 +137,7 @@ fn switches(model: &Model, graph: &Graph, writer: &Writer<'_>) -> (TokenStream, 
 
 /// The `impl Jets` of what has no Taylor series, a declaration of third order or a wrong one: nothing calls it.
 pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
+    let generics = between_threads(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
     let n = Literal::usize_unsuffixed(n);
     quote! {
