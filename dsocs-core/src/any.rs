@@ -88,6 +88,19 @@ pub struct AnyPoint<'a, T> {
     pub a: &'a [T],
 }
 
+impl<T: Number, const N: usize> Point<T, N> {
+    /// A point with its number of coordinates; numbers that are missing are NaN.
+    #[inline]
+    pub(crate) fn of(point: AnyPoint<'_, T>) -> Self {
+        Self {
+            t: point.t,
+            q: sized(point.q),
+            v: sized(point.v),
+            a: sized(point.a),
+        }
+    }
+}
+
 impl<T, const N: usize> Point<T, N> {
     /// The same with any number of coordinates.
     #[doc(hidden)]
@@ -114,6 +127,26 @@ pub struct OwnedPoint<T> {
     values: Vec<T>,
 }
 
+impl OwnedPoint<f64> {
+    /// Room for a point of `n` coordinates.
+    pub(crate) fn zero(n: usize) -> Self {
+        Self::new(n, vec![0.0; 3 * n + 1])
+    }
+
+    /// The same in another type of number.
+    pub(crate) fn map<T: Copy>(&self, number: impl Fn(f64) -> T) -> OwnedPoint<T> {
+        OwnedPoint::new(self.coordinates, self.values.iter().map(|x| number(*x)).collect())
+    }
+
+    /// Position, velocity and acceleration, and the time, to be written.
+    pub(crate) fn parts(&mut self) -> ([&mut [f64]; 3], &mut f64) {
+        let (q, rest) = self.values.split_at_mut(self.coordinates);
+        let (v, rest) = rest.split_at_mut(self.coordinates);
+        let (a, t) = rest.split_at_mut(self.coordinates);
+        ([q, v, a], &mut t[0])
+    }
+}
+
 impl<T: Copy> OwnedPoint<T> {
     /// The point of `n` coordinates with position, velocity and acceleration, then the time, `3n + 1` numbers.
     pub(crate) fn new(coordinates: usize, values: Vec<T>) -> Self {
@@ -135,13 +168,7 @@ impl<T: Copy> OwnedPoint<T> {
     where
         T: Number,
     {
-        let AnyPoint { t, q, v, a } = self.any();
-        Point {
-            t,
-            q: sized(q),
-            v: sized(v),
-            a: sized(a),
-        }
+        Point::of(self.any())
     }
 }
 

@@ -2,7 +2,9 @@
 
 use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::kernel::Shape;
+use crate::multipliers::multipliers;
 use crate::rounding::Bounded;
+use crate::run::AnyNode;
 use crate::scalar::Scalar as _;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::system::Quantity;
@@ -283,6 +285,15 @@ impl<'s> Declaration<'s> {
     /// How many results a part of a segment has.
     fn count(&self, segment: Segment, part: Part) -> usize {
         self.source.tape().count(segment, part)
+    }
+
+    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::multipliers`].
+    #[must_use]
+    pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
+        if self.shape().forms == 0 {
+            return Vec::new();
+        }
+        multipliers(node.force, &self.continuous_forms(node.point()))
     }
 
     /// How many unknowns a step has.

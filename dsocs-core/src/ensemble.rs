@@ -7,6 +7,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use crate::error::SetupError;
 use crate::flow::{Flow, MAX_ITERATIONS};
 use crate::instructions::Instructions;
+use crate::kernel::Shape;
 use crate::lanes::LANES;
 use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::Start;
@@ -110,7 +111,7 @@ pub(crate) fn one_each<S: System<N>, const N: usize>(
     starts: usize,
 ) -> Result<(usize, Vec<f64>), RunError> {
     let refused = |error| RunError::Input(Box::new(error));
-    let place = inputs::known::<S, N>(parameter).map_err(refused)?;
+    let place = inputs::known(const { &Shape::of::<S, N>() }, parameter).map_err(refused)?;
     let values: Vec<f64> = values.into_iter().collect();
     if values.len() != starts {
         return Err(refused(InputError::Count {
@@ -253,7 +254,7 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     where
         S: Clone,
     {
-        let place = inputs::place::<S, N>(parameter, 0.0)?;
+        let place = inputs::place(const { &Shape::of::<S, N>() }, parameter, 0.0)?;
         let plans: Vec<Vec<[f64; 2]>> = plans.into_iter().collect();
         if plans.len() != self.starts.len() {
             return Err(RunError::Input(Box::new(InputError::Count {

@@ -8,8 +8,9 @@ use crate::compiled::Report;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepError};
 use crate::held::Held;
+use crate::kernel::Kernel;
 use crate::regularity::Regularity;
-use crate::run::{Clock, Node, RunError, Stepper, View};
+use crate::run::{self, Clock, Node, NodeMut, RunError, Stepper};
 use crate::start::{self, Beginning, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
@@ -38,6 +39,8 @@ pub(crate) const SHORT_PAST: u64 = 5;
 pub struct Flow<'s, S: System<N>, const N: usize> {
     /// The system.
     system: Held<'s, S>,
+    /// The values of its parameters.
+    values: S::Parameters<f64>,
     /// What is known since the run began.
     constants: S::Constants<f64>,
     /// The step.
@@ -138,6 +141,7 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             stuck,
             constants: system.constants(&system.parameters(), h),
             third: Third::new(beginning.e),
+            values: system.parameters(),
             system,
             h,
             clock: Clock::even(beginning.t0, h),
@@ -407,7 +411,15 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
     }
 }
 
-impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
+impl<S: System<N>, const N: usize> run::Run for Flow<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn values(&self) -> &[f64] {
+        self.values.as_ref()
+    }
+
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         let report = self.solve()?;
@@ -415,11 +427,13 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         Ok(report)
     }
 
-    fn node(&self) -> Node<N> {
-        match self.solved {
+    #[inline]
+    fn tell(&self, node: NodeMut<'_>) {
+        let now = match self.solved {
             Some(solved) => self.node_of(solved),
             None => self.first_node(),
-        }
+        };
+        node.write(&now.any());
     }
 
     fn clock(&self) -> &Clock {
@@ -428,10 +442,6 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
 
     fn clock_mut(&mut self) -> &mut Clock {
         &mut self.clock
-    }
-
-    fn view(&self) -> &dyn View<N> {
-        &*self.system
     }
 
     /// Turns round in time; see [`Flow`], "Back in time". The step back about the current node is solved at once. The node then has
@@ -447,6 +457,7 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
         if let Some(changed) = changed {
             turned.before = Some(turned.system);
             turned.system = changed.before.clone();
+            turned.values = turned.system.parameters();
         }
         turned.constants = turned.system.constants(&turned.system.parameters(), turned.h);
         turned.d = self.d.negated();
@@ -475,6 +486,18 @@ impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
             return self.regularity_of_third(&solved);
         }
         Some(Regularity::of(&*self.system, self.h, &solved.leg, &solved.e))
+    }
+}
+
+impl<S: System<N>, const N: usize> Stepper<N> for Flow<'_, S, N> {
+    #[inline]
+    fn run(&self) -> &dyn run::Run {
+        self
+    }
+
+    #[inline]
+    fn run_mut(&mut self) -> &mut dyn run::Run {
+        self
     }
 }
 

@@ -127,7 +127,9 @@ mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};
 
+pub use any::AnyPoint;
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
+pub use declaration::Declaration;
 pub use deficiency::{Deficiency, DependentRow};
 pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
 pub use dual::Dual;
@@ -135,12 +137,14 @@ pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, Unresolved, multipliers};
 pub use instructions::Instructions;
+pub use kernel::{Kernel, Shape};
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
-    Behind, Clock, End, Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer,
-    Occurrence, OnEvent, OneWay, Polynomial, RunError, Stepper, Traced, Trajectory, Verdict, View, Visitor,
-    on_event,
+    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock, End,
+    Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, NodeMut, Observer, Occurrence,
+    OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Verdict,
+    Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::Start;
@@ -166,6 +170,7 @@ pub mod __private {
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};
     pub use crate::tape::{Number, Source, Tape};
+    pub use crate::taylor::Rows;
     pub use crate::taylor::coefficient::Coefficient;
     pub use crate::taylor::jets::Jets;
     pub use crate::taylor::kernel::{RECIPROCALS, Table, add_product, newest, weighted};

@@ -16,8 +16,9 @@ use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::flow::{Flow, MAX_ITERATIONS, SHORT_PAST};
 use crate::held::Held;
+use crate::kernel::Kernel;
 use crate::regularity::Regularity;
-use crate::run::{Clock, Node, RunError, Stepper, View};
+use crate::run::{AnyNode, Clock, Node, NodeMut, Run, RunError, Stepper};
 use crate::start::{self, Phase, Start};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
@@ -57,6 +58,8 @@ use crate::system::{Leg, Point, System};
 pub struct ComposedFlow<'s, S: System<N>, const N: usize> {
     /// The system.
     pub(super) system: Held<'s, S>,
+    /// The values of its parameters.
+    pub(super) values: S::Parameters<f64>,
     /// The method.
     method: Composition,
     /// The step.
@@ -198,6 +201,7 @@ impl<'s, S: System<N>, const N: usize> ComposedFlow<'s, S, N> {
         }
         let mut flow = Self {
             system: Held::new(system),
+            values: system.parameters(),
             method,
             h,
             stages: Vec::new(),
@@ -554,7 +558,15 @@ const USUAL: StepReport = StepReport {
     guess: Guess::Predicted,
 };
 
-impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
+impl<S: System<N>, const N: usize> Run for ComposedFlow<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn values(&self) -> &[f64] {
+        self.values.as_ref()
+    }
+
     /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop and the guess of the
     /// first stage in which they were not the usual ones.
     ///
@@ -571,19 +583,20 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
         }
     }
 
-    fn node(&self) -> Node<N> {
+    #[inline]
+    fn tell(&self, node: NodeMut<'_>) {
         let (t, q, v, a) = (self.clock.time(), self.now.q.hi, self.now.v.hi, self.now.a);
-        Node {
+        node.write(&AnyNode {
             index: self.clock.index(),
             t,
-            q,
-            v,
-            a,
-            force: continuous_force(&Declaration::of(&*self.system), &Point { t, q, v, a }),
+            q: &q,
+            v: &v,
+            a: &a,
+            force: &continuous_force(&Declaration::of(&*self.system), &Point { t, q, v, a }),
             energy: self.system.energy(t, &q, &v),
             iterations: self.report.iterations,
             stop: self.report.stop,
-        }
+        });
     }
 
     fn clock(&self) -> &Clock {
@@ -592,10 +605,6 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
 
     fn clock_mut(&mut self) -> &mut Clock {
         &mut self.clock
-    }
-
-    fn view(&self) -> &dyn View<N> {
-        &*self.system
     }
 
     /// Turns round in time: the step becomes `-h`. The step is symmetric in time, so the run retraces its nodes to rounding.
@@ -634,6 +643,18 @@ impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
             .iter()
             .map(of_stage)
             .min_by(|left, right| order(left).total_cmp(&order(right)))
+    }
+}
+
+impl<S: System<N>, const N: usize> Stepper<N> for ComposedFlow<'_, S, N> {
+    #[inline]
+    fn run(&self) -> &dyn Run {
+        self
+    }
+
+    #[inline]
+    fn run_mut(&mut self) -> &mut dyn Run {
+        self
     }
 }
 

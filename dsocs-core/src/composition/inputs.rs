@@ -7,13 +7,13 @@ use super::momenta::Momenta;
 use crate::any::sized;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
-use crate::run::{Inputs, RunError, inputs};
+use crate::run::{Inputs, RunError, Stepper as _, inputs};
 use crate::start;
 use crate::system::System;
 
 impl<S: System<N> + Clone, const N: usize> Inputs<N> for ComposedFlow<'_, S, N> {
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        let place = inputs::place::<S, N>(parameter, value)?;
+        let place = inputs::place(self.system.shape(), parameter, value)?;
         if self.system.parameter(place) == Some(value) {
             return Ok(());
         }
@@ -36,12 +36,13 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for ComposedFlow<'_, S, N> 
             }
         }
         self.system = system;
+        self.values = self.system.parameters();
         self.since = self.clock.index();
         self.prepare();
         Ok(())
     }
 
     fn input(&self, parameter: &str) -> Option<f64> {
-        inputs::value(&*self.system, parameter)
+        self.run().input(parameter)
     }
 }

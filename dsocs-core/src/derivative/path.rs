@@ -13,6 +13,7 @@ use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::flow::Flow;
 use crate::held::Held;
+use crate::kernel::Shape;
 use crate::run::{Clock, Inputs as _, Node, RunError, Stepper as _, inputs};
 use crate::start::{Beginning, Start, StartOrder};
 use crate::step::newton::Stop;
@@ -168,7 +169,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         let mut held = Held::new(system);
         let mut places = Vec::with_capacity(U);
         for (name, &value) in inputs.iter().zip(first) {
-            let place = inputs::place::<S, N>(name, value)?;
+            let place = inputs::place(const { &Shape::of::<S, N>() }, name, value)?;
             if let Some(parameter) = held.own().parameter_mut(place) {
                 *parameter = value;
             }

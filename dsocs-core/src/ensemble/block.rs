@@ -11,7 +11,7 @@ use crate::flow::Flow;
 use crate::held::Held;
 use crate::instructions::Instructions;
 use crate::lanes::LANES;
-use crate::run::{self, Node, Observer, RunError, Stepper as _};
+use crate::run::{Node, Observer, RunError, Stepper as _};
 use crate::start::Start;
 use crate::system::System;
 
@@ -139,7 +139,8 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
         });
         for index in 0..2 {
             self.change(&mut flow, index, &mut changes)?;
-            let node = run::hand_out(&mut run::Of(&mut flow), end.time())?;
+            flow.run_mut().go_on(&end)?;
+            let node = flow.node();
             if self.observes(index) && observer.node(&node).is_break() || index == last {
                 return Ok(Begun::Ended(node));
             }

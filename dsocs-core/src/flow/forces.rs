@@ -1,7 +1,6 @@
 //! Constraint forces, constraint by constraint.
 
 use crate::declaration::Declaration;
-use crate::multipliers::multipliers as of_force;
 use crate::run::Node;
 use crate::system::System;
 
@@ -13,9 +12,5 @@ use crate::system::System;
 /// and acceleration.
 #[must_use]
 pub fn multipliers<S: System<N>, const N: usize>(system: &S, node: &Node<N>) -> Vec<f64> {
-    if const { S::FORMS == 0 } {
-        return Vec::new();
-    }
-    let forms = Declaration::of(system).continuous_forms(node.point().any());
-    of_force(&node.force, &forms)
+    Declaration::of(system).multipliers(&node.any())
 }

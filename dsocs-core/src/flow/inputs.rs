@@ -7,7 +7,7 @@ use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
 use crate::held::Held;
 use crate::multipliers;
-use crate::run::{InputError, Inputs, RunError, inputs};
+use crate::run::{InputError, Inputs, RunError, Stepper as _, inputs};
 use crate::scalar::Scalar as _;
 use crate::start;
 use crate::step::newton::Stop;
@@ -54,7 +54,7 @@ impl<S, const N: usize> Clone for Changed<'_, S, N> {
 
 impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        let place = inputs::place::<S, N>(parameter, value)?;
+        let place = inputs::place(self.system.shape(), parameter, value)?;
         if const { S::ORDER > 2 } {
             return Err(RunError::Input(Box::new(InputError::ThirdOrder {
                 parameter: S::PARAMETERS[place].name.clone(),
@@ -71,12 +71,13 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
         if let Some(parameter) = self.system.own().parameter_mut(place) {
             *parameter = value;
         }
-        self.constants = self.system.constants(&self.system.parameters(), self.h);
+        self.values = self.system.parameters();
+        self.constants = self.system.constants(&self.values, self.h);
         Ok(())
     }
 
     fn input(&self, parameter: &str) -> Option<f64> {
-        inputs::value(&*self.system, parameter)
+        self.run().input(parameter)
     }
 }
 

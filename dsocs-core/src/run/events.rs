@@ -5,20 +5,22 @@ use core::ops::ControlFlow;
 
 use super::error::{FailedEvent, RunError};
 use super::roots::{self, Crossing};
-use super::{Clock, Observer, Polynomial, Traced, View};
+use super::{AnyObserver, AnyPolynomial, Clock, Traced};
+use crate::any::{AnyPoint, OwnedPoint, sized};
+use crate::declaration::Declaration;
 use crate::system::Point;
-use crate::taylor::{Call, Jet, MAX_ORDER, ROWS};
+use crate::taylor::{Call, Jet, MAX_ORDER};
 
 /// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.
 const JOINT: f64 = 1e-9;
 
 /// A function of position, velocity and acceleration.
-type Function<'e, const N: usize> = Box<dyn Fn(&Point<Jet, N>) -> Jet + 'e>;
+type Function<'e> = Box<dyn Fn(AnyPoint<'_, Jet>) -> Jet + 'e>;
 
 /// What an event's function is.
-enum Source<'e, const N: usize> {
+enum Source<'e> {
     Observable(usize),
-    Function(Function<'e, N>),
+    Function(Function<'e>),
 }
 
 /// In which direction a change of sign counts.
@@ -29,16 +31,14 @@ enum Direction {
     Both,
 }
 
-/// A change of sign of a function `g(q, v, a)` along the motion, for every method ([`crate::Stepper::watch`]).
-///
-/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found.
-pub struct Event<'e, const N: usize> {
-    source: Source<'e, N>,
+/// An [`Event`] for any number of coordinates.
+pub struct AnyEvent<'e> {
+    source: Source<'e>,
     direction: Direction,
     terminal: bool,
 }
 
-impl<const N: usize> core::fmt::Debug for Event<'_, N> {
+impl core::fmt::Debug for AnyEvent<'_> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Event")
             .field("direction", &self.direction)
@@ -47,8 +47,8 @@ impl<const N: usize> core::fmt::Debug for Event<'_, N> {
     }
 }
 
-impl<'e, const N: usize> Event<'e, N> {
-    fn of(source: Source<'e, N>) -> Self {
+impl<'e> AnyEvent<'e> {
+    fn of(source: Source<'e>) -> Self {
         Self {
             source,
             direction: Direction::Both,
@@ -56,16 +56,15 @@ impl<'e, const N: usize> Event<'e, N> {
         }
     }
 
-    /// An observed expression of the declaration, by its index in [`crate::System::OBSERVABLES`]. The expression may not call Rust functions of
-    /// your own: in observed expressions these are called with plain numbers only.
+    /// An observed expression of the declaration, by its place; see [`Event::observable`].
     #[must_use]
     pub fn observable(index: usize) -> Self {
         Self::of(Source::Observable(index))
     }
 
-    /// A function of position, velocity and acceleration. A [`Jet`] has the functions of [`crate::Real`].
+    /// A function of position, velocity and acceleration.
     #[must_use]
-    pub fn function(function: impl Fn(&Point<Jet, N>) -> Jet + 'e) -> Self {
+    pub fn function(function: impl Fn(AnyPoint<'_, Jet>) -> Jet + 'e) -> Self {
         Self::of(Source::Function(Box::new(function)))
     }
 
@@ -91,24 +90,29 @@ impl<'e, const N: usize> Event<'e, N> {
     }
 
     /// The function at a point of jets.
-    fn at(&self, system: &dyn View<N>, point: &Point<Jet, N>) -> Jet {
+    fn at(&self, declaration: &Declaration<'_>, point: AnyPoint<'_, Jet>) -> Jet {
         match &self.source {
             Source::Function(function) => function(point),
             Source::Observable(index) => {
-                let mut observed = vec![Jet::from(f64::NAN); system.observables().len()];
-                system.observed_series(point, &mut observed);
+                let mut observed = vec![Jet::from(f64::NAN); declaration.shape().observables.len()];
+                declaration.observe(point, &mut observed);
                 observed.get(*index).copied().unwrap_or(Jet::from(f64::NAN))
             }
         }
     }
 
     /// The function at the time `s` after the point of expansion.
-    fn value(&self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>, s: f64, call: &mut Call) -> f64 {
-        let Point { t, q, v, a } = polynomial.point(s);
-        let t = Jet::from(t);
-        let [q, v, a] = [q, v, a].map(|x| x.map(Jet::from));
+    fn value(
+        &self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        s: f64,
+        work: &mut Work,
+    ) -> f64 {
+        polynomial.point(s, &mut work.point);
+        let jets = work.point.map(Jet::from);
         // functions that are not seen have values all the same
-        call.begin(|| self.at(system, &Point { t, q, v, a }))
+        work.call.begin(|| self.at(declaration, jets.any()))
     }
 
     /// Whether a change of sign counts.
@@ -118,6 +122,50 @@ impl<'e, const N: usize> Event<'e, N> {
             Direction::Rising => rising,
             Direction::Falling => !rising,
         }
+    }
+}
+
+/// A change of sign of a function `g(q, v, a)` along the motion, for every method ([`crate::Stepper::watch`]).
+///
+/// The function is evaluated on Taylor series ([`Jet`]). From its series all changes of sign within a step are found.
+pub struct Event<'e, const N: usize>(AnyEvent<'e>);
+
+impl<const N: usize> core::fmt::Debug for Event<'_, N> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl<'e, const N: usize> Event<'e, N> {
+    /// An observed expression of the declaration, by its index in [`crate::System::OBSERVABLES`]. The expression may not call Rust functions of
+    /// your own: in observed expressions these are called with plain numbers only.
+    #[must_use]
+    pub fn observable(index: usize) -> Self {
+        Self(AnyEvent::observable(index))
+    }
+
+    /// A function of position, velocity and acceleration. A [`Jet`] has the functions of [`crate::Real`].
+    #[must_use]
+    pub fn function(function: impl Fn(&Point<Jet, N>) -> Jet + 'e) -> Self {
+        Self(AnyEvent::function(move |point| function(&Point::of(point))))
+    }
+
+    /// Counts only changes from negative to positive, in the direction of the run.
+    #[must_use]
+    pub fn rising(self) -> Self {
+        Self(self.0.rising())
+    }
+
+    /// Counts only changes from positive to negative, in the direction of the run.
+    #[must_use]
+    pub fn falling(self) -> Self {
+        Self(self.0.falling())
+    }
+
+    /// Ends the run where the event happens.
+    #[must_use]
+    pub fn terminal(self) -> Self {
+        Self(self.0.terminal())
     }
 }
 
@@ -139,6 +187,19 @@ pub struct Occurrence<const N: usize> {
 }
 
 impl<const N: usize> Occurrence<N> {
+    /// An event with its number of coordinates.
+    pub(crate) fn of(any: &AnyOccurrence) -> Self {
+        let AnyPoint { t, q, v, a } = any.point();
+        Self {
+            event: any.event,
+            rising: any.rising,
+            t,
+            q: sized(q),
+            v: sized(v),
+            a: sized(a),
+        }
+    }
+
     /// Position, velocity and acceleration, as [`crate::System::observe`] takes them.
     #[must_use]
     pub fn point(&self) -> Point<f64, N> {
@@ -151,29 +212,75 @@ impl<const N: usize> Occurrence<N> {
     }
 }
 
+/// An [`Occurrence`] with any number of coordinates.
+#[derive(Clone, Debug)]
+pub struct AnyOccurrence {
+    /// The index of the event among those watched.
+    pub event: usize,
+    /// Whether the function became positive, in the direction of the run.
+    pub rising: bool,
+    /// Time, position, velocity and acceleration.
+    point: OwnedPoint<f64>,
+}
+
+impl AnyOccurrence {
+    /// Time, position, velocity and acceleration.
+    #[must_use]
+    pub fn point(&self) -> AnyPoint<'_, f64> {
+        self.point.any()
+    }
+}
+
 /// Events that are watched, and on which side of zero each function was last.
 #[derive(Debug)]
 pub struct Events<'e, const N: usize> {
-    watched: Vec<Event<'e, N>>,
-    sides: Vec<f64>,
-    call: Call,
-    crossings: Vec<Crossing>,
-    found: Vec<(f64, usize, bool)>,
-    /// What happens between the event that ended the run and the node where the run stands.
-    rest: Vec<Occurrence<N>>,
-    /// The number and the time of that node.
-    stands: (u64, f64),
+    /// The same with any number of coordinates.
+    pub(super) any: AnyEvents<'e>,
 }
 
 impl<'e, const N: usize> Events<'e, N> {
     /// The events, in the order by which occurrences name them.
     #[must_use]
     pub fn new(events: Vec<Event<'e, N>>) -> Self {
+        Self {
+            any: AnyEvents::new(events.into_iter().map(|event| event.0).collect()),
+        }
+    }
+}
+
+/// What functions are evaluated with.
+#[derive(Debug)]
+struct Work {
+    call: Call,
+    point: OwnedPoint<f64>,
+}
+
+/// [`Events`] of any number of coordinates.
+#[derive(Debug)]
+pub struct AnyEvents<'e> {
+    watched: Vec<AnyEvent<'e>>,
+    sides: Vec<f64>,
+    work: Work,
+    crossings: Vec<Crossing>,
+    found: Vec<(f64, usize, bool)>,
+    /// What happens between the event that ended the run and the node where the run stands.
+    rest: Vec<AnyOccurrence>,
+    /// The number and the time of that node.
+    stands: (u64, f64),
+}
+
+impl<'e> AnyEvents<'e> {
+    /// The events, in the order by which occurrences name them.
+    #[must_use]
+    pub fn new(events: Vec<AnyEvent<'e>>) -> Self {
         let sides = vec![0.0; events.len()];
         Self {
             watched: events,
             sides,
-            call: Call::default(),
+            work: Work {
+                call: Call::default(),
+                point: OwnedPoint::zero(0),
+            },
             crossings: Vec::new(),
             found: Vec::new(),
             rest: Vec::new(),
@@ -185,11 +292,12 @@ impl<'e, const N: usize> Events<'e, N> {
     /// of expansion.
     pub(super) fn happen(
         &mut self,
-        system: &dyn View<N>,
-        polynomial: &Polynomial<'_, N>,
-        observer: &mut dyn Observer<N>,
-    ) -> Result<Option<(f64, Occurrence<N>)>, RunError> {
-        self.search(system, polynomial)?;
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+        observer: &mut dyn AnyObserver,
+    ) -> Result<Option<(f64, AnyOccurrence)>, RunError> {
+        self.work.point = OwnedPoint::zero(declaration.dimension());
+        self.search(declaration, polynomial)?;
         self.rest.clear();
         let mut ended = None;
         for &(s, event, rising) in &self.found {
@@ -199,15 +307,12 @@ impl<'e, const N: usize> Events<'e, N> {
             if !self.watched[event].counts(rising) {
                 continue;
             }
-            let Point { t, q, v, a } = polynomial.point(s);
-            let occurrence = Occurrence {
+            let mut occurrence = AnyOccurrence {
                 event,
                 rising,
-                t,
-                q,
-                v,
-                a,
+                point: OwnedPoint::zero(declaration.dimension()),
             };
+            polynomial.point(s, &mut occurrence.point);
             if ended.is_some() {
                 self.rest.push(occurrence);
             } else if tell(&self.watched, &occurrence, observer).is_break() {
@@ -232,7 +337,7 @@ impl<'e, const N: usize> Events<'e, N> {
     }
 
     /// Hands on what is left of the step in which an event ended the run, if it stands there still.
-    pub(super) fn resume(&mut self, clock: &Clock, observer: &mut dyn Observer<N>) -> Option<Occurrence<N>> {
+    pub(super) fn resume(&mut self, clock: &Clock, observer: &mut dyn AnyObserver) -> Option<AnyOccurrence> {
         let rest = core::mem::take(&mut self.rest);
         if clock.is_handed_out() || self.stands != (clock.index(), clock.time()) {
             return None;
@@ -241,11 +346,15 @@ impl<'e, const N: usize> Events<'e, N> {
             .iter()
             .position(|occurrence| tell(&self.watched, occurrence, observer).is_break())?;
         self.rest = rest[end + 1..].to_vec();
-        Some(rest[end])
+        rest.into_iter().nth(end)
     }
 
     /// The changes of sign within a step, by their time since its start, in order.
-    fn search(&mut self, system: &dyn View<N>, polynomial: &Polynomial<'_, N>) -> Result<(), RunError> {
+    fn search(
+        &mut self,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
+    ) -> Result<(), RunError> {
         self.found.clear();
         let search = polynomial.search;
         for place in 0..self.watched.len() {
@@ -253,7 +362,7 @@ impl<'e, const N: usize> Events<'e, N> {
             let mut side = self.sides[place];
             let mut open = vec![(polynomial.from, polynomial.length(), search.depth)];
             while let Some((from, length, depth)) = open.pop() {
-                let Some(part) = self.part(system, polynomial, place, from, length) else {
+                let Some(part) = self.part(declaration, polynomial, place, from, length) else {
                     return Err(RunError::Event(Box::new(FailedEvent {
                         event: place,
                         time: polynomial.time(from),
@@ -272,7 +381,7 @@ impl<'e, const N: usize> Events<'e, N> {
                     open.push((from, length / 2.0, depth - 1));
                     continue;
                 }
-                self.crossings(system, polynomial, place, part, [from, length], &mut side);
+                self.crossings(declaration, polynomial, place, part, [from, length], &mut side);
             }
             self.sides[place] = if first == self.found.len() {
                 side
@@ -288,14 +397,14 @@ impl<'e, const N: usize> Events<'e, N> {
     /// finite.
     fn part(
         &mut self,
-        system: &dyn View<N>,
-        polynomial: &Polynomial<'_, N>,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
         place: usize,
         from: f64,
         length: f64,
     ) -> Option<Vec<f64>> {
         let series = shifted(polynomial, from);
-        let mut coefficients = expand(&self.watched[place], system, &series, &mut self.call);
+        let mut coefficients = expand(&self.watched[place], declaration, &series, &mut self.work.call);
         let mut power = 1.0;
         for c in &mut coefficients {
             *c *= power;
@@ -307,8 +416,8 @@ impl<'e, const N: usize> Events<'e, N> {
     /// The changes of sign on a part of a step; `side` is the sign before and after.
     fn crossings(
         &mut self,
-        system: &dyn View<N>,
-        polynomial: &Polynomial<'_, N>,
+        declaration: &Declaration<'_>,
+        polynomial: &AnyPolynomial<'_>,
         place: usize,
         part: &[f64],
         [from, length]: [f64; 2],
@@ -316,7 +425,7 @@ impl<'e, const N: usize> Events<'e, N> {
     ) {
         let Self {
             watched,
-            call,
+            work,
             crossings,
             found,
             ..
@@ -339,8 +448,8 @@ impl<'e, const N: usize> Events<'e, N> {
         for crossing in crossings.iter() {
             // the series of the function has lost what its truncation has: the function itself decides
             let ends = crossing.bracket.map(|s| from + s * length);
-            let call = RefCell::new(&mut *call);
-            let value = |s: f64| watched[place].value(system, polynomial, s, &mut call.borrow_mut());
+            let work = RefCell::new(&mut *work);
+            let value = |s: f64| watched[place].value(declaration, polynomial, s, &mut work.borrow_mut());
             let at = if value(ends[0]) * value(ends[1]) < 0.0 {
                 roots::refine(&value, ends).at
             } else {
@@ -353,10 +462,10 @@ impl<'e, const N: usize> Events<'e, N> {
 }
 
 /// Hands an event on; breaks if it ends the run.
-fn tell<const N: usize>(
-    watched: &[Event<'_, N>],
-    occurrence: &Occurrence<N>,
-    observer: &mut dyn Observer<N>,
+fn tell(
+    watched: &[AnyEvent<'_>],
+    occurrence: &AnyOccurrence,
+    observer: &mut dyn AnyObserver,
 ) -> ControlFlow<()> {
     observer.event(occurrence)?;
     if watched[occurrence.event].terminal {
@@ -366,61 +475,62 @@ fn tell<const N: usize>(
 }
 
 /// The series of position and velocity about another point of a step.
-struct Shifted<const N: usize> {
+struct Shifted {
     t: f64,
     order: usize,
-    v: [[f64; N]; ROWS],
-    q: [[f64; N]; ROWS],
+    dimension: usize,
+    /// By order, each a vector.
+    v: Vec<f64>,
+    q: Vec<f64>,
 }
 
-fn shifted<const N: usize>(polynomial: &Polynomial<'_, N>, s: f64) -> Shifted<N> {
+fn shifted(polynomial: &AnyPolynomial<'_>, s: f64) -> Shifted {
     let series = polynomial.series;
     let mut shifted = Shifted {
         t: polynomial.time(s),
         order: series.order(),
-        v: [[0.0; N]; ROWS],
-        q: [[0.0; N]; ROWS],
+        dimension: series.dimension(),
+        v: series.velocities().to_vec(),
+        q: series.positions().to_vec(),
     };
-    let (q, v) = (series.position(), series.velocity());
-    shifted.q[..q.len()].copy_from_slice(q);
-    shifted.v[..v.len()].copy_from_slice(v);
     if s != 0.0 {
-        shift(&mut shifted.q[..q.len()], s);
-        shift(&mut shifted.v[..v.len()], s);
+        shift(&mut shifted.q, shifted.dimension, s);
+        shift(&mut shifted.v, shifted.dimension, s);
     }
     shifted
 }
 
 /// A polynomial about another point, by repeated synthetic division.
-fn shift<const N: usize>(coefficients: &mut [[f64; N]], s: f64) {
-    let n = coefficients.len();
+fn shift(coefficients: &mut [f64], dimension: usize, s: f64) {
+    let n = coefficients.len() / dimension.max(1);
     for first in 0..n {
         for k in (first..n - 1).rev() {
-            for i in 0..N {
-                coefficients[k][i] += s * coefficients[k + 1][i];
+            for i in 0..dimension {
+                coefficients[k * dimension + i] += s * coefficients[(k + 1) * dimension + i];
             }
         }
     }
 }
 
 /// The series of an event's function, as far as it is known.
-fn expand<const N: usize>(
-    event: &Event<'_, N>,
-    system: &dyn View<N>,
-    series: &Shifted<N>,
+fn expand(
+    event: &AnyEvent<'_>,
+    declaration: &Declaration<'_>,
+    series: &Shifted,
     call: &mut Call,
 ) -> Vec<f64> {
+    let n = series.dimension;
     // the acceleration is known to one order less than the velocity
     let order = series.order.min(MAX_ORDER);
     let input = |k: usize, place: usize| {
-        if place == 3 * N {
+        if place == 3 * n {
             return [series.t, 1.0].get(k).copied().unwrap_or(0.0);
         }
-        let (kind, i) = (place / N, place % N);
+        let (kind, i) = (place / n, place % n);
         match kind {
-            0 => series.q[k][i],
-            1 => series.v[k][i],
-            _ => (k + 1) as f64 * series.v[k + 1][i],
+            0 => series.q[k * n + i],
+            1 => series.v[k * n + i],
+            _ => (k + 1) as f64 * series.v[(k + 1) * n + i],
         }
     };
     let at = |k: usize| {
@@ -428,14 +538,10 @@ fn expand<const N: usize>(
             let now = if k == 0 { 0.0 } else { input(k, place) };
             Jet::moving(input(0, place), now)
         };
-        let vector = |kind: usize| core::array::from_fn(|i| jet(kind * N + i));
-        let point = Point {
-            t: jet(3 * N),
-            q: vector(0),
-            v: vector(1),
-            a: vector(2),
-        };
-        event.at(system, &point)
+        event.at(
+            declaration,
+            OwnedPoint::new(n, (0..=3 * n).map(jet).collect()).any(),
+        )
     };
     let mut coefficients = vec![call.begin(|| at(0))];
     for k in 1..order {

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 
-use super::{Node, RunError, Stepper, finite, hand_out};
-use crate::system::System;
+use super::{Node, RunError, Stepper};
+use crate::kernel::Shape;
 
 /// Times of a plan that differ by less than this part of a step are the same.
 const SAME_TIME: f64 = 1e-6;
@@ -85,11 +85,12 @@ pub trait Inputs<const N: usize>: Stepper<N> {
     where
         Self: Sized,
     {
-        finite(t)?;
+        if t.is_infinite() {
+            return Err(RunError::Until { until: t });
+        }
         let end = self.clock().until(t)?;
-        while !self.clock().has_reached(&end) {
-            let node = hand_out(&mut super::Of(self), end.time())?;
-            controller(&node, self)?;
+        while self.run_mut().go_on(&end)? {
+            controller(&self.node(), self)?;
         }
         Ok(())
     }
@@ -123,6 +124,12 @@ pub enum InputError {
         /// The name.
         parameter: Cow<'static, str>,
     },
+    /// The method does not change parameters on the way.
+    #[error("`{parameter}` cannot change during a run of this method")]
+    Fixed {
+        /// The name.
+        parameter: Cow<'static, str>,
+    },
     /// There are not as many values as starts.
     #[error("`{parameter}` has {values} values for {starts} starts; give one for each, after the starts")]
     Count {
@@ -145,30 +152,24 @@ pub enum InputError {
 }
 
 /// The place of a parameter.
-pub(crate) fn known<S: System<N>, const N: usize>(parameter: &str) -> Result<usize, InputError> {
-    let place = S::PARAMETERS.iter().position(|known| known.name == parameter);
+pub(crate) fn known(shape: &Shape, parameter: &str) -> Result<usize, InputError> {
+    let place = shape.parameters.iter().position(|known| known.name == parameter);
     place.ok_or_else(|| InputError::Unknown {
         parameter: parameter.to_owned(),
-        parameters: S::PARAMETERS.iter().map(|known| known.name.clone()).collect(),
+        parameters: shape.parameters.iter().map(|known| known.name.clone()).collect(),
     })
 }
 
 /// The place of a parameter that is given a value.
-pub(crate) fn place<S: System<N>, const N: usize>(parameter: &str, value: f64) -> Result<usize, RunError> {
+pub(crate) fn place(shape: &Shape, parameter: &str, value: f64) -> Result<usize, RunError> {
     let refused = |error| RunError::Input(Box::new(error));
-    let place = known::<S, N>(parameter).map_err(refused)?;
-    let parameter = S::PARAMETERS[place].name.clone();
+    let place = known(shape, parameter).map_err(refused)?;
+    let parameter = shape.parameters[place].name.clone();
     if !value.is_finite() {
         return Err(refused(InputError::NotFinite { parameter, value }));
     }
-    if S::OF_POSITIONS.contains(&place) {
+    if shape.of_positions.contains(&place) {
         return Err(refused(InputError::Position { parameter }));
     }
     Ok(place)
-}
-
-/// The value of a parameter of a system.
-pub(crate) fn value<S: System<N>, const N: usize>(system: &S, parameter: &str) -> Option<f64> {
-    let place = S::PARAMETERS.iter().position(|known| known.name == parameter)?;
-    system.parameter(place)
 }

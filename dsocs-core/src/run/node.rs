@@ -1,5 +1,7 @@
 //! A node: what a run hands out.
 
+use super::Run;
+use crate::any::{AnyPoint, sized};
 use crate::step::newton::Stop;
 use crate::system::Point;
 
@@ -38,6 +40,233 @@ impl<const N: usize> Node<N> {
             q: self.q,
             v: self.v,
             a: self.a,
+        }
+    }
+
+    /// The current node of a run.
+    #[inline]
+    pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
+        let unknown = [f64::NAN; N];
+        let mut node = Self {
+            index: 0,
+            t: f64::NAN,
+            q: unknown,
+            v: unknown,
+            a: unknown,
+            force: unknown,
+            energy: f64::NAN,
+            iterations: 0,
+            stop: Stop::Start,
+        };
+        run.tell(node.room());
+        node
+    }
+
+    /// Where a run writes its current node.
+    #[inline]
+    pub fn room(&mut self) -> NodeMut<'_> {
+        NodeMut {
+            q: &mut self.q,
+            v: &mut self.v,
+            a: &mut self.a,
+            force: &mut self.force,
+            index: &mut self.index,
+            t: &mut self.t,
+            energy: &mut self.energy,
+            iterations: &mut self.iterations,
+            stop: &mut self.stop,
+        }
+    }
+
+    /// The same with any number of coordinates.
+    #[must_use]
+    pub fn any(&self) -> AnyNode<'_> {
+        AnyNode {
+            index: self.index,
+            t: self.t,
+            q: &self.q,
+            v: &self.v,
+            a: &self.a,
+            force: &self.force,
+            energy: self.energy,
+            iterations: self.iterations,
+            stop: self.stop,
+        }
+    }
+}
+
+/// A [`Node`] with any number of coordinates, by reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnyNode<'a> {
+    /// The number of the node.
+    pub index: u64,
+    /// Time.
+    pub t: f64,
+    /// Position.
+    pub q: &'a [f64],
+    /// Velocity.
+    pub v: &'a [f64],
+    /// Acceleration.
+    pub a: &'a [f64],
+    /// The generalized constraint force, in units of `L` per unit of the coordinate.
+    pub force: &'a [f64],
+    /// The energy.
+    pub energy: f64,
+    /// How often the rows of the step and their Jacobian were evaluated; 0 at the start.
+    pub iterations: u32,
+    /// How Newton's iteration of the step ended.
+    pub stop: Stop,
+}
+
+impl<'a> AnyNode<'a> {
+    /// Position, velocity and acceleration.
+    #[must_use]
+    pub fn point(&self) -> AnyPoint<'a, f64> {
+        AnyPoint {
+            t: self.t,
+            q: self.q,
+            v: self.v,
+            a: self.a,
+        }
+    }
+
+    /// The node with its number of coordinates; numbers that are missing are NaN.
+    #[must_use]
+    pub fn sized<const N: usize>(&self) -> Node<N> {
+        Node {
+            index: self.index,
+            t: self.t,
+            q: sized(self.q),
+            v: sized(self.v),
+            a: sized(self.a),
+            force: sized(self.force),
+            energy: self.energy,
+            iterations: self.iterations,
+            stop: self.stop,
+        }
+    }
+}
+
+/// Where [`Run::tell`] writes a node. All slices have one entry for each coordinate.
+#[derive(Debug)]
+pub struct NodeMut<'a> {
+    /// Position.
+    pub q: &'a mut [f64],
+    /// Velocity.
+    pub v: &'a mut [f64],
+    /// Acceleration.
+    pub a: &'a mut [f64],
+    /// The generalized constraint force.
+    pub force: &'a mut [f64],
+    /// The number of the node.
+    pub index: &'a mut u64,
+    /// Time.
+    pub t: &'a mut f64,
+    /// The energy.
+    pub energy: &'a mut f64,
+    /// How often the rows were evaluated.
+    pub iterations: &'a mut u32,
+    /// How the iteration ended.
+    pub stop: &'a mut Stop,
+}
+
+impl NodeMut<'_> {
+    /// Writes a node; of another length, as much of it as there is room for.
+    #[inline]
+    pub fn write(self, node: &AnyNode<'_>) {
+        let vectors = [
+            (self.q, node.q),
+            (self.v, node.v),
+            (self.a, node.a),
+            (self.force, node.force),
+        ];
+        for (room, vector) in vectors {
+            for (room, x) in room.iter_mut().zip(vector) {
+                *room = *x;
+            }
+        }
+        (*self.index, *self.t, *self.energy) = (node.index, node.t, node.energy);
+        (*self.iterations, *self.stop) = (node.iterations, node.stop);
+    }
+}
+
+/// A [`Node`] with any number of coordinates that owns its numbers. It is made once and filled again at every node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnedNode {
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// Position, velocity, acceleration and force.
+    vectors: Vec<f64>,
+    /// The number of the node.
+    index: u64,
+    /// Time.
+    t: f64,
+    /// The energy.
+    energy: f64,
+    /// How often the rows were evaluated.
+    iterations: u32,
+    /// How the iteration ended.
+    stop: Stop,
+}
+
+impl OwnedNode {
+    /// Room for a node of so many coordinates; all numbers are NaN.
+    #[must_use]
+    pub fn new(coordinates: usize) -> Self {
+        Self {
+            coordinates,
+            vectors: vec![f64::NAN; 4 * coordinates],
+            index: 0,
+            t: f64::NAN,
+            energy: f64::NAN,
+            iterations: 0,
+            stop: Stop::Start,
+        }
+    }
+
+    /// Takes the current node of a run. Nothing is allocated if the run has as many coordinates.
+    pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
+        let coordinates = run.kernel().shape().dimension();
+        if coordinates != self.coordinates {
+            *self = Self::new(coordinates);
+        }
+        run.tell(self.room());
+    }
+
+    /// Where a run writes its current node.
+    pub fn room(&mut self) -> NodeMut<'_> {
+        let (q, rest) = self.vectors.split_at_mut(self.coordinates);
+        let (v, rest) = rest.split_at_mut(self.coordinates);
+        let (a, force) = rest.split_at_mut(self.coordinates);
+        NodeMut {
+            q,
+            v,
+            a,
+            force,
+            index: &mut self.index,
+            t: &mut self.t,
+            energy: &mut self.energy,
+            iterations: &mut self.iterations,
+            stop: &mut self.stop,
+        }
+    }
+
+    /// By reference.
+    #[must_use]
+    pub fn any(&self) -> AnyNode<'_> {
+        let (q, rest) = self.vectors.split_at(self.coordinates);
+        let (v, rest) = rest.split_at(self.coordinates);
+        let (a, force) = rest.split_at(self.coordinates);
+        AnyNode {
+            index: self.index,
+            t: self.t,
+            q,
+            v,
+            a,
+            force,
+            energy: self.energy,
+            iterations: self.iterations,
+            stop: self.stop,
         }
     }
 }

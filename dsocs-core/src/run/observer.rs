@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use super::{Node, Occurrence, Trajectory};
+use super::{AnyOccurrence, Node, Occurrence, Run, Trajectory};
 
 /// Receives the nodes of a run one by one, in bounded memory, and the events if some are watched.
 ///
@@ -30,6 +30,17 @@ pub trait Observer<const N: usize> {
         let _ = occurrence;
         ControlFlow::Continue(())
     }
+}
+
+/// Receives the nodes and the events of a run with any number of coordinates. It takes nodes from the run ([`Run::tell`]), so that none is
+/// computed that nobody looks at.
+pub trait AnyObserver {
+    /// The run stands at a node; [`ControlFlow::Break`] ends it there.
+    fn node(&mut self, run: &dyn Run) -> ControlFlow<()>;
+
+    /// Takes an event, between the node before and the node after it; [`ControlFlow::Break`] ends the run there, as a
+    /// terminal event does.
+    fn event(&mut self, occurrence: &AnyOccurrence) -> ControlFlow<()>;
 }
 
 /// What a closure that observes may return: nothing, or whether to go on.

@@ -1,6 +1,7 @@
 //! The motion between two nodes, as a polynomial.
 
-use super::Node;
+use super::{AnyNode, Node};
+use crate::any::OwnedPoint;
 use crate::compensated::Compensated;
 use crate::system::Point;
 use crate::taylor::Series;
@@ -10,9 +11,13 @@ use crate::taylor::Series;
 /// In a [`crate::TaylorFlow`] it is the Taylor series of the step, as exact as the tolerance. In the discrete methods it is
 /// the polynomial between two nodes, see [`Polynomial::between`].
 #[derive(Clone, Copy, Debug)]
-pub struct Polynomial<'f, const N: usize> {
+pub struct Polynomial<'f, const N: usize>(AnyPolynomial<'f>);
+
+/// A [`Polynomial`] with any number of coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct AnyPolynomial<'f> {
     /// The coefficients.
-    pub(crate) series: &'f Series<N>,
+    pub(crate) series: &'f Series,
     /// The time about which they are.
     pub(crate) t: Compensated<1>,
     /// How long after that the polynomial begins.
@@ -43,28 +48,20 @@ impl Search {
     pub const NODES: Self = Self { tail: 1e-9, depth: 4 };
 }
 
-impl<'f, const N: usize> Polynomial<'f, N> {
-    /// The order of the series that [`Polynomial::between`] fills: more than the polynomial's own, for functions of it.
+impl<'f> AnyPolynomial<'f> {
+    /// The order of the series that [`AnyPolynomial::between`] fills: more than the polynomial's own, for functions of it.
     pub(crate) const ORDER: usize = 12;
 
-    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes. If an acceleration is not known, it has
-    /// degree 3 and goes through positions and velocities. Its coefficients are written to `series`.
-    ///
-    /// # How exact it is
-    ///
-    /// If the nodes are exact, the error is of order `h⁶` in the position, `h⁵` in the velocity and `h⁴` in the acceleration. So
-    /// with a [`crate::ComposedFlow`] of order `p`, positions between the nodes, and events of positions, are of order `min(p, 6)`. The
-    /// velocities and accelerations of a [`crate::Flow`] are differences of nodes. They are of second order, like the
-    /// positions, and so is everything between the nodes.
-    pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series<N>) -> Self {
+    /// The polynomial through two nodes; see [`Polynomial::between`]. Nothing is allocated if the series has as many coordinates.
+    pub fn between(before: &AnyNode<'_>, after: &AnyNode<'_>, series: &'f mut Series) -> Self {
         let h = after.t - before.t;
-        let known = before.a.iter().chain(&after.a).all(|a| a.is_finite());
-        let mut coefficients = [[0.0; N]; 6];
-        for i in 0..N {
+        let known = before.a.iter().chain(after.a).all(|a| a.is_finite());
+        series.resize(before.q.len());
+        for i in 0..before.q.len() {
             let [q, v, a] = [before.q[i], h * before.v[i], h * h * before.a[i]];
             let [next_v, next_a] = [h * after.v[i], h * h * after.a[i]];
             // what is left of the motion after a start of second order, in units of the step
-            let column = if known {
+            let mut column = if known {
                 let (d, v_left, a_left) = ((after.q[i] - q) - (v + 0.5 * a), next_v - (v + a), next_a - a);
                 [
                     q,
@@ -79,12 +76,12 @@ impl<'f, const N: usize> Polynomial<'f, N> {
                 [q, v, 3.0 * d - v_left, v_left - 2.0 * d, 0.0, 0.0]
             };
             let mut power = 1.0;
-            for (row, c) in coefficients.iter_mut().zip(column) {
-                row[i] = c / power;
+            for c in &mut column {
+                *c /= power;
                 power *= h;
             }
+            series.fill(i, &column);
         }
-        series.fill(&coefficients);
         Self {
             series,
             t: Compensated::exact([before.t]),
@@ -112,10 +109,9 @@ impl<'f, const N: usize> Polynomial<'f, N> {
         self.to - self.from
     }
 
-    /// The series itself, about [`Polynomial::start`]. If a step of a [`crate::TaylorFlow`] is shown in parts, all parts have the
-    /// series about the start of the first.
+    /// The series itself; see [`Polynomial::series`].
     #[must_use]
-    pub fn series(&self) -> &'f Series<N> {
+    pub fn series(&self) -> &'f Series {
         self.series
     }
 
@@ -132,20 +128,74 @@ impl<'f, const N: usize> Polynomial<'f, N> {
     }
 
     /// Position, velocity and acceleration a time `s` after the point of expansion.
-    pub(crate) fn point(&self, s: f64) -> Point<f64, N> {
-        let [q, v, a] = self.series.point(s);
-        Point {
-            t: self.time(s),
-            q,
-            v,
-            a,
-        }
+    pub(crate) fn point(&self, s: f64, point: &mut OwnedPoint<f64>) {
+        let (vectors, t) = point.parts();
+        self.series.point(s, vectors);
+        *t = self.time(s);
+    }
+
+    /// Position, velocity and acceleration at the time `t`, written to a point of as many coordinates.
+    pub(crate) fn at(&self, t: f64, point: &mut OwnedPoint<f64>) {
+        self.point(self.since(t), point);
+    }
+}
+
+impl<'f, const N: usize> Polynomial<'f, N> {
+    /// A polynomial with its number of coordinates.
+    pub(crate) fn of(any: AnyPolynomial<'f>) -> Self {
+        Self(any)
+    }
+
+    /// The polynomial of degree 5 through position, velocity and acceleration at both nodes. If an acceleration is not known, it has
+    /// degree 3 and goes through positions and velocities. Its coefficients are written to `series`.
+    ///
+    /// # How exact it is
+    ///
+    /// If the nodes are exact, the error is of order `h⁶` in the position, `h⁵` in the velocity and `h⁴` in the acceleration. So
+    /// with a [`crate::ComposedFlow`] of order `p`, positions between the nodes, and events of positions, are of order `min(p, 6)`. The
+    /// velocities and accelerations of a [`crate::Flow`] are differences of nodes. They are of second order, like the
+    /// positions, and so is everything between the nodes.
+    pub fn between(before: &Node<N>, after: &Node<N>, series: &'f mut Series) -> Self {
+        Self(AnyPolynomial::between(&before.any(), &after.any(), series))
+    }
+
+    /// The time where the polynomial begins.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        self.0.start()
+    }
+
+    /// The time where the polynomial ends.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.0.end()
+    }
+
+    /// The length of its time interval, negative back in time.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.0.length()
+    }
+
+    /// The series itself, about [`Polynomial::start`]. If a step of a [`crate::TaylorFlow`] is shown in parts, all parts have the
+    /// series about the start of the first.
+    #[must_use]
+    pub fn series(&self) -> &'f Series {
+        self.0.series
     }
 
     /// Position, velocity and acceleration at the time `t`.
     #[must_use]
     pub fn at(&self, t: f64) -> Point<f64, N> {
-        self.point(self.since(t))
+        let s = self.0.since(t);
+        let [mut q, mut v, mut a] = [[0.0; N]; 3];
+        self.0.series.point(s, [&mut q, &mut v, &mut a]);
+        Point {
+            t: self.0.time(s),
+            q,
+            v,
+            a,
+        }
     }
 }
 
@@ -172,8 +222,9 @@ mod tests {
     #[test]
     fn a_polynomial_of_degree_5_is_its_own() {
         for (from, to) in [(0.5, 1.75), (1.75, 0.5)] {
-            let mut series = Series::new(Polynomial::<1>::ORDER);
-            let polynomial = Polynomial::between(&node(from, 1.0), &node(to, 1.0), &mut series);
+            let mut series = Series::new(1, AnyPolynomial::ORDER);
+            let polynomial: Polynomial<'_, 1> =
+                Polynomial::between(&node(from, 1.0), &node(to, 1.0), &mut series);
             assert_eq!((polynomial.start(), polynomial.end()), (from, to));
             for t in [0.5, 0.9, 1.3, 1.75] {
                 let (found, exact) = (polynomial.at(t), node(t, 1.0));
@@ -186,8 +237,9 @@ mod tests {
 
     #[test]
     fn without_accelerations_it_is_a_cubic() {
-        let mut series = Series::new(Polynomial::<1>::ORDER);
-        let polynomial = Polynomial::between(&node(0.5, f64::NAN), &node(0.75, 1.0), &mut series);
+        let mut series = Series::new(1, AnyPolynomial::ORDER);
+        let polynomial: Polynomial<'_, 1> =
+            Polynomial::between(&node(0.5, f64::NAN), &node(0.75, 1.0), &mut series);
         for t in [0.5, 0.75] {
             assert!((polynomial.at(t).q[0] - node(t, 1.0).q[0]).abs() < 1e-15);
             assert!((polynomial.at(t).v[0] - node(t, 1.0).v[0]).abs() < 1e-14);

@@ -1,7 +1,7 @@
 //! The nodes of a run, collected.
 
 use super::error::RunError;
-use super::{Node, Polynomial};
+use super::{AnyPolynomial, Node, Polynomial};
 use crate::system::Point;
 use crate::taylor::Series;
 
@@ -52,7 +52,7 @@ impl<const N: usize> Trajectory<N> {
             (Some(_), None) if before(last) && last.t.to_bits() == t.to_bits() => return Some(last.point()),
             _ => return None,
         };
-        let mut series = Series::new(Polynomial::<N>::ORDER);
+        let mut series = Series::new(N, AnyPolynomial::ORDER);
         Some(Polynomial::between(left, right, &mut series).at(t))
     }
 }

@@ -124,16 +124,16 @@ impl<const N: usize> Control<N> {
 
     /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
-    pub(super) fn log_size(&self, series: &Series<N>, last: f64) -> f64 {
-        let v = series.velocity();
+    pub(super) fn log_size(&self, series: &Series, last: f64) -> f64 {
+        let v = series.velocity::<N>();
         log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.floor)
     }
 
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
     /// NaN where they are not finite.
     #[inline(always)]
-    pub(super) fn log_step(&self, series: &Series<N>, p: usize, log_size: f64) -> f64 {
-        let v = series.velocity();
+    pub(super) fn log_step(&self, series: &Series, p: usize, log_size: f64) -> f64 {
+        let v = series.velocity::<N>();
         let radius = |k: usize| (log_size - log2(self.size(&v[k]))) * RECIPROCALS[k];
         let (before, last) = (radius(p - 1), radius(p));
         let radius = if before < last { before } else { last };
@@ -143,8 +143,8 @@ impl<const N: usize> Control<N> {
     /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
     /// of the system, with which the series `next` begins.
     #[inline(always)]
-    pub(super) fn good(&self, series: &Series<N>, next: &Series<N>, a: &[f64; N], h: f64) -> bool {
-        let (v, end) = (series.velocity(), next.velocity());
+    pub(super) fn good(&self, series: &Series, next: &Series, a: &[f64; N], h: f64) -> bool {
+        let (v, end) = (series.velocity::<N>(), next.velocity::<N>());
         let mut defect = end[1];
         for (defect, a) in defect.iter_mut().zip(a) {
             *defect -= a;
@@ -158,8 +158,8 @@ impl<const N: usize> Control<N> {
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
     /// step makes, so that a motion may begin at rest.
     #[cold]
-    pub(super) fn first_step(&self, series: &Series<N>, p: usize) -> f64 {
-        let v = series.velocity();
+    pub(super) fn first_step(&self, series: &Series, p: usize) -> f64 {
+        let v = series.velocity::<N>();
         let mut step = f64::INFINITY;
         for last in [p - 1, p] {
             let coefficient = self.size(&v[last]);

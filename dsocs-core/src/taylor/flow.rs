@@ -7,12 +7,14 @@ use super::control::Tolerance;
 use super::grid::Run;
 use super::integrator::Integrator;
 use super::jets::{Equations as _, Recurrences};
+use crate::any::AnyPoint;
 use crate::compensated::Compensated;
 use crate::error::SetupError;
-use crate::run::{Clock, Node, Polynomial, RunError, Stepper, Traced, View, Visitor};
+use crate::kernel::Kernel;
+use crate::run::{self, AnyVisitor, Clock, Node, NodeMut, Polynomial, Room, RunError, Stepper, Traced};
 use crate::start::{self, Start};
 use crate::step::StepReport;
-use crate::system::{Point, System};
+use crate::system::System;
 
 /// A run of the continuous system, to a tolerance.
 ///
@@ -189,11 +191,11 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
     /// The last step as a polynomial, [`Polynomial::start`] to [`TaylorFlow::time`]; `None` before the first.
     #[must_use]
     pub fn polynomial(&self) -> Option<Polynomial<'_, N>> {
-        self.motion.polynomial()
+        self.motion.polynomial().map(Polynomial::of)
     }
 
     /// The motion with what is compiled for the system, whatever its type.
-    pub(super) fn run(&mut self) -> Run<'_, N> {
+    pub(super) fn here(&mut self) -> Run<'_, N> {
         Run {
             motion: &mut self.motion,
             equations: &mut self.equations,
@@ -202,13 +204,21 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
 }
 
 // steps run in code that is compiled once for each dimension, not for each system
-impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
-    fn step(&mut self, end: f64) -> Result<StepReport, RunError> {
-        self.run().step(end)
+impl<S: System<N>, const N: usize> run::Run for TaylorFlow<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.equations.kernel()
     }
 
-    fn node(&self) -> Node<N> {
-        self.motion.node(&self.equations)
+    fn values(&self) -> &[f64] {
+        self.equations.values()
+    }
+
+    fn step(&mut self, end: f64) -> Result<StepReport, RunError> {
+        self.here().step(end)
+    }
+
+    fn tell(&self, node: NodeMut<'_>) {
+        node.write(&self.motion.node(&self.equations).any());
     }
 
     fn clock(&self) -> &Clock {
@@ -219,26 +229,32 @@ impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
         &mut self.motion.clock
     }
 
-    fn view(&self) -> &dyn View<N> {
-        self.equations.view()
-    }
-
     /// Turns round in time. The motion back is computed to the tolerance, too, so it returns to its start to the tolerance, not to
     /// rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
-        self.run().reverse()
+        self.here().reverse()
     }
 
-    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
-        self.run().trace(end, visit)
+    fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+        self.here().trace(end, room, visit)
     }
 
-    fn sample(
+    fn sample_at_once(
         &mut self,
         times: &[f64],
-        observer: &mut dyn FnMut(f64, &Point<f64, N>),
-    ) -> Result<(), RunError> {
-        self.run().sample(times, observer)
+        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+    ) -> Result<bool, RunError> {
+        self.here().sample_at_once(times, observer)
+    }
+}
+
+impl<S: System<N>, const N: usize> Stepper<N> for TaylorFlow<'_, S, N> {
+    fn run(&self) -> &dyn run::Run {
+        self
+    }
+
+    fn run_mut(&mut self) -> &mut dyn run::Run {
+        self
     }
 }
 

@@ -7,9 +7,13 @@ use pulp::{Simd, WithSimd};
 
 use super::integrator::Integrator;
 use super::jets::Equations;
+use crate::any::AnyPoint;
 use crate::compensated::Compensated;
 use crate::dispatch;
-use crate::run::{self, Clock, End, Node, Observer, Polynomial, RunError, Stepper, Traced, View, Visitor};
+use crate::kernel::Kernel;
+use crate::run::{
+    self, AnyPolynomial, AnyVisitor, Clock, End, NodeMut, Observer, Polynomial, Room, RunError, Traced,
+};
 use crate::step::StepReport;
 use crate::system::Point;
 
@@ -24,7 +28,15 @@ pub(super) struct Run<'a, const N: usize> {
     pub(super) equations: &'a mut dyn Equations<N>,
 }
 
-impl<const N: usize> Stepper<N> for Run<'_, N> {
+impl<const N: usize> run::Run for Run<'_, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.equations.kernel()
+    }
+
+    fn values(&self) -> &[f64] {
+        self.equations.values()
+    }
+
     fn step(&mut self, end: f64) -> Result<StepReport, RunError> {
         self.motion.expansions = 0;
         if self.motion.on_grid.is_some() {
@@ -35,8 +47,8 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
         Ok(self.motion.report())
     }
 
-    fn node(&self) -> Node<N> {
-        self.motion.node(self.equations)
+    fn tell(&self, node: NodeMut<'_>) {
+        node.write(&self.motion.node(self.equations).any());
     }
 
     fn clock(&self) -> &Clock {
@@ -45,10 +57,6 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
 
     fn clock_mut(&mut self) -> &mut Clock {
         &mut self.motion.clock
-    }
-
-    fn view(&self) -> &dyn View<N> {
-        self.equations.view()
     }
 
     fn reverse(&mut self) -> Result<(), RunError> {
@@ -60,14 +68,14 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
         Ok(())
     }
 
-    fn trace(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
+    fn trace(&mut self, end: f64, _: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
         self.motion.expansions = 0;
         if self.motion.on_grid.is_some() {
             return self.trace_on_grid(end, visit);
         }
         self.motion.go(self.equations, end)?;
         let stop = match self.motion.polynomial() {
-            Some(polynomial) => visit(self.equations.view(), &polynomial),
+            Some(polynomial) => visit(&self.equations.declaration(), &polynomial),
             None => Ok(None),
         };
         if let Ok(Some(s)) = stop {
@@ -81,17 +89,16 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
         })
     }
 
-    fn sample(
+    fn sample_at_once(
         &mut self,
         times: &[f64],
-        observer: &mut dyn FnMut(f64, &Point<f64, N>),
-    ) -> Result<(), RunError> {
-        run::in_order(times, &self.motion.clock)?;
+        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+    ) -> Result<bool, RunError> {
         if self.motion.on_grid.is_some() {
-            return run::sample(&mut run::Of(self), times, observer);
+            return Ok(false);
         }
         let Some(&end) = times.last() else {
-            return Ok(());
+            return Ok(true);
         };
         self.motion.clock.hand_out(true);
         let forward = self.motion.clock.is_forward();
@@ -99,7 +106,7 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
         let mut rest = times;
         while let Some(&t) = rest.first() {
             if t == self.motion.time() {
-                observer(t, &self.motion.point());
+                observer(t, self.motion.point().any());
                 rest = &rest[1..];
                 continue;
             }
@@ -119,7 +126,7 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
                     points(&polynomial, within, &mut buffer);
                 }
                 for (&t, point) in within.iter().zip(&buffer) {
-                    observer(t, point);
+                    observer(t, point.any());
                 }
                 rest = &rest[within.len()..];
                 if within.len() < buffer.len() {
@@ -127,7 +134,7 @@ impl<const N: usize> Stepper<N> for Run<'_, N> {
                 }
             }
         }
-        Ok(())
+        Ok(true)
     }
 }
 
@@ -143,11 +150,11 @@ impl<const N: usize> Run<'_, N> {
     }
 
     /// The same, shown.
-    fn trace_on_grid(&mut self, end: f64, visit: &mut Visitor<'_, N>) -> Result<Traced, RunError> {
+    fn trace_on_grid(&mut self, end: f64, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
         let (target, end) = self.motion.target(end);
         loop {
             if let Some(part) = self.motion.part(target) {
-                let stop = visit(self.equations.view(), &part)?;
+                let stop = visit(&self.equations.declaration(), &part)?;
                 if let Some(s) = stop {
                     self.motion.stop_at(self.equations, s);
                     self.motion.shown = self.motion.time();
@@ -165,14 +172,6 @@ impl<const N: usize> Run<'_, N> {
             };
             self.motion.go(self.equations, end)?;
         }
-    }
-}
-
-impl<const N: usize> Iterator for Run<'_, N> {
-    type Item = Result<Node<N>, RunError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.next_node()
     }
 }
 
@@ -250,13 +249,13 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// What has not been shown of the last step, up to a time.
-    fn part(&self, target: f64) -> Option<Polynomial<'_, N>> {
+    fn part(&self, target: f64) -> Option<AnyPolynomial<'_>> {
         let whole = self.polynomial()?;
         if self.shown == self.time() || !self.covers(self.shown) {
             return None;
         }
         let inside = |s: f64| s.clamp(f64::min(0.0, whole.to), f64::max(0.0, whole.to));
-        let part = Polynomial {
+        let part = AnyPolynomial {
             from: inside(whole.since(self.shown)),
             to: inside(whole.since(target)),
             ..whole
@@ -266,9 +265,10 @@ impl<const N: usize> Integrator<N> {
 
     /// Stands at the next node of the grid.
     fn arrive_on_grid(&mut self, equations: &dyn Equations<N>, target: f64) {
-        let mut point = self
-            .polynomial()
-            .map_or_else(|| self.point(), |polynomial| polynomial.at(target));
+        let mut point = self.polynomial().map_or_else(
+            || self.point(),
+            |polynomial| Polynomial::of(polynomial).at(target),
+        );
         if let Some(projection) = &mut self.projection {
             let (mut q, mut v) = (Compensated::exact(point.q), Compensated::exact(point.v));
             projection.apply(equations, target, &mut q, &mut v);
@@ -282,7 +282,7 @@ impl<const N: usize> Integrator<N> {
 
 /// The motion at some times, worked out several at a time. Nothing is allocated.
 fn points<const N: usize>(
-    polynomial: &Polynomial<'_, N>,
+    polynomial: &AnyPolynomial<'_>,
     times: &[f64],
     points: &mut [Point<f64, N>; BUFFER],
 ) {
@@ -295,7 +295,7 @@ fn points<const N: usize>(
 
 /// The motion at up to [`BUFFER`] times.
 struct Values<'a, 'f, const N: usize> {
-    polynomial: Polynomial<'f, N>,
+    polynomial: AnyPolynomial<'f>,
     times: &'a [f64],
     points: &'a mut [Point<f64, N>; BUFFER],
 }
@@ -330,7 +330,7 @@ const REGISTERS: usize = 3;
 #[inline(always)]
 fn fill<S: Simd, const N: usize, const R: usize>(
     simd: S,
-    polynomial: &Polynomial<'_, N>,
+    polynomial: &AnyPolynomial<'_>,
     times: &[f64],
     points: &mut [Point<f64, N>],
 ) {
@@ -338,12 +338,12 @@ fn fill<S: Simd, const N: usize, const R: usize>(
     for (since, &t) in cast_slice_mut::<_, f64>(&mut since).iter_mut().zip(times) {
         *since = polynomial.since(t);
     }
-    let [q, v, a] = polynomial.series.values(simd, &since);
     // all lanes, since loops of a known length need no checks
     let lanes = R * S::F64_LANES;
     let points = &mut points[..lanes];
     for i in 0..N {
-        let [q, v, a] = [&q[i], &v[i], &a[i]].map(|x| cast_slice::<_, f64>(x));
+        let [q, v, a] = polynomial.series.values(simd, i, &since);
+        let [q, v, a] = [&q, &v, &a].map(|x| cast_slice::<_, f64>(x));
         for lane in 0..lanes {
             (points[lane].q[i], points[lane].v[i], points[lane].a[i]) = (q[lane], v[lane], a[lane]);
         }

@@ -8,13 +8,13 @@ use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::held::Held;
-use crate::run::{Inputs, RunError, inputs};
+use crate::run::{Inputs, RunError, Stepper as _, inputs};
 use crate::start;
 use crate::system::System;
 
 impl<S: System<N> + Clone, const N: usize> Inputs<N> for TaylorFlow<'_, S, N> {
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        let place = inputs::place::<S, N>(parameter, value)?;
+        let place = inputs::place(self.equations.system.shape(), parameter, value)?;
         if self.equations.system.parameter(place) == Some(value) {
             return Ok(());
         }
@@ -26,7 +26,7 @@ impl<S: System<N> + Clone, const N: usize> Inputs<N> for TaylorFlow<'_, S, N> {
     }
 
     fn input(&self, parameter: &str) -> Option<f64> {
-        inputs::value(&*self.equations.system, parameter)
+        self.run().input(parameter)
     }
 }
 

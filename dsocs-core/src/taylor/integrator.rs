@@ -10,14 +10,14 @@ use super::order::Order;
 use super::projection::{Projection, size};
 use super::series::Series;
 use super::watch::{self, End, Watch};
-use crate::any::{AnyPoint, continuous_force};
+use crate::any::{AnyPoint, continuous_force, sized};
 use crate::array;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::deficiency;
 use crate::dispatch::{self, Work};
 use crate::error::SetupError;
-use crate::run::{Clock, Node, Polynomial, RunError, Search};
+use crate::run::{AnyPolynomial, Clock, Node, RunError, Search};
 use crate::start::Phase;
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
@@ -48,9 +48,9 @@ pub(super) const SHORTER: f64 = 0.5;
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(super) struct Integrator<const N: usize> {
     /// The series of the last step.
-    pub(super) series: Box<Series<N>>,
+    pub(super) series: Box<Series>,
     /// The series at the current point; both change places with every step.
-    pub(super) next: Box<Series<N>>,
+    pub(super) next: Box<Series>,
     /// The control of the steps.
     pub(super) control: Control<N>,
     /// The choice of the order.
@@ -123,8 +123,8 @@ impl<const N: usize> Integrator<N> {
         equations.declaration().prepare();
         let order = tolerance.first_order();
         let mut motion = Self {
-            series: Box::new(Series::new(order)),
-            next: Box::new(Series::new(order)),
+            series: Box::new(Series::new(N, order)),
+            next: Box::new(Series::new(N, order)),
             control: Control::new(tolerance),
             order: Order::new(tolerance),
             last: None,
@@ -152,7 +152,7 @@ impl<const N: usize> Integrator<N> {
             motion.next.expect(&a0);
         }
         motion.begin(equations);
-        let mut coefficients = motion.next.velocity().as_flattened().iter();
+        let mut coefficients = motion.next.velocities().iter();
         if coefficients.all(|x| x.is_finite()) || motion.order.limit(motion.next.in_range_to()) {
             Ok(motion)
         } else {
@@ -217,12 +217,12 @@ impl<const N: usize> Integrator<N> {
 
     /// The acceleration there.
     pub(super) fn acceleration(&self) -> &[f64; N] {
-        &self.next.velocity()[1]
+        self.next.velocity_of(1).first_chunk().unwrap_or(&[f64::NAN; N])
     }
 
     /// The last step as a polynomial; `None` before the first.
-    pub(super) fn polynomial(&self) -> Option<Polynomial<'_, N>> {
-        self.last.map(|(t, h)| Polynomial {
+    pub(super) fn polynomial(&self) -> Option<AnyPolynomial<'_>> {
+        self.last.map(|(t, h)| AnyPolynomial {
             series: &self.series,
             t,
             from: 0.0,
@@ -263,7 +263,8 @@ impl<const N: usize> Integrator<N> {
         let Some((t, _)) = self.last else {
             return;
         };
-        let ((q, v), [dq, dv, a]) = (self.series.start(), self.series.increments::<false>(s));
+        let ((q, v), [dq, dv, a]) = (self.series.start(), self.series.increments::<false, N>(s));
+        let (q, v) = (sized(q), sized(v));
         self.t = t;
         self.t.add(&[s]);
         (self.q, self.v) = (Compensated::exact(q), Compensated::exact(v));
@@ -403,7 +404,7 @@ impl<const N: usize> Integrator<N> {
     /// How fast the motion is in a step of the length `h`.
     #[inline(always)]
     fn pace(&self, h: f64) -> f64 {
-        match self.series.velocity() {
+        match self.series.velocity::<N>() {
             [v, a, ..] => size(v).max(size(a) * h.abs()),
             _ => f64::NAN,
         }
@@ -455,7 +456,7 @@ impl<const N: usize> Integrator<N> {
     fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
         let [part, least] = BESIDE;
         let beside = part * h;
-        let [_, _, a] = self.series.increments::<false>(h);
+        let [_, _, a] = self.series.increments::<false, N>(h);
         let at = |s: f64| {
             let v: [f64; N] = array::from_fn(|i| self.v.hi[i] + s * a[i]);
             let q: [f64; N] = array::from_fn(|i| self.q.hi[i] + s * self.v.hi[i]);
@@ -524,12 +525,9 @@ impl<const N: usize> Integrator<N> {
         };
         let open = || {
             let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
-            let a = self
-                .series
-                .velocity()
-                .get(1)
-                .filter(|a| a.iter().all(|a| a.is_finite()));
-            let a = a.unwrap_or(&[0.0; N]);
+            let a = self.series.velocity_of(1);
+            let zero = [0.0; N];
+            let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
             deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
         };
         SeriesError::new(FailedSeries {
@@ -538,8 +536,9 @@ impl<const N: usize> Integrator<N> {
             q: self.q.hi.to_vec(),
             v: self.v.hi.to_vec(),
             coordinates: equations
-                .view()
-                .coordinates()
+                .kernel()
+                .shape()
+                .coordinates
                 .iter()
                 .map(|coordinate| coordinate.name.clone())
                 .collect(),

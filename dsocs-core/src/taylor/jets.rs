@@ -6,13 +6,13 @@
 use std::borrow::Cow;
 
 use super::coefficient::Coefficient;
-use super::series::Series;
+use super::series::{Rows, Series};
 use super::switch::{Switch, Switches};
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
 use crate::held::Held;
-use crate::run::View;
+use crate::kernel::Kernel;
 use crate::scalar::Scalar;
 use crate::system::System;
 
@@ -34,7 +34,7 @@ pub trait Jets<const N: usize>: Compiled<N> {
     fn expand<T: Coefficient, const FUSED: bool>(
         &self,
         constants: &Self::Fixed<T>,
-        series: &mut Series<N, T>,
+        series: &mut Rows<'_, N, T>,
         table: &mut Self::Table<T>,
     );
 
@@ -56,7 +56,7 @@ pub trait Jets<const N: usize>: Compiled<N> {
 /// A system of dimension `N` of any type, as the integrator asks it.
 pub(super) trait Equations<const N: usize> {
     /// The Taylor coefficients of the motion from the point where the series begins.
-    fn expand(&mut self, series: &mut Series<N>);
+    fn expand(&mut self, series: &mut Series);
 
     /// How many groups of switches there are.
     fn groups(&self) -> usize;
@@ -79,15 +79,20 @@ pub(super) trait Equations<const N: usize> {
     /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
     fn phase_slopes(&self, of_velocity: bool, point: (f64, &[f64; N], &[f64; N]), out: &mut [f64]);
 
-    /// The system as a run shows it.
-    fn view(&self) -> &dyn View<N>;
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The values of its parameters.
+    fn values(&self) -> &[f64];
 }
 
 /// The recurrences of a system, and what they keep.
 pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
     pub(super) system: Held<'s, S>,
-    /// What the parameters decide.
+    /// The values of its parameters.
+    values: S::Parameters<f64>,
+    /// What they decide.
     fixed: S::Fixed<f64>,
     /// What is kept of the orders before.
     table: S::Table<f64>,
@@ -105,6 +110,7 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
     pub(super) fn held(system: Held<'s, S>) -> Self {
         Self {
             fixed: system.fixed(&system.parameters()),
+            values: system.parameters(),
             system,
             table: Default::default(),
             rounded: false,
@@ -134,8 +140,11 @@ impl<S: System<N>, const N: usize> Recurrences<'_, S, N> {
 }
 
 impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
-    fn expand(&mut self, series: &mut Series<N>) {
+    fn expand(&mut self, series: &mut Series) {
         let rounded = self.rounded;
+        let Some(series) = &mut series.rows() else {
+            return; // they have as many coordinates as the system
+        };
         let expansion = Expansion {
             recurrences: self,
             series,
@@ -182,18 +191,22 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
         }
     }
 
-    fn view(&self) -> &dyn View<N> {
-        &*self.system
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn values(&self) -> &[f64] {
+        self.values.as_ref()
     }
 }
 
 /// One expansion.
-struct Expansion<'a, 's, S: System<N>, const N: usize> {
+struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
     recurrences: &'a mut Recurrences<'s, S, N>,
-    series: &'a mut Series<N>,
+    series: &'a mut Rows<'c, N>,
 }
 
-impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, S, N> {
+impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
     type Output = ();
 
     #[inline(always)]

@@ -78,13 +78,13 @@ pub(super) trait Engine<S, const N: usize> {
     fn go_on(&mut self, back: u32);
 
     /// What the control of a step asks of the new series in a lane: its velocity's coefficients of the orders 0, 1 and `first` to the last.
-    fn tell(&self, lane: usize, first: usize, series: &mut Series<N>);
+    fn tell(&self, lane: usize, first: usize, series: &mut Series);
 
     /// Takes a series for a lane.
-    fn take(&mut self, lane: usize, series: &Series<N>);
+    fn take(&mut self, lane: usize, series: &Series);
 
     /// The series before the last [`Engine::go_on`].
-    fn last(&self, lane: usize, series: &mut Series<N>);
+    fn last(&self, lane: usize, series: &mut Series);
 
     /// Lets a lane be idle.
     fn clear(&mut self, lane: usize);
@@ -132,9 +132,9 @@ struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
     /// What is kept of the orders before.
     table: S::Table<Lanes<R>>,
     /// The series at the current points.
-    series: Box<Series<N, Lanes<R>>>,
+    series: Box<Series<Lanes<R>>>,
     /// The series at the ends of the steps that are tried.
-    next: Box<Series<N, Lanes<R>>>,
+    next: Box<Series<Lanes<R>>>,
     /// Coefficients of their velocities, taken out of registers.
     told: Box<[Vectors<N>; ROWS]>,
 }
@@ -148,8 +148,8 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
             fixed: system.fixed(&parameters),
             parameters,
             table: S::Table::default(),
-            series: Box::new(Series::new(2)),
-            next: Box::new(Series::new(2)),
+            series: Box::new(Series::new(N, 2)),
+            next: Box::new(Series::new(N, 2)),
             told: Box::new([[[0.0; LANES]; N]; ROWS]),
         }
     }
@@ -185,7 +185,7 @@ fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
 
 /// Work for the registers: the ends of steps.
 struct Arrival<'a, R: Chosen, const N: usize> {
-    series: &'a Series<N, Lanes<R>>,
+    series: &'a Series<Lanes<R>>,
     h: &'a [f64; LANES],
     ends: &'a mut Ends<N>,
 }
@@ -196,7 +196,7 @@ impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
     #[inline(always)]
     fn run(self) {
         let Self { series, h, ends } = self;
-        let [dq, dv, a] = series.increments::<false>(Lanes::from(*h));
+        let [dq, dv, a] = series.increments::<false, N>(Lanes::from(*h));
         for (x, dx) in [(&mut ends.q, dq), (&mut ends.v, dv)] {
             let mut sum = Compensated::<N, Lanes<R>> {
                 hi: loaded(&x.hi),
@@ -244,7 +244,9 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
         next.set_order(most);
         next.begin(ends.t.into(), &loaded(&ends.q.hi), &loaded(&ends.v.hi));
         next.expect(&loaded(&ends.a));
-        system.expand::<Lanes<R>, false>(fixed, next, table);
+        if let Some(mut rows) = next.rows() {
+            system.expand::<Lanes<R>, false>(fixed, &mut rows, table);
+        }
         for k in least + 1..=most {
             let [velocity, position] = [lanes_where(orders, k), lanes_where(orders, k - 1)];
             next.cut(k, Mask::from_bits(velocity), Mask::from_bits(position));
@@ -253,7 +255,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
             let bits = lanes_where(orders, most);
             next.cut(most + 1, Mask::splat(false), Mask::from_bits(bits));
         }
-        let rows = next.velocity();
+        let rows = next.velocity::<N>();
         stored(&rows[1], &mut told[1]);
         for (row, told) in rows.iter().zip(told.iter_mut()).skip(first.max(2)) {
             stored(row, told);
@@ -293,22 +295,24 @@ impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Expansions<'_, R,
         core::mem::swap(&mut self.series, &mut self.next);
     }
 
-    fn tell(&self, lane: usize, first: usize, series: &mut Series<N>) {
+    fn tell(&self, lane: usize, first: usize, series: &mut Series) {
         for k in [1].into_iter().chain(first.max(2)..=series.order()) {
-            series.set_velocity(k, array::from_fn(|i| self.told[k][i][lane]));
+            for (v, told) in series.velocity_mut(k).iter_mut().zip(&self.told[k]) {
+                *v = told[lane];
+            }
         }
     }
 
-    fn take(&mut self, lane: usize, series: &Series<N>) {
+    fn take(&mut self, lane: usize, series: &Series) {
         self.series.set_lane(lane, series);
     }
 
-    fn last(&self, lane: usize, series: &mut Series<N>) {
+    fn last(&self, lane: usize, series: &mut Series) {
         self.next.lane(lane, series);
     }
 
     fn clear(&mut self, lane: usize) {
-        self.series.set_lane(lane, &Series::new(2));
+        self.series.set_lane(lane, &Series::new(N, 2));
     }
 
     fn switches(&mut self, lane: usize) -> &mut [Switch] {

@@ -103,5 +103,7 @@ pub use jet::Jet;
 pub use kernel::MAX_ORDER;
 pub(crate) use kernel::ROWS;
 pub use motion::{GlobalError, Motion};
+#[doc(hidden)]
+pub use series::Rows;
 pub use series::Series;
 pub use tangents::TaylorTangents;

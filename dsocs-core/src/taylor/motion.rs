@@ -3,7 +3,7 @@
 use super::Tolerance;
 use super::flow::TaylorFlow;
 use super::grid::Run;
-use crate::run::{Behind, RunError, Stepper as _};
+use crate::run::{Behind, Polynomial, Run as _, RunError};
 use crate::start::Start;
 use crate::system::{Point, System};
 
@@ -44,7 +44,7 @@ impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
     ///
     /// [`RunError`] if the motion cannot be computed up to `t`, or if `t` lies outside of the allowed range.
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
-        at(self.flow.run(), self.start, self.until, t)
+        at(self.flow.here(), self.start, self.until, t)
     }
 }
 
@@ -70,7 +70,10 @@ fn at<const N: usize>(
                     h: None,
                 }));
             }
-            return Ok(run.motion.polynomial().map_or(point, |step| step.at(t)));
+            return Ok(run
+                .motion
+                .polynomial()
+                .map_or(point, |step| Polynomial::of(step).at(t)));
         }
         if !behind(run.motion.time(), until) {
             return Err(RunError::Until { until: t });

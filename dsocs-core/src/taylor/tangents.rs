@@ -74,7 +74,7 @@ struct Group<S: System<N>, const N: usize> {
     /// What is kept of the orders before.
     table: S::Table<Moved>,
     /// The series.
-    series: Box<Series<N, Moved>>,
+    series: Box<Series<Moved>>,
     /// The derivatives of position, velocity and acceleration at the current point, `[component][direction]`.
     now: [[[f64; DIRECTIONS]; N]; 3],
 }
@@ -248,20 +248,20 @@ impl<S: System<N>, const N: usize> Group<S, N> {
         Self {
             fixed: system.fixed(&parameters),
             table: S::Table::default(),
-            series: Box::new(Series::new(2)),
+            series: Box::new(Series::new(N, 2)),
             now,
         }
     }
 
     /// Goes along a step whose plain series this is.
-    fn step(&mut self, system: &S, plain: &Series<N>, h: f64) {
+    fn step(&mut self, system: &S, plain: &Series, h: f64) {
         let Self {
             fixed,
             table,
             series,
             now,
         } = self;
-        let with = |values: [f64; N], by: &[[f64; DIRECTIONS]; N]| -> [Moved; N] {
+        let with = |values: &[f64], by: &[[f64; DIRECTIONS]; N]| -> [Moved; N] {
             core::array::from_fn(|i| Moved {
                 value: values[i],
                 by: by[i],
@@ -270,9 +270,13 @@ impl<S: System<N>, const N: usize> Group<S, N> {
         let (q, v) = plain.start();
         series.set_order(plain.order());
         series.begin(Moved::splat(plain.time()), &with(q, &now[0]), &with(v, &now[1]));
-        series.expect(&plain.velocity()[1].map(Moved::splat));
-        system.expand::<Moved, false>(fixed, series, table);
-        let [dq, dv, a] = series.increments::<false>(Moved::splat(h));
+        for (a, &plain) in series.velocity_mut(1).iter_mut().zip(plain.velocity_of(1)) {
+            *a = Moved::splat(plain);
+        }
+        if let Some(mut rows) = series.rows() {
+            system.expand::<Moved, false>(fixed, &mut rows, table);
+        }
+        let [dq, dv, a] = series.increments::<false, N>(Moved::splat(h));
         for i in 0..N {
             for direction in 0..DIRECTIONS {
                 now[0][i][direction] += dq[i].by[direction];

@@ -111,7 +111,7 @@ impl<const N: usize> Integrator<N> {
         h: f64,
         t: f64,
     ) -> (Compensated<N>, Compensated<N>, [f64; N]) {
-        let [dq, dv, a] = self.series.increments::<FUSED>(h);
+        let [dq, dv, a] = self.series.increments::<FUSED, N>(h);
         let (mut q, mut v) = (self.q, self.v);
         q.add(&dq);
         v.add(&dv);

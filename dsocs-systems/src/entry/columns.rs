@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{Node, Regularity, Unresolved};
+use dsocs_core::{AnyNode, Regularity, Unresolved};
 
 use super::{Description, Plan};
 
@@ -38,13 +38,13 @@ pub struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// The row of a node, with what is observed there and the multipliers; without regularity and errors.
-    pub(super) fn of<const N: usize>(node: &'a Node<N>, observed: &'a [f64], multipliers: &'a [f64]) -> Self {
+    pub(super) fn of(node: &AnyNode<'a>, observed: &'a [f64], multipliers: &'a [f64]) -> Self {
         Self {
             index: node.index,
             t: node.t,
-            q: &node.q,
-            v: &node.v,
-            force: &node.force,
+            q: node.q,
+            v: node.v,
+            force: node.force,
             energy: node.energy,
             balance: None,
             observed,

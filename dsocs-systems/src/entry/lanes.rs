@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use dsocs_core::{Ensemble, RunError, Start, System};
+use dsocs_core::{Declaration, Ensemble, RunError, Start, System};
 
 use super::{Method, Plan, Row};
 
@@ -51,9 +51,9 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
                 *parameter = values[place];
             }
         }
-        let view: &dyn dsocs_core::View<N> = &own;
-        view.observed(&node.point(), &mut observed);
-        sink(place, &Row::of(node, &observed, &view.multipliers_of(node)));
+        let (declaration, node) = (Declaration::of(&own), node.any());
+        declaration.observe(node.point(), &mut observed);
+        sink(place, &Row::of(&node, &observed, &declaration.multipliers(&node)));
     }
     true
 }

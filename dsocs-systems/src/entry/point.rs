@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::Jet;
-use dsocs_core::{Event, Events, Node, Observer, Occurrence, RunError, System, View};
+use dsocs_core::{AnyNode, Declaration, Event, Events, Node, Observer, Occurrence, RunError, System};
 
 use super::run::Run;
 use super::{Plan, Row, RunFailure, held};
@@ -68,13 +68,13 @@ pub(super) fn go<S: System<N>, const N: usize>(
     sink: &mut dyn FnMut(Shown<'_>),
 ) -> Result<Option<usize>, RunFailure> {
     let energy = |point: &Occurrence<N>| system.energy(point.t, &point.q, &point.v);
-    let (ended, result) = match pass(run, system, request, sink) {
+    let (ended, result) = match pass(run, &Declaration::of(system), request, sink) {
         Ok(ended) => (ended, Ok(())),
         Err(error) => (None, Err(error)),
     };
     let mut observed = vec![0.0; S::OBSERVABLES.len()];
     if let Some(event) = ended {
-        run.view().observed(&event.point(), &mut observed);
+        run.run().observe(event.point().any(), &mut observed);
         let none = [f64::NAN; N];
         sink(Shown::End(&Row {
             index: run.clock().index(),
@@ -93,26 +93,29 @@ pub(super) fn go<S: System<N>, const N: usize>(
         }));
     } else {
         let node = run.node();
-        show(run.view(), &node, &mut observed, &mut |row| sink(Shown::End(row)));
+        let declaration = run.run().declaration();
+        show(&declaration, &node.any(), &mut observed, &mut |row| {
+            sink(Shown::End(row));
+        });
     }
     result.map(|()| ended.map(|event| event.event))
 }
 
 /// Shows a node as a row.
-fn show<const N: usize>(
-    view: &dyn View<N>,
-    node: &Node<N>,
+fn show(
+    declaration: &Declaration<'_>,
+    node: &AnyNode<'_>,
     observed: &mut [f64],
     sink: &mut dyn FnMut(&Row<'_>),
 ) {
-    view.observed(&node.point(), observed);
-    sink(&Row::of(node, observed, &view.multipliers_of(node)));
+    declaration.observe(node.point(), observed);
+    sink(&Row::of(node, observed, &declaration.multipliers(node)));
 }
 
 /// Makes the steps.
 fn pass<const N: usize>(
     run: &mut Run<'_, N>,
-    system: &dyn View<N>,
+    system: &Declaration<'_>,
     request: &Request<'_>,
     sink: &mut dyn FnMut(Shown<'_>),
 ) -> Result<Option<Occurrence<N>>, RunFailure> {
@@ -123,7 +126,7 @@ fn pass<const N: usize>(
         run.to(plan.until)?;
         return Ok(None);
     }
-    let mut observed = vec![0.0; system.observables().len()];
+    let mut observed = vec![0.0; system.shape().observables.len()];
     if !driven {
         let mut looker = Looker {
             view: system,
@@ -166,7 +169,7 @@ fn pass<const N: usize>(
         let node = run.node();
         if nodes {
             // parameters have the values of now
-            show(run.view(), &node, &mut observed, &mut |row| {
+            show(&run.run().declaration(), &node.any(), &mut observed, &mut |row| {
                 sink(Shown::Node(row));
             });
         }
@@ -177,9 +180,9 @@ fn pass<const N: usize>(
 }
 
 /// Hands on what a run shows.
-struct Looker<'l, const N: usize> {
+struct Looker<'l> {
     /// The system.
-    view: &'l dyn View<N>,
+    view: &'l Declaration<'l>,
     /// Whether nodes are shown.
     nodes: bool,
     /// Room for the observed expressions.
@@ -188,10 +191,10 @@ struct Looker<'l, const N: usize> {
     sink: &'l mut dyn FnMut(Shown<'_>),
 }
 
-impl<const N: usize> Observer<N> for Looker<'_, N> {
+impl<const N: usize> Observer<N> for Looker<'_> {
     fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
         if self.nodes {
-            show(self.view, node, self.observed, &mut |row| {
+            show(self.view, &node.any(), self.observed, &mut |row| {
                 (self.sink)(Shown::Node(row));
             });
         }
@@ -205,7 +208,7 @@ impl<const N: usize> Observer<N> for Looker<'_, N> {
 }
 
 /// The events, of a system.
-fn events<'e, const N: usize>(watched: &[Watched], system: &'e dyn View<N>) -> Events<'e, N> {
+fn events<'e, const N: usize>(watched: &[Watched], system: &'e Declaration<'e>) -> Events<'e, N> {
     let event = |watched: &Watched| {
         let Watched { of, value, .. } = *watched;
         let event = Event::function(move |point| {
@@ -214,8 +217,8 @@ fn events<'e, const N: usize>(watched: &[Watched], system: &'e dyn View<N>) -> E
                 Watchable::Position(place) => point.q[place],
                 Watchable::Velocity(place) => point.v[place],
                 Watchable::Observed(place) => {
-                    let mut observed = vec![Jet::from(f64::NAN); system.observables().len()];
-                    system.observed_series(point, &mut observed);
+                    let mut observed = vec![Jet::from(f64::NAN); system.shape().observables.len()];
+                    system.observe(point.any(), &mut observed);
                     observed[place]
                 }
             };

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Inputs, Node, Regularity, RunError, SetupError, Start, System,
-    TaylorFlow, Tolerance, Unresolved, View,
+    ComposedFlow, Composition, Declaration, Flow, Inputs, Node, Regularity, RunError, SetupError, Start,
+    System, TaylorFlow, Tolerance, Unresolved,
 };
 use thiserror::Error;
 
@@ -189,7 +189,13 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
             (power, terms)
         };
         let balance: Option<&Balance<'_, N>> = if is_closed { Some(&balance) } else { None };
-        hand_on(run, (system, forced, balance), error, plan, sink)
+        hand_on(
+            run,
+            (&Declaration::of(system), forced, balance),
+            error,
+            plan,
+            sink,
+        )
     })
 }
 
@@ -253,7 +259,8 @@ pub(super) fn begin<S: System<N> + Clone, const N: usize>(
 }
 
 /// Takes a node, with the system as it is there and the steps so far that were too long for the external forces.
-type Take<'t, const N: usize> = dyn FnMut(&Node<N>, &dyn View<N>, Option<Unresolved>) -> ControlFlow<()> + 't;
+type Take<'t, const N: usize> =
+    dyn FnMut(&Node<N>, &Declaration<'_>, Option<Unresolved>) -> ControlFlow<()> + 't;
 
 /// Runs with inputs that change, and hands the nodes on, with the steps so far that were too long for the external forces.
 fn driven<const N: usize>(
@@ -269,7 +276,7 @@ fn driven<const N: usize>(
         held::set(run, &plan.inputs, (now, plan.h))?;
         let Some(node) = run.next_node() else { break };
         let node = node?;
-        if take(&node, run.view(), run.unresolved()).is_break()
+        if take(&node, &run.run().declaration(), run.unresolved()).is_break()
             || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs()
         {
             break;
@@ -281,25 +288,25 @@ fn driven<const N: usize>(
 /// Hands the nodes of a run on, whatever the system's type.
 fn hand_on<const N: usize>(
     run: &mut dyn Inputs<N>,
-    (system, forced, balance): (&dyn View<N>, bool, Option<&Balance<'_, N>>),
+    (system, forced, balance): (&Declaration<'_>, bool, Option<&Balance<'_, N>>),
     mut error: Option<&mut dyn Errors<N>>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let mut observed = vec![0.0; system.observables().len()];
+    let mut observed = vec![0.0; system.shape().observables.len()];
     let mut failed = None;
     let mut take = |node: &Node<N>,
-                    view: &dyn View<N>,
+                    declaration: &Declaration<'_>,
                     regularity: Option<Regularity>,
                     unresolved: Option<Unresolved>| {
         // with the values that inputs have by now
-        view.observed(&node.point(), &mut observed);
-        let multipliers = view.multipliers_of(node);
+        declaration.observe(node.point().any(), &mut observed);
+        let multipliers = declaration.multipliers(&node.any());
         let mut row = Row {
             regularity,
             unresolved,
             balance: balance.map(|of| of(node)),
-            ..Row::of(node, &observed, &multipliers)
+            ..Row::of(&node.any(), &observed, &multipliers)
         };
         let Some(error) = &mut error else {
             return sink(&row);
@@ -316,8 +323,8 @@ fn hand_on<const N: usize>(
         }
     };
     if forced || !plan.inputs.is_empty() {
-        driven(run, plan, &mut |node, view, unresolved| {
-            take(node, view, None, unresolved)
+        driven(run, plan, &mut |node, declaration, unresolved| {
+            take(node, declaration, None, unresolved)
         })?;
     } else if plan.certify {
         run.certify(plan.until, &mut |node, regularity| {

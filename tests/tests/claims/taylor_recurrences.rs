@@ -168,16 +168,16 @@ struct OpaqueRate {
 
 /// The coefficients of the accelerations, `[order][coordinate]`.
 fn coefficients<S: System<N>, const N: usize, const FUSED: bool>(system: &S, order: usize) -> Vec<[f64; N]> {
-    let mut series = Series::new(order + 1);
+    let mut series = Series::new(N, order + 1);
     let (mut q, mut v) = ([0.0; N], [0.0; N]);
     (q[0], v[0]) = (0.4, 0.7);
     series.begin(0.0, &q, &v);
     system.expand::<f64, FUSED>(
         &system.fixed(&system.parameters()),
-        &mut series,
+        &mut series.rows().unwrap(),
         &mut Default::default(),
     );
-    let rates = series.velocity()[1..].iter().enumerate();
+    let rates = series.velocity::<N>()[1..].iter().enumerate();
     rates.map(|(k, row)| row.map(|v| (k + 1) as f64 * v)).collect()
 }
 

@@ -74,7 +74,7 @@ pub(super) fn jets(model: &Model) -> TokenStream {
             fn expand<__T: ::dsocs_core::__private::Coefficient, const __FUSED: bool>(
                 &self,
                 #c: &Self::Fixed<__T>,
-                #series: &mut ::dsocs_core::taylor::Series<#n, __T>,
+                #series: &mut ::dsocs_core::__private::Rows<'_, #n, __T>,
                 #table: &mut Self::Table<__T>,
             ) {
                 #body
@@ -157,7 +157,7 @@ pub(crate) fn none(ident: &Ident, generics: &Generics, n: usize) -> TokenStream 
             fn expand<__T: ::dsocs_core::__private::Coefficient, const __DSOCS_FUSED: bool>(
                 &self,
                 fixed: &Self::Fixed<__T>,
-                series: &mut ::dsocs_core::taylor::Series<#n, __T>,
+                series: &mut ::dsocs_core::__private::Rows<'_, #n, __T>,
                 table: &mut Self::Table<__T>,
             ) {
             }

@@ -1,0 +1,217 @@
+//! A run of any method and any number of coordinates.
+
+use super::{AnyPolynomial, Clock, End, InputError, NodeMut, OneWay, OwnedNode, RunError};
+use crate::any::AnyPoint;
+use crate::declaration::Declaration;
+use crate::flow::Unresolved;
+use crate::kernel::Kernel;
+use crate::regularity::Regularity;
+use crate::step::StepReport;
+use crate::taylor::Series;
+
+/// Receives the motion of a step, polynomial by polynomial, with the declaration as it is there. It may return a time at which the method
+/// is to stop, counted from the point of expansion of the polynomial.
+pub type AnyVisitor<'v> =
+    dyn FnMut(&Declaration<'_>, &AnyPolynomial<'_>) -> Result<Option<f64>, RunError> + 'v;
+
+/// How a step that was shown to a visitor ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traced {
+    /// At its own end, the next node; the visitor did not ask for another.
+    Whole,
+    /// At its own end, beyond where the visitor wanted to stop.
+    Beyond,
+    /// Where the visitor wanted to stop.
+    There,
+}
+
+/// A run in progress, by any method and with any number of coordinates: what [`crate::Stepper`] shows with its number of coordinates. All
+/// vectors are slices with one entry for each coordinate.
+///
+/// A method implements this trait: one step, the node there, a [`Clock`]. The functions that drive a run (`advance`, `to`, `stream`, `watch`,
+/// …) are those of `dyn Run`. They are compiled once, in this crate.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::{Composition, OwnedNode, Run};
+///
+/// /// A pendulum.
+/// #[dsocs {
+///     coordinates(theta);
+///     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+/// }]
+/// struct Pendulum {}
+///
+/// /// The largest energy on the way to a time.
+/// fn largest(run: &mut dyn Run, t: f64) -> Result<f64, RunError> {
+///     let (mut node, mut energy) = (OwnedNode::new(1), f64::NEG_INFINITY);
+///     run.walk(t, &mut |run| {
+///         node.take(run);
+///         energy = energy.max(node.any().energy);
+///         Ok(std::ops::ControlFlow::Continue(()))
+///     })?;
+///     Ok(energy)
+/// }
+///
+/// let start = Start::second_order([1.0], [0.0]);
+/// let mut flow = ComposedFlow::new(&Pendulum {}, 0.1, Composition::SUZUKI_4, start)?;
+/// assert!((largest(flow.run_mut(), 10.0)? + 1.0_f64.cos()).abs() < 1e-4);
+/// # Ok::<(), RunError>(())
+/// ```
+///
+/// # A new method
+///
+/// A new method owns a [`Clock`] and implements the functions without a body. If it knows the motion between its nodes better than
+/// [`AnyPolynomial::between`] does, it implements [`Run::trace`].
+pub trait Run {
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The values of the parameters as the run has them now, in the order of the declaration.
+    fn values(&self) -> &[f64];
+
+    /// Makes one step and advances the clock. No node is computed, and nothing is allocated. `end` is the time towards which the
+    /// run goes: a method that chooses its steps does not go beyond it, other methods ignore it.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if there is no such step. The run stays where it was.
+    fn step(&mut self, end: f64) -> Result<StepReport, RunError>;
+
+    /// Writes the current node.
+    fn tell(&self, node: NodeMut<'_>);
+
+    /// The clock.
+    fn clock(&self) -> &Clock;
+
+    /// The clock, to be changed.
+    fn clock_mut(&mut self) -> &mut Clock;
+
+    /// Makes all steps up to an end. The current node counts as handed out. No node is computed.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if a step fails. The current node is then the last one that was reached.
+    fn reach(&mut self, end: &End) -> Result<(), RunError> {
+        self.clock_mut().hand_out(true);
+        while !self.clock().has_reached(end) {
+            self.step(end.time())?;
+        }
+        Ok(())
+    }
+
+    /// Stands at the next node that has not been handed out, which then has been. `false` if the end has been reached.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError`] if the step there fails.
+    #[inline]
+    fn go_on(&mut self, end: &End) -> Result<bool, RunError> {
+        if self.clock().has_reached(end) {
+            return Ok(false);
+        }
+        if self.clock().is_handed_out() {
+            self.step(end.time())?;
+        } else {
+            self.clock_mut().hand_out(true);
+        }
+        Ok(true)
+    }
+
+    /// Reverses the direction of time; see [`crate::Stepper::reverse`].
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::OneWay`] if the method cannot go back; other errors if the step back has no solution here. The run stays as it was.
+    fn reverse(&mut self) -> Result<(), RunError> {
+        Err(RunError::OneWay(Box::new(OneWay {
+            method: "this method",
+            reason: "it has no step back",
+        })))
+    }
+
+    /// How regular the equations of the last step are; see [`crate::Stepper::regularity`].
+    fn regularity(&self) -> Option<Regularity> {
+        None
+    }
+
+    /// The steps so far that were too long for the external forces; see [`crate::Stepper::unresolved`].
+    fn unresolved(&self) -> Option<Unresolved> {
+        None
+    }
+
+    /// Gives the parameter at a place of the declaration another value; see [`crate::Inputs::set_input`]. The place and the value have been
+    /// checked: it exists, is no parameter of a holonomic constraint, and the value is finite.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Input`] if the method takes no inputs, [`RunError::Setup`] if the motion cannot go on with the value. The run stays as it was.
+    fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        let parameter = self.kernel().shape().parameters.get(place);
+        let parameter = parameter.map_or_else(Default::default, |parameter| parameter.name.clone());
+        let _ = value;
+        Err(RunError::Input(Box::new(InputError::Fixed { parameter })))
+    }
+
+    /// Makes one step like [`Run::step`] and hands the motion during the step to a visitor.
+    ///
+    /// Unless a method implements it otherwise, the motion shown is the polynomial between its nodes ([`AnyPolynomial::between`]), which is made
+    /// in `room`.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`Run::step`] and of the visitor.
+    fn trace(&mut self, end: f64, room: &mut Room, visit: &mut AnyVisitor<'_>) -> Result<Traced, RunError> {
+        let [before, after] = &mut room.nodes;
+        before.take(self);
+        self.step(end)?;
+        after.take(self);
+        let declaration = Declaration::of(self.kernel()).with(self.values());
+        let polynomial = AnyPolynomial::between(&before.any(), &after.any(), &mut room.series);
+        Ok(match visit(&declaration, &polynomial)? {
+            Some(_) => Traced::Beyond,
+            None => Traced::Whole,
+        })
+    }
+
+    /// Hands out the motion at some times, which are in the order of the run, none of them before the current node, if the method has a faster
+    /// way to do so than [`Run::trace`]. `false` if it has none; then nothing has happened.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`Run::step`].
+    fn sample_at_once(
+        &mut self,
+        times: &[f64],
+        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+    ) -> Result<bool, RunError> {
+        let _ = (times, observer);
+        Ok(false)
+    }
+}
+
+/// What [`Run::trace`] makes polynomials of, made once for many steps.
+#[derive(Clone, Debug)]
+pub struct Room {
+    /// The nodes before and after a step.
+    nodes: [OwnedNode; 2],
+    /// The polynomial between them.
+    series: Series,
+}
+
+impl Room {
+    /// Room that is made when it is first needed.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            nodes: [OwnedNode::new(0), OwnedNode::new(0)],
+            series: Series::new(0, AnyPolynomial::ORDER),
+        }
+    }
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self::new()
+    }
+}
