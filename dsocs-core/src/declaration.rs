@@ -125,6 +125,8 @@ fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) ->
             Leaf::P(i) if at.past.is_empty() => {
                 return T::splat(past.get(i).copied().unwrap_or(0.0));
             }
+            // programs of declarations compute them
+            Leaf::Constant(_) | Leaf::Known(_) => return T::splat(f64::NAN),
             Leaf::P(i) => (at.past, i),
             Leaf::E(i) => (at.e, i),
             Leaf::Z(i) => (at.z, i),

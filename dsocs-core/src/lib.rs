@@ -161,7 +161,7 @@ pub mod __private {
     pub use crate::compiled::{Compiled, Report};
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
-    pub use crate::kernel::{At, Kernel, Shape, Told, compiled as kernel};
+    pub use crate::kernel::{At, Kernel, Shape, TapeError, TapeKernel, Told, compiled as kernel};
     pub use crate::lanes::Lanes;
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::run::held_value;

@@ -4,8 +4,10 @@
 
 pub mod compiled;
 mod shape;
+mod tape;
 
 pub use shape::Shape;
+pub use tape::{TapeError, TapeKernel};
 
 use crate::any::AnyLeg;
 use crate::step::sparse::Sparse;

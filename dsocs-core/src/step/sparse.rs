@@ -26,7 +26,7 @@ use crate::scalar::Scalar;
 const LEFT: f64 = 256.0 * f64::EPSILON;
 
 /// The entries of a sparse matrix, and the order in which they are eliminated.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Sparse {
     /// How many rows and columns there are.
     size: usize,
@@ -41,7 +41,7 @@ pub struct Sparse {
 ///
 /// Entries, those too that come in on the way, stand in *slots*, pivot by pivot: the pivot, what is right of it in its row, what is
 /// below it in its column.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Plan {
     /// The slot of each entry.
     slots: Vec<u32>,
@@ -84,6 +84,39 @@ impl Sparse {
             pivots: Cow::Borrowed(pivots),
             plan: OnceLock::new(),
         }
+    }
+
+    /// The same of a system that is read at run time. `None` unless all entries lie in the matrix, each once, and the pivots are those of a
+    /// matrix: one in each row and each column.
+    #[must_use]
+    pub fn owned(size: usize, entries: Vec<[u16; 2]>, pivots: Vec<[u16; 2]>) -> Option<Self> {
+        let is_inside = |place: &[u16; 2]| place.iter().all(|&side| usize::from(side) < size);
+        let different: BTreeSet<_> = entries.iter().copied().collect();
+        let covers = |side: usize| {
+            let lines: BTreeSet<u16> = pivots.iter().map(|pivot| pivot[side]).collect();
+            lines.len() == size
+        };
+        let good = entries.iter().chain(&pivots).all(is_inside)
+            && different.len() == entries.len()
+            && pivots.len() == size
+            && covers(0)
+            && covers(1);
+        good.then(|| Self {
+            size,
+            entries: Cow::Owned(entries),
+            pivots: Cow::Owned(pivots),
+            plan: OnceLock::new(),
+        })
+    }
+
+    /// How many rows and columns there are.
+    pub(crate) fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Row and column of each entry.
+    pub(crate) fn places(&self) -> &[[u16; 2]] {
+        &self.entries
     }
 
     /// The dense matrix of some entries.

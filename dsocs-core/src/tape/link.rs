@@ -64,13 +64,24 @@ pub(super) fn link(bodies: &[Body], segment: Segment, part: Part) -> Program {
     let Some(own) = bodies.get(segment as usize) else {
         return Program::default();
     };
-    let (ops, places) = gathered(bodies, segment);
+    let (ops, places) = gathered(bodies, segment, &[]);
     let results: Vec<usize> = own.part(part).iter().map(|&result| places[result]).collect();
     allocate(&ops, &results)
 }
 
-/// The operations of the segments that one may read, and its own, each of which is at the place given.
-pub(super) fn gathered(bodies: &[Body], segment: Segment) -> (Vec<Op>, Vec<usize>) {
+/// The program that computes some results of a segment, by their places, and reads the results of `given` segments as leaves.
+pub(super) fn later(bodies: &[Body], segment: Segment, results: &[usize], given: &[Segment]) -> Program {
+    let Some(own) = bodies.get(segment as usize) else {
+        return Program::default();
+    };
+    let (ops, places) = gathered(bodies, segment, given);
+    let results = results.iter().filter_map(|&result| own.results.get(result));
+    let results: Vec<usize> = results.map(|&result| places[result]).collect();
+    allocate(&ops, &results)
+}
+
+/// The operations of the segments that one may read, but for those whose results are given, and its own, each of which is at the place given.
+pub(super) fn gathered(bodies: &[Body], segment: Segment, given: &[Segment]) -> (Vec<Op>, Vec<usize>) {
     let mut ops: Vec<Op> = Vec::new();
     // where the results of a segment are
     let mut stored: Vec<Vec<usize>> = Vec::new();
@@ -81,11 +92,17 @@ pub(super) fn gathered(bodies: &[Body], segment: Segment) -> (Vec<Op>, Vec<usize
         places.clear();
         for op in &body.ops {
             // whoever reads what is stored reads the operation itself
-            if let &Op::Stored(of, result) = op {
-                places.push(stored[of as usize][result]);
-                continue;
-            }
-            let mut op = op.clone();
+            let mut op = match *op {
+                Op::Stored(of, result) if given.contains(&of) => Op::Leaf(match of {
+                    Segment::Constants => Leaf::Constant(result),
+                    _ => Leaf::Known(result),
+                }),
+                Op::Stored(of, result) => {
+                    places.push(stored[of as usize][result]);
+                    continue;
+                }
+                ref op => op.clone(),
+            };
             for part in op.parts_mut() {
                 *part = places[*part];
             }

@@ -92,6 +92,10 @@ pub enum Leaf {
     Side(usize),
     /// The same on the first leg of a step (15).
     FirstSide(usize),
+    /// A result of [`Segment::Constants`], in a program to which these are handed.
+    Constant(usize),
+    /// A result of [`Segment::Known`], in a program to which these are handed.
+    Known(usize),
 }
 
 /// What a tape computes, in the order in which it stands there.
@@ -247,6 +251,17 @@ impl Tape {
     pub fn program(&self, segment: Segment, part: Part) -> &Program {
         let place = &self.programs[segment as usize][part as usize];
         place.get_or_init(|| link::link(self.bodies(), segment, part))
+    }
+
+    /// The program that computes some results of a segment, by their places. It reads the results of the `given` segments as leaves.
+    pub(crate) fn later(&self, segment: Segment, results: &[usize], given: &[Segment]) -> Program {
+        link::later(self.bodies(), segment, results, given)
+    }
+
+    /// Whether a function of the user's is called, or an expression of parameters that are no numbers.
+    pub(crate) fn calls(&self) -> bool {
+        let mut ops = self.bodies().iter().flat_map(|body| &body.ops);
+        ops.any(|op| matches!(op, read::Op::Call(..)))
     }
 
     /// How many results a part of a segment has.

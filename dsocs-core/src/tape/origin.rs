@@ -32,7 +32,7 @@ pub(crate) fn origin(
 ) -> Option<Origin> {
     let bodies = source.tape().bodies();
     let results = &bodies.get(segment as usize)?.results;
-    let (ops, places) = gathered(bodies, segment);
+    let (ops, places) = gathered(bodies, segment, &[]);
     let values = values(&ops, source, leaf);
     let results: Vec<usize> = results.iter().map(|&result| places[result]).collect();
     let wrong = |place: &usize| !values[*place].is_finite();
