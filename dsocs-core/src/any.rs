@@ -2,7 +2,6 @@
 
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
-use crate::geometry::Declared;
 use crate::start;
 use crate::start::third::OfThirdOrder;
 use crate::system::{Leg, Point, Quantity, System};
@@ -27,8 +26,7 @@ pub struct AnyLeg<'a, T> {
 }
 
 impl<T, const N: usize> Leg<T, N> {
-    /// The same with any number of coordinates.
-    #[doc(hidden)]
+    /// The leg on slices, for what is compiled once for any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyLeg<'_, T>
     where
@@ -43,6 +41,16 @@ impl<T, const N: usize> Leg<T, N> {
 }
 
 impl<T: Copy> AnyLeg<'_, T> {
+    /// A copy.
+    #[must_use]
+    pub fn to_owned(&self) -> OwnedLeg<T> {
+        OwnedLeg {
+            t: self.t,
+            q: self.q.to_vec(),
+            d: self.d.to_vec(),
+        }
+    }
+
     /// The same in another type of number.
     pub(crate) fn map<U>(&self, mut number: impl FnMut(T) -> U) -> OwnedLeg<U> {
         OwnedLeg {
@@ -53,9 +61,9 @@ impl<T: Copy> AnyLeg<'_, T> {
     }
 }
 
-/// A leg with any number of coordinates.
-#[derive(Clone, Debug)]
-pub(crate) struct OwnedLeg<T> {
+/// A leg of the discrete path ([`Leg`]) with any number of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnedLeg<T> {
     /// The time of the middle node.
     pub t: T,
     /// The middle node.
@@ -66,7 +74,8 @@ pub(crate) struct OwnedLeg<T> {
 
 impl<T: Copy> OwnedLeg<T> {
     /// By reference.
-    pub(crate) fn any(&self) -> AnyLeg<'_, T> {
+    #[must_use]
+    pub fn any(&self) -> AnyLeg<'_, T> {
         AnyLeg {
             t: self.t,
             q: &self.q,
@@ -101,9 +110,16 @@ impl<T: Number, const N: usize> Point<T, N> {
     }
 }
 
+impl<T: Copy> AnyPoint<'_, T> {
+    /// A copy.
+    #[must_use]
+    pub fn to_owned(&self) -> OwnedPoint<T> {
+        OwnedPoint::new(self.q.len(), [self.q, self.v, self.a, &[self.t]].concat())
+    }
+}
+
 impl<T, const N: usize> Point<T, N> {
-    /// The same with any number of coordinates.
-    #[doc(hidden)]
+    /// The point on slices, for what is compiled once for any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyPoint<'_, T>
     where
@@ -206,7 +222,10 @@ pub(crate) fn continuous_force<const N: usize>(
 
 /// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
 /// coordinates, not for every system.
-pub(crate) trait AnySystem<const N: usize>: Declared<N> {
+pub(crate) trait AnySystem<const N: usize> {
+    /// The declaration.
+    fn declaration(&self) -> Declaration<'_>;
+
     /// The parameters, with their values.
     fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
 
@@ -231,6 +250,10 @@ pub(crate) trait AnySystem<const N: usize>: Declared<N> {
 }
 
 impl<S: System<N>, const N: usize> AnySystem<N> for S {
+    fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self)
+    }
+
     fn parameters(&self) -> Vec<(&'static Quantity, f64)> {
         let mut parameters = Vec::new();
         for (index, parameter) in S::PARAMETERS.iter().enumerate() {

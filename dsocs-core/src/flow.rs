@@ -485,7 +485,12 @@ impl<S: System<N>, const N: usize> run::Run for Flow<'_, S, N> {
         if const { S::ORDER > 2 } {
             return self.regularity_of_third(&solved);
         }
-        Some(Regularity::of(&*self.system, self.h, &solved.leg, &solved.e))
+        Some(Regularity::of(
+            self.system.kernel(),
+            self.h,
+            solved.leg.any(),
+            &solved.e,
+        ))
     }
 }
 

@@ -9,8 +9,10 @@
 //! are differentiated by finite differences. The tangent map of a step follows from the generated rows by the implicit function
 //! theorem ([`DiscreteFlow::tangent`]).
 //!
-//! Systems are passed by reference, `&Pendulum`, as [`Declared`] or [`Solvable`]. Every [`System`] implements these traits. So the
-//! functions are compiled once for each number of coordinates, not for each system.
+//! Systems are passed by reference, `&Pendulum`, as a [`Kernel`](crate::Kernel): every declared system is one. Vectors are slices with one
+//! component for each coordinate, so all of this is compiled once, for systems of any number of coordinates. [`Leg::any`] and
+//! [`Point::any`](crate::Point::any) make a leg and a point of arrays into slices. In code that is generic over its [`System`],
+//! [`System::kernel`] is the reference to pass.
 //!
 //! ```
 //! use dsocs_core::geometry::{DiscreteFlow, Evolution};
@@ -24,12 +26,12 @@
 //! struct Pendulum;
 //!
 //! let flow = DiscreteFlow::new(&Pendulum, 0.1)?;
-//! let triple = flow.forward(&Leg { t: 0.0, q: [1.0], d: [0.05] })?;
+//! let triple = flow.forward(Leg { t: 0.0, q: [1.0], d: [0.05] }.any())?;
 //! let law = Evolution::of(&flow, &triple)?;
 //! // F*Ω = Ω + dξ, and nothing constrains: dξ = 0
 //! assert!(law.defect() < 1e-14 && law.change() < 1e-14);
 //! // and back again
-//! let first = flow.backward(&triple.last(flow.h()))?;
+//! let first = flow.backward(triple.last(flow.h()).any())?;
 //! assert!((first.leg.d[0] - 0.05).abs() < 1e-15);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -52,7 +54,10 @@ mod theorem;
 mod written;
 
 #[allow(unused_imports)] // named in the documentation
-use crate::{system::System, tangent::Tangent};
+use crate::{
+    system::{Leg, System},
+    tangent::Tangent,
+};
 
 pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
@@ -67,22 +72,25 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
-pub use solvable::{Declared, Solvable};
+pub(crate) use solvable::solve;
+#[doc(hidden)] // until steps are solved on slices
+pub use solvable::{Bridge, Typed};
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};
 
-use crate::system::Leg;
+use crate::any::AnyLeg;
 
 /// A coordinate whose increment is shorter than this part of the longest stands still.
 const STILL: f64 = 1e-3;
 
 /// Units for derivatives by the coordinates: powers of two, which do not round, of about the size of a leg. Only differences
 /// of users' functions depend on them.
-fn units<const N: usize>(leg: &Leg<f64, N>) -> [f64; N] {
-    let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
-    leg.d.map(|d| {
+fn units(leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let longest = array::largest(leg.d);
+    let unit = |d: &f64| {
         let unit = d.abs().max(STILL * longest).log2().floor().exp2();
         if unit.is_normal() { unit } else { 1.0 }
-    })
+    };
+    leg.d.iter().map(unit).collect()
 }

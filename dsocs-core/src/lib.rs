@@ -127,7 +127,7 @@ mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};
 
-pub use any::AnyPoint;
+pub use any::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint};
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
 pub use declaration::Declaration;
 pub use deficiency::{Deficiency, DependentRow};
@@ -137,7 +137,7 @@ pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{Flow, Roots, Unresolved, multipliers};
 pub use instructions::Instructions;
-pub use kernel::{Kernel, Shape};
+pub use kernel::{At, Kernel, Shape, Told};
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{

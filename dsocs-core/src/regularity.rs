@@ -7,10 +7,10 @@
 use crate::any::{AnyLeg, OwnedLeg, map};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::kernel::Kernel;
 use crate::multipliers::of_step;
 use crate::rounding;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, System};
 use crate::tangent::{Tangent, Tangent2};
 use crate::tape::Number;
 
@@ -59,10 +59,10 @@ impl Regularity {
 
     /// The regularity of the step `h` from a leg with the second difference `e = q2 − 2 q1 + q0`.
     ///
-    /// The triple need not solve the equations.
+    /// The triple need not solve the equations. Leg and second difference have one component for each coordinate.
     #[must_use]
-    pub fn of<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        Self::of_declaration(&Declaration::of(system), h, leg.any(), e)
+    pub fn of(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Self {
+        Self::of_declaration(&Declaration::of(system), h, leg, e)
     }
 
     /// The same of a declaration.

@@ -626,9 +626,9 @@ impl<S: System<N>, const N: usize> Run for ComposedFlow<'_, S, N> {
         let of_stage = |stage: &Stage<_, _, N>| {
             let step = Step::new(&*self.system, &stage.constants, stage.leg, stage.h);
             Regularity::of(
-                &*self.system,
+                self.system.kernel(),
                 stage.h,
-                &stage.leg,
+                stage.leg.any(),
                 &step.second_difference(&stage.found),
             )
         };

@@ -20,12 +20,12 @@ use crate::array;
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
-use crate::geometry::{Declared, Solvable};
+use crate::geometry::solve;
 use crate::scalar::Scalar as _;
 use crate::start;
 use crate::step::predictor::Predictor;
 use crate::step::unknown::Unknown as _;
-use crate::system::{Leg, Point};
+use crate::system::{Leg, Point, System};
 use crate::tangent::Tangent;
 
 /// The most iterations of Newton's method for a leg.
@@ -91,8 +91,8 @@ impl<const N: usize> Past<N> {
 pub(super) struct Momenta<'s, const N: usize> {
     /// The system.
     system: &'s dyn AnySystem<N>,
-    /// Its linear equations.
-    solvable: &'s dyn Solvable<N>,
+    /// Solves linear equations for changes of accelerations and multipliers: of a square matrix, row by row, and a right side.
+    solve: fn(&[f64], &[f64]) -> Option<Vec<f64>>,
     /// Its tape.
     declaration: Declaration<'s>,
     /// Whether constraint forces act.
@@ -101,12 +101,13 @@ pub(super) struct Momenta<'s, const N: usize> {
 
 impl<'s, const N: usize> Momenta<'s, N> {
     /// The legs of a system.
-    pub(super) fn of(system: &'s (impl AnySystem<N> + Solvable<N>)) -> Self {
+    pub(super) fn of<S: System<N>>(system: &'s S) -> Self {
+        let declaration = Declaration::of(system);
         Self {
             system,
-            solvable: system,
-            declaration: Declared::declaration(system),
-            constrained: Declared::declaration(system).constraints() != [0; 3],
+            solve: solve::<S::Motion>,
+            declaration,
+            constrained: declaration.constraints() != [0; 3],
         }
     }
 
@@ -293,7 +294,7 @@ impl<'s, const N: usize> Momenta<'s, N> {
                 .declaration
                 .continuous_with_jacobian(point.any(), &node.multipliers);
             let (rows, jacobian) = values.split_at_checked(count).unwrap_or((&values, &[]));
-            let solve = |right: &[f64]| self.solvable.solve_accelerations(jacobian, right);
+            let solve = |right: &[f64]| (self.solve)(jacobian, right);
             let force = self.declaration.continuous_force(point.any());
             let momentum = start::momentum(&self.declaration, (node.t, &node.q.hi, &node.v));
             let left: [f64; N] = array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);

@@ -1,13 +1,12 @@
 //! The admissible variations of a discrete path at a node.
 
-use super::array::{along, minus, moving, moving_leg, plus, slopes, times};
+use super::array::{along, largest, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::map::Triple;
-use super::solvable::Declared;
-use crate::any::sized;
+use crate::any::OwnedLeg;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::kernel::Kernel;
 use crate::scalar::Scalar as _;
-use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// A pivot below this part of the largest entry is zero.
@@ -23,43 +22,36 @@ const LAST: f64 = 1e-14;
 const FORETOLD: f64 = 1e-8;
 
 /// A basis of the admissible variations `δq1 ∈ D_V` at a triple, on which the discrete action `S_d = Σ L_d` is stationary (paper,
-/// section 3). `constraints` is how many constraints there are in all.
+/// section 3). Each has one component for each coordinate.
 ///
 /// If the constraints' forms `α_j` are known, the result is their kernel. If fields `u` are declared, the rows of the step contain
 /// only the works `⟨u, Q⟩`, and the fields are computed from these: at a triple without a force, the derivative of a work is
 /// `⟨u, ∂Q⟩`. This triple has the same `q1` and the same `(q2 − q0)/2h`. `None` is returned if the fields depend on more than
 /// these two, or if there is no such triple.
 #[must_use]
-pub fn admissible_variations<const N: usize>(
-    system: &dyn Declared<N>,
-    h: f64,
-    triple: &Triple<N>,
-    constraints: usize,
-) -> Option<Vec<[f64; N]>> {
-    let declaration = system.declaration();
+pub fn admissible_variations(system: &dyn Kernel, h: f64, triple: &Triple) -> Option<Vec<Vec<f64>>> {
+    let declaration = Declaration::of(system);
+    let constraints = declaration.constraints().iter().sum();
     let forms = declaration.forms(h, triple.leg.any(), &triple.e);
     if constraints == 0 || forms.len() == constraints {
-        let forms: Vec<[f64; N]> = forms.iter().map(|form| sized(form)).collect();
-        return Some(kernel(&forms));
+        return Some(kernel(declaration.dimension(), forms));
     }
     fields(&declaration, h, triple, constraints)
 }
 
 /// The vectors on which some forms vanish, by elimination.
-fn kernel<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
-    let mut rows = forms.to_vec();
+fn kernel(coordinates: usize, mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut pivots: Vec<usize> = Vec::new();
     for k in 0..rows.len() {
-        let row = rows[k];
-        let largest = (0..N).max_by(|&i, &j| row[i].abs().total_cmp(&row[j].abs()));
-        let Some(pivot) = largest.filter(|&j| row[j] != 0.0) else {
+        let row = &rows[k];
+        let pivot = (0..coordinates).max_by(|&i, &j| row[i].abs().total_cmp(&row[j].abs()));
+        let Some(pivot) = pivot.filter(|&j| row[j] != 0.0) else {
             continue;
         };
-        rows[k] = times(rows[k][pivot].recip(), &rows[k]);
-        let row = rows[k];
+        let row = times(row[pivot].recip(), row);
         for (i, other) in rows.iter_mut().enumerate() {
             if i != k {
-                let size = other.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+                let size = largest(other);
                 *other = minus(other, &times(other[pivot], &row));
                 other[pivot] = 0.0;
                 for x in other.iter_mut().filter(|x| x.abs() <= PIVOT * size) {
@@ -67,12 +59,13 @@ fn kernel<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
                 }
             }
         }
+        rows[k] = row;
         pivots.push(pivot);
     }
     rows.retain(|row| row.iter().any(|x| *x != 0.0));
-    let free = (0..N).filter(|j| !pivots.contains(j));
+    let free = (0..coordinates).filter(|j| !pivots.contains(j));
     free.map(|j| {
-        let mut vector = along(j, 1.0);
+        let mut vector = along(coordinates, j, 1.0);
         for (row, &pivot) in rows.iter().zip(&pivots) {
             vector[pivot] = -row[j];
         }
@@ -82,38 +75,39 @@ fn kernel<const N: usize>(forms: &[[f64; N]]) -> Vec<[f64; N]> {
 }
 
 /// The fields, from the works of a triple without a force.
-fn fields<const N: usize>(
+fn fields(
     declaration: &Declaration<'_>,
     h: f64,
-    triple: &Triple<N>,
+    triple: &Triple,
     constraints: usize,
-) -> Option<Vec<[f64; N]>> {
+) -> Option<Vec<Vec<f64>>> {
+    let n = declaration.dimension();
+    let zero = zero(n);
     // q1 and d + e/2 stay
     let middle = plus(&triple.leg.d, &times(0.5, &triple.e));
-    let leg = |e: &[f64; N]| Leg {
+    let leg = |e: &[f64]| OwnedLeg {
         t: triple.leg.t,
-        q: triple.leg.q,
+        q: triple.leg.q.clone(),
         d: minus(&middle, &times(0.5, e)),
     };
-    let mut e = triple.e;
+    let mut e = triple.e.clone();
     let mut found = false;
     for _ in 0..ITERATIONS {
-        let mut by_e = [[0.0; N]; N];
+        let mut by_e = square(n);
         for (j, column) in by_e.iter_mut().enumerate() {
-            let unit = along(j, 1.0);
-            let leg = moving_leg(&leg(&e), &[0.0; N], &times(-0.5, &unit));
+            let unit = along(n, j, 1.0);
+            let leg = moving_leg(leg(&e).any(), &zero, &times(-0.5, &unit));
             let force = declaration.force(Tangent::splat(h), leg.any(), &moving(&e, &unit));
-            *column = slopes(&sized(&force), 1.0);
+            *column = slopes(&force, 1.0);
         }
         let force = declaration.force(h, leg(&e).any(), &e);
-        let matrix = Matrix::from_fn(N, N, |i, j| by_e[j][i]);
+        let matrix = Matrix::from_fn(n, n, |i, j| by_e[j][i]);
         if !matrix.is_finite() || force.iter().any(|x| !x.is_finite()) {
             return None;
         }
-        let change: [f64; N] = *matrix.decomposed().solve(&force, 0.0).first_chunk()?;
+        let change = matrix.decomposed().solve(&force, 0.0);
         e = minus(&e, &change);
-        let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        if size(&change) <= LAST * size(&e).max(size(&middle)) {
+        if largest(&change) <= LAST * largest(&e).max(largest(&middle)) {
             found = true;
             break;
         }
@@ -123,34 +117,26 @@ fn fields<const N: usize>(
     }
     // ∂⟨u, Q⟩ = ⟨u, ∂Q⟩ where Q is zero
     let free = leg(&e);
-    let mut works = vec![[0.0; N]; 0];
-    let mut by_e = [[0.0; N]; N];
-    for j in 0..N {
-        let unit = along(j, 1.0);
-        let leg = moving_leg(&free, &[0.0; N], &[0.0; N]);
-        let moved = moving(&e, &unit);
-        by_e[j] = slopes(
-            &sized(&declaration.force(Tangent::splat(h), leg.any(), &moved)),
-            1.0,
-        );
-        let rows = declaration.declared(Tangent::splat(h), leg.any(), &moved, &[]);
+    let free = moving_leg(free.any(), &zero, &zero);
+    let mut works: Vec<Vec<f64>> = Vec::new();
+    let mut by_e = square(n);
+    for (j, by_e) in by_e.iter_mut().enumerate() {
+        let moved = moving(&e, &along(n, j, 1.0));
+        *by_e = slopes(&declaration.force(Tangent::splat(h), free.any(), &moved), 1.0);
+        let rows = declaration.declared(Tangent::splat(h), free.any(), &moved, &[]);
         for (k, row) in rows.iter().skip(constraints).enumerate() {
             if works.len() <= k {
-                works.push([0.0; N]);
+                works.push(zero.clone());
             }
             works[k][j] = row.derivative();
         }
     }
-    let matrix = Matrix::from_fn(N, N, |i, j| by_e[i][j]);
-    if !matrix.is_finite() || works.as_flattened().iter().any(|x| !x.is_finite()) {
+    let matrix = Matrix::from_fn(n, n, |i, j| by_e[i][j]);
+    if !matrix.is_finite() || works.iter().flatten().any(|x| !x.is_finite()) {
         return None;
     }
     let decomposed = matrix.decomposed();
-    let fields: Option<Vec<[f64; N]>> = works
-        .iter()
-        .map(|work| decomposed.solve(work, 0.0).first_chunk().copied())
-        .collect();
-    let fields = fields?;
+    let fields: Vec<Vec<f64>> = works.iter().map(|work| decomposed.solve(work, 0.0)).collect();
     // fields that depend on the acceleration are others elsewhere
     let halfway = times(0.5, &plus(&e, &triple.e));
     let force = declaration.force(h, leg(&halfway).any(), &halfway);

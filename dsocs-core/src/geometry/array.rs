@@ -1,86 +1,85 @@
-//! Vectors, and numbers that carry derivatives, of each number of coordinates.
+//! Vectors, and numbers that carry derivatives, of any number of coordinates.
 
-use crate::system::Leg;
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::tangent::{Tangent, Tangent2};
 
 /// The sum.
-pub(super) fn plus<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
-    let mut sum = *x;
-    for (sum, y) in sum.iter_mut().zip(y) {
-        *sum += y;
-    }
-    sum
+pub(super) fn plus(x: &[f64], y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| x + y).collect()
 }
 
 /// The difference.
-pub(super) fn minus<const N: usize>(x: &[f64; N], y: &[f64; N]) -> [f64; N] {
-    let mut difference = *x;
-    for (difference, y) in difference.iter_mut().zip(y) {
-        *difference -= y;
-    }
-    difference
+pub(super) fn minus(x: &[f64], y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| x - y).collect()
 }
 
 /// A multiple.
-pub(super) fn times<const N: usize>(factor: f64, x: &[f64; N]) -> [f64; N] {
-    let mut multiple = *x;
-    for multiple in &mut multiple {
-        *multiple *= factor;
-    }
-    multiple
+pub(super) fn times(factor: f64, x: &[f64]) -> Vec<f64> {
+    x.iter().map(|x| x * factor).collect()
 }
 
-/// So much along one coordinate, and nothing along the others.
-pub(super) fn along<const N: usize>(coordinate: usize, part: f64) -> [f64; N] {
-    let mut along = [0.0; N];
+/// The vector with so many components that are all zero.
+pub(super) fn zero(coordinates: usize) -> Vec<f64> {
+    vec![0.0; coordinates]
+}
+
+/// The vector with so many components of which one is `part`, and the others are zero.
+pub(super) fn along(coordinates: usize, coordinate: usize, part: f64) -> Vec<f64> {
+    let mut along = zero(coordinates);
     if let Some(along) = along.get_mut(coordinate) {
         *along = part;
     }
     along
 }
 
+/// The square matrix with so many rows that are all zero.
+pub(super) fn square(coordinates: usize) -> Vec<Vec<f64>> {
+    vec![zero(coordinates); coordinates]
+}
+
+/// A vector that stays.
+pub(super) fn fixed(x: &[f64]) -> Vec<Tangent> {
+    x.iter().map(|&x| Tangent::new(x, 0.0)).collect()
+}
+
 /// A vector that moves.
-pub(super) fn moving<const N: usize>(x: &[f64; N], by: &[f64; N]) -> [Tangent; N] {
-    let mut moving = [Tangent::new(0.0, 0.0); N];
-    for (moving, (&x, &by)) in moving.iter_mut().zip(x.iter().zip(by)) {
-        *moving = Tangent::new(x, by);
-    }
-    moving
+pub(super) fn moving(x: &[f64], by: &[f64]) -> Vec<Tangent> {
+    x.iter().zip(by).map(|(&x, &by)| Tangent::new(x, by)).collect()
 }
 
 /// A vector that moves in two directions.
-pub(super) fn moving_twice<const N: usize>(x: &[f64; N], [first, other]: [&[f64; N]; 2]) -> [Tangent2; N] {
-    let mut moving = [Tangent2::second(0.0, [0.0; 2]); N];
-    for (k, moving) in moving.iter_mut().enumerate() {
-        *moving = Tangent2::second(x[k], [first[k], other[k]]);
-    }
-    moving
+pub(super) fn moving_twice(x: &[f64], [first, other]: [&[f64]; 2]) -> Vec<Tangent2> {
+    let directions = first.iter().zip(other);
+    x.iter()
+        .zip(directions)
+        .map(|(&x, (&first, &other))| Tangent2::second(x, [first, other]))
+        .collect()
 }
 
 /// A leg whose node and increment move.
-pub(super) fn moving_leg<const N: usize>(leg: &Leg<f64, N>, q: &[f64; N], d: &[f64; N]) -> Leg<Tangent, N> {
-    Leg {
+pub(super) fn moving_leg(leg: AnyLeg<'_, f64>, q: &[f64], d: &[f64]) -> OwnedLeg<Tangent> {
+    OwnedLeg {
         t: Tangent::new(leg.t, 0.0),
-        q: moving(&leg.q, q),
-        d: moving(&leg.d, d),
+        q: moving(leg.q, q),
+        d: moving(leg.d, d),
     }
 }
 
 /// The first node of a leg of the length `h` as a node, with the leg's increment.
-pub(super) fn first_node<const N: usize>(h: Tangent, leg: &Leg<Tangent, N>) -> Leg<Tangent, N> {
-    let mut first = *leg;
-    first.t = first.t - h;
-    for (q, &d) in first.q.iter_mut().zip(&leg.d) {
-        *q = *q - d;
+pub(super) fn first_node(h: Tangent, leg: &OwnedLeg<Tangent>) -> OwnedLeg<Tangent> {
+    OwnedLeg {
+        t: leg.t - h,
+        q: leg.q.iter().zip(&leg.d).map(|(&q, &d)| q - d).collect(),
+        d: leg.d.clone(),
     }
-    first
 }
 
 /// The derivatives, over the unit of the direction.
-pub(super) fn slopes<const N: usize>(x: &[Tangent; N], unit: f64) -> [f64; N] {
-    let mut slopes = [0.0; N];
-    for (slope, x) in slopes.iter_mut().zip(x) {
-        *slope = x.derivative() / unit;
-    }
-    slopes
+pub(super) fn slopes(x: &[Tangent], unit: f64) -> Vec<f64> {
+    x.iter().map(|x| x.derivative() / unit).collect()
+}
+
+/// The length of the longest component; NaN is passed over.
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
 }

@@ -1,6 +1,6 @@
 //! How the discrete two-form evolves.
 
-use super::array::{along, minus, moving, moving_leg, plus, slopes, times};
+use super::array::{along, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
@@ -14,46 +14,47 @@ use crate::tangent::Tangent;
 /// `ξ(δq0, δq1) = (F⁺L_d(q0, q1) − F⁻L_d(q1, q2)) · δq1` (paper, section 6) is `−(Q + f_d) · δq1` with the constraint force `Q` and the external
 /// forces `f_d`. `Ω` comes from second derivatives of `L_d`, `F*` from the tangent map, `dξ` from first derivatives of the generated force along the
 /// flow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evolution<const N: usize> {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evolution {
     /// `Ω_{L_d}` at `(q0, q1)`.
-    pub before: TwoForm<N>,
+    pub before: TwoForm,
     /// `F*Ω_{L_d}` at `(q0, q1)`.
-    pub after: TwoForm<N>,
+    pub after: TwoForm,
     /// `dξ` at `(q0, q1)`.
-    pub d_xi: TwoForm<N>,
+    pub d_xi: TwoForm,
     /// For each entry, the sum of the absolute values of all its terms. Rounding errors are relative to this size.
-    pub terms: TwoForm<N>,
+    pub terms: TwoForm,
     /// The tangent map from which `F*` is computed.
-    pub tangent: TangentMap<N>,
+    pub tangent: TangentMap,
 }
 
-impl<const N: usize> Evolution<N> {
+impl Evolution {
     /// The terms of the law at a trajectory.
     ///
     /// # Errors
     ///
     /// [`GeometryError`] if the triple does not solve the step, or if the flow has no derivative there.
-    pub fn of(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Result<Self, GeometryError> {
+    pub fn of(flow: &DiscreteFlow<'_>, triple: &Triple) -> Result<Self, GeometryError> {
         let tangent = flow.tangent(triple)?;
-        let before = discrete_form(flow.system, flow.h, &triple.leg);
-        let last = mixed(&flow.declaration(), flow.h, &triple.last(flow.h));
+        let before = discrete_form(flow.system(), flow.h, triple.leg.any());
+        let last = mixed(&flow.declaration(), flow.h, triple.last(flow.h).any());
+        let n = last.len();
         // D₁D₂L_d(q1, q2) times the derivatives of q2
         let by_first = chained(&last, &tangent.by_first);
         let by_second = chained(&last, &tangent.by_second);
-        let after = TwoForm::from_fn(&|a, i, b, j| match (a, b) {
+        let after = TwoForm::from_fn(n, &|a, i, b, j| match (a, b) {
             (0, 1) => by_first[j][i].0,
             (1, 0) => -by_first[i][j].0,
             (1, 1) => by_second[j][i].0 - by_second[i][j].0,
             _ => 0.0,
         });
         let force = force_slopes(flow, triple, &tangent);
-        let d_xi = TwoForm::from_fn(&|a, i, b, j| {
+        let d_xi = TwoForm::from_fn(n, &|a, i, b, j| {
             let left = if b == 1 { force[a][i][j] } else { 0.0 };
             let right = if a == 1 { force[b][j][i] } else { 0.0 };
             right - left
         });
-        let terms = TwoForm::from_fn(&|a, i, b, j| {
+        let terms = TwoForm::from_fn(n, &|a, i, b, j| {
             let pulled = match (a, b) {
                 (0, 1) => by_first[j][i].1,
                 (1, 0) => by_first[i][j].1,
@@ -75,7 +76,7 @@ impl<const N: usize> Evolution<N> {
     #[must_use]
     pub fn defect(&self) -> f64 {
         self.relative(&|a, i, b, j| {
-            let entry = |form: &TwoForm<N>| form.blocks[a][b][i][j];
+            let entry = |form: &TwoForm| form.blocks[a][b][i][j];
             entry(&self.after) - entry(&self.before) - entry(&self.d_xi)
         })
     }
@@ -91,7 +92,7 @@ impl<const N: usize> Evolution<N> {
     /// If there are constraints on positions or velocities, the flow is a map of the pairs of nodes that obey them. The displacements along
     /// these pairs are those of [`pair_displacements`](super::pair_displacements).
     #[must_use]
-    pub fn change_on(&self, displacements: &[Displacement<N>]) -> f64 {
+    pub fn change_on(&self, displacements: &[Displacement]) -> f64 {
         let mut largest = 0.0;
         for (k, u) in displacements.iter().enumerate() {
             for w in &displacements[..k] {
@@ -121,17 +122,17 @@ fn larger(x: f64, y: f64) -> f64 {
 }
 
 /// A displacement with the absolute values of its components.
-fn absolute<const N: usize>(displacement: &Displacement<N>) -> Displacement<N> {
-    let mut absolute = *displacement;
-    for x in absolute.first.iter_mut().chain(&mut absolute.second) {
-        *x = x.abs();
+fn absolute(displacement: &Displacement) -> Displacement {
+    let absolute = |x: &[f64]| x.iter().map(|x| x.abs()).collect();
+    Displacement {
+        first: absolute(&displacement.first),
+        second: absolute(&displacement.second),
     }
-    absolute
 }
 
 /// A product of matrices, each entry with the sum of its terms' absolute values.
-fn chained<const N: usize>(left: &[[f64; N]; N], right: &[[f64; N]; N]) -> [[(f64, f64); N]; N] {
-    let mut product = [[(0.0, 0.0); N]; N];
+fn chained(left: &[Vec<f64>], right: &[Vec<f64>]) -> Vec<Vec<(f64, f64)>> {
+    let mut product = vec![vec![(0.0, 0.0); right.len()]; left.len()];
     for (row, left) in product.iter_mut().zip(left) {
         for (j, (sum, size)) in row.iter_mut().enumerate() {
             for (left, right) in left.iter().zip(right) {
@@ -146,41 +147,36 @@ fn chained<const N: usize>(left: &[[f64; N]; N], right: &[[f64; N]; N]) -> [[(f6
 
 /// The derivative of the constraint force and the external forces along the flow: `[a][i][j]` of component `j` by coordinate `i` of `q0` (`a = 0`) or
 /// `q1`.
-fn force_slopes<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    triple: &Triple<N>,
-    tangent: &TangentMap<N>,
-) -> [[[f64; N]; N]; 2] {
-    let Triple { leg, e } = triple;
+fn force_slopes(flow: &DiscreteFlow<'_>, triple: &Triple, tangent: &TangentMap) -> [Vec<Vec<f64>>; 2] {
+    let (leg, e) = (triple.leg.any(), &triple.e);
     let units = units(leg);
-    let (declaration, h) = (flow.declaration(), Tangent::splat(flow.h));
-    let mut found = [[[0.0; N]; N]; 2];
+    let n = units.len();
+    let (declaration, h, zero) = (flow.declaration(), Tangent::splat(flow.h), zero(n));
+    let mut found = [square(n), square(n)];
     for (i, &unit) in units.iter().enumerate() {
-        let own = along(i, unit);
-        let back = along(i, -unit);
+        let own = along(n, i, unit);
+        let back = along(n, i, -unit);
         // e = q2 − 2 q1 + q0 along the flow
-        let by_first = plus(&column(&tangent.by_first, i), &along(i, 1.0));
-        let by_second = minus(&column(&tangent.by_second, i), &along(i, 2.0));
+        let by_first = plus(&column(&tangent.by_first, i), &along(n, i, 1.0));
+        let by_second = minus(&column(&tangent.by_second, i), &along(n, i, 2.0));
         let moved = [
-            (moving_leg(leg, &[0.0; N], &back), by_first),
+            (moving_leg(leg, &zero, &back), by_first),
             (moving_leg(leg, &own, &own), by_second),
         ];
         for (found, (leg, by)) in found.iter_mut().zip(moved) {
             let e = moving(e, &times(unit, &by));
-            let force = declaration.force(h, leg.any(), &e);
+            let mut force = declaration.force(h, leg.any(), &e);
             let external = external::discrete(&declaration, h, leg.any(), &e);
-            let both = core::array::from_fn(|k| force[k] + external[k]);
-            found[i] = slopes(&both, unit);
+            for (force, external) in force.iter_mut().zip(external) {
+                *force = *force + external;
+            }
+            found[i] = slopes(&force, unit);
         }
     }
     found
 }
 
 /// A column of a matrix.
-fn column<const N: usize>(matrix: &[[f64; N]; N], j: usize) -> [f64; N] {
-    let mut column = [0.0; N];
-    for (entry, row) in column.iter_mut().zip(matrix) {
-        *entry = row[j];
-    }
-    column
+fn column(matrix: &[Vec<f64>], j: usize) -> Vec<f64> {
+    matrix.iter().map(|row| row[j]).collect()
 }

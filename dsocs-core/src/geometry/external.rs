@@ -1,11 +1,10 @@
 //! External forces, and what they and the constraints do to the energy.
 
-use super::array::{moving, plus};
+use super::array::{fixed, plus};
 use super::map::Triple;
-use super::solvable::Declared;
-use crate::any::{AnyLeg, continuous_force, sized};
+use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
-use crate::system::Point;
+use crate::kernel::Kernel;
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
@@ -13,8 +12,8 @@ use crate::tape::Number;
 /// coordinate; zero where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001,
 /// section 3.2.)
 #[must_use]
-pub fn external_forces<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> [f64; N] {
-    sized(&discrete(&system.declaration(), h, triple.leg.any(), &triple.e))
+pub fn external_forces(system: &dyn Kernel, h: f64, triple: &Triple) -> Vec<f64> {
+    discrete(&Declaration::of(system), h, triple.leg.any(), &triple.e)
 }
 
 /// The same for any number.
@@ -42,33 +41,29 @@ pub(super) fn discrete<T: Number>(
 /// The power at a point of the continuous system's motion, `dE/dt = ⟨Q + f, v⟩ − ∂L/∂t`, with the constraint force `Q` and the external
 /// forces `f`, in units of `L` per unit of time.
 #[must_use]
-pub fn power<const N: usize>(system: &dyn Declared<N>, point: &Point<f64, N>) -> f64 {
-    let declaration = system.declaration();
-    let constraint = continuous_force(&declaration, point);
-    let mut external = [0.0; N];
-    declaration.external_forces(point.t, &point.q, &point.v, &mut external);
+pub fn power(system: &dyn Kernel, point: AnyPoint<'_, f64>) -> f64 {
+    let declaration = Declaration::of(system);
+    let constraint = declaration.continuous_force(point);
+    let mut external = vec![0.0; constraint.len()];
+    declaration.external_forces(point.t, point.q, point.v, &mut external);
     of_force(&declaration, point, &plus(&constraint, &external))
 }
 
 /// The power at the second of three nodes, as in [`power`] but with the discrete forces, at the point `φ_{D_K}⁻¹`. Its sum over the
 /// nodes, times `h`, is the change of the energy at the nodes, up to the discretization error.
 #[must_use]
-pub fn discrete_power<const N: usize>(system: &dyn Declared<N>, h: f64, triple: &Triple<N>) -> f64 {
-    let declaration = system.declaration();
+pub fn discrete_power(system: &dyn Kernel, h: f64, triple: &Triple) -> f64 {
+    let declaration = Declaration::of(system);
     let leg = triple.leg.any();
-    let constraint: [f64; N] = sized(&declaration.force(h, leg, &triple.e));
-    let external = sized(&discrete(&declaration, h, leg, &triple.e));
-    let point: Point<f64, N> = declaration.point(h, leg, &triple.e).sized();
-    of_force(&declaration, &point, &plus(&constraint, &external))
+    let constraint = declaration.force(h, leg, &triple.e);
+    let external = discrete(&declaration, h, leg, &triple.e);
+    let point = declaration.point(h, leg, &triple.e);
+    of_force(&declaration, point.any(), &plus(&constraint, &external))
 }
 
 /// `⟨force, v⟩ − ∂L/∂t` at a point.
-fn of_force<const N: usize>(
-    declaration: &Declaration<'_>,
-    Point { t, q, v, .. }: &Point<f64, N>,
-    force: &[f64; N],
-) -> f64 {
-    let fixed = |x| moving(x, &[0.0; N]);
-    let explicit = declaration.lagrangian(Tangent::new(*t, 1.0), &fixed(q), &fixed(v));
+fn of_force(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, force: &[f64]) -> f64 {
+    let AnyPoint { t, q, v, .. } = point;
+    let explicit = declaration.lagrangian(Tangent::new(t, 1.0), &fixed(q), &fixed(v));
     super::legendre::product(force, v) - explicit.derivative()
 }

@@ -1,57 +1,58 @@
 //! Displacements of a pair, and two-forms on them.
 
-use super::array::along;
+use super::array::{along, zero};
 
-/// A tangent vector at a pair of nodes, `(δq0, δq1)`; of the continuous system, `(δq, δv)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Displacement<const N: usize> {
+/// A tangent vector at a pair of nodes, `(δq0, δq1)`; of the continuous system, `(δq, δv)`. Each part has one component for each
+/// coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Displacement {
     /// `δq0`, or `δq`.
-    pub first: [f64; N],
+    pub first: Vec<f64>,
     /// `δq1`, or `δv`.
-    pub second: [f64; N],
+    pub second: Vec<f64>,
 }
 
-impl<const N: usize> Displacement<N> {
-    /// The displacement along coordinate `index` of the first node, or from `N` on of the second; zero beyond the last.
+impl Displacement {
+    /// The displacement of `n` coordinates along coordinate `index` of the first node, or from `n` on of the second; zero beyond the last.
     #[must_use]
-    pub fn unit(index: usize) -> Self {
+    pub fn unit(n: usize, index: usize) -> Self {
         Self {
-            first: along(index, 1.0),
-            second: index.checked_sub(N).map_or([0.0; N], |index| along(index, 1.0)),
+            first: along(n, index, 1.0),
+            second: index.checked_sub(n).map_or(zero(n), |index| along(n, index, 1.0)),
         }
     }
-
-    /// Both parts.
-    pub(super) fn parts(&self) -> [[f64; N]; 2] {
-        [self.first, self.second]
-    }
 }
+
+/// Four blocks of a matrix on displacements, by the parts of two displacements, the rows, and the columns.
+type Blocks = [[Vec<Vec<f64>>; 2]; 2];
 
 /// A two-form `Ω(u, w) = Σ_ab u_a · B_ab w_b` on displacements, by its four blocks.
 ///
 /// Blocks are counted by the parts of a displacement: `B_01` belongs to `first` of `u` and `second` of `w`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TwoForm<const N: usize> {
-    /// `blocks[a][b][i][j]`, antisymmetric: `blocks[b][a][j][i]` is the opposite.
-    pub blocks: [[[[f64; N]; N]; 2]; 2],
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwoForm {
+    /// `blocks[a][b][i][j]`, antisymmetric: `blocks[b][a][j][i]` is the opposite. Each block is square, with a row for each coordinate.
+    pub blocks: Blocks,
 }
 
-impl<const N: usize> TwoForm<N> {
-    /// The form with the antisymmetric entries `entry(a, i, b, j)`.
-    pub(super) fn from_fn(entry: &dyn Fn(usize, usize, usize, usize) -> f64) -> Self {
-        let mut blocks = [[[[0.0; N]; N]; 2]; 2];
-        for place in places::<N>() {
-            let [a, i, b, j] = place;
-            blocks[a][b][i][j] = entry(a, i, b, j);
+impl TwoForm {
+    /// The form on displacements of `n` coordinates with the antisymmetric entries `entry(a, i, b, j)`.
+    pub(super) fn from_fn(n: usize, entry: &dyn Fn(usize, usize, usize, usize) -> f64) -> Self {
+        let row = |a, b, i| (0..n).map(|j| entry(a, i, b, j)).collect();
+        let block = |a, b| (0..n).map(|i| row(a, b, i)).collect();
+        Self {
+            blocks: [[block(0, 0), block(0, 1)], [block(1, 0), block(1, 1)]],
         }
-        Self { blocks }
     }
 
     /// The form of two displacements.
     #[must_use]
-    pub fn of(&self, u: &Displacement<N>, w: &Displacement<N>) -> f64 {
-        let (u, w) = (u.parts(), w.parts());
-        let terms = self.entries().map(|([a, i, b, j], x)| u[a][i] * x * w[b][j]);
+    pub fn of(&self, u: &Displacement, w: &Displacement) -> f64 {
+        let (u, w) = ([&u.first, &u.second], [&w.first, &w.second]);
+        let component = |x: [&Vec<f64>; 2], a: usize, i: usize| x[a].get(i).copied().unwrap_or(0.0);
+        let terms = self
+            .entries()
+            .map(|([a, i, b, j], x)| component(u, a, i) * x * component(w, b, j));
         terms.sum()
     }
 
@@ -67,17 +68,13 @@ impl<const N: usize> TwoForm<N> {
         largest
     }
 
-    /// All entries, with their places.
+    /// All entries with their places `[a, i, b, j]`, block by block, row by row.
     pub(super) fn entries(&self) -> impl Iterator<Item = ([usize; 4], f64)> + '_ {
-        places::<N>().map(|[a, i, b, j]| ([a, i, b, j], self.blocks[a][b][i][j]))
+        let blocks = self.blocks.iter().enumerate();
+        let blocks =
+            blocks.flat_map(|(a, blocks)| blocks.iter().enumerate().map(move |(b, block)| (a, b, block)));
+        let rows =
+            blocks.flat_map(|(a, b, block)| block.iter().enumerate().map(move |(i, row)| ([a, i, b], row)));
+        rows.flat_map(|([a, i, b], row)| row.iter().enumerate().map(move |(j, &x)| ([a, i, b, j], x)))
     }
-}
-
-/// The places `[a, i, b, j]` of entries: block by block, row by row.
-fn places<const N: usize>() -> impl Iterator<Item = [usize; 4]> {
-    let square = N * N;
-    (0..4 * square).map(move |place| {
-        let (block, inside) = (place / square, place % square);
-        [block / 2, inside / N, block % 2, inside % N]
-    })
 }

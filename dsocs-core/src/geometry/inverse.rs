@@ -1,15 +1,15 @@
 //! The inverse of the discrete flow, `(q1, q2) ↦ (q0, q1)`.
 
-use super::array::{along, minus, moving_leg, times};
+use super::array::{along, minus, moving_leg, times, zero};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::solvable::Sought;
 use super::units;
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::dense::Matrix;
 use crate::multipliers;
 use crate::regularity::{self, of_first_pair};
 use crate::scalar::Scalar as _;
-use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// How often the first node is improved before it is given up.
@@ -25,14 +25,14 @@ const ROUNDING: f64 = 1e-7;
 const RANK: f64 = 1e-14;
 
 /// An update and where it was made.
-struct Update<const N: usize> {
+struct Update {
     /// By how much the leg changes.
-    d: [f64; N],
+    d: Vec<f64>,
     /// The unknowns after it.
     z: Vec<f64>,
 }
 
-impl<const N: usize> DiscreteFlow<'_, N> {
+impl DiscreteFlow<'_> {
     /// The inverse flow `F⁻¹`: the trajectory `(q0, q1, q2)` that ends with a pair `(q1, q2)`.
     ///
     /// The first guess is the solution of the generated step with `−h`. If the declaration is symmetric in time, it is also the result
@@ -43,8 +43,8 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// # Errors
     ///
     /// [`GeometryError::Inverse`] if no first node is found.
-    pub fn backward(&self, last: &Leg<f64, N>) -> Result<Triple<N>, GeometryError> {
-        self.backward_near(last, &self.reversed(last).unwrap_or([0.0; N]))
+    pub fn backward(&self, last: AnyLeg<'_, f64>) -> Result<Triple, GeometryError> {
+        self.backward_near(last, &self.reversed(last).unwrap_or(zero(last.d.len())))
     }
 
     /// The same near a second difference. Several first nodes may lead to one pair, as several last nodes may follow one: the theorem makes
@@ -53,17 +53,18 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// # Errors
     ///
     /// [`GeometryError::Inverse`] if no first node is found.
-    pub fn backward_near(&self, last: &Leg<f64, N>, near: &[f64; N]) -> Result<Triple<N>, GeometryError> {
-        let mut e = *near;
-        let q1 = minus(&last.q, &last.d);
+    pub fn backward_near(&self, last: AnyLeg<'_, f64>, near: &[f64]) -> Result<Triple, GeometryError> {
+        let mut e = near.to_vec();
+        let q1 = minus(last.q, last.d);
         let t = last.t - self.h;
-        let at = |e: &[f64; N]| Leg {
+        let at = |e: &[f64]| OwnedLeg {
             t,
-            q: q1,
-            d: minus(&last.d, e),
+            q: q1.clone(),
+            d: minus(last.d, e),
         };
-        let lengths = regularity::lengths(&self.declaration(), self.h, last.any(), &[0.0; N]);
-        let mut z = if let Ok(solution) = self.solved(&at(&e), Sought::Near(&e)) {
+        let still = zero(last.d.len());
+        let lengths = regularity::lengths(&self.declaration(), self.h, last, &still);
+        let mut z = if let Ok(solution) = self.solved(at(&e).any(), Sought::Near(&e)) {
             solution.z
         } else {
             let declaration = self.declaration();
@@ -72,7 +73,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         };
         let mut before = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
-            let Some(update) = self.update(last, &at(&e), &z) else {
+            let Some(update) = self.update(last, at(&e).any(), &z) else {
                 break;
             };
             let size = update.d.iter().zip(&lengths);
@@ -85,7 +86,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
             before = size;
         }
         Err(GeometryError::Inverse {
-            q1: q1.to_vec(),
+            q1,
             q2: last.q.to_vec(),
             update: before,
         })
@@ -97,53 +98,53 @@ impl<const N: usize> DiscreteFlow<'_, N> {
     /// # Errors
     ///
     /// [`GeometryError`] if the step with `−h` has no solution.
-    pub fn irreversibility(&self, triple: &Triple<N>) -> Result<f64, GeometryError> {
-        let back = DiscreteFlow::new(self.system, -self.h)?;
+    pub fn irreversibility(&self, triple: &Triple) -> Result<f64, GeometryError> {
+        let back = self.with_step(-self.h)?;
         let last = triple.last(self.h);
-        let turned = Leg {
+        let turned = AnyLeg {
             t: triple.leg.t,
-            q: triple.leg.q,
-            d: times(-1.0, &last.d),
+            q: &triple.leg.q,
+            d: &times(-1.0, &last.d),
         };
-        let found = back.forward_near(&turned, &triple.e)?;
-        let norm = |x: &[f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        let found = back.forward_near(turned, &triple.e)?;
+        let norm = |x: &[f64]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
         let apart = norm(&minus(&found.e, &triple.e));
         Ok(apart / norm(&triple.leg.d).max(norm(&last.d)))
     }
 
     /// The second difference of the step with `−h` from `(q2, q1)`.
-    fn reversed(&self, last: &Leg<f64, N>) -> Option<[f64; N]> {
-        let turned = Leg {
+    fn reversed(&self, last: AnyLeg<'_, f64>) -> Option<Vec<f64>> {
+        let turned = AnyLeg {
             t: last.t - self.h,
-            q: minus(&last.q, &last.d),
-            d: times(-1.0, &last.d),
+            q: &minus(last.q, last.d),
+            d: &times(-1.0, last.d),
         };
-        let solution = self.system.step(-self.h, &turned, Sought::First).ok()?;
+        let solution = self.bridge.step(-self.h, turned, Sought::First).ok()?;
         Some(solution.e)
     }
 
     /// Newton's update of the first leg and the unknowns: rows of the step, `d + S(d, z) = q2 − q1`, and what constraints of
     /// lower order ask of the first pair, while what they ask of the last one is given. So there may be more equations than
     /// unknowns, of which some follow from the others.
-    fn update(&self, last: &Leg<f64, N>, leg: &Leg<f64, N>, z: &[f64]) -> Option<Update<N>> {
+    fn update(&self, last: AnyLeg<'_, f64>, leg: AnyLeg<'_, f64>, z: &[f64]) -> Option<Update> {
         let declaration = self.declaration();
-        let count = z.len();
-        let (all, bound) = (count + N, declaration.lower());
+        let (n, count) = (leg.d.len(), z.len());
+        let (all, bound) = (count + n, declaration.lower());
         let (units, h) = (units(last), Tangent::splat(self.h));
         let mut matrix = Matrix::zeros(all + bound, all);
         let mut right = vec![0.0; all + bound];
         for column in 0..all {
             let part = |k: usize| if k == column { 1.0 } else { 0.0 };
             let unit = units.get(column).copied().unwrap_or(0.0);
-            let moving = moving_leg(leg, &[0.0; N], &along(column, unit));
-            let z = moved(z, |k| part(N + k));
+            let moving = moving_leg(leg, &zero(n), &along(n, column, unit));
+            let z = moved(z, |k| part(n + k));
             let rows = declaration.rows(h, moving.any(), &z);
             let e = declaration.second_difference(h, moving.any(), &z);
             for (i, row) in rows.iter().enumerate() {
                 matrix[(i, column)] = row.derivative();
                 right[i] = -row.value();
             }
-            for i in 0..N {
+            for i in 0..n {
                 let sum = moving.d[i] + e[i];
                 matrix[(count + i, column)] = sum.derivative();
                 right[count + i] = (last.d[i] - leg.d[i]) - e[i].value();
@@ -159,7 +160,7 @@ impl<const N: usize> DiscreteFlow<'_, N> {
         let change = solved(matrix, right)?;
         let mut z = z.to_vec();
         for (k, z) in z.iter_mut().enumerate() {
-            *z += change[N + k];
+            *z += change[n + k];
         }
         let mut d = units;
         for (d, change) in d.iter_mut().zip(&change) {

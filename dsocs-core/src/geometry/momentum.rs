@@ -10,34 +10,28 @@ use super::array::{minus, plus};
 use super::external::external_forces;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
-use crate::any::sized;
-use crate::system::Leg;
+use crate::any::AnyLeg;
+
+/// A generator: of a position, its vector there, with one component for each coordinate.
+type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;
 
 /// The discrete momentum map `J(q0, q1) = h ⟨F⁺L_d(q0, q1), ξ_Q(q1)⟩` of a symmetry's generator, in units of `∂L/∂v` times
 /// those of the generator.
 #[must_use]
-pub fn momentum_map<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    leg: &Leg<f64, N>,
-    generator: impl Fn(&[f64; N]) -> [f64; N],
-) -> f64 {
-    product(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q))
+pub fn momentum_map(flow: &DiscreteFlow<'_>, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
+    product(&momentum_plus(flow.system(), flow.h(), leg), &generator(leg.q))
 }
 
 /// The derivative of `L_d` along the symmetry, `D₁L_d · ξ_Q(q0) + D₂L_d · ξ_Q(q1)`, as an absolute value relative to its terms: zero up to rounding if
 /// `L_d` is invariant.
 #[must_use]
-pub fn asymmetry<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    leg: &Leg<f64, N>,
-    generator: impl Fn(&[f64; N]) -> [f64; N],
-) -> f64 {
-    let q0 = minus(&leg.q, &leg.d);
+pub fn asymmetry(flow: &DiscreteFlow<'_>, leg: AnyLeg<'_, f64>, generator: Generator<'_>) -> f64 {
+    let q0 = minus(leg.q, leg.d);
     let (minus, plus) = (
-        legendre_minus(flow.system, flow.h, leg),
-        legendre_plus(flow.system, flow.h, leg),
+        legendre_minus(flow.system(), flow.h(), leg),
+        legendre_plus(flow.system(), flow.h(), leg),
     );
-    let (first, second) = (generator(&q0), generator(&leg.q));
+    let (first, second) = (generator(&q0), generator(leg.q));
     let change = product(&plus, &second) - product(&minus, &first);
     let terms = size(&plus, &second) + size(&minus, &first);
     if change == 0.0 { 0.0 } else { change.abs() / terms }
@@ -47,23 +41,21 @@ pub fn asymmetry<const N: usize>(
 ///
 /// If `L_d` is not invariant, the first value is not zero.
 #[must_use]
-pub fn momentum_equation<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    triple: &Triple<N>,
-    generator: impl Fn(&[f64; N]) -> [f64; N],
-) -> [f64; 2] {
-    let (first, last) = (triple.first(), triple.last(flow.h));
-    let constraint = sized(&flow.declaration().force(flow.h, first.any(), &triple.e));
-    let force = plus(&constraint, &external_forces(flow.system, flow.h, triple));
-    let at = generator(&first.q);
-    let work = flow.h * product(&force, &at);
-    let change = momentum_map(flow, &last, &generator) - momentum_map(flow, &first, &generator);
-    let terms = |leg: &Leg<f64, N>| size(&momentum_plus(flow.system, flow.h, leg), &generator(&leg.q));
-    let all = terms(&first) + terms(&last) + flow.h.abs() * size(&force, &at);
+pub fn momentum_equation(flow: &DiscreteFlow<'_>, triple: &Triple, generator: Generator<'_>) -> [f64; 2] {
+    let (system, h) = (flow.system(), flow.h());
+    let last = triple.last(h);
+    let (first, last) = (triple.first(), last.any());
+    let constraint = flow.declaration().force(h, first, &triple.e);
+    let force = plus(&constraint, &external_forces(system, h, triple));
+    let at = generator(first.q);
+    let work = h * product(&force, &at);
+    let change = momentum_map(flow, last, generator) - momentum_map(flow, first, generator);
+    let terms = |leg: AnyLeg<'_, f64>| size(&momentum_plus(system, h, leg), &generator(leg.q));
+    let all = terms(first) + terms(last) + h.abs() * size(&force, &at);
     [change - work, all]
 }
 
 /// The sum of the absolute values of products.
-fn size<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+fn size(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| (x * y).abs()).sum()
 }

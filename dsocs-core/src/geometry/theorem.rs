@@ -1,12 +1,11 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
-use super::solvable::Declared;
 use crate::any::AnyLeg;
 use crate::declaration::Declaration;
+use crate::kernel::Kernel;
 use crate::multipliers::count_unknown;
 use crate::regularity::{self, Regularity};
 use crate::step::NEARLY_THE_SAME;
-use crate::system::Leg;
 
 /// A singular value below this part of the largest is zero for all that can be told.
 const RANK: f64 = 64.0 * f64::EPSILON;
@@ -38,20 +37,20 @@ pub struct FlowTheorem {
 impl FlowTheorem {
     /// The conditions at the triple of a leg and the second difference `e`, with the step `h`.
     #[must_use]
-    pub fn at<const N: usize>(system: &dyn Declared<N>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> Self {
-        let declaration = system.declaration();
-        let regularity = Regularity::of_declaration(&declaration, h, leg.any(), e);
-        let mut values = regularity::all_singular_values(&declaration, h, leg.any(), e);
+    pub fn at(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Self {
+        let declaration = Declaration::of(system);
+        let regularity = Regularity::of_declaration(&declaration, h, leg, e);
+        let mut values = regularity::all_singular_values(&declaration, h, leg, e);
         values.sort_by(|x, y| y.total_cmp(x));
         let largest = values.first().copied().unwrap_or(f64::NAN);
-        let full = N + count_unknown(&declaration);
+        let full = declaration.dimension() + count_unknown(&declaration);
         let rank = values.iter().take(full).filter(|value| **value > RANK * largest);
         Self {
             rank: rank.count(),
             full,
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
-            declared: is_declared(&declaration, h, leg.any(), e),
+            declared: is_declared(&declaration, h, leg, e),
         }
     }
 

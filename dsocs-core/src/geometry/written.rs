@@ -1,14 +1,14 @@
 //! The equations of a step at nodes as they are written down.
 
 use super::array::{along, moving, moving_leg, times};
-use super::solvable::Declared;
+use crate::any::OwnedLeg;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::double::Double;
+use crate::kernel::Kernel;
 use crate::multipliers::of_step;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
-use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// So often multipliers are improved: each time they gain as many digits as a double has.
@@ -36,61 +36,63 @@ const FOUR_NODES: [[f64; 4]; 4] = [
 /// Rows come in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to
 /// the rows.
 #[must_use]
-pub fn rows_of_written<const N: usize>(
-    system: &dyn Declared<N>,
-    t: f64,
-    h: f64,
-    nodes: &[[f64; N]; 3],
-) -> Vec<[f64; 2]> {
-    written(system.declaration(), t, h, None, nodes)
+pub fn rows_of_written(system: &dyn Kernel, t: f64, h: f64, nodes: [&[f64]; 3]) -> Vec<[f64; 2]> {
+    written(Declaration::of(system), t, h, None, nodes)
 }
 
 /// The same for a step of third order, which has four nodes, the third at the time `t`.
 #[must_use]
-pub fn rows_of_four_written<const N: usize>(
-    system: &dyn Declared<N>,
+pub fn rows_of_four_written(
+    system: &dyn Kernel,
     t: f64,
     h: f64,
-    [first, nodes @ ..]: &[[f64; N]; 4],
+    [first, nodes @ ..]: [&[f64]; 4],
 ) -> Vec<[f64; 2]> {
-    written(system.declaration(), t, h, Some(first), nodes)
+    written(Declaration::of(system), t, h, Some(first), nodes)
 }
 
 /// The rows at three nodes, and the node before them where a step knows it.
-fn written<const N: usize>(
+fn written(
     declaration: Declaration<'_>,
     t: f64,
     h: f64,
-    before: Option<&[f64; N]>,
-    nodes: &[[f64; N]; 3],
+    before: Option<&[f64]>,
+    nodes: [&[f64]; 3],
 ) -> Vec<[f64; 2]> {
+    let n = nodes
+        .iter()
+        .copied()
+        .chain(before)
+        .map(<[f64]>::len)
+        .fold(declaration.dimension(), usize::min);
     let [q0, q1, q2] = nodes;
-    let exact = |x: &[f64; N]| x.map(Double::exact);
-    let mut leg = Leg {
+    let exact = |x: &[f64]| x.iter().copied().map(Double::exact).collect();
+    let mut leg: OwnedLeg<Double> = OwnedLeg {
         t: Double::exact(t),
         q: exact(q1),
         d: exact(q1),
     };
-    let mut e = leg.d;
-    for i in 0..N {
+    let mut e = leg.d.clone();
+    for i in 0..n {
         leg.d[i] = Double::difference(q1[i], q0[i]);
         e[i] = Double::difference(q2[i], q1[i]) - leg.d[i];
     }
-    let mut past = [Double::exact(0.0); N];
+    let mut past = vec![Double::exact(0.0); n];
     if let Some(before) = before {
-        for i in 0..N {
+        for i in 0..n {
             past[i] = leg.d[i] - Double::difference(q0[i], before[i]);
             e[i] = e[i] - past[i];
         }
     }
-    let past_rounded = past.map(Double::rounded);
+    let rounded = |x: &[Double]| -> Vec<f64> { x.iter().map(|x| x.rounded()).collect() };
+    let past_rounded = rounded(&past);
     let declaration = declaration.after(&past_rounded);
-    let rounded = Leg {
+    let e_rounded = rounded(&e);
+    let rounded = OwnedLeg {
         t,
-        q: *q1,
-        d: leg.d.map(Double::rounded),
+        q: q1.to_vec(),
+        d: rounded(&leg.d),
     };
-    let e_rounded = e.map(Double::rounded);
     let step = Double::exact(h);
 
     let first = of_step(&declaration, h, rounded.any(), &e_rounded);
@@ -100,8 +102,8 @@ fn written<const N: usize>(
     let fixed: Vec<Tangent> = multipliers.iter().map(|x| Tangent::splat(x.rounded())).collect();
     let mut allowed = vec![0.0; rows.len()];
     let mut add = |[by_q, by_d, by_past, by_e]: [f64; 4], j: usize, size: f64| {
-        let unit = along(j, 1.0);
-        let leg = moving_leg(&rounded, &times(by_q, &unit), &times(by_d, &unit));
+        let unit = along(n, j, 1.0);
+        let leg = moving_leg(rounded.any(), &times(by_q, &unit), &times(by_d, &unit));
         let e = moving(&e_rounded, &times(by_e, &unit));
         let past = moving(&past_rounded, &times(by_past, &unit));
         let rows = declaration.declared_after(Tangent::splat(h), leg.any(), &past, &e, &fixed);
@@ -109,13 +111,13 @@ fn written<const N: usize>(
             *allowed += row.derivative().abs() * size;
         }
     };
-    for j in 0..N {
+    for j in 0..n {
         if let Some(before) = before {
             for (node, by) in [before].into_iter().chain(nodes).zip(FOUR_NODES) {
                 add(by, j, 0.5 * unit_in_the_last_place(node[j]));
             }
         } else {
-            for (node, by) in nodes.iter().zip(NODES) {
+            for (node, by) in nodes.into_iter().zip(NODES) {
                 add(by, j, 0.5 * unit_in_the_last_place(node[j]));
             }
         }
@@ -125,8 +127,8 @@ fn written<const N: usize>(
             f64::EPSILON * rounded.d[j].abs().max(e_rounded[j].abs()),
         );
     }
-    let bounded = |x: &[f64; N]| x.map(Bounded::splat);
-    let bounded_leg = Leg {
+    let bounded = |x: &[f64]| -> Vec<Bounded> { x.iter().copied().map(Bounded::splat).collect() };
+    let bounded_leg = OwnedLeg {
         t: Bounded::splat(t),
         q: bounded(&rounded.q),
         d: bounded(&rounded.d),
@@ -145,7 +147,7 @@ fn written<const N: usize>(
     }
     if !multipliers.is_empty() {
         let forms = declaration.forms(h, rounded.any(), &e_rounded);
-        let from = rows.len().saturating_sub(N);
+        let from = rows.len().saturating_sub(n);
         for _ in 0..IMPROVED {
             let changes = nearest(&forms, &rows[from..], &allowed[from..]);
             for (multiplier, change) in multipliers.iter_mut().zip(changes) {

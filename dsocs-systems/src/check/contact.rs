@@ -5,7 +5,7 @@
 //! difference of `h L_d` from the action does). Nodes come from the Taylor series at `t`, so that their differences have all digits.
 
 use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus};
-use dsocs_core::{Leg, Point};
+use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
 use super::{Measured, Report, Subject, larger, order::fitted};
 use crate::stability::Bar;
@@ -35,7 +35,7 @@ const BELOW: f64 = 0.1;
 type Left = Vec<Vec<f64>>;
 
 /// The orders of contact.
-pub fn contact<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn contact(subject: &Subject<'_>, report: &mut Report) {
     let groups = match measure(subject) {
         Ok(groups) => groups,
         Err(error) => {
@@ -59,7 +59,7 @@ pub fn contact<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     }
 }
 
-impl<const N: usize> Subject<'_, N> {
+impl Subject<'_> {
     /// The steps at which contact is measured.
     fn steps(&self) -> Vec<f64> {
         (0..HALVINGS)
@@ -95,22 +95,23 @@ fn telling(states: &[Left]) -> Left {
 }
 
 /// What is left of `Q`, of the constraints and of the works, each as rows with a figure for each step.
-fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
+fn measure(subject: &Subject<'_>) -> Measured<[Left; 3]> {
     let mut groups: [Vec<Left>; 3] = Default::default();
     for state in &subject.states {
         let (series, reach) = subject.system.series(state)?;
-        let (Some(&q), Some(&v), Some(half)) = (series.first(), series.get(1), series.get(2)) else {
+        let (Some(q), Some(v), Some(half)) = (series.first(), series.get(1), series.get(2)) else {
             continue;
         };
-        let a = half.map(|half| 2.0 * half);
-        let force = constraint_force(subject.system, &Point { t: state.t, q, v, a });
+        let a: Vec<f64> = half.iter().map(|half| 2.0 * half).collect();
+        let (t, a) = (state.t, a.as_slice());
+        let force = constraint_force(subject.kernel, AnyPoint { t, q, v, a });
         let factor = (reach / (0.5 * subject.h.abs())).min(1.0);
         let mut rows: [Left; 3] = Default::default();
         for (k, step) in subject.steps().iter().enumerate() {
             let h = subject.h.signum() * step * factor;
             let triple = about(state.t, &series, h);
             let (found, sizes) = left(subject, h, &triple, &force);
-            let momenta = legendre_plus(subject.system, h, &triple.leg);
+            let momenta = legendre_plus(subject.kernel, h, triple.leg.any());
             let rounding = ROUNDING * momenta.iter().fold(0.0, |most, x| larger(most, x.abs()));
             // constraints are no differences of momenta
             let noise = [rounding, 0.0, rounding];
@@ -131,9 +132,9 @@ fn measure<const N: usize>(subject: &Subject<'_, N>) -> Measured<[Left; 3]> {
 }
 
 /// The triple of three nodes of a motion about a point, at the time `t`, from its series there.
-pub fn about<const N: usize>(t: f64, series: &[[f64; N]], h: f64) -> Triple<N> {
-    let at = |power: &dyn Fn(usize) -> f64| -> [f64; N] {
-        let mut sum = [0.0; N];
+pub fn about(t: f64, series: &[Vec<f64>], h: f64) -> Triple {
+    let at = |power: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        let mut sum = vec![0.0; series.first().map_or(0, Vec::len)];
         for (k, coefficient) in series.iter().enumerate().skip(1).rev() {
             let power = power(k);
             for (sum, c) in sum.iter_mut().zip(coefficient) {
@@ -143,9 +144,9 @@ pub fn about<const N: usize>(t: f64, series: &[[f64; N]], h: f64) -> Triple<N> {
         sum
     };
     let power = |k: usize| h.powi(i32::try_from(k).unwrap_or(i32::MAX));
-    let leg = Leg {
+    let leg = OwnedLeg {
         t,
-        q: series[0],
+        q: series.first().cloned().unwrap_or_default(),
         d: at(&|k| if k % 2 == 0 { -power(k) } else { power(k) }),
     };
     let e = at(&|k| if k % 2 == 0 { 2.0 * power(k) } else { 0.0 });
@@ -153,17 +154,12 @@ pub fn about<const N: usize>(t: f64, series: &[[f64; N]], h: f64) -> Triple<N> {
 }
 
 /// What is left at a triple of the true motion, and how large it would be at another one.
-fn left<const N: usize>(
-    subject: &Subject<'_, N>,
-    h: f64,
-    triple: &Triple<N>,
-    force: &[f64; N],
-) -> ([Vec<f64>; 3], [Vec<f64>; 3]) {
-    let declaration = subject.system.declaration();
-    let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
+fn left(subject: &Subject<'_>, h: f64, triple: &Triple, force: &[f64]) -> ([Vec<f64>; 3], [Vec<f64>; 3]) {
+    let declaration = Declaration::of(subject.kernel);
+    let [holonomic, nonholonomic, kinematic] = subject.constraints();
     let constraints = holonomic + nonholonomic + kinematic;
-    let rows = |triple: &Triple<N>| {
-        let multipliers = constraint_multipliers(subject.system, h, triple);
+    let rows = |triple: &Triple| {
+        let multipliers = constraint_multipliers(subject.kernel, h, triple);
         let forces = declaration.force(h, triple.leg.any(), &triple.e);
         let forces = forces.iter().zip(force).map(|(q, force)| q - force).collect();
         let mut constraint = declaration.declared(h, triple.leg.any(), &triple.e, &multipliers);
@@ -175,10 +171,13 @@ fn left<const N: usize>(
     let found: [Vec<f64>; 3] = rows(triple);
     let mut sizes = found.clone().map(|rows| vec![0.0; rows.len()]);
     // component by component: along the second difference itself the constraints of a straight motion need not change
-    for i in 0..N {
-        let mut e = triple.e;
+    for i in 0..triple.e.len() {
+        let mut e = triple.e.clone();
         e[i] *= 1.001;
-        let moved = rows(&Triple { leg: triple.leg, e });
+        let moved = rows(&Triple {
+            leg: triple.leg.clone(),
+            e,
+        });
         for ((sizes, moved), found) in sizes.iter_mut().zip(&moved).zip(&found) {
             for ((size, moved), found) in sizes.iter_mut().zip(moved).zip(found) {
                 *size = larger(*size, 1e3 * (moved - found).abs());

@@ -4,7 +4,7 @@
 //! [extrapolation](super::extrapolation), which does not conserve the law by itself.
 
 use dsocs_core::geometry::{
-    Displacement, Solvable, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
+    Bridge, Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
 };
 
 use super::extrapolation::integrate;
@@ -18,30 +18,27 @@ const TOLERANCE: f64 = 1e-13;
 const FAINT: f64 = 1e-4;
 
 /// The motion with its variations and `dν` for every pair of them.
-struct Equations<'a, const N: usize> {
+struct Equations<'a> {
     /// The system.
-    system: &'a dyn Solvable<N>,
+    system: &'a dyn Bridge,
+    /// The number of coordinates.
+    n: usize,
     /// The number of variations.
     count: usize,
     /// Near which the acceleration is, where there may be several.
-    near: Option<[f64; N]>,
+    near: Option<&'a [f64]>,
 }
 
-/// The parts of a state: `(q, v)`, the displacements, `dν` for every pair, and the time.
-fn part<const N: usize>(state: &[f64], from: usize) -> [f64; N] {
-    core::array::from_fn(|i| state[from + i])
-}
-
-/// The displacement number `k` of a state.
-fn displacement<const N: usize>(state: &[f64], k: usize) -> Displacement<N> {
-    let from = 2 * N * (1 + k);
+/// The displacement number `k` of a state, whose parts are `(q, v)`, the displacements, `dν` for every pair, and the time.
+fn displacement(n: usize, state: &[f64], k: usize) -> Displacement {
+    let from = 2 * n * (1 + k);
     Displacement {
-        first: part(state, from),
-        second: part(state, from + N),
+        first: state[from..from + n].to_vec(),
+        second: state[from + n..from + 2 * n].to_vec(),
     }
 }
 
-impl<const N: usize> Equations<'_, N> {
+impl Equations<'_> {
     /// The rate of change of a state.
     fn rate(&self, state: &[f64], rate: &mut [f64]) {
         // the last of a state is the time
@@ -49,28 +46,30 @@ impl<const N: usize> Equations<'_, N> {
             return;
         };
         *clock = 1.0;
-        let here = (t, part::<N>(state, 0), part(state, N));
-        let Ok(point) = motion_near(self.system, here, self.near.as_ref()) else {
+        let n = self.n;
+        let here = (t, &state[..n], &state[n..2 * n]);
+        let Ok(point) = motion_near(self.system, here, self.near) else {
             rate.fill(f64::NAN);
             return;
         };
+        let point = point.any();
         let mut variations = Vec::with_capacity(self.count);
         for k in 0..self.count {
-            let moved = displacement::<N>(state, k);
-            let Some(variation) = variation(self.system, &point, &moved) else {
+            let moved = displacement(n, state, k);
+            let Some(variation) = variation(self.system, point, &moved) else {
                 rate.fill(f64::NAN);
                 return;
             };
             variations.push((moved, variation));
         }
-        for i in 0..N {
-            (rate[i], rate[N + i]) = (point.v[i], point.a[i]);
+        for i in 0..n {
+            (rate[i], rate[n + i]) = (point.v[i], point.a[i]);
             for (k, (moved, variation)) in variations.iter().enumerate() {
-                let from = 2 * N * (1 + k);
-                (rate[from + i], rate[from + N + i]) = (moved.second[i], variation.a[i]);
+                let from = 2 * n * (1 + k);
+                (rate[from + i], rate[from + n + i]) = (moved.second[i], variation.a[i]);
             }
         }
-        let mut place = 2 * N * (1 + self.count);
+        let mut place = 2 * n * (1 + self.count);
         for (k, u) in variations.iter().enumerate() {
             for w in &variations[..k] {
                 rate[place] = Variation::rate((&u.0, &u.1), (&w.0, &w.1));
@@ -82,42 +81,35 @@ impl<const N: usize> Equations<'_, N> {
 
 /// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
 /// displacements that constraints of lower order allow.
-pub fn law<const N: usize>(
-    system: &dyn Solvable<N>,
-    State {
-        t,
-        q: q0,
-        v: v0,
-        near,
-    }: &State<N>,
-    until: f64,
-) -> Measured<[f64; 2]> {
-    let allowed = state_displacements(system, *t, q0, v0);
-    let count = allowed.len();
-    let mut start = vec![0.0; 2 * N * (1 + count) + count * count.saturating_sub(1) / 2];
-    start.push(*t);
-    for i in 0..N {
-        (start[i], start[N + i]) = (q0[i], v0[i]);
-        for (k, displacement) in allowed.iter().enumerate() {
-            let from = 2 * N * (1 + k);
-            (start[from + i], start[from + N + i]) = (displacement.first[i], displacement.second[i]);
-        }
+pub fn law(system: &dyn Bridge, start: &State, until: f64) -> Measured<[f64; 2]> {
+    let (kernel, t, near) = (system.kernel(), start.t, start.near.as_deref());
+    let allowed = state_displacements(kernel, t, &start.q, &start.v);
+    let (n, count) = (start.q.len(), allowed.len());
+    let before = canonical_form(kernel, t, &start.q, &start.v);
+    let mut state = [&start.q[..], &start.v].concat();
+    for Displacement { first, second } in &allowed {
+        state.extend(first.iter().chain(second));
     }
-    let near = *near;
-    let equations = Equations { system, count, near };
+    state.resize(state.len() + count * count.saturating_sub(1) / 2, 0.0);
+    state.push(t);
+    let equations = Equations {
+        system,
+        n,
+        count,
+        near,
+    };
     let end = integrate(
         &mut |state, rate| equations.rate(state, rate),
-        start,
+        state,
         until,
         TOLERANCE,
     )?;
-    let before = canonical_form(system, *t, q0, v0);
-    let after = canonical_form(system, t + until, &part(&end, 0), &part(&end, N));
+    let after = canonical_form(kernel, t + until, &end[..n], &end[n..2 * n]);
     let mut entries = Vec::new();
-    let mut place = 2 * N * (1 + count);
+    let mut place = 2 * n * (1 + count);
     for (k, first) in allowed.iter().enumerate() {
         for (l, second) in allowed[..k].iter().enumerate() {
-            let (u, w) = (displacement::<N>(&end, k), displacement(&end, l));
+            let (u, w) = (displacement(n, &end, k), displacement(n, &end, l));
             let first = before.of(first, second);
             let d_nu = end[place];
             let terms = size(&after, &u, &w) + first.abs() + d_nu.abs();
@@ -139,11 +131,11 @@ pub fn law<const N: usize>(
 }
 
 /// The sum of the absolute values of a form's terms.
-fn size<const N: usize>(form: &TwoForm<N>, u: &Displacement<N>, w: &Displacement<N>) -> f64 {
-    let (u, w) = ([u.first, u.second], [w.first, w.second]);
+fn size(form: &TwoForm, u: &Displacement, w: &Displacement) -> f64 {
+    let (u, w) = ([&u.first[..], &u.second], [&w.first[..], &w.second]);
     let mut sum = 0.0;
-    for (a, u) in u.iter().enumerate() {
-        for (b, w) in w.iter().enumerate() {
+    for (a, u) in u.into_iter().enumerate() {
+        for (b, w) in w.into_iter().enumerate() {
             for (row, u) in form.blocks[a][b].iter().zip(u) {
                 sum += row.iter().zip(w).map(|(x, w)| (u * x * w).abs()).sum::<f64>();
             }

@@ -1,11 +1,12 @@
 //! Whether the motion obeys the paper's principle: equations and action, each by other code than that which made the motion.
 
-use dsocs_core::Leg;
+use dsocs_core::OwnedLeg;
 use dsocs_core::geometry::{
     Displacement, Triple, admissible_variations, discrete_form, external_forces, legendre_minus,
     legendre_plus, rows_of_written,
 };
 
+use super::probe::less;
 use super::{Report, Subject, larger, largest};
 use crate::stability::Bar;
 
@@ -16,10 +17,11 @@ pub const WRITTEN: f64 = 2.0;
 const STATIONARY: f64 = 1e-12;
 
 /// The equations at the nodes as they are written, and the discrete action.
-pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn equations(subject: &Subject<'_>, report: &mut Report) {
     let mut worst = (0.0, 0);
     for &place in &subject.places {
-        let row = written(subject, subject.legs[place].t, &nodes(&subject.legs, place));
+        let [first, second, third] = &nodes(&subject.legs, place);
+        let row = written(subject, subject.legs[place].t, [first, second, third]);
         if larger(worst.0, row).to_bits() != f64::to_bits(worst.0) {
             worst = (row, place);
         }
@@ -32,12 +34,10 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
     if !Bar::AtMost(WRITTEN).holds(worst.0) {
         report.note(&format!("the worst rows are those of node {}", worst.1 + 1));
     }
-    let [holonomic, nonholonomic, kinematic] = subject.system.constraints();
-    let constraints = holonomic + nonholonomic + kinematic;
     let mut unknown = 0;
     let sizes = sizes(subject);
     let action = largest(&subject.triples, |triple| {
-        let admissible = admissible_variations(subject.system, subject.h, triple, constraints);
+        let admissible = admissible_variations(subject.kernel, subject.h, triple);
         let Some(admissible) = admissible else {
             unknown += 1;
             return Ok(0.0);
@@ -55,17 +55,17 @@ pub fn equations<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) 
 }
 
 /// The three nodes about a place of the motion, as they are written.
-pub fn nodes<const N: usize>(legs: &[Leg<f64, N>], place: usize) -> [[f64; N]; 3] {
+pub fn nodes(legs: &[OwnedLeg<f64>], place: usize) -> [Vec<f64>; 3] {
     let first = match place.checked_sub(1) {
-        Some(before) => legs[before].q,
-        None => core::array::from_fn(|i| legs[0].q[i] - legs[0].d[i]),
+        Some(before) => legs[before].q.clone(),
+        None => less(&legs[0].q, &legs[0].d),
     };
-    [first, legs[place].q, legs[place + 1].q]
+    [first, legs[place].q.clone(), legs[place + 1].q.clone()]
 }
 
 /// The largest row at three nodes, the second at the time `t`, over what their rounding explains.
-fn written<const N: usize>(subject: &Subject<'_, N>, t: f64, nodes: &[[f64; N]; 3]) -> f64 {
-    let rows = rows_of_written(subject.system, t, subject.h, nodes);
+fn written(subject: &Subject<'_>, t: f64, nodes: [&[f64]; 3]) -> f64 {
+    let rows = rows_of_written(subject.kernel, t, subject.h, nodes);
     rows.iter().fold(0.0, |most, &[row, explained]| {
         larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
     })
@@ -73,15 +73,16 @@ fn written<const N: usize>(subject: &Subject<'_, N>, t: f64, nodes: &[[f64; N]; 
 
 /// How large the derivatives of `L_d` by each coordinate of a node become along the motion, and the terms that they are the sums of:
 /// masses times increments. These terms cancel in a momentum that is conserved and zero.
-fn sizes<const N: usize>(subject: &Subject<'_, N>) -> [f64; N] {
-    let mut sizes = [0.0; N];
+fn sizes(subject: &Subject<'_>) -> Vec<f64> {
+    let n = subject.kernel.shape().dimension();
+    let mut sizes = vec![0.0; n];
     for triple in &subject.triples {
         let leg = triple.first();
-        let arriving = legendre_plus(subject.system, subject.h, &leg);
-        let form = discrete_form(subject.system, subject.h, &leg);
+        let arriving = legendre_plus(subject.kernel, subject.h, leg);
+        let form = discrete_form(subject.kernel, subject.h, leg);
         for (i, (size, part)) in sizes.iter_mut().zip(arriving).enumerate() {
             let terms = leg.d.iter().enumerate().map(|(j, d)| {
-                let mass = form.of(&Displacement::unit(i), &Displacement::unit(N + j));
+                let mass = form.of(&Displacement::unit(n, i), &Displacement::unit(n, n + j));
                 (mass * d).abs()
             });
             *size = larger(*size, larger(part.abs(), terms.sum()));
@@ -91,15 +92,10 @@ fn sizes<const N: usize>(subject: &Subject<'_, N>) -> [f64; N] {
 }
 
 /// The derivative of `L_d(q0, q1) + L_d(q1, q2)` along variations of `q1`, with the work of external forces, relative to its terms.
-fn derivative<const N: usize>(
-    subject: &Subject<'_, N>,
-    triple: &Triple<N>,
-    along: &[[f64; N]],
-    sizes: &[f64; N],
-) -> f64 {
-    let arriving = legendre_plus(subject.system, subject.h, &triple.first());
-    let leaving = legendre_minus(subject.system, subject.h, &triple.last(subject.h));
-    let external = external_forces(subject.system, subject.h, triple);
+fn derivative(subject: &Subject<'_>, triple: &Triple, along: &[Vec<f64>], sizes: &[f64]) -> f64 {
+    let arriving = legendre_plus(subject.kernel, subject.h, triple.first());
+    let leaving = legendre_minus(subject.kernel, subject.h, triple.last(subject.h).any());
+    let external = external_forces(subject.kernel, subject.h, triple);
     let mut most = 0.0;
     for variation in along {
         let (mut sum, mut terms) = (0.0, 0.0);

@@ -1,9 +1,10 @@
 //! Whether there is a discrete flow, and whether time can be turned round.
 
-use dsocs_core::Leg;
-use dsocs_core::geometry::{DiscreteFlow, FlowTheorem, Triple, rows_of_written};
+use dsocs_core::AnyLeg;
+use dsocs_core::geometry::{FlowTheorem, Triple, rows_of_written};
 
 use super::equations::WRITTEN;
+use super::probe::less;
 use super::{Measured, Report, Subject, larger, smallest};
 use crate::stability::Bar;
 
@@ -20,11 +21,11 @@ const NEARBY: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
 const NEW: f64 = 1e-3;
 
 /// The conditions of the discrete-flow theorem along the motion.
-pub fn regularity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn regularity(subject: &Subject<'_>, report: &mut Report) {
     let theorems: Vec<FlowTheorem> = subject
         .triples
         .iter()
-        .map(|triple| FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e))
+        .map(|triple| FlowTheorem::at(subject.kernel, subject.h, triple.leg.any(), &triple.e))
         .collect();
     let count = |lost: fn(&FlowTheorem) -> bool| {
         let lost = theorems.iter().filter(|theorem| lost(theorem)).count();
@@ -71,19 +72,20 @@ struct Missed {
 }
 
 /// The step with `−h` and the inverse flow along the motion.
-pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn reversibility(subject: &Subject<'_>, report: &mut Report) {
     let bar = if subject.expected.reversible {
         Bar::AtMost(REVERSED)
     } else {
         Bar::Reported
     };
-    let turned = |triple: &Triple<N>| {
-        let back = DiscreteFlow::new(subject.system, -subject.h)?;
-        let leg = Leg {
-            d: triple.last(subject.h).d.map(|d| -d),
-            ..triple.leg
+    let turned = |triple: &Triple| {
+        let back = subject.flow.with_step(-subject.h)?;
+        let d: Vec<f64> = triple.last(subject.h).d.iter().map(|d| -d).collect();
+        let leg = AnyLeg {
+            d: &d,
+            ..triple.leg.any()
         };
-        Ok(missed(subject, triple, &back.forward_near(&leg, &triple.e)?.e))
+        Ok(missed(subject, triple, &back.forward_near(leg, &triple.e)?.e))
     };
     push(
         report,
@@ -92,10 +94,10 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         subject.spread.iter().map(turned),
     );
     let mut others = 0;
-    let mut back = |triple: &Triple<N>| {
+    let mut back = |triple: &Triple| {
         let last = triple.last(subject.h);
         // where two first nodes lead to the pair, a search from a straight line may find neither
-        let first = subject.flow.backward(&last);
+        let first = subject.flow.backward(last.any());
         let first = first.map(|found| missed(subject, triple, &found.e));
         let apart = match &first {
             Ok(first) if first.legs <= REVERSED || first.is_rounding => return Ok(*first),
@@ -105,8 +107,8 @@ pub fn reversibility<const N: usize>(subject: &Subject<'_, N>, report: &mut Repo
         // where another first node leads to the same pair, this one has to be found from nearby, in a neighbourhood that may be small
         let mut nearby = first;
         for part in NEARBY {
-            let near = triple.e.map(|e| e + part * e.abs());
-            let found = missed(subject, triple, &subject.flow.backward_near(&last, &near)?.e);
+            let near: Vec<f64> = triple.e.iter().map(|e| e + part * e.abs()).collect();
+            let found = missed(subject, triple, &subject.flow.backward_near(last.any(), &near)?.e);
             let is_another = found.legs < NEW * apart;
             nearby = Ok(found);
             if is_another {
@@ -165,12 +167,12 @@ fn push(report: &mut Report, what: &str, bar: Bar, distances: impl Iterator<Item
 }
 
 /// How far the first node that belongs to a second difference is from that of a triple.
-fn missed<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, e: &[f64; N]) -> Missed {
-    let norm = |x: [f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+fn missed(subject: &Subject<'_>, triple: &Triple, e: &[f64]) -> Missed {
+    let norm = |x: &[f64]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
     let last = triple.last(subject.h).d;
-    let apart = norm(core::array::from_fn(|i| e[i] - triple.e[i]));
-    let legs = apart / norm(triple.leg.d).max(norm(last));
-    let d = core::array::from_fn(|i| last[i] - e[i]);
+    let apart = norm(&less(e, &triple.e));
+    let legs = apart / norm(&triple.leg.d).max(norm(&last));
+    let d = less(&last, e);
     Missed {
         legs,
         is_rounding: legs > REVERSED && legs <= magnified(subject, triple) && obeys(subject, triple, &d),
@@ -178,8 +180,8 @@ fn missed<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, e: &[f64
 }
 
 /// How far rounding in the equations may move the first node, in legs.
-fn magnified<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>) -> f64 {
-    let at = FlowTheorem::at(subject.system, subject.h, &triple.leg, &triple.e).regularity;
+fn magnified(subject: &Subject<'_>, triple: &Triple) -> f64 {
+    let at = FlowTheorem::at(subject.kernel, subject.h, triple.leg.any(), &triple.e).regularity;
     ROUNDINGS * f64::EPSILON * at.largest_backward / at.backward
 }
 
@@ -187,17 +189,18 @@ fn magnified<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>) -> f6
 /// constraints of the first pair of nodes.
 ///
 /// The condition of `D₁` alone would let pass, in the directions in which it is not singular, what is no rounding there.
-fn obeys<const N: usize>(subject: &Subject<'_, N>, triple: &Triple<N>, d: &[f64; N]) -> bool {
-    let Leg { t, q: q1, .. } = triple.leg;
+fn obeys(subject: &Subject<'_>, triple: &Triple, d: &[f64]) -> bool {
+    let AnyLeg { t, q: q1, .. } = triple.leg.any();
     let after = triple.last(subject.h).d;
-    let node = |by: [f64; N]| core::array::from_fn(|i| q1[i] + by[i]);
-    let [before, first, last] = [node(d.map(|d| -2.0 * d)), node(d.map(|d| -d)), node(after)];
+    let node =
+        |parts: f64, by: &[f64]| -> Vec<f64> { q1.iter().zip(by).map(|(q, by)| q + parts * by).collect() };
+    let [before, first, last] = [&node(-2.0, d), &node(-1.0, d), &node(1.0, &after)];
     let holds = |rows: &[[f64; 2]]| {
         let mut rows = rows.iter();
         rows.all(|[row, explained]| row.abs() <= WRITTEN * explained)
     };
-    let [holonomic, nonholonomic, _] = subject.system.constraints();
-    let pair = rows_of_written(subject.system, t - subject.h, subject.h, &[before, first, q1]);
-    holds(&rows_of_written(subject.system, t, subject.h, &[first, q1, last]))
+    let [holonomic, nonholonomic, _] = subject.constraints();
+    let pair = rows_of_written(subject.kernel, t - subject.h, subject.h, [before, first, q1]);
+    holds(&rows_of_written(subject.kernel, t, subject.h, [first, q1, last]))
         && holds(&pair[..holonomic + nonholonomic])
 }

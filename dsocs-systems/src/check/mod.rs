@@ -12,7 +12,7 @@ mod flow;
 mod momentum;
 mod order;
 mod power;
-mod probe;
+pub(crate) mod probe;
 mod roots;
 mod symplectic;
 pub(crate) mod third;
@@ -20,12 +20,12 @@ pub(crate) mod third;
 use std::error::Error;
 
 use dsocs_core::geometry::{DiscreteFlow, Triple};
-use dsocs_core::{Leg, Point, System, Unresolved};
+use dsocs_core::{AnyPoint, Kernel, OwnedLeg, System, Unresolved};
 
 use crate::entry::{CheckFailure, Kind, Symmetry};
 use crate::stability::{Bar, told};
 
-use probe::{First, Probe, State};
+use probe::{First, Of, Probe, State, less};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -155,11 +155,13 @@ impl Report {
 }
 
 /// A system with the motion that it is checked on.
-struct Subject<'a, const N: usize> {
+struct Subject<'a> {
+    /// The system with its motions.
+    system: &'a dyn Probe,
     /// The system.
-    system: &'a dyn Probe<N>,
+    kernel: &'a dyn Kernel,
     /// Its step as a map.
-    flow: DiscreteFlow<'a, N>,
+    flow: DiscreteFlow<'a>,
     /// What is expected.
     expected: Expected,
     /// Symmetries of its Lagrangian.
@@ -177,25 +179,33 @@ struct Subject<'a, const N: usize> {
     /// The steps that were too long for the external forces.
     unresolved: Option<Unresolved>,
     /// The start.
-    start: State<N>,
+    start: State,
     /// How the second node follows from it.
     first: First,
     /// The legs of the motion.
-    legs: Vec<Leg<f64, N>>,
+    legs: Vec<OwnedLeg<f64>>,
     /// Where in the motion the triples are, by the number of their first leg.
     places: Vec<usize>,
     /// Triples along it, evenly spread, and the hardest ones.
-    triples: Vec<Triple<N>>,
+    triples: Vec<Triple>,
     /// Those that are evenly spread.
-    spread: Vec<Triple<N>>,
+    spread: Vec<Triple>,
     /// Triples of the first steps.
-    early: Vec<Triple<N>>,
+    early: Vec<Triple>,
     /// States of the continuous motion, evenly spread.
-    states: Vec<State<N>>,
+    states: Vec<State>,
+}
+
+impl Subject<'_> {
+    /// How many constraints there are: on positions, on velocities, on accelerations.
+    fn constraints(&self) -> [usize; 3] {
+        let shape = self.kernel.shape();
+        [shape.holonomic, shape.nonholonomic, shape.kinematic]
+    }
 }
 
 /// Measures the figures of one check.
-type Check<const N: usize> = fn(&Subject<'_, N>, &mut Report);
+type Check = fn(&Subject<'_>, &mut Report);
 
 /// Checks a system on one of its motions.
 ///
@@ -210,40 +220,27 @@ pub fn check<S: System<N>, const N: usize>(
     (q, v): ([f64; N], [f64; N]),
 ) -> Result<Vec<Finding>, CheckFailure> {
     let own = STEPS * settings.h;
-    check_to(system, symmetries, expected, settings, (q, v, None), own)
+    let settings = Settings {
+        q0: &q,
+        v0: &v,
+        a0: None,
+        ..*settings
+    };
+    check_to(&Of::new(system), symmetries, expected, &settings, own)
 }
 
-/// The same, with the acceleration near one where there are several, and to the end `own` unless the settings say another.
-pub(crate) fn check_to<S: System<N>, const N: usize>(
-    system: &S,
+/// The same from the start of the settings, with the acceleration near one where there are several, and to the end `own` unless the settings
+/// say another.
+pub(crate) fn check_to(
+    system: &dyn Probe,
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
-    (q, v, near): ([f64; N], [f64; N], Option<[f64; N]>),
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let t = settings.t0;
-    findings(
-        system,
-        symmetries,
-        expected,
-        settings,
-        State { t, q, v, near },
-        own,
-    )
-}
-
-/// The findings of all checks.
-fn findings<const N: usize>(
-    system: &dyn Probe<N>,
-    symmetries: &[Symmetry],
-    expected: Expected,
-    settings: &Settings<'_>,
-    start: State<N>,
-    own: f64,
-) -> Result<Vec<Finding>, CheckFailure> {
+    let start = State::of(settings);
     let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
-    let flow = DiscreteFlow::new(system, h)?;
+    let flow = system.flow(h)?;
     let start = if settings.begin.projected {
         system.projected(h, &start)?
     } else {
@@ -257,9 +254,14 @@ fn findings<const N: usize>(
     let walked = probe::legs(system, h, (&start, first), asked)?;
     let (places, spread) = places(&walked.legs);
     let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
+    let of = |places: &[usize]| triples(&flow, &walked.legs, places);
+    let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
     let subject = Subject {
         system,
-        flow,
+        kernel: system.kernel(),
+        triples: at_places,
+        spread: at_spread,
+        early: at_early,
         expected,
         symmetries,
         h,
@@ -268,16 +270,14 @@ fn findings<const N: usize>(
         ended: walked.ended,
         own_end: settings.until.is_none(),
         unresolved: walked.unresolved,
+        states: states(system, h, &start, walked.until),
         start,
         first,
-        triples: triples(&flow, &walked.legs, &places)?,
-        spread: triples(&flow, &walked.legs, &spread)?,
-        early: triples(&flow, &walked.legs, &early)?,
         places,
-        states: states(system, h, &start, walked.until),
         legs: walked.legs,
+        flow,
     };
-    let checks: [(&'static str, Check<N>); 11] = [
+    let checks: [(&'static str, Check); 11] = [
         ("window", window),
         ("regularity", flow::regularity),
         ("equations", equations::equations),
@@ -303,7 +303,7 @@ fn findings<const N: usize>(
 }
 
 /// How far the motion goes.
-fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+fn window(subject: &Subject<'_>, report: &mut Report) {
     let bar = if subject.own_end {
         Bar::AtLeast((subject.asked - subject.start.t).abs() * (1.0 - 1e-9) - subject.h.abs())
     } else {
@@ -320,7 +320,7 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     if let Some(ended) = &subject.ended {
         report.note(&format!("{ended}; what follows is about the motion up to there"));
     }
-    if subject.system.is_forced() || subject.unresolved.is_some() {
+    if subject.kernel.shape().external_forces || subject.unresolved.is_some() {
         let steps = subject.unresolved.map_or(0, |unresolved| unresolved.steps);
         report.push(
             "steps within which a force or a constraint jumps",
@@ -336,18 +336,18 @@ fn window<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// The laws that hold for every triple by construction: they hold the code of the constraint force and of the tangent map against that of `L_d`.
-fn identities<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+fn identities(subject: &Subject<'_>, report: &mut Report) {
     symplectic::identity(subject, report);
     momentum::identity(subject, report);
 }
 
 /// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone.
-fn places<const N: usize>(legs: &[Leg<f64, N>]) -> (Vec<usize>, Vec<usize>) {
+fn places(legs: &[OwnedLeg<f64>]) -> (Vec<usize>, Vec<usize>) {
     let last = legs.len() - 1;
     let every = last.div_ceil(TRIPLES);
     let spread: Vec<usize> = (0..last).step_by(every).collect();
     let change = |k: usize| -> f64 {
-        let parts = (0..N).map(|i| {
+        let parts = (0..legs[k].d.len()).map(|i| {
             let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
             let size = a.abs().max(b.abs()).max(c.abs());
             if size > 0.0 {
@@ -368,32 +368,35 @@ fn places<const N: usize>(legs: &[Leg<f64, N>]) -> (Vec<usize>, Vec<usize>) {
 }
 
 /// Triples at some places of a motion.
-fn triples<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    legs: &[Leg<f64, N>],
+fn triples(
+    flow: &DiscreteFlow<'_>,
+    legs: &[OwnedLeg<f64>],
     places: &[usize],
-) -> Result<Vec<Triple<N>>, CheckFailure> {
+) -> Result<Vec<Triple>, CheckFailure> {
     let mut found = Vec::new();
     for &place in places {
-        let [first, last] = [legs[place], legs[place + 1]];
-        let e = core::array::from_fn(|i| last.d[i] - first.d[i]);
-        found.push(flow.forward_near(&first, &e)?);
+        let [first, last] = [&legs[place], &legs[place + 1]];
+        let e = less(&last.d, &first.d);
+        found.push(flow.forward_near(first.any(), &e)?);
     }
     Ok(found)
 }
 
 /// States of the continuous motion: the start, and others if the motion is known so far.
-fn states<const N: usize>(system: &dyn Probe<N>, h: f64, start: &State<N>, until: f64) -> Vec<State<N>> {
-    let mut states = vec![*start];
+fn states(system: &dyn Probe, h: f64, start: &State, until: f64) -> Vec<State> {
+    let mut states = vec![start.clone()];
     let times: Vec<f64> = (1..STATES)
         .map(|k| start.t + (until - start.t) * k as f64 / STATES as f64)
         .collect();
     if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
-        states.extend(motion.iter().map(|&Point { t, q, v, a }| State {
-            t,
-            q,
-            v,
-            near: start.near.map(|_| a),
+        states.extend(motion.iter().map(|point| {
+            let AnyPoint { t, q, v, a } = point.any();
+            State {
+                t,
+                q: q.to_vec(),
+                v: v.to_vec(),
+                near: start.near.as_ref().map(|_| a.to_vec()),
+            }
         }));
     }
     states

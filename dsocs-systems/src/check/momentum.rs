@@ -14,10 +14,10 @@ const ROUNDING: f64 = 1e-13;
 const DRIFT: f64 = 1e-12;
 
 /// The momentum equation of each declared symmetry: an identity where `L_d` is invariant.
-pub fn identity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     for symmetry in subject.symmetries {
         let equation = largest(&subject.triples, |triple| {
-            let [missed, terms] = momentum_equation(&subject.flow, triple, |q: &[f64; N]| symmetry.at(q));
+            let [missed, terms] = momentum_equation(&subject.flow, triple, &|q| symmetry.at(q));
             Ok(if missed == 0.0 { 0.0 } else { missed.abs() / terms })
         });
         report.push(
@@ -29,15 +29,15 @@ pub fn identity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// The invariance of `L_d` under each declared symmetry, and what the motion does to its momentum.
-pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn law(subject: &Subject<'_>, report: &mut Report) {
     if subject.symmetries.is_empty() {
         report.push("symmetries that are declared", Bar::Reported, Ok(0.0));
     }
     for symmetry in subject.symmetries {
-        let generator = |q: &[f64; N]| symmetry.at(q);
+        let generator = |q: &[f64]| symmetry.at(q);
         let name = symmetry.name();
         let invariance = largest(&subject.triples, |triple| {
-            Ok(asymmetry(&subject.flow, &triple.leg, generator))
+            Ok(asymmetry(&subject.flow, triple.leg.any(), &generator))
         });
         report.push(
             format!("{name}: change of L_d, relative to its terms"),
@@ -45,7 +45,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
             invariance,
         );
         let free = subject.expected.kind == Kind::Unconstrained || is_allowed(subject, symmetry);
-        let bar = if free && !subject.system.is_forced() {
+        let bar = if free && !subject.kernel.shape().external_forces {
             Bar::AtMost(DRIFT)
         } else {
             Bar::Reported
@@ -61,9 +61,9 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 /// Whether a symmetry is a virtual displacement along the motion, on which no constraint force does work.
 ///
 /// Where the declaration gives the displacements by fields this is not known.
-fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> bool {
+fn is_allowed(subject: &Subject<'_>, symmetry: &Symmetry) -> bool {
     subject.triples.iter().all(|triple| {
-        let forms = constraint_forms(subject.system, subject.h, triple);
+        let forms = constraint_forms(subject.kernel, subject.h, triple);
         let generator = symmetry.at(&triple.leg.q);
         !forms.is_empty()
             && forms.iter().all(|form| {
@@ -77,10 +77,10 @@ fn is_allowed<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> 
 }
 
 /// How much the momentum varies along the motion, relative to its largest value.
-fn drift<const N: usize>(subject: &Subject<'_, N>, symmetry: &Symmetry) -> f64 {
+fn drift(subject: &Subject<'_>, symmetry: &Symmetry) -> f64 {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for leg in &subject.legs {
-        let momentum = momentum_map(&subject.flow, leg, |q| symmetry.at(q));
+        let momentum = momentum_map(&subject.flow, leg.any(), &|q| symmetry.at(q));
         (least, most) = (least.min(momentum), larger(most, momentum));
     }
     let size = least.abs().max(most.abs());

@@ -3,11 +3,12 @@
 //! Errors are compared as far as the largest step follows the motion at all. Beyond, a chaotic motion forgets its start within the error
 //! of any step, and a fit there would tell of chaos and not of the scheme.
 
+use dsocs_core::Declaration;
 use dsocs_core::geometry::{
     constraint_force, constraint_multipliers, continuous_multipliers, state_displacements,
 };
 
-use super::probe::{First, State};
+use super::probe::{First, State, less};
 use super::{Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
 use crate::stability::Bar;
@@ -57,7 +58,7 @@ const NAMES: [&str; 4] = ["position", "velocity", "force", "multipliers"];
 type Errors = [Vec<Vec<f64>>; 4];
 
 /// The order on the system's own motion.
-pub fn order<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn order(subject: &Subject<'_>, report: &mut Report) {
     let measured = errors(subject);
     let declared = subject.expected.order;
     let (times, errors) = match measured {
@@ -166,7 +167,7 @@ fn worst(errors: &[Vec<f64>]) -> f64 {
 }
 
 /// Why errors are not compared beyond a time.
-fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
+fn beyond(subject: &Subject<'_>, until: f64) -> String {
     let said = format!(
         "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
         subject.h / f64::from(1_u32 << FOLLOWER)
@@ -185,34 +186,42 @@ fn beyond<const N: usize>(subject: &Subject<'_, N>, until: f64) -> String {
 }
 
 /// How many times a small change of the start grows, at most, over the window; and how many times more than in its first half.
-fn growth<const N: usize>(subject: &Subject<'_, N>) -> Measured<[f64; 2]> {
+fn growth(subject: &Subject<'_>) -> Measured<[f64; 2]> {
     let State {
         t,
         q: q0,
         v: v0,
         near,
-    } = subject.start;
+    } = &subject.start;
+    let t = *t;
     let times = |k: u32| t + (subject.until - t) * f64::from(k) / 200.0;
     let times: Vec<f64> = (1..=200).map(times).collect();
     let exact = probe::exact(subject.system, subject.h, &subject.start, &times, TOLERANCE)?;
     let extent = exact
         .iter()
-        .flat_map(|point| (0..N).map(|i| (point.q[i] - q0[i]).abs()))
+        .flat_map(|point| less(point.any().q, q0))
+        .map(f64::abs)
         .fold(0.0, larger);
     let mut most = [0.0; 2];
-    for displacement in state_displacements(subject.system, t, &q0, &v0) {
-        let moved = |x: &[f64; N], by: &[f64; N]| core::array::from_fn(|i| x[i] + CHANGED * extent * by[i]);
+    for displacement in state_displacements(subject.kernel, t, q0, v0) {
+        let moved = |x: &[f64], by: &[f64]| -> Vec<f64> {
+            x.iter()
+                .zip(by)
+                .map(|(x, by)| x + CHANGED * extent * by)
+                .collect()
+        };
         let start = State {
             t,
-            q: moved(&q0, &displacement.first),
-            v: moved(&v0, &displacement.second),
-            near,
+            q: moved(q0, &displacement.first),
+            v: moved(v0, &displacement.second),
+            near: near.clone(),
         };
         let Ok(other) = probe::exact(subject.system, subject.h, &start, &times, TOLERANCE) else {
             continue;
         };
         for (k, (point, other)) in exact.iter().zip(&other).enumerate() {
-            let apart = (0..N).map(|i| (point.q[i] - other.q[i]).abs()).fold(0.0, larger);
+            let apart = less(point.any().q, other.any().q);
+            let apart = apart.into_iter().map(f64::abs).fold(0.0, larger);
             let half = usize::from(2 * k >= exact.len());
             most[half] = larger(most[half], apart / (CHANGED * extent));
         }
@@ -229,7 +238,7 @@ fn followed(errors: &[f64]) -> usize {
 }
 
 /// Times, and the errors there of every quantity with every step.
-fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Errors)> {
+fn errors(subject: &Subject<'_>) -> Measured<(Vec<f64>, Errors)> {
     let h = subject.h;
     let coarse = subject.legs.len().saturating_sub(1).max(2);
     let part = u32::try_from(coarse.div_ceil(NODES))?;
@@ -238,14 +247,15 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
         .map(|k| subject.start.t + (k as f64 * f64::from(part)) * h)
         .collect();
     let exact = probe::exact(subject.system, h, &subject.start, &times, TOLERANCE)?;
-    let system = subject.system;
+    let system = subject.kernel;
     let constrained = subject.expected.kind != Kind::Unconstrained;
     let truth: Vec<[Vec<f64>; 4]> = exact
         .iter()
         .map(|point| {
+            let point = point.any();
             let [mut force, mut multipliers] = [Vec::new(), Vec::new()];
             if constrained {
-                force = constraint_force(system, point).to_vec();
+                force = constraint_force(system, point);
                 multipliers = continuous_multipliers(system, point);
             }
             [point.q.to_vec(), point.v.to_vec(), force, multipliers]
@@ -256,10 +266,15 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
     for halving in 0..HALVINGS {
         let parts = 1_u32 << halving;
         let h = h / f64::from(parts);
-        let nodes = probe::nodes(system, h, (&subject.start, subject.first), (part * parts, count))?;
+        let nodes = probe::nodes(
+            subject.system,
+            h,
+            (&subject.start, subject.first),
+            (part * parts, count),
+        )?;
         let mut found: [Vec<f64>; 4] = Default::default();
         for (node, truth) in nodes.iter().zip(&truth) {
-            let declaration = system.declaration();
+            let declaration = Declaration::of(system);
             let values = [
                 node.leg.q.to_vec(),
                 declaration.point(h, node.leg.any(), &node.e).any().v.to_vec(),
@@ -294,7 +309,7 @@ fn errors<const N: usize>(subject: &Subject<'_, N>) -> Measured<(Vec<f64>, Error
 }
 
 /// How large each component of a quantity becomes: of positions, how far they go.
-fn scales<const N: usize>(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64; N]) -> Vec<f64> {
+fn scales(k: usize, truth: &[[Vec<f64>; 4]], q0: &[f64]) -> Vec<f64> {
     let components = truth.first().map_or(0, |truth| truth[k].len());
     let extent = |i: usize| {
         let from = if k == 0 { q0[i] } else { 0.0 };

@@ -5,10 +5,10 @@
 //! fitted.
 
 use dsocs_core::geometry::{Triple, discrete_power, power};
-use dsocs_core::{Leg, Point};
+use dsocs_core::{AnyPoint, Declaration, OwnedLeg, OwnedPoint};
 
 use super::order::{above, fitted};
-use super::probe::{Probe, State};
+use super::probe::{Probe, State, less};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::stability::Bar;
 
@@ -36,10 +36,11 @@ const GAUSS: [[f64; 2]; 4] = [
 ];
 
 /// Both balances.
-pub fn balance<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
-    let system = subject.system;
+pub fn balance(subject: &Subject<'_>, report: &mut Report) {
     let identity = largest(&subject.states, |state| {
-        defect(system, state, subject.h, &|point| power(system, point))
+        defect(subject.system, state, subject.h, &|point| {
+            power(subject.kernel, point)
+        })
     });
     report.push(
         "E − ∫(⟨Q + f, v⟩ − ∂L/∂t) dt along the continuous motion, relative to the terms",
@@ -72,12 +73,7 @@ pub fn balance<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 
 /// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
 /// terms: about a step, or as far as the series reaches.
-fn defect<const N: usize>(
-    system: &dyn Probe<N>,
-    state: &State<N>,
-    h: f64,
-    power: &dyn Fn(&Point<f64, N>) -> f64,
-) -> Measured {
+fn defect(system: &dyn Probe, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
     let (series, reach) = system.series(state)?;
     // a series knows its second derivative to fewer digits at its end
     let span = h.signum() * (0.5 * reach).min(h.abs());
@@ -85,18 +81,16 @@ fn defect<const N: usize>(
     let mut sum = 0.0;
     for [node, weight] in GAUSS {
         for side in [-1.0, 1.0] {
-            sum += weight * middle * power(&point(state.t, &series, middle * (1.0 + side * node)));
+            sum += weight * middle * power(point(state.t, &series, middle * (1.0 + side * node)).any());
         }
     }
-    let declaration = system.declaration();
+    let declaration = Declaration::of(system.kernel());
     let [from, to] = [0.0, span].map(|s| {
-        let Point { t, q, v, .. } = point(state.t, &series, s);
-        let energy = declaration.energy(t, &q, &v);
+        let point = point(state.t, &series, s);
+        let AnyPoint { t, q, v, .. } = point.any();
+        let energy = declaration.energy(t, q, v);
         // E + L is the other term
-        [
-            energy,
-            energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
-        ]
+        [energy, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs()]
     });
     let terms = from[1] + to[1] + sum.abs();
     let missed = (to[0] - from[0] - sum).abs();
@@ -104,68 +98,65 @@ fn defect<const N: usize>(
 }
 
 /// The point of a series at a time after that of its centre.
-fn point<const N: usize>(t: f64, series: &[[f64; N]], s: f64) -> Point<f64, N> {
-    let mut point = Point {
-        t: t + s,
-        q: [0.0; N],
-        v: [0.0; N],
-        a: [0.0; N],
-    };
+fn point(t: f64, series: &[Vec<f64>], s: f64) -> OwnedPoint<f64> {
+    let zero = || vec![0.0; series.first().map_or(0, Vec::len)];
+    let [mut q, mut v, mut a] = [zero(), zero(), zero()];
     for (k, coefficient) in series.iter().enumerate().rev() {
         let k = k as f64;
         for (i, c) in coefficient.iter().enumerate() {
-            point.q[i] = point.q[i] * s + c;
+            q[i] = q[i] * s + c;
             if k > 0.0 {
-                point.v[i] = point.v[i] * s + k * c;
+                v[i] = v[i] * s + k * c;
             }
             if k > 1.0 {
-                point.a[i] = point.a[i] * s + k * (k - 1.0) * c;
+                a[i] = a[i] * s + k * (k - 1.0) * c;
             }
         }
     }
-    point
+    let (q, v, a) = (&q, &v, &a);
+    AnyPoint { t: t + s, q, v, a }.to_owned()
 }
 
 /// The largest difference of the energy at a node of the discrete motion with the step `h` from that at the first one and what
 /// the power has changed since, by the trapezoidal rule, relative to the energy's terms.
-fn discrete_defect<const N: usize>(subject: &Subject<'_, N>, h: f64) -> Measured {
-    let system = subject.system;
-    let declaration = system.declaration();
+fn discrete_defect(subject: &Subject<'_>, h: f64) -> Measured {
+    let system = subject.kernel;
+    let declaration = Declaration::of(system);
     let span = (subject.until - subject.start.t)
         .abs()
         .min(STEPS * subject.h.abs());
-    let (mut before, mut last): (Option<Leg<f64, N>>, Option<[f64; 2]>) = (None, None);
+    let (mut before, mut last): (Option<OwnedLeg<f64>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut first = 0.0;
-    let (_, walked) = system.walk(h, (&subject.start, subject.first), &mut |_, time, leg| {
-        if let Some(middle) = before {
-            let e = core::array::from_fn(|i| leg.d[i] - middle.d[i]);
-            let triple = Triple { leg: middle, e };
-            let point: Point<f64, N> = declaration.point(h, middle.any(), &e).sized();
-            let Point { t, q, v, .. } = point;
-            let energy = declaration.energy(t, &q, &v);
-            let power = discrete_power(system, h, &triple);
-            if let Some([_, earlier]) = last {
-                change += h * (earlier + power) / 2.0;
-                missed = larger(missed, (energy - first - change).abs());
-            } else {
-                first = energy;
+    let (_, walked) = subject
+        .system
+        .walk(h, (&subject.start, subject.first), &mut |_, time, leg| {
+            if let Some(middle) = before.take() {
+                let e = less(leg.d, &middle.d);
+                let triple = Triple { leg: middle, e };
+                let point = declaration.point(h, triple.leg.any(), &triple.e);
+                let AnyPoint { t, q, v, .. } = point.any();
+                let energy = declaration.energy(t, q, v);
+                let power = discrete_power(system, h, &triple);
+                if let Some([_, earlier]) = last {
+                    change += h * (earlier + power) / 2.0;
+                    missed = larger(missed, (energy - first - change).abs());
+                } else {
+                    first = energy;
+                }
+                terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
+                last = Some([energy, power]);
             }
-            terms = larger(
-                terms,
-                energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
-            );
-            last = Some([energy, power]);
-        }
-        before = Some(leg);
-        (time - subject.start.t).abs() < span
-    });
+            before = Some(leg.to_owned());
+            (time - subject.start.t).abs() < span
+        });
     walked?;
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::probe::Of;
     use dsocs_core::{System, dsocs};
 
     use super::*;
@@ -188,23 +179,24 @@ mod tests {
         let (x, u) = (1.0, 0.4);
         let state = State {
             t,
-            q: [x, x * t.sin() / 2.0],
-            v: [u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
+            q: vec![x, x * t.sin() / 2.0],
+            v: vec![u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
             near: None,
         };
-        let probe: &dyn Probe<2> = &system;
-        let found = |power: &dyn Fn(&Point<f64, 2>) -> f64| defect(probe, &state, 0.1, power).unwrap();
-        let right = found(&|point| power(probe, point));
+        let of = Of::new(&system);
+        let probe: &dyn Probe = &of;
+        let found = |power: &dyn Fn(AnyPoint<'_, f64>) -> f64| defect(probe, &state, 0.1, power).unwrap();
+        let right = found(&|point| power(&system, point));
         assert!(right < 1e-14, "{right:e}");
         // without the drive, without the friction, without the constraint's force
-        let square = |x: &[f64; 2]| x[0] * x[0] + x[1] * x[1];
-        let drive = |point: &Point<f64, 2>| point.t.cos() / 4.0 * square(&point.q);
-        let friction = |point: &Point<f64, 2>| -0.3 * square(&point.v);
-        let constraint = |point: &Point<f64, 2>| power(probe, point) - drive(point) - friction(point);
+        let square = |x: &[f64]| x[0] * x[0] + x[1] * x[1];
+        let drive = |point: AnyPoint<'_, f64>| point.t.cos() / 4.0 * square(point.q);
+        let friction = |point: AnyPoint<'_, f64>| -0.3 * square(point.v);
+        let constraint = |point: AnyPoint<'_, f64>| power(&system, point) - drive(point) - friction(point);
         let wrong = [
-            found(&|point| power(probe, point) - drive(point)),
-            found(&|point| power(probe, point) - friction(point)),
-            found(&|point| power(probe, point) - constraint(point)),
+            found(&|point| power(&system, point) - drive(point)),
+            found(&|point| power(&system, point) - friction(point)),
+            found(&|point| power(&system, point) - constraint(point)),
         ];
         for wrong in wrong {
             assert!(wrong > 1e6 * IDENTITY, "{wrong:e}");

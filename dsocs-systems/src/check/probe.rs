@@ -1,35 +1,29 @@
-//! What the checks ask of a system beside its geometry: this is made anew for every system, and the checks are not.
+//! What the checks ask of a system beside its geometry: motions, discrete and continuous.
+//!
+//! This is made anew for every system, and the checks are not.
 
-use dsocs_core::geometry::{Solvable, Triple};
-use dsocs_core::{Flow, Leg, Point, Start, Stepper, System, TaylorFlow, Tolerance, Unresolved};
+use std::ops::ControlFlow;
 
-use super::Measured;
+use dsocs_core::geometry::{Bridge, DiscreteFlow, GeometryError, Triple, Typed};
+use dsocs_core::{
+    AnyLeg, AnyPoint, Flow, Kernel, Node, OwnedLeg, OwnedPoint, Regularity, SetupError, Start, Stepper,
+    System, TaylorFlow, Tolerance, Unresolved,
+};
+
+use super::{Measured, Settings};
 use crate::entry::CheckFailure;
 
 /// A state of the continuous motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<const N: usize> {
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
     /// The time.
     pub t: f64,
     /// The position.
-    pub q: [f64; N],
+    pub q: Vec<f64>,
     /// The velocity.
-    pub v: [f64; N],
+    pub v: Vec<f64>,
     /// Near which the acceleration is, where there may be several.
-    pub near: Option<[f64; N]>,
-}
-
-impl<const N: usize> State<N> {
-    /// As the start of a run.
-    fn start(&self) -> Start<N> {
-        self.meant(Start::second_order(self.q, self.v))
-    }
-
-    /// A start from here, with the time and the acceleration that is meant.
-    fn meant(&self, start: Start<N>) -> Start<N> {
-        let start = start.at(self.t);
-        self.near.map_or(start, |near| start.near_acceleration(near))
-    }
+    pub near: Option<Vec<f64>>,
 }
 
 /// How the second node follows from a state.
@@ -42,56 +36,155 @@ pub enum First {
 }
 
 /// Is shown the number, the time and the leg of a position, and says whether the motion goes on.
-type Walker<'w, const N: usize> = &'w mut dyn FnMut(u64, f64, Leg<f64, N>) -> bool;
+type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>) -> bool;
+
+/// A node of a motion of third order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Passed {
+    /// The time.
+    pub t: f64,
+    /// The position.
+    pub q: Vec<f64>,
+    /// The velocity.
+    pub v: Vec<f64>,
+}
 
 /// A system whose motions can be computed.
-pub trait Probe<const N: usize>: Solvable<N> {
+pub trait Probe {
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The system with its steps and accelerations.
+    fn bridge(&self) -> &dyn Bridge;
+
+    /// Its step as a map.
+    fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError>;
+
     /// Walks along the discrete motion from a state, from the second node on. Gives the steps that were too long for the external forces.
     fn walk(
         &self,
         h: f64,
-        start: (&State<N>, First),
-        walker: Walker<'_, N>,
+        start: (&State, First),
+        walker: Walker<'_>,
     ) -> (Option<Unresolved>, Result<(), CheckFailure>);
 
     /// A state on the constraints of positions and velocities, near to one that may violate them.
-    fn projected(&self, h: f64, state: &State<N>) -> Result<State<N>, CheckFailure>;
+    fn projected(&self, h: f64, state: &State) -> Result<State, CheckFailure>;
 
     /// Shows the continuous motion from a state at some times, to a tolerance, back in time if asked for.
     fn sample(
         &self,
-        start: &State<N>,
+        start: &State,
         tolerance: Tolerance,
         times: (&[f64], bool),
-        observer: &mut dyn FnMut(f64, &Point<f64, N>),
+        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
     ) -> Measured<()>;
 
     /// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
-    fn series(&self, start: &State<N>) -> Measured<(Vec<[f64; N]>, f64)>;
-
-    /// Whether external forces act.
-    fn is_forced(&self) -> bool;
-
-    /// How many constraints there are: on positions, on velocities, on accelerations.
-    fn constraints(&self) -> [usize; 3];
+    fn series(&self, start: &State) -> Measured<(Vec<Vec<f64>>, f64)>;
 }
 
-impl<S: System<N>, const N: usize> Probe<N> for S {
+/// A system of third order whose motions can be computed.
+pub trait ThirdOrderProbe {
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The nodes of the motion from a state, which says the acceleration, up to a time, with the regularity of each step.
+    fn certified(
+        &self,
+        h: f64,
+        start: &State,
+        until: f64,
+    ) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure>;
+
+    /// The nodes of the motion with a step.
+    fn nodes(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>>;
+
+    /// The nodes of the way back from the end.
+    fn back(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>>;
+}
+
+/// A system of a type.
+pub struct Of<'s, S, const N: usize> {
+    system: &'s S,
+    bridge: Typed<'s, S, N>,
+}
+
+impl<'s, S, const N: usize> Of<'s, S, N> {
+    /// The system, without its type.
+    pub fn new(system: &'s S) -> Self {
+        Self {
+            system,
+            bridge: Typed(system),
+        }
+    }
+}
+
+/// A vector with its number of coordinates; NaN where it has another one.
+fn sized<const N: usize>(vector: &[f64]) -> [f64; N] {
+    vector.try_into().unwrap_or([f64::NAN; N])
+}
+
+impl State {
+    /// The start of the motion to check.
+    pub fn of(settings: &Settings<'_>) -> Self {
+        Self {
+            t: settings.t0,
+            q: settings.q0.to_vec(),
+            v: settings.v0.to_vec(),
+            near: settings.a0.map(<[f64]>::to_vec),
+        }
+    }
+
+    /// As the start of a run.
+    fn start<const N: usize>(&self) -> Start<N> {
+        self.meant(Start::second_order(sized(&self.q), sized(&self.v)))
+    }
+
+    /// A start from here, with the time and the acceleration that is meant.
+    fn meant<const N: usize>(&self, start: Start<N>) -> Start<N> {
+        let start = start.at(self.t);
+        match &self.near {
+            Some(near) => start.near_acceleration(sized(near)),
+            None => start,
+        }
+    }
+
+    /// The start of a run of third order, with the acceleration that is said.
+    fn third_order<const N: usize>(&self) -> Result<Start<N>, SetupError> {
+        let a0 = self.near.as_ref().ok_or(SetupError::FreeAcceleration)?;
+        Ok(Start::third_order(sized(&self.q), sized(&self.v), sized(a0)).at(self.t))
+    }
+}
+
+impl<S: System<N>, const N: usize> Probe for Of<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn bridge(&self) -> &dyn Bridge {
+        &self.bridge
+    }
+
+    fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError> {
+        DiscreteFlow::new(self.system, h)
+    }
+
     fn walk(
         &self,
         h: f64,
-        (state, first): (&State<N>, First),
-        walker: Walker<'_, N>,
+        (state, first): (&State, First),
+        walker: Walker<'_>,
     ) -> (Option<Unresolved>, Result<(), CheckFailure>) {
         let start = match first {
             First::SecondOrder => state.start(),
-            First::Paper => state.meant(Start::paper(state.q, state.v)),
+            First::Paper => state.meant(Start::paper(sized(&state.q), sized(&state.v))),
         };
-        let mut flow = match Flow::new(self, h, start) {
+        let mut flow = match Flow::new(self.system, h, start) {
             Ok(flow) => flow,
             Err(error) => return (None, Err(error.into())),
         };
-        while walker(flow.index(), flow.time(), flow.leg()) {
+        while walker(flow.index(), flow.time(), flow.leg().any()) {
             if let Err(error) = flow.advance() {
                 return (flow.unresolved(), Err(error.into()));
             }
@@ -99,51 +192,91 @@ impl<S: System<N>, const N: usize> Probe<N> for S {
         (flow.unresolved(), Ok(()))
     }
 
-    fn projected(&self, h: f64, state: &State<N>) -> Result<State<N>, CheckFailure> {
-        let node = Flow::new(self, h, state.start().projected())?.node();
+    fn projected(&self, h: f64, state: &State) -> Result<State, CheckFailure> {
+        let node = Flow::new(self.system, h, state.start().projected())?.node();
         Ok(State {
             t: state.t,
-            q: node.q,
-            v: node.v,
-            near: state.near,
+            q: node.q.to_vec(),
+            v: node.v.to_vec(),
+            near: state.near.clone(),
         })
     }
 
     fn sample(
         &self,
-        start: &State<N>,
+        start: &State,
         tolerance: Tolerance,
         (times, back): (&[f64], bool),
-        observer: &mut dyn FnMut(f64, &Point<f64, N>),
+        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
     ) -> Measured<()> {
-        let mut flow = TaylorFlow::new(self, start.start(), tolerance)?;
+        let mut flow = TaylorFlow::new(self.system, start.start(), tolerance)?;
         if back {
             flow.reverse()?;
         }
-        Ok(Stepper::sample(&mut flow, times, observer)?)
+        Ok(Stepper::sample(&mut flow, times, &mut |t, point| {
+            observer(t, point.any());
+        })?)
     }
 
-    fn series(&self, start: &State<N>) -> Measured<(Vec<[f64; N]>, f64)> {
+    fn series(&self, start: &State) -> Measured<(Vec<Vec<f64>>, f64)> {
         let start = start.start().projected();
-        let mut flow = TaylorFlow::new(self, start, Tolerance::relative(1e-15))?;
+        let mut flow = TaylorFlow::new(self.system, start, Tolerance::relative(1e-15))?;
         flow.advance()?;
         let polynomial = flow.polynomial().ok_or("the motion has no series")?;
-        Ok((polynomial.series().position().to_vec(), polynomial.length().abs()))
+        let position = polynomial.series().position::<N>().iter();
+        Ok((position.map(|c| c.to_vec()).collect(), polynomial.length().abs()))
+    }
+}
+
+impl<S: System<N>, const N: usize> ThirdOrderProbe for Of<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
     }
 
-    fn is_forced(&self) -> bool {
-        S::EXTERNAL_FORCES
+    fn certified(
+        &self,
+        h: f64,
+        start: &State,
+        until: f64,
+    ) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure> {
+        let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
+        let mut flow = Flow::new(self.system, h, start.third_order()?)?;
+        flow.certify(until, &mut |node, found| {
+            nodes.push(passed(node));
+            regularity.extend(found);
+            ControlFlow::Continue(())
+        })?;
+        Ok((nodes, regularity))
     }
 
-    fn constraints(&self) -> [usize; 3] {
-        [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC]
+    fn nodes(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>> {
+        let nodes = Flow::new(self.system, h, start.third_order()?)?
+            .until(until)?
+            .nodes;
+        Ok(nodes.iter().map(passed).collect())
+    }
+
+    fn back(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>> {
+        let mut flow = Flow::new(self.system, h, start.third_order()?)?;
+        flow.until(until)?;
+        flow.reverse()?;
+        Ok(flow.until(start.t)?.nodes.iter().map(passed).collect())
+    }
+}
+
+/// What the checks look at of a node.
+fn passed<const N: usize>(node: &Node<N>) -> Passed {
+    Passed {
+        t: node.t,
+        q: node.q.to_vec(),
+        v: node.v.to_vec(),
     }
 }
 
 /// The legs of a motion, and why there are no more.
-pub struct Walked<const N: usize> {
+pub struct Walked {
     /// The legs, at least three.
-    pub legs: Vec<Leg<f64, N>>,
+    pub legs: Vec<OwnedLeg<f64>>,
     /// The time that is reached.
     pub until: f64,
     /// Why the end is not.
@@ -153,17 +286,12 @@ pub struct Walked<const N: usize> {
 }
 
 /// The legs of the motion from a state up to the time `until`, or as far as it goes.
-pub fn legs<const N: usize>(
-    probe: &dyn Probe<N>,
-    h: f64,
-    start: (&State<N>, First),
-    until: f64,
-) -> Result<Walked<N>, CheckFailure> {
+pub fn legs(probe: &dyn Probe, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
     let (mut legs, mut reached) = (Vec::new(), start.0.t);
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
     let (unresolved, walked) = probe.walk(h, start, &mut |_, time, leg| {
-        legs.push(leg);
+        legs.push(leg.to_owned());
         reached = time;
         (time - last) * h.signum() < 0.0 || legs.len() < 3
     });
@@ -180,22 +308,27 @@ pub fn legs<const N: usize>(
     })
 }
 
+/// By how much a vector is more than another one.
+pub fn less(x: &[f64], y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| x - y).collect()
+}
+
 /// Nodes of the motion from a state with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
-pub fn nodes<const N: usize>(
-    probe: &dyn Probe<N>,
+pub fn nodes(
+    probe: &dyn Probe,
     h: f64,
-    start: (&State<N>, First),
+    start: (&State, First),
     (part, count): (u32, usize),
-) -> Measured<Vec<Triple<N>>> {
-    let mut nodes: Vec<Triple<N>> = Vec::with_capacity(count);
-    let mut before: Option<Leg<f64, N>> = None;
+) -> Measured<Vec<Triple>> {
+    let mut nodes: Vec<Triple> = Vec::with_capacity(count);
+    let mut before: Option<OwnedLeg<f64>> = None;
     let (_, walked) = probe.walk(h, start, &mut |index, _, leg| {
         if let Some(first) = before.take() {
-            let e = core::array::from_fn(|i| leg.d[i] - first.d[i]);
+            let e = less(leg.d, &first.d);
             nodes.push(Triple { leg: first, e });
         }
         if index == u64::from(part) * (nodes.len() as u64 + 1) {
-            before = Some(leg);
+            before = Some(leg.to_owned());
         }
         nodes.len() < count
     });
@@ -209,17 +342,17 @@ pub fn nodes<const N: usize>(
 }
 
 /// The continuous motion from a state at some times, in the direction of `h`, to a tolerance.
-pub fn exact<const N: usize>(
-    probe: &dyn Probe<N>,
+pub fn exact(
+    probe: &dyn Probe,
     h: f64,
-    start: &State<N>,
+    start: &State,
     times: &[f64],
     tolerance: f64,
-) -> Measured<Vec<Point<f64, N>>> {
+) -> Measured<Vec<OwnedPoint<f64>>> {
     let mut motion = Vec::with_capacity(times.len());
     let tolerance = Tolerance::relative(tolerance);
     probe.sample(start, tolerance, (times, h < 0.0), &mut |_, point| {
-        motion.push(*point);
+        motion.push(point.to_owned());
     })?;
     Ok(motion)
 }

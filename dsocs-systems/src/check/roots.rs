@@ -25,7 +25,7 @@ const MODE: f64 = 0.5;
 const QUARTERS: i32 = 10;
 
 /// The other roots along the motion, and modes without a counterpart.
-pub fn roots<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn roots(subject: &Subject<'_>, report: &mut Report) {
     let distances: Vec<f64> = subject
         .triples
         .iter()
@@ -54,32 +54,34 @@ pub fn roots<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// The longer of both legs by coordinate.
-fn lengths<const N: usize>(triple: &Triple<N>) -> [f64; N] {
+fn lengths(triple: &Triple) -> Vec<f64> {
     // the time does not matter
     let last = triple.last(0.0);
-    let own: [f64; N] = core::array::from_fn(|i| triple.leg.d[i].abs().max(last.d[i].abs()));
+    let legs = triple.leg.d.iter().zip(&last.d);
+    let own: Vec<f64> = legs.map(|(first, last)| first.abs().max(last.abs())).collect();
     let longest = own.iter().fold(0.0_f64, |longest, x| longest.max(*x));
-    own.map(|own| {
+    let length = |own: &f64| {
         if longest > 0.0 {
             own.max(STILL * longest)
         } else {
             1.0
         }
-    })
+    };
+    own.iter().map(length).collect()
 }
 
 /// The distance of the nearest other solution of a step that is found, in legs.
-fn other<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Option<f64> {
+fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
     let lengths = lengths(triple);
     let mut nearest: Option<f64> = None;
-    for i in 0..N {
+    for i in 0..lengths.len() {
         for far in GUESSES.into_iter().flat_map(|far| [far, -far]) {
-            let mut guess = triple.e;
+            let mut guess = triple.e.clone();
             guess[i] += far * lengths[i];
-            let Ok(found) = flow.forward_near(&triple.leg, &guess) else {
+            let Ok(found) = flow.forward_near(triple.leg.any(), &guess) else {
                 continue;
             };
-            let apart = (0..N)
+            let apart = (0..lengths.len())
                 .map(|i| (found.e[i] - triple.e[i]).abs() / lengths[i])
                 .fold(0.0, larger);
             // rounding is what is nearer
@@ -96,16 +98,16 @@ fn other<const N: usize>(flow: &DiscreteFlow<'_, N>, triple: &Triple<N>) -> Opti
 /// The step is a map of pairs of nodes, which has twice as many modes as there are coordinates, as the continuous motion has. A mode without a
 /// counterpart (the leapfrog of a constraint without accelerations that is imposed on three nodes) turns a change of the leg into its
 /// negative, `δe = −2 δd`, at any step; in all others `δe` is of the order of `h δd`.
-fn parasitic<const N: usize>(subject: &Subject<'_, N>) -> Measured {
+fn parasitic(subject: &Subject<'_>) -> Measured {
     let mut most = 0.0;
     for state in &subject.states {
         let (series, reach) = subject.system.series(state)?;
         let mut found = f64::NAN;
         for quarter in 0..=QUARTERS {
             let h = subject.h.signum() * subject.h.abs().min(reach) * 0.25_f64.powi(quarter);
-            let flow = DiscreteFlow::new(subject.system, h)?;
+            let flow = subject.flow.with_step(h)?;
             let near = about(state.t, &series, h);
-            let triple = flow.forward_near(&near.leg, &near.e)?;
+            let triple = flow.forward_near(near.leg.any(), &near.e)?;
             found = returned(subject, &flow, &triple)?;
             if found <= MODE {
                 break;
@@ -117,28 +119,26 @@ fn parasitic<const N: usize>(subject: &Subject<'_, N>) -> Measured {
 }
 
 /// The largest `δe` over the change of the first node that makes it, in legs, where the second node stays.
-fn returned<const N: usize>(
-    subject: &Subject<'_, N>,
-    flow: &DiscreteFlow<'_, N>,
-    triple: &Triple<N>,
-) -> Measured {
+fn returned(subject: &Subject<'_>, flow: &DiscreteFlow<'_>, triple: &Triple) -> Measured {
     let tangent = flow.tangent(triple)?;
     let lengths = lengths(triple);
-    let allowed = pair_displacements(subject.system, flow.h(), &triple.leg);
+    let allowed = pair_displacements(subject.kernel, flow.h(), triple.leg.any());
     // combinations of the allowed displacements that leave the second node where it is
-    let mut vectors: Vec<[[f64; N]; 2]> = allowed
+    let in_legs =
+        |part: &[f64]| -> Vec<f64> { part.iter().zip(&lengths).map(|(x, length)| x / length).collect() };
+    let mut vectors: Vec<[Vec<f64>; 2]> = allowed
         .iter()
-        .map(|u| [u.second, u.first].map(|part| core::array::from_fn(|i| part[i] / lengths[i])))
+        .map(|u| [in_legs(&u.second), in_legs(&u.first)])
         .collect();
-    for i in 0..N {
-        let size = |vector: &[[f64; N]; 2]| vector[0][i].abs();
+    for i in 0..lengths.len() {
+        let size = |vector: &[Vec<f64>; 2]| vector[0][i].abs();
         let Some(pivot) = (0..vectors.len()).max_by(|&k, &l| size(&vectors[k]).total_cmp(&size(&vectors[l])))
         else {
             break;
         };
         let scale = vectors[pivot]
-            .as_flattened()
             .iter()
+            .flatten()
             .fold(0.0_f64, |x, y| x.max(y.abs()));
         if size(&vectors[pivot]) <= 1e-9 * scale {
             continue;
@@ -146,17 +146,17 @@ fn returned<const N: usize>(
         let row = vectors.swap_remove(pivot);
         for vector in &mut vectors {
             let factor = vector[0][i] / row[0][i];
-            for (x, y) in vector.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+            for (x, y) in vector.iter_mut().flatten().zip(row.iter().flatten()) {
                 *x -= factor * y;
             }
         }
     }
-    let norm = |x: &[f64; N]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    let norm = |x: &[f64]| x.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
     let mut most = 0.0;
     for [_, first] in &vectors {
-        let mut change = *first;
+        let mut change = first.clone();
         for (i, change) in change.iter_mut().enumerate() {
-            for j in 0..N {
+            for j in 0..lengths.len() {
                 *change += tangent.by_first[i][j] * lengths[j] * first[j] / lengths[i];
             }
         }

@@ -1,6 +1,6 @@
 //! How the symplectic form evolves, discretely and continuously.
 
-use dsocs_core::Leg;
+use dsocs_core::AnyLeg;
 use dsocs_core::geometry::{
     DiscreteFlow, Displacement, Evolution, GeometryError, Triple, pair_displacements,
 };
@@ -38,7 +38,7 @@ const MOVED: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const STILL: f64 = 1e-3;
 
 /// `F*Ω = Ω + dξ`, each term by itself: an identity, whatever the map.
-pub fn identity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn identity(subject: &Subject<'_>, report: &mut Report) {
     let defect = largest(&subject.triples, |triple| {
         Ok(Evolution::of(&subject.flow, triple)?.defect())
     });
@@ -46,10 +46,10 @@ pub fn identity<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 }
 
 /// What the constraints leave of symplecticity, discretely and continuously, and the tangent map.
-pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
+pub fn law(subject: &Subject<'_>, report: &mut Report) {
     let change = largest(&subject.triples, |triple| {
         let law = Evolution::of(&subject.flow, triple)?;
-        let allowed = pair_displacements(subject.system, subject.h, &triple.leg);
+        let allowed = pair_displacements(subject.kernel, subject.h, triple.leg.any());
         Ok(law.change_on(&allowed))
     });
     // where steps are ill-conditioned, as on a switch, no difference quotient tells a derivative
@@ -61,7 +61,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
     let laws: Vec<Measured<[f64; 2]>> = subject
         .states
         .iter()
-        .map(|state| continuous::law(subject.system, state, window))
+        .map(|state| continuous::law(subject.system.bridge(), state, window))
         .collect();
     let stiff = laws.iter().skip(1).filter(|law| law.is_err()).count();
     // the start has to be possible
@@ -74,8 +74,8 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
         }
     }
     let d_nu = continuous.as_ref().map_or(0.0, |laws| laws[1]);
-    let is_symplectic =
-        matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic) && !subject.system.is_forced();
+    let is_symplectic = matches!(subject.expected.kind, Kind::Unconstrained | Kind::Holonomic)
+        && !subject.kernel.shape().external_forces;
     let discrete = match (is_symplectic, d_nu) {
         (true, _) => Bar::AtMost(ZERO),
         // where the constraints change the form of the continuous motion they change the discrete one
@@ -124,11 +124,7 @@ pub fn law<const N: usize>(subject: &Subject<'_, N>, report: &mut Report) {
 /// # Errors
 ///
 /// [`GeometryError`] if none of the moved steps along a coordinate has a solution.
-fn quotient<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    triple: &Triple<N>,
-    law: &Evolution<N>,
-) -> Result<f64, GeometryError> {
+fn quotient(flow: &DiscreteFlow<'_>, triple: &Triple, law: &Evolution) -> Result<f64, GeometryError> {
     let last = triple.last(flow.h()).d;
     // both legs: the first is zero where a force begins to act on what is at rest
     let legs = triple.leg.d.iter().chain(&last);
@@ -137,9 +133,10 @@ fn quotient<const N: usize>(
         size => size,
     };
     let mut apart = 0.0;
-    for k in 0..2 * N {
-        let unit = Displacement::unit(k);
-        let own = triple.leg.d[k % N].abs().max(last[k % N].abs());
+    let n = last.len();
+    for k in 0..2 * n {
+        let unit = Displacement::unit(n, k);
+        let own = triple.leg.d[k % n].abs().max(last[k % n].abs());
         let length = if own > STILL * size { own } else { STILL * size };
         let exact = law.tangent.apply(&unit).second;
         let (mut best, mut without) = (f64::INFINITY, None);
@@ -152,7 +149,7 @@ fn quotient<const N: usize>(
                     continue;
                 }
             };
-            let relative = (0..N).map(|i| {
+            let relative = (0..n).map(|i| {
                 let row = law.tangent.by_first[i].iter().chain(&law.tangent.by_second[i]);
                 let scale = row.fold(0.0_f64, |scale, x| scale.max(x.abs()));
                 (found[i] - exact[i]).abs() / scale
@@ -169,32 +166,33 @@ fn quotient<const N: usize>(
 }
 
 /// The difference quotients of `q2` along a displacement, by nodes moved as far as `shift` and its multiples.
-fn slopes<const N: usize>(
-    flow: &DiscreteFlow<'_, N>,
-    triple: &Triple<N>,
-    unit: &Displacement<N>,
-    exact: &[f64; N],
+fn slopes(
+    flow: &DiscreteFlow<'_>,
+    triple: &Triple,
+    unit: &Displacement,
+    exact: &[f64],
     shift: f64,
-) -> Result<[f64; N], GeometryError> {
-    let (leg, q2) = (triple.leg, triple.last(flow.h()).q);
-    let mut slopes = [0.0; N];
+) -> Result<Vec<f64>, GeometryError> {
+    let (leg, q2) = (&triple.leg, triple.last(flow.h()).q);
+    let mut slopes = vec![0.0; q2.len()];
     for (times, weight) in [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)] {
         for sign in [1.0, -1.0] {
             let shift = sign * times * shift;
-            let moved = Leg {
+            let by = |x: &[f64], part: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                x.iter().enumerate().map(|(i, x)| x + shift * part(i)).collect()
+            };
+            let moved = AnyLeg {
                 t: leg.t,
-                q: core::array::from_fn(|i| leg.q[i] + shift * unit.second[i]),
-                d: core::array::from_fn(|i| leg.d[i] + shift * (unit.second[i] - unit.first[i])),
+                q: &by(&leg.q, &|i| unit.second[i]),
+                d: &by(&leg.d, &|i| unit.second[i] - unit.first[i]),
             };
             // a guess leads to the solution nearby, which is then exact whatever the guess
-            let e = core::array::from_fn(|i| {
-                triple.e[i] + shift * (exact[i] - 2.0 * unit.second[i] + unit.first[i])
-            });
-            let found = flow.forward_near(&moved, &e)?.last(flow.h()).q;
-            for i in 0..N {
-                slopes[i] += sign * weight * (found[i] - q2[i]);
+            let e = by(&triple.e, &|i| exact[i] - 2.0 * unit.second[i] + unit.first[i]);
+            let found = flow.forward_near(moved, &e)?.last(flow.h()).q;
+            for (slope, (found, q2)) in slopes.iter_mut().zip(found.iter().zip(&q2)) {
+                *slope += sign * weight * (found - q2);
             }
         }
     }
-    Ok(slopes.map(|slope| slope / shift))
+    Ok(slopes.iter().map(|slope| slope / shift).collect())
 }

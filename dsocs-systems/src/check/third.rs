@@ -1,9 +1,10 @@
 //! The checks of a system with constraints of third order: what needs no flow as a map of pairs of nodes, and no Taylor series.
 
-use dsocs_core::geometry::{Declared, Triple, discrete_power, rows_of_four_written, rows_of_written};
-use dsocs_core::{Flow, Leg, Node, Point, Regularity, Start, Stepper, System};
+use dsocs_core::geometry::{Triple, discrete_power, rows_of_four_written, rows_of_written};
+use dsocs_core::{AnyPoint, Declaration, OwnedLeg, Regularity};
 
 use super::order::{above, fitted};
+use super::probe::{Passed, State, ThirdOrderProbe, less};
 use super::{Expected, Finding, Measured, Report, Settings, larger, smallest};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
@@ -24,12 +25,11 @@ const PLATEAU: f64 = 1e-10;
 const APART: f64 = 0.1;
 
 /// A motion of third order, with what is expected of it.
-struct Subject<'a, S, const N: usize> {
-    system: &'a S,
+struct Subject<'a> {
+    system: &'a dyn ThirdOrderProbe,
     h: f64,
-    t0: f64,
     until: f64,
-    start: Start<N>,
+    start: State,
     expected: Expected,
 }
 
@@ -38,30 +38,21 @@ struct Subject<'a, S, const N: usize> {
 /// # Errors
 ///
 /// [`CheckFailure`] if the motion cannot be computed.
-pub fn check_to<S: System<N>, const N: usize>(
-    system: &S,
+pub fn check_to(
+    system: &dyn ThirdOrderProbe,
     expected: Expected,
     settings: &Settings<'_>,
-    (q0, v0, a0): ([f64; N], [f64; N], [f64; N]),
     own: f64,
 ) -> Result<Vec<Finding>, CheckFailure> {
-    let Settings { h, t0, .. } = *settings;
+    let start = State::of(settings);
     let subject = Subject {
         system,
-        h,
-        t0,
-        until: settings.until.unwrap_or(t0 + own),
-        start: Start::third_order(q0, v0, a0).at(t0),
+        h: settings.h,
+        until: settings.until.unwrap_or(start.t + own),
+        start,
         expected,
     };
-    let mut regularity = Vec::new();
-    let mut nodes: Vec<Node<N>> = Vec::new();
-    let mut flow = Flow::new(system, h, subject.start)?;
-    flow.certify(subject.until, &mut |node, found| {
-        nodes.push(*node);
-        regularity.extend(found);
-        core::ops::ControlFlow::Continue(())
-    })?;
+    let (nodes, regularity) = system.certified(subject.h, &subject.start, subject.until)?;
     let mut findings = Vec::new();
     let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
         let mut report = Report {
@@ -81,9 +72,9 @@ pub fn check_to<S: System<N>, const N: usize>(
 }
 
 /// How far the motion goes.
-fn window<S, const N: usize>(subject: &Subject<'_, S, N>, nodes: &[Node<N>], report: &mut Report) {
-    let asked = (subject.until - subject.t0).abs();
-    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.t0).abs());
+fn window(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    let asked = (subject.until - subject.start.t).abs();
+    let reached = nodes.last().map_or(0.0, |node| (node.t - subject.start.t).abs());
     report.push(
         format!("time that the motion reaches, of {asked} s"),
         Bar::AtLeast(asked * (1.0 - 1e-9) - subject.h.abs()),
@@ -122,21 +113,21 @@ fn certificates(regularity: &[Regularity], report: &mut Report) {
 }
 
 /// The equations at the nodes as they are written: all of them from the fourth on, and those of lower order at the first three.
-fn equations<S: System<N>, const N: usize>(
-    subject: &Subject<'_, S, N>,
-    nodes: &[Node<N>],
-    report: &mut Report,
-) {
+fn equations(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
+    let kernel = subject.system.kernel();
     let most = |rows: Vec<[f64; 2]>| {
         rows.iter().fold(0.0, |most, &[row, explained]| {
             larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
         })
     };
     let worst = nodes.windows(4).fold(0.0, |worst, nodes| {
-        let four = core::array::from_fn(|k| nodes[k].q);
+        let [first, second, third, fourth] = nodes else {
+            return worst;
+        };
+        let four = [&first.q[..], &second.q, &third.q, &fourth.q];
         larger(
             worst,
-            most(rows_of_four_written(subject.system, nodes[2].t, subject.h, &four)),
+            most(rows_of_four_written(kernel, third.t, subject.h, four)),
         )
     });
     report.push(
@@ -145,9 +136,9 @@ fn equations<S: System<N>, const N: usize>(
         Ok(worst),
     );
     if let [first, second, third, ..] = nodes {
-        let rows = rows_of_written(subject.system, second.t, subject.h, &[first.q, second.q, third.q]);
+        let rows = rows_of_written(kernel, second.t, subject.h, [&first.q, &second.q, &third.q]);
         let rows = rows.into_iter().enumerate();
-        let below = rows.filter(|(place, _)| !S::THIRD_ORDER.contains(place));
+        let below = rows.filter(|(place, _)| !kernel.shape().third_order.contains(place));
         report.push(
             "the same of the rows without jerks at the first three",
             Bar::AtMost(WRITTEN),
@@ -157,7 +148,7 @@ fn equations<S: System<N>, const N: usize>(
 }
 
 /// The energy at nodes against the sum of the power of the constraint force: the order of what is missed.
-fn balance<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+fn balance(subject: &Subject<'_>, report: &mut Report) {
     let measured: Measured<Vec<[f64; 2]>> = (0..HALVINGS)
         .map(|halving| {
             let h = subject.h / f64::from(1_u32 << halving);
@@ -173,22 +164,23 @@ fn balance<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &m
 }
 
 /// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
-fn missed_power<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f64) -> Measured {
-    let declaration = subject.system.declaration();
+fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
+    let kernel = subject.system.kernel();
+    let declaration = Declaration::of(kernel);
     let nodes = walked(subject, h)?;
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut last: Option<(f64, f64)> = None;
     for three in nodes.windows(3) {
-        let leg = Leg {
+        let leg = OwnedLeg {
             t: three[1].t,
-            q: three[1].q,
-            d: core::array::from_fn(|i| three[1].q[i] - three[0].q[i]),
+            q: three[1].q.clone(),
+            d: less(&three[1].q, &three[0].q),
         };
-        let e = core::array::from_fn(|i| (three[2].q[i] - three[1].q[i]) - leg.d[i]);
-        let point: Point<f64, N> = declaration.point(h, leg.any(), &e).sized();
-        let Point { t, q, v, .. } = point;
-        let energy = declaration.energy(t, &q, &v);
-        let power = discrete_power(subject.system, h, &Triple { leg, e });
+        let e = less(&less(&three[2].q, &three[1].q), &leg.d);
+        let point = declaration.point(h, leg.any(), &e);
+        let AnyPoint { t, q, v, .. } = point.any();
+        let energy = declaration.energy(t, q, v);
+        let power = discrete_power(kernel, h, &Triple { leg, e });
         match last {
             Some((first, before)) => {
                 change += h * (before + power) / 2.0;
@@ -197,29 +189,19 @@ fn missed_power<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f6
             }
             None => last = Some((energy, power)),
         }
-        terms = larger(
-            terms,
-            energy.abs() + 2.0 * declaration.lagrangian(t, &q, &v).abs(),
-        );
+        terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
     }
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
 /// The way back from the last node.
-fn reversibility<S: System<N>, const N: usize>(
-    subject: &Subject<'_, S, N>,
-    nodes: &[Node<N>],
-    report: &mut Report,
-) {
+fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let measured = || -> Measured {
-        let mut flow = Flow::new(subject.system, subject.h, subject.start)?;
-        flow.until(subject.until)?;
-        flow.reverse()?;
-        let back = flow.until(subject.t0)?.nodes;
+        let back = subject.system.back(subject.h, &subject.start, subject.until)?;
         let mut worst = 0.0;
         for (found, known) in back.iter().zip(nodes.iter().rev().skip(1)) {
             let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * subject.h));
-            let apart = (0..N).fold(0.0_f64, |sum, i| sum.hypot(found.q[i] - known.q[i]));
+            let apart = less(&found.q, &known.q).into_iter().fold(0.0_f64, f64::hypot);
             let extent = nodes
                 .iter()
                 .fold(leg, |most, node| most.max((node.v[0] * subject.h).abs()));
@@ -236,18 +218,19 @@ fn reversibility<S: System<N>, const N: usize>(
 }
 
 /// The order, by the changes of the nodes from one step to the half of it.
-fn order<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut Report) {
+fn order(subject: &Subject<'_>, report: &mut Report) {
     let declared = subject.expected.order;
     let measured = || -> Measured<Vec<[f64; 2]>> {
-        let runs: Vec<Vec<Node<N>>> = (0..=HALVINGS)
+        let runs: Vec<Vec<Passed>> = (0..=HALVINGS)
             .map(|halving| walked(subject, subject.h / f64::from(1_u32 << halving)))
             .collect::<Measured<_>>()?;
-        let extents: [f64; N] = core::array::from_fn(|i| {
+        let extent = |i: usize| {
             let first = runs[0].first().map_or(0.0, |node| node.q[i]);
             runs[0]
                 .iter()
                 .fold(0.0, |most, node| larger(most, (node.q[i] - first).abs()))
-        });
+        };
+        let extents: Vec<f64> = (0..subject.start.q.len()).map(extent).collect();
         let pairs = runs.windows(2).enumerate().map(|(halving, pair)| {
             let parts = 1_usize << halving;
             let mut change = 0.0;
@@ -255,7 +238,7 @@ fn order<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
                 let (Some(one), Some(half)) = (pair[0].get(k * parts), pair[1].get(2 * k * parts)) else {
                     continue;
                 };
-                let apart = (0..N).filter(|&i| extents[i] > 0.0);
+                let apart = (0..extents.len()).filter(|&i| extents[i] > 0.0);
                 let apart = apart.map(|i| (one.q[i] - half.q[i]).abs() / extents[i]);
                 change = apart.fold(change, larger);
                 debug_assert!((one.t - coarse.t).abs() <= subject.h.abs());
@@ -274,10 +257,8 @@ fn order<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, report: &mut
 }
 
 /// The nodes of the motion with a step.
-fn walked<S: System<N>, const N: usize>(subject: &Subject<'_, S, N>, h: f64) -> Measured<Vec<Node<N>>> {
-    Ok(Flow::new(subject.system, h, subject.start)?
-        .until(subject.until)?
-        .nodes)
+fn walked(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
+    subject.system.nodes(h, &subject.start, subject.until)
 }
 
 /// Fits a slope to what is above rounding.

@@ -7,6 +7,7 @@ use dsocs_core::{Quantity, SetupError, Start, System};
 use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
 #[cfg(feature = "sweep")]
 use super::{lanes, point};
+use crate::check::probe::Of;
 use crate::check::{self, Expected, Finding, Settings};
 
 /// A system of any type and dimension.
@@ -120,20 +121,27 @@ impl<S, const N: usize> Erased<S, N> {
     }
 }
 
-/// Makes a vector an array, if it has the right length.
-fn array<const N: usize>(
-    vector: &'static str,
-    components: &[f64],
-    coordinates: &[Quantity; N],
-) -> Result<[f64; N], RunFailure> {
-    components.try_into().map_err(|_| RunFailure::Length {
+/// Why a vector does not fit a system.
+fn misfit(vector: &'static str, components: &[f64], coordinates: &[Quantity]) -> RunFailure {
+    RunFailure::Length {
         vector,
         found: components.len(),
         coordinates: coordinates
             .iter()
             .map(|coordinate| coordinate.name.clone())
             .collect(),
-    })
+    }
+}
+
+/// Makes a vector an array, if it has the right length.
+fn array<const N: usize>(
+    vector: &'static str,
+    components: &[f64],
+    coordinates: &[Quantity; N],
+) -> Result<[f64; N], RunFailure> {
+    components
+        .try_into()
+        .map_err(|_| misfit(vector, components, coordinates))
 }
 
 /// The start with arrays.
@@ -247,20 +255,21 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         settings: &Settings<'_>,
         own: f64,
     ) -> Result<Vec<Finding>, CheckFailure> {
-        let start = (
-            array("q0", settings.q0, &S::COORDINATES)?,
-            array("v0", settings.v0, &S::COORDINATES)?,
-        );
+        let checked = |vector, components: &[f64]| match components.len() == N {
+            true => Ok(()),
+            false => Err(misfit(vector, components, &S::COORDINATES)),
+        };
+        checked("q0", settings.q0)?;
+        checked("v0", settings.v0)?;
+        let of = Of::new(&self.system);
         if const { S::ORDER > 2 } {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
-            let start = (start.0, start.1, array("a0", a0, &S::COORDINATES)?);
-            return check::third::check_to(&self.system, expected, settings, start, own);
+            checked("a0", a0)?;
+            return check::third::check_to(&of, expected, settings, own);
         }
-        let near = settings
-            .a0
-            .map(|a0| array("a0", a0, &S::COORDINATES))
-            .transpose()?;
-        let start = (start.0, start.1, near);
-        check::check_to(&self.system, symmetries, expected, settings, start, own)
+        if let Some(a0) = settings.a0 {
+            checked("a0", a0)?;
+        }
+        check::check_to(&of, symmetries, expected, settings, own)
     }
 }

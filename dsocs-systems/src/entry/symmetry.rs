@@ -55,9 +55,9 @@ impl Symmetry {
 
     /// The generator at a position; NaN if the position has another number of coordinates.
     #[must_use]
-    pub fn at<const N: usize>(&self, q: &[f64; N]) -> [f64; N] {
-        let mut velocity = [f64::NAN; N];
-        if N == self.components {
+    pub fn at(&self, q: &[f64]) -> Vec<f64> {
+        let mut velocity = vec![f64::NAN; q.len()];
+        if q.len() == self.components {
             (self.generator)(q, &mut velocity);
         }
         velocity

@@ -47,7 +47,7 @@ fn driven(torque: impl Fn(f64, [f64; 2], [f64; 2]) -> f64, end: f64) -> [f64; 2]
 fn as_a_feedback_law() {
     let pendulum = InertiaWheelPendulum::default();
     let law = |_: f64, q: [f64; 2], v: [f64; 2]| {
-        constraint_force(&pendulum, &motion(&pendulum, 0.0, q, v).unwrap())[1]
+        constraint_force(&pendulum, motion(&pendulum, 0.0, &q, &v).unwrap().any())[1]
     };
     for end in [10.0, 40.0] {
         let found = driven(law, end);

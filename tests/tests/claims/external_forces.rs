@@ -345,7 +345,7 @@ fn forces_beside_a_kinematic_constraint() {
         a: node.a,
     };
     let given = 0.8 * u - 0.3 * (u * u + v * v);
-    assert!((power(&braked, &point) - given).abs() < 1e-13);
+    assert!((power(&braked, point.any()) - given).abs() < 1e-13);
 }
 
 /// A motor that is fed by a table in time: samples, with straight lines between them.
@@ -409,12 +409,12 @@ fn a_table_may_be_what_a_constraint_has_done() {
 fn forces_come_in_halves_from_both_legs() {
     let damped = Damped { zeta: 0.25 };
     let triple = dsocs_core::geometry::Triple {
-        leg: dsocs_core::Leg {
+        leg: dsocs_core::OwnedLeg {
             t: 0.0,
-            q: [0.5],
-            d: [0.1],
+            q: vec![0.5],
+            d: vec![0.1],
         },
-        e: [0.02],
+        e: vec![0.02],
     };
     // the paper's halves: at the node, with the velocity of either leg
     let force = external_forces(&damped, 0.1, &triple)[0];

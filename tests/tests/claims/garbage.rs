@@ -40,7 +40,7 @@ fn shoot<S: System<N>, const N: usize>(system: &S) {
                 Err(error) => {
                     prop_assert!(!error.to_string().is_empty());
                     // whatever the state, its regularity and the pair of roots can be asked for
-                    let _ = Regularity::of(system, h, &leg, &[0.0; N]).grants_flow();
+                    let _ = Regularity::of(system.kernel(), h, leg.any(), &[0.0; N]).grants_flow();
                     let _ = flow.roots();
                     break;
                 }

@@ -276,8 +276,8 @@ const V0: [f64; 2] = [0.0, 0.5];
 fn a_sampled_control_law_is_of_first_order() {
     let pendulum = InertiaWheelPendulum::default();
     let law = |t: f64, q: [f64; 2], v: [f64; 2]| {
-        let point = dsocs_core::geometry::motion(&pendulum, t, q, v).unwrap();
-        dsocs_core::geometry::constraint_force(&pendulum, &point)[1]
+        let point = dsocs_core::geometry::motion(&pendulum, t, &q, &v).unwrap();
+        dsocs_core::geometry::constraint_force(&pendulum, point.any())[1]
     };
     let end = 5.0;
     let start = Start::second_order(Q0, V0);

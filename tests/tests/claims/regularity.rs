@@ -18,7 +18,7 @@ fn units_are_of_no_account() {
             q: [0.3 * length, -0.2 * length],
             d: [0.1 * length, 0.05 * length],
         };
-        Regularity::of(&particle, 0.1, &leg, &[-0.004 * length, 0.008 * length])
+        Regularity::of(&particle, 0.1, leg.any(), &[-0.004 * length, 0.008 * length])
     };
     let unit = at(1.0, 1.0);
     assert!(
@@ -69,9 +69,9 @@ fn functions_of_the_users_are_seen_through() {
     let c = (2.0 * v * v + 1.0) / (v * v + 1.0).sqrt();
     let wanted = (1.0 / h + c / 2.0) / (1.0 / h - c / 2.0);
     let quotient = |at: Regularity| at.forward / at.backward;
-    let plain = quotient(Regularity::of(&Plain, h, &leg, &[e]));
+    let plain = quotient(Regularity::of(&Plain, h, leg.any(), &[e]));
     assert!((plain - wanted).abs() < 1e-14, "{plain} {wanted}");
-    let opaque = quotient(Regularity::of(&Opaque, h, &leg, &[e]));
+    let opaque = quotient(Regularity::of(&Opaque, h, leg.any(), &[e]));
     assert!((opaque - wanted).abs() < 1e-11, "{opaque} {wanted}");
 }
 
@@ -82,7 +82,7 @@ fn a_particle_at_rest_has_no_flow() {
         q: [0.0; 2],
         d: [0.0; 2],
     };
-    let at = Regularity::of(&CurvedParticle::default(), 0.1, &leg, &[0.0; 2]);
+    let at = Regularity::of(&CurvedParticle::default(), 0.1, leg.any(), &[0.0; 2]);
     assert!(
         !at.grants_forward() && !at.grants_backward() && !at.grants_flow(),
         "{at:?}"

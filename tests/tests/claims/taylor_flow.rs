@@ -135,7 +135,10 @@ fn corrections<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N
         let polynomial = flow.polynomial().unwrap();
         for part in [0.0, 0.3, 0.7, 1.0] {
             let point = polynomial.at(polynomial.start() + part * polynomial.length());
-            let asked = motion(system, point.t, point.q, point.v).unwrap().a;
+            let asked = motion(system, point.t, &point.q, &point.v)
+                .unwrap()
+                .sized::<N>()
+                .a;
             let update: [f64; N] = core::array::from_fn(|i| asked[i] - point.a[i]);
             let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
             worst = worst.max(size(&update) / size(&point.a).max(size(&point.v) / polynomial.length()));

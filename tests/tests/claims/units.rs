@@ -193,7 +193,7 @@ impl Place {
     /// The certificate of the step in some units.
     fn certificate<S: System<3> + From<Units>>(&self, units: Units) -> (Regularity, FlowTheorem) {
         let Self { h, q, d, e } = *self;
-        let of = |x: [f64; 3]| array::from_fn(|i| x[i] * units.x[i]);
+        let of = |x: [f64; 3]| -> [f64; 3] { array::from_fn(|i| x[i] * units.x[i]) };
         let system = S::from(units);
         let leg = Leg {
             t: 0.0,
@@ -202,8 +202,8 @@ impl Place {
         };
         let (h, e) = (h * units.t, of(e));
         (
-            Regularity::of(&system, h, &leg, &e),
-            FlowTheorem::at(&system, h, &leg, &e),
+            Regularity::of(system.kernel(), h, leg.any(), &e),
+            FlowTheorem::at(system.kernel(), h, leg.any(), &e),
         )
     }
 }

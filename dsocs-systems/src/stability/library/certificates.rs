@@ -93,7 +93,7 @@ fn certified<S: System<3>>(system: &S, h: f64, start: Start<3>) -> Result<Vec<Ce
         for (e, d) in e.iter_mut().zip(leg.d) {
             *e -= d;
         }
-        all.push((leg, e, Regularity::of(system, h, &leg, &e)));
+        all.push((leg, e, Regularity::of(system.kernel(), h, leg.any(), &e)));
     }
     Ok(all)
 }
@@ -116,7 +116,7 @@ fn changes() -> Measured {
                 q: scaled(&leg.q),
                 d: scaled(&leg.d),
             };
-            let now = Regularity::of(&system, h * units.st, &leg, &scaled(e));
+            let now = Regularity::of(&system, h * units.st, leg.any(), &scaled(e));
             for (x, y) in [
                 (at.forward, now.forward),
                 (at.backward, now.backward),

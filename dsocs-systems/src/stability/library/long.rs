@@ -72,12 +72,12 @@ fn drift(steps: u64, members: u32) -> Result<[f64; 4], Box<dyn Error>> {
         let (sin, cos) = (std::f64::consts::FRAC_PI_4 + f64::from(member)).sin_cos();
         let v = 2.0_f64.sqrt();
         let mut flow = Flow::new(&particle, H, Start::second_order([0.0, 0.0], [v * cos, v * sin]))?;
-        let first = discrete_lagrangian(&particle, H, &flow.leg());
+        let first = discrete_lagrangian(&particle, H, flow.leg().any());
         let mut marks = marks.iter().zip(&mut squares).peekable();
         for step in 1..=steps {
             flow.advance()?;
             if let Some((_, square)) = marks.next_if(|(mark, _)| **mark == step) {
-                let change = discrete_lagrangian(&particle, H, &flow.leg()) / first - 1.0;
+                let change = discrete_lagrangian(&particle, H, flow.leg().any()) / first - 1.0;
                 worst = larger(worst, change.abs());
                 if member == 0 {
                     first_worst = worst;

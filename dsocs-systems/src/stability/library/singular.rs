@@ -95,8 +95,8 @@ pub fn run(report: &mut Report<'_>) {
             let leg = flow.leg();
             flow.advance()?;
             let divided = flow.regularity().unwrap_or(Regularity::UNKNOWN);
-            let e = std::array::from_fn(|i| flow.leg().d[i] - leg.d[i]);
-            let undivided = Regularity::of(&Undivided::of(&pendulum), 0.1, &leg, &e);
+            let e: [f64; 2] = std::array::from_fn(|i| flow.leg().d[i] - leg.d[i]);
+            let undivided = Regularity::of(&Undivided::of(&pendulum), 0.1, leg.any(), &e);
             Ok(undivided.forward / divided.forward)
         },
     );
@@ -107,7 +107,7 @@ pub fn run(report: &mut Report<'_>) {
             let rest = Start::nodes([0.0; 2], [0.0; 2]);
             let particle = CurvedParticle::default();
             let mut flow = Flow::new(&particle, 0.1, rest)?;
-            let at = Regularity::of(&particle, 0.1, &flow.leg(), &[0.0; 2]);
+            let at = Regularity::of(&particle, 0.1, flow.leg().any(), &[0.0; 2]);
             Ok(f64::from(u8::from(flow.advance().is_ok() || at.grants_flow())))
         },
     );
@@ -117,7 +117,7 @@ pub fn run(report: &mut Report<'_>) {
         || {
             let start = Start::nodes([0.0; 2], [0.1, 0.2]);
             let leg = Flow::new(&Dependent, 0.1, start)?.leg();
-            let at = Regularity::of(&Dependent, 0.1, &leg, &[0.0; 2]);
+            let at = Regularity::of(&Dependent, 0.1, leg.any(), &[0.0; 2]);
             let granted = f64::from(u8::from(at.grants_forward() || at.grants_backward()));
             Ok(granted + refused(&Dependent, start, StepFailure::Singular)?)
         },
@@ -133,7 +133,7 @@ pub fn run(report: &mut Report<'_>) {
             ] {
                 let mut flow = Flow::new(&Diagonal, 0.1, start)?;
                 let leg = flow.leg();
-                let at = Regularity::of(&Diagonal, 0.1, &leg, &[0.0; 2]);
+                let at = Regularity::of(&Diagonal, 0.1, leg.any(), &[0.0; 2]);
                 if at.grants_forward() != regular || flow.advance().is_ok() != regular {
                     wrong += 1.0;
                 }

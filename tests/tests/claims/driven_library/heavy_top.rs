@@ -76,8 +76,12 @@ fn the_momenta_are_kept_and_the_energy_does_not_drift() {
         let momenta = |flow: &Flow<'_, HeavyTop, 4>| {
             let leg = flow.leg();
             [
-                momentum_map(&map, &leg, |[w, x, y, z]| [-z / 2.0, -y / 2.0, x / 2.0, w / 2.0]),
-                momentum_map(&map, &leg, |[w, x, y, z]| [-z / 2.0, y / 2.0, -x / 2.0, w / 2.0]),
+                momentum_map(&map, leg.any(), &|q| {
+                    vec![-q[3] / 2.0, -q[2] / 2.0, q[1] / 2.0, q[0] / 2.0]
+                }),
+                momentum_map(&map, leg.any(), &|q| {
+                    vec![-q[3] / 2.0, q[2] / 2.0, -q[1] / 2.0, q[0] / 2.0]
+                }),
             ]
         };
         let (first, energy) = (momenta(&flow), top.energy(0.0, &q, &v));
@@ -113,8 +117,8 @@ fn the_momenta_are_kept_and_the_energy_does_not_drift() {
     );
     let map = DiscreteFlow::new(&top, 0.001).unwrap();
     let flow = Flow::new(&top, 0.001, Start::second_order(q, v)).unwrap();
-    let axial = momentum_map(&map, &flow.leg(), |[w, x, y, z]| {
-        [-z / 2.0, y / 2.0, -x / 2.0, w / 2.0]
+    let axial = momentum_map(&map, flow.leg().any(), &|q| {
+        vec![-q[3] / 2.0, q[2] / 2.0, -q[1] / 2.0, q[0] / 2.0]
     });
     assert!((axial / observed[2] - 1.0).abs() < 1e-3, "{axial} {observed:?}");
 }
