@@ -203,6 +203,9 @@ pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
 
 /// A vector with its number of coordinates; what is missing is NaN.
 pub(crate) fn sized<T: Number, const N: usize>(numbers: &[T]) -> [T; N] {
+    if let Some(vector) = numbers.first_chunk() {
+        return *vector;
+    }
     let mut vector = [T::splat(f64::NAN); N];
     for (entry, number) in vector.iter_mut().zip(numbers) {
         *entry = *number;

@@ -29,7 +29,7 @@ pub(crate) fn map<T: Copy, U: Copy + Default, const N: usize>(
 }
 
 /// An array of a literal size, whose size is kept out of signatures that do not need it.
-pub trait Array<T>: Copy + AsRef<[T]> + AsMut<[T]> {
+pub trait Array<T>: Copy + Send + Sync + AsRef<[T]> + AsMut<[T]> {
     /// How many components it has.
     const LENGTH: usize;
 
@@ -40,7 +40,7 @@ pub trait Array<T>: Copy + AsRef<[T]> + AsMut<[T]> {
     fn split(slice: &mut [T]) -> Option<(&mut Self, &mut [T])>;
 }
 
-impl<T: Copy, const K: usize> Array<T> for [T; K] {
+impl<T: Copy + Send + Sync, const K: usize> Array<T> for [T; K] {
     const LENGTH: usize = K;
 
     #[inline(always)]

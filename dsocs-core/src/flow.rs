@@ -211,11 +211,6 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         &self.q.hi
     }
 
-    /// The system as it is held.
-    pub(crate) fn held(&self) -> &Held<'s, S> {
-        &self.system
-    }
-
     /// The start, worked out.
     pub(crate) fn beginning(&self) -> &Beginning<N> {
         &self.beginning

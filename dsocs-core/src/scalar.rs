@@ -10,6 +10,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 #[allow(clippy::return_self_not_must_use)] // arithmetic speaks for itself
 pub trait Scalar:
     Copy
+    + Send
+    + Sync
     + Debug
     + Add<Output = Self>
     + Sub<Output = Self>

@@ -73,7 +73,7 @@ impl<D: Nested> Tangent<D> {
 }
 
 /// What stands for the number in a dual number: a number, or a dual number once more.
-pub trait Nested: Part {
+pub trait Nested: Part + Send + Sync {
     /// How far arguments of the user's functions are moved along a derivative, once, twice, three and four times. Derivatives
     /// are best those by coordinates in units of a leg. What rounding leaves of a quotient is that over the shift, and over its
     /// square for a second derivative, which is therefore larger.

@@ -152,7 +152,7 @@ impl Rounds {
             .map(|quantity| Variable::Parameter(&quantity.name))
             .chain((0..2).flat_map(|i| [Variable::Position(i), Variable::Velocity(i)]))
             .collect();
-        let of_end = |path: &Path<'_, S, 2>| {
+        let of_end = |path: &Path<'_, 2>| {
             black_box(path.gradient_at_end(&mut |end| end.q[0]).expect("a gradient"));
         };
         let mut of_nodes =

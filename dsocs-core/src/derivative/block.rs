@@ -3,18 +3,10 @@
 // inlined, so that it is compiled for the instructions of the machine
 #![allow(clippy::inline_always)]
 
+use super::kept::Recorded;
+use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
-use crate::system::Leg;
-use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Source, Sweeps, Tape};
-
-/// A step of a path: its first two nodes and its second difference.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Recorded<const N: usize> {
-    /// The middle node and the increment that led to it.
-    pub leg: Leg<f64, N>,
-    /// The second difference that was found.
-    pub e: [f64; N],
-}
+use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
 
 /// The meaning of an input of a differential in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -44,6 +36,8 @@ pub(super) struct Equations {
     /// The derivatives of rows and components: a matrix by unknowns, node and increment, then those by constants and parameters.
     sweeps: Sweeps,
     by_fixed: Vec<ByFixed>,
+    /// How many coordinates there are.
+    pub coordinates: usize,
     /// How many rows there are.
     pub rows: usize,
     /// How many constants.
@@ -64,13 +58,11 @@ pub(super) struct Rooms {
 pub(super) type Fixed = Vec<f64>;
 
 /// Up to eight consecutive steps with the same parameters.
-pub(super) struct Steps<'p, const N: usize> {
-    /// The source of the parameters and of the user's functions.
-    pub source: &'p dyn Source,
+pub(super) struct Steps<'p> {
+    /// The declaration, with the values of its parameters.
+    pub declaration: Declaration<'p>,
     /// The steps.
-    pub recorded: &'p [Recorded<N>],
-    /// Their unknowns, one step after the other.
-    pub unknowns: &'p [f64],
+    pub recorded: Recorded<'p>,
 }
 
 /// The derivative of a row, or of a component of the second difference, by a constant or a parameter.
@@ -82,11 +74,11 @@ struct ByFixed {
     place: usize,
 }
 
-/// The linearization of up to eight steps: `δe = by_node δq + by_increment δd + …`.
-#[derive(Clone, Debug)]
-pub(super) struct Block<const N: usize> {
-    pub by_node: [[Eight; N]; N],
-    pub by_increment: [[Eight; N]; N],
+/// The linearization of up to eight steps: `δe = ∂e/∂q δq + ∂e/∂d δd + …`.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Block {
+    /// For each component `e_i`, its derivatives by the coordinates of the node, then by those of the increment.
+    slopes: Vec<Eight>,
     /// The weight of each row in each component: a change `δr` of row `r` changes `e_i` by `−in_rows[i][r] δr`.
     in_rows: Vec<Eight>,
     /// The derivatives, at the indices that [`Equations::sweeps`] gives. Other entries are zero.
@@ -98,7 +90,7 @@ pub(super) struct Block<const N: usize> {
 }
 
 impl Equations {
-    pub fn new<const N: usize>(tape: &Tape, parameters: usize) -> Self {
+    pub fn new(tape: &Tape, coordinates: usize, parameters: usize) -> Self {
         let count = tape.count(Segment::Constants, Part::All);
         let role = |input: Input| match input {
             Input::Constant(place) => Role::Fixed(place),
@@ -115,8 +107,8 @@ impl Equations {
         let point = tape.differential(&[(Segment::Node, Part::Head)], &is_moving);
         let of_step: Vec<Role> = step.inputs().map(role).collect();
         let unknowns = tape.count(rows.0, rows.1);
-        let (width, mut by_fixed) = (unknowns + 2 * N, Vec::new());
-        let matrix = (unknowns + N) * width;
+        let (width, mut by_fixed) = (unknowns + 2 * coordinates, Vec::new());
+        let matrix = (unknowns + coordinates) * width;
         let sweeps = step.sweeps(&mut |row, input| match of_step[input] {
             Role::Fixed(fixed) => {
                 let place = matrix + by_fixed.len();
@@ -125,7 +117,7 @@ impl Equations {
             }
             Role::Unknown(place) => Some(row * width + place),
             Role::Node(place) => Some(row * width + unknowns + place),
-            Role::Increment(place) => Some(row * width + unknowns + N + place),
+            Role::Increment(place) => Some(row * width + unknowns + coordinates + place),
             Role::Difference(_) | Role::Still => None,
         });
         Self {
@@ -136,6 +128,7 @@ impl Equations {
             step,
             point,
             constants: tape.differential(&[(Segment::Constants, Part::All)], &is_moving),
+            coordinates,
             rows: unknowns,
             count,
             parameters,
@@ -143,30 +136,32 @@ impl Equations {
     }
 
     /// The values of the constants and the parameters of a system.
-    pub fn fixed(&self, source: &dyn Source, h: f64, rooms: &mut Rooms) -> Fixed {
-        self.begin(source, h, rooms);
+    pub fn fixed(&self, declaration: &Declaration<'_>, h: f64, rooms: &mut Rooms) -> Fixed {
+        self.begin(declaration, h, rooms);
         let constants = (0..self.count).map(|k| self.constants.result(&rooms.constants, k).0[0]);
-        let parameters = (0..self.parameters).map(|k| source.value(k));
+        let parameters = (0..self.parameters).map(|k| declaration.value(k));
         constants.chain(parameters).collect()
     }
 
-    fn begin(&self, source: &dyn Source, h: f64, rooms: &mut Rooms) {
+    fn begin(&self, declaration: &Declaration<'_>, h: f64, rooms: &mut Rooms) {
+        let value = |input| match input {
+            Input::Leaf(Leaf::Parameter(place)) => Eight::splat(declaration.value(place)),
+            _ => Eight::splat(h),
+        };
+        let source = declaration.source();
         self.constants
-            .evaluate(source, &mut rooms.constants, 1, &mut |input| match input {
-                Input::Leaf(Leaf::Parameter(place)) => Eight::splat(source.value(place)),
-                _ => Eight::splat(h),
-            });
+            .evaluate(source, &mut rooms.constants, 1, &mut { value });
     }
 
     /// The changes of constants and parameters that follow from changes of the parameters: up to eight of them, one in each lane.
     pub fn change_fixed(
         &self,
-        source: &dyn Source,
+        declaration: &Declaration<'_>,
         h: f64,
         rooms: &mut Rooms,
         parameters: &dyn Fn(usize) -> Eight,
     ) -> Vec<Eight> {
-        self.begin(source, h, rooms);
+        self.begin(declaration, h, rooms);
         let mut changes = vec![Eight::ZERO; self.count];
         let mut change = |input| match input {
             Input::Leaf(Leaf::Parameter(place)) => parameters(place),
@@ -183,7 +178,7 @@ impl Equations {
     /// The total derivatives by the parameters, from the partial ones by constants and parameters.
     pub fn of_parameters(
         &self,
-        source: &dyn Source,
+        declaration: &Declaration<'_>,
         h: f64,
         rooms: &mut Rooms,
         of_fixed: &[f64],
@@ -193,7 +188,7 @@ impl Equations {
         if of_constants.iter().all(|x| *x == 0.0) {
             return sum;
         }
-        self.begin(source, h, rooms);
+        self.begin(declaration, h, rooms);
         let inputs: Vec<Input> = self.constants.inputs().collect();
         let weight = |k: usize| Eight::splat(of_constants[k]);
         self.constants
@@ -227,16 +222,13 @@ impl Equations {
     /// # Errors
     ///
     /// The index, among these steps, of the first one whose derivatives are not finite.
-    pub fn linearize<const N: usize>(
-        &self,
-        steps: &Steps<'_, N>,
-        rooms: &mut Rooms,
-        block: &mut Block<N>,
-    ) -> Result<(), usize> {
+    pub fn linearize(&self, steps: &Steps<'_>, rooms: &mut Rooms, block: &mut Block) -> Result<(), usize> {
         self.set(&self.step, &self.of_step, steps, &mut rooms.step);
         if block.entries.is_empty() {
-            let matrix = (self.rows + N) * (self.rows + 2 * N);
+            let n = self.coordinates;
+            let matrix = (self.rows + n) * (self.rows + 2 * n);
             block.entries.resize(matrix + self.by_fixed.len(), Eight::ZERO);
+            block.slopes.resize(2 * n * n, Eight::ZERO);
         }
         let broken = dispatch::run_wide(Linearization {
             equations: self,
@@ -244,7 +236,7 @@ impl Equations {
             room: &mut rooms.step,
             block,
         });
-        let mut lanes = broken.0.iter().take(steps.recorded.len());
+        let mut lanes = broken.0.iter().take(steps.recorded.count());
         match lanes.position(|broken| *broken != 0.0) {
             Some(lane) => Err(lane),
             None => Ok(()),
@@ -252,45 +244,34 @@ impl Equations {
     }
 
     /// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
-    fn set<const N: usize>(
-        &self,
-        differential: &Differential,
-        roles: &[Role],
-        steps: &Steps<'_, N>,
-        room: &mut Room,
-    ) {
-        let (recorded, last) = (steps.recorded, steps.recorded.len() - 1);
+    fn set(&self, differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
+        let recorded = &steps.recorded;
         for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
-            let value = match (*role, input) {
-                (Role::Node(i), _) => gathered(recorded, |step| step.leg.q[i]),
-                (Role::Increment(i), _) => gathered(recorded, |step| step.leg.d[i]),
-                (Role::Difference(i), _) => gathered(recorded, |step| step.e[i]),
-                (Role::Unknown(i), _) => {
-                    Eight::from_fn(|lane| steps.unknowns[lane.min(last) * self.rows + i])
-                }
-                (Role::Still, Input::Leaf(Leaf::Clock)) => gathered(recorded, |step| step.leg.t),
+            let number = match (*role, input) {
+                (Role::Node(i), _) => Recorded::node(i),
+                (Role::Increment(i), _) => recorded.increment(i),
+                (Role::Difference(i), _) => recorded.difference(i),
+                (Role::Unknown(i), _) => recorded.unknown(i),
+                (Role::Still, Input::Leaf(Leaf::Clock)) => Recorded::TIME,
                 (Role::Fixed(_) | Role::Still, _) => continue,
             };
-            differential.set(room, place, value);
+            differential.set(room, place, recorded.gathered(number));
         }
     }
 
     /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
-    pub fn points<const N: usize>(&self, steps: &Steps<'_, N>, rooms: &mut Rooms) -> [[Eight; N]; 3] {
+    pub fn points(&self, steps: &Steps<'_>, rooms: &mut Rooms, points: &mut Vec<Eight>) {
         self.set(&self.point, &self.of_point, steps, &mut rooms.point);
-        self.point
-            .evaluate_again(steps.source, &mut rooms.point, steps.recorded.len());
-        let result = |k: usize| self.point.result(&rooms.point, k);
-        core::array::from_fn(|part| core::array::from_fn(|i| result(part * N + i)))
+        let (source, count) = (steps.declaration.source(), steps.recorded.count());
+        self.point.evaluate_again(source, &mut rooms.point, count);
+        points.clear();
+        points.extend((0..3 * self.coordinates).map(|k| self.point.result(&rooms.point, k)));
     }
 
     /// The changes of the points that were evaluated last.
-    pub fn change_points<const N: usize>(
-        &self,
-        rooms: &mut Rooms,
-        change: &dyn Fn(Role) -> Eight,
-    ) -> [[Eight; N]; 3] {
-        let mut points = [[Eight::ZERO; N]; 3];
+    pub fn change_points(&self, rooms: &mut Rooms, change: &dyn Fn(Role) -> Eight, points: &mut Vec<Eight>) {
+        points.clear();
+        points.resize(3 * self.coordinates, Eight::ZERO);
         let mut place = 0;
         let mut change = |_| {
             place += 1;
@@ -298,21 +279,15 @@ impl Equations {
         };
         self.point
             .forward(&mut rooms.point, &mut change, &mut |k, change| {
-                if let Some(to) = points.as_flattened_mut().get_mut(k) {
+                if let Some(to) = points.get_mut(k) {
                     *to = change;
                 }
             });
-        points
     }
 
     /// The derivatives of a weighted sum of the components of the points that were evaluated last.
-    pub fn back_from_points<const N: usize>(
-        &self,
-        rooms: &mut Rooms,
-        weights: &[[Eight; N]; 3],
-        take: &mut dyn FnMut(Role, Eight),
-    ) {
-        let weight = |k: usize| weights.as_flattened().get(k).copied().unwrap_or(Eight::ZERO);
+    pub fn back_from_points(&self, rooms: &mut Rooms, weights: &[Eight], take: &mut dyn FnMut(Role, Eight)) {
+        let weight = |k: usize| weights.get(k).copied().unwrap_or(Eight::ZERO);
         self.point
             .back_from_all(&mut rooms.point, &weight, &mut |input, slope| {
                 take(self.of_point[input], slope);
@@ -320,36 +295,24 @@ impl Equations {
     }
 }
 
-/// A number of each step. Unused lanes repeat the last step.
-#[inline]
-fn gathered<const N: usize>(recorded: &[Recorded<N>], number: impl Fn(&Recorded<N>) -> f64) -> Eight {
-    let last = recorded.len() - 1;
-    Eight::from_fn(|lane| number(&recorded[lane.min(last)]))
-}
-
-impl<const N: usize> Block<N> {
-    pub fn new() -> Self {
-        Self {
-            by_node: [[Eight::ZERO; N]; N],
-            by_increment: [[Eight::ZERO; N]; N],
-            in_rows: Vec::new(),
-            entries: Vec::new(),
-            right: Vec::new(),
-            of_rows: Vec::new(),
-        }
+impl Block {
+    /// The derivatives of the second difference: for each component those by the node, then those by the increment.
+    pub fn slopes(&self) -> &[Eight] {
+        &self.slopes
     }
 
     /// The part of `δe` that comes from a change of constants and parameters.
-    pub fn by_change(&mut self, equations: &Equations, change: &[f64]) -> [Eight; N] {
+    pub fn by_change(&mut self, equations: &Equations, change: &[f64], sum: &mut [Eight]) {
         dispatch::run_wide(ByChange {
             block: self,
             equations,
             change,
-        })
+            sum,
+        });
     }
 
     /// Adds the derivatives by constants and parameters that follow from those by the second difference.
-    pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight; N], sum: &mut [Eight]) {
+    pub fn add_by_fixed(&mut self, equations: &Equations, by_e: &[Eight], sum: &mut [Eight]) {
         dispatch::run_wide(ByFixedOf {
             block: self,
             equations,
@@ -360,51 +323,51 @@ impl<const N: usize> Block<N> {
 }
 
 /// The work of [`Block::by_change`].
-struct ByChange<'a, const N: usize> {
-    block: &'a mut Block<N>,
+struct ByChange<'a> {
+    block: &'a mut Block,
     equations: &'a Equations,
     change: &'a [f64],
+    sum: &'a mut [Eight],
 }
 
-impl<const N: usize> Work for ByChange<'_, N> {
-    type Output = [Eight; N];
+impl Work for ByChange<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> [Eight; N] {
+    fn run<const FUSED: bool>(self) {
         let Self {
             block,
             equations,
             change,
+            sum,
         } = self;
         let rows = equations.rows;
         block.of_rows.clear();
-        block.of_rows.resize(rows + N, Eight::ZERO);
+        block.of_rows.resize(rows + equations.coordinates, Eight::ZERO);
         for &ByFixed { row, fixed, place } in &equations.by_fixed {
             let change = change[fixed];
             if change != 0.0 {
                 block.of_rows[row] = block.of_rows[row] + block.entries[place] * Eight::splat(change);
             }
         }
-        let mut sum = [Eight::ZERO; N];
         for (i, sum) in sum.iter_mut().enumerate() {
             *sum = block.of_rows[rows + i];
             for row in 0..rows {
                 *sum = *sum - block.in_rows[i * rows + row] * block.of_rows[row];
             }
         }
-        sum
     }
 }
 
 /// The work of [`Block::add_by_fixed`].
-struct ByFixedOf<'a, const N: usize> {
-    block: &'a mut Block<N>,
+struct ByFixedOf<'a> {
+    block: &'a mut Block,
     equations: &'a Equations,
-    by_e: &'a [Eight; N],
+    by_e: &'a [Eight],
     sum: &'a mut [Eight],
 }
 
-impl<const N: usize> Work for ByFixedOf<'_, N> {
+impl Work for ByFixedOf<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -432,14 +395,14 @@ impl<const N: usize> Work for ByFixedOf<'_, N> {
 }
 
 /// The work of [`Equations::linearize`].
-struct Linearization<'a, const N: usize> {
+struct Linearization<'a> {
     equations: &'a Equations,
-    steps: &'a Steps<'a, N>,
+    steps: &'a Steps<'a>,
     room: &'a mut Room,
-    block: &'a mut Block<N>,
+    block: &'a mut Block,
 }
 
-impl<const N: usize> Work for Linearization<'_, N> {
+impl Work for Linearization<'_> {
     /// Not zero in the lanes whose step has derivatives that are not finite.
     type Output = Eight;
 
@@ -451,45 +414,48 @@ impl<const N: usize> Work for Linearization<'_, N> {
             room,
             block,
         } = self;
-        let rows = equations.rows;
-        let width = rows + 2 * N;
+        let (rows, n) = (equations.rows, equations.coordinates);
+        let width = rows + 2 * n;
         let Block {
-            by_node,
-            by_increment,
+            slopes,
             in_rows,
             entries: jacobian,
             right,
             ..
         } = block;
-        let count = steps.recorded.len();
-        equations
-            .step
-            .sweep(&equations.sweeps, steps.source, room, count, jacobian);
+        let count = steps.recorded.count();
+        equations.step.sweep(
+            &equations.sweeps,
+            steps.declaration.source(),
+            room,
+            count,
+            jacobian,
+        );
         // weights of the rows: in_rows · ∂rows/∂z = ∂e/∂z
         in_rows.clear();
         match rows {
             1 => {
                 let inverse = Eight::splat(1.0) / jacobian[0];
-                in_rows.extend((0..N).map(|i| jacobian[(1 + i) * width] * inverse));
+                in_rows.extend((0..n).map(|i| jacobian[(1 + i) * width] * inverse));
             }
             2 => {
                 let [a, b, c, d] = [0, 1, width, width + 1].map(|place| jacobian[place]);
                 let inverse = Eight::splat(1.0) / (a * d - b * c);
-                for i in 0..N {
+                for i in 0..n {
                     let (x, y) = (jacobian[(2 + i) * width], jacobian[(2 + i) * width + 1]);
                     in_rows.extend([(x * d - y * c) * inverse, (y * a - x * b) * inverse]);
                 }
             }
             _ => {
-                // the transposed Jacobian with N right-hand sides
+                // the transposed Jacobian with `n` right-hand sides
                 right.clear();
                 for column in 0..rows {
                     right.extend((0..rows).map(|row| jacobian[row * width + column]));
-                    right.extend((0..N).map(|i| jacobian[(rows + i) * width + column]));
+                    right.extend((0..n).map(|i| jacobian[(rows + i) * width + column]));
                 }
-                solve(right, rows, N);
-                for i in 0..N {
-                    in_rows.extend((0..rows).map(|row| right[row * (rows + N) + rows + i]));
+                solve(right, rows, n);
+                for i in 0..n {
+                    in_rows.extend((0..rows).map(|row| right[row * (rows + n) + rows + i]));
                 }
             }
         }
@@ -498,8 +464,8 @@ impl<const N: usize> Work for Linearization<'_, N> {
         for entry in in_rows.iter() {
             broken = broken + *entry * Eight::ZERO;
         }
-        for (i, (by_node, by_increment)) in by_node.iter_mut().zip(by_increment).enumerate() {
-            for (to, column) in by_node.iter_mut().chain(by_increment).zip(rows..) {
+        for (i, slopes) in slopes.chunks_exact_mut(2 * n).enumerate() {
+            for (to, column) in slopes.iter_mut().zip(rows..) {
                 let mut sum = jacobian[(rows + i) * width + column];
                 for row in 0..rows {
                     sum = sum - in_rows[i * rows + row] * jacobian[row * width + column];

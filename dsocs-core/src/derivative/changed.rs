@@ -1,12 +1,11 @@
 //! The derivatives of the step whose middle node is where inputs change their values.
 
-use super::block::Recorded;
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::flow::works;
 use crate::multipliers;
 use crate::scalar::Scalar as _;
-use crate::system::Leg;
 use crate::tangent::Tangent;
 
 /// The number of Newton steps for the multipliers.
@@ -14,43 +13,53 @@ const MAX_ITERATIONS: u32 = 20;
 
 /// The derivatives of the second difference, by columns.
 #[derive(Clone, Debug)]
-pub(super) struct Changed<const N: usize> {
-    pub by_node: [[f64; N]; N],
-    pub by_increment: [[f64; N]; N],
+pub(super) struct Changed {
+    /// By one coordinate of the node after another.
+    pub by_node: Vec<Vec<f64>>,
+    /// By one component of the increment after another.
+    pub by_increment: Vec<Vec<f64>>,
     /// By one parameter after another, as they are before the node, and from there on.
-    pub by_parameters: [Vec<[f64; N]>; 2],
+    pub by_parameters: [Vec<Vec<f64>>; 2],
 }
 
 /// A step with two declarations: with the values before its middle node, and with those from there on.
-pub(super) struct Change<'p, const N: usize> {
+pub(super) struct Change<'p> {
     pub sides: [Declaration<'p>; 2],
     pub h: f64,
-    pub step: Recorded<N>,
+    /// The first two nodes.
+    pub leg: AnyLeg<'p, f64>,
+    /// The second difference.
+    pub e: &'p [f64],
 }
 
-/// The variables that change, and their rates.
-struct Rates<'r, const N: usize> {
-    node: [f64; N],
-    increment: [f64; N],
+/// The variables that change, and their rates; what is empty stays.
+#[derive(Clone, Copy, Default)]
+struct Rates<'r> {
+    node: &'r [f64],
+    increment: &'r [f64],
     parameters: [&'r [f64]; 2],
     unknowns: &'r [f64],
 }
 
-impl<const N: usize> Change<'_, N> {
+/// Numbers that change at some rates.
+fn moving(numbers: &[f64], rates: &[f64]) -> Vec<Tangent> {
+    let rate = |i: usize| rates.get(i).copied().unwrap_or(0.0);
+    let numbers = numbers.iter().enumerate();
+    numbers.map(|(i, x)| Tangent::new(*x, rate(i))).collect()
+}
+
+impl Change<'_> {
     /// The rows of the step, as [`crate::flow`] has them where nothing is kinematic or nonholonomic, with their change.
-    fn rows(&self, unknowns: &[f64], rates: &Rates<'_, N>) -> Vec<Tangent> {
+    fn rows(&self, unknowns: &[f64], rates: &Rates<'_>) -> Vec<Tangent> {
         let [old, new] = [0, 1].map(|side| self.sides[side].moving(rates.parameters[side]));
-        let Recorded { leg, .. } = self.step;
         let h = Tangent::splat(self.h);
-        let leg: Leg<Tangent, N> = Leg {
-            t: Tangent::splat(leg.t),
-            q: core::array::from_fn(|i| Tangent::new(leg.q[i], rates.node[i])),
-            d: core::array::from_fn(|i| Tangent::new(leg.d[i], rates.increment[i])),
+        let leg = OwnedLeg {
+            t: Tangent::splat(self.leg.t),
+            q: moving(self.leg.q, rates.node),
+            d: moving(self.leg.d, rates.increment),
         };
-        let x: Vec<Tangent> = (unknowns.iter().enumerate())
-            .map(|(i, x)| Tangent::new(*x, rates.unknowns.get(i).copied().unwrap_or(0.0)))
-            .collect();
-        let (e, multipliers) = x.split_at(N);
+        let x = moving(unknowns, rates.unknowns);
+        let (e, multipliers) = x.split_at(self.e.len());
         let leg = leg.any();
         let [before, after] = [&old, &new].map(|side| side.arriving(h, leg));
         let mut rows = new.declared(h, leg, e, multipliers);
@@ -72,23 +81,14 @@ impl<const N: usize> Change<'_, N> {
     }
 
     /// The derivatives of the second difference; `None` if they are not finite.
-    pub fn slopes(&self, parameters: usize) -> Option<Changed<N>> {
-        let still = Rates {
-            node: [0.0; N],
-            increment: [0.0; N],
-            parameters: [&[], &[]],
-            unknowns: &[],
-        };
+    pub fn slopes(&self, parameters: usize) -> Option<Changed> {
+        let n = self.e.len();
+        let still = Rates::default();
         let unit = |place: usize, count: usize| -> Vec<f64> {
             (0..count).map(|k| f64::from(u8::from(k == place))).collect()
         };
-        let mut x = self.step.e.to_vec();
-        x.extend(multipliers::of_step(
-            &self.sides[1],
-            self.h,
-            self.step.leg.any(),
-            &self.step.e,
-        ));
+        let mut x = self.e.to_vec();
+        x.extend(multipliers::of_step(&self.sides[1], self.h, self.leg, self.e));
         let by_unknowns = |x: &[f64]| {
             let columns: Vec<Vec<Tangent>> = (0..x.len())
                 .map(|j| {
@@ -107,7 +107,7 @@ impl<const N: usize> Change<'_, N> {
         };
         // both sides share their multipliers
         let mut solved = by_unknowns(&x)?;
-        for _ in 0..if x.len() > N { MAX_ITERATIONS } else { 0 } {
+        for _ in 0..if x.len() > n { MAX_ITERATIONS } else { 0 } {
             let rows: Vec<f64> = solved.1[0].iter().map(|row| row.value()).collect();
             let update = solved.0.solve(&rows, 0.0);
             let mut settled = true;
@@ -120,28 +120,24 @@ impl<const N: usize> Change<'_, N> {
                 break;
             }
         }
-        let by = |rates: &Rates<'_, N>| -> [f64; N] {
+        let by = |rates: &Rates<'_>| -> Vec<f64> {
             let right: Vec<f64> = self.rows(&x, rates).iter().map(|row| -row.derivative()).collect();
-            let solution = solved.0.solve(&right, 0.0);
-            core::array::from_fn(|i| solution.get(i).copied().unwrap_or(f64::NAN))
+            let mut solution = solved.0.solve(&right, 0.0);
+            solution.resize(n, f64::NAN);
+            solution
         };
-        let vector = |j: usize| core::array::from_fn(|i| f64::from(u8::from(i == j)));
-        let (mut by_node, mut by_increment) = ([[0.0; N]; N], [[0.0; N]; N]);
-        for j in 0..N {
-            let columns = [
-                by(&Rates {
-                    node: vector(j),
-                    ..still
-                }),
-                by(&Rates {
-                    increment: vector(j),
-                    ..still
-                }),
-            ];
-            for i in 0..N {
-                (by_node[i][j], by_increment[i][j]) = (columns[0][i], columns[1][i]);
-            }
-        }
+        let by_node = |j: usize| {
+            by(&Rates {
+                node: &unit(j, n),
+                ..still
+            })
+        };
+        let by_increment = |j: usize| {
+            by(&Rates {
+                increment: &unit(j, n),
+                ..still
+            })
+        };
         let by_parameters = [0, 1].map(|side| {
             let column = |place: usize| {
                 let rates = unit(place, parameters);
@@ -155,18 +151,18 @@ impl<const N: usize> Change<'_, N> {
             (0..parameters).map(column).collect()
         });
         let changed = Changed {
-            by_node,
-            by_increment,
+            by_node: (0..n).map(by_node).collect(),
+            by_increment: (0..n).map(by_increment).collect(),
             by_parameters,
         };
         changed.is_finite().then_some(changed)
     }
 }
 
-impl<const N: usize> Changed<N> {
+impl Changed {
     fn is_finite(&self) -> bool {
-        let matrices = self.by_node.iter().chain(&self.by_increment);
-        let all = matrices.chain(self.by_parameters.iter().flatten());
+        let columns = self.by_node.iter().chain(&self.by_increment);
+        let all = columns.chain(self.by_parameters.iter().flatten());
         all.flatten().all(|x| x.is_finite())
     }
 }

@@ -2,9 +2,11 @@
 
 use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
-use super::path::{Motion, Path, Piece};
+use super::motion::{Motion, Piece, Recording};
+use super::path::{Path, parameter};
+use crate::any::{AnyPoint, sized};
 use crate::start::StartOrder;
-use crate::system::{Point, System};
+use crate::system::Point;
 use crate::tape::Eight;
 
 /// A variable with respect to which a run is differentiated. All other variables stay fixed.
@@ -41,26 +43,30 @@ pub struct NodeTangent<const N: usize> {
 }
 
 impl<const N: usize> NodeTangent<N> {
-    /// No change.
-    const ZERO: Self = Self {
-        q: [0.0; N],
-        v: [0.0; N],
-        a: [0.0; N],
-    };
+    /// From the changes of position, velocity and acceleration, one after the other.
+    fn of(tangent: &[f64]) -> Self {
+        let part = |part: usize| sized(tangent.get(part * N..).unwrap_or(&[]));
+        Self {
+            q: part(0),
+            v: part(1),
+            a: part(2),
+        }
+    }
 }
 
 /// A variable after its name and indices were looked up.
-#[derive(Clone, Copy, Debug)]
-struct Moving<const N: usize> {
-    q0: [f64; N],
+#[derive(Clone, Debug)]
+struct Moving {
+    /// The change of the first node.
+    q0: Vec<f64>,
     /// Of the velocity or of the second node.
-    second: [f64; N],
+    second: Vec<f64>,
     parameter: Option<usize>,
     /// The stretch on which the parameter changes; `None` for all.
     stretch: Option<usize>,
 }
 
-impl<const N: usize> Moving<N> {
+impl Moving {
     /// The rate of change of a parameter on a stretch: 1 or 0.
     fn rate(&self, stretch: usize, place: usize) -> f64 {
         let moves = self.parameter == Some(place) && self.stretch.is_none_or(|own| own == stretch);
@@ -73,10 +79,10 @@ impl<const N: usize> Moving<N> {
     }
 }
 
-/// A function that gets each node with its tangents.
-type Visit<'a, const N: usize> = dyn FnMut(usize, &Point<f64, N>, &[NodeTangent<N>]) + 'a;
+/// A function that gets each node with its tangents, each the changes of position, velocity and acceleration.
+type Visit<'a> = dyn FnMut(usize, AnyPoint<'_, f64>, &[f64]) + 'a;
 
-impl<S: System<N>, const N: usize> Path<'_, S, N> {
+impl<const N: usize> Path<'_, N> {
     /// The derivatives of the last node, one for each variable.
     ///
     /// The first variable takes about as long as a run. Each further variable takes little time, because the steps are linearized once for all
@@ -86,7 +92,8 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
     ///
     /// [`DerivativeError`] if a variable is unknown, or if a step or the start has no derivative.
     pub fn tangents(&self, variables: &[Variable<'_>]) -> Result<Vec<NodeTangent<N>>, DerivativeError> {
-        forward(&self.motion()?, &self.found(variables)?, None)
+        let tangents = forward(&self.recording, variables, None)?;
+        Ok(tangents.chunks(3 * N).map(NodeTangent::of).collect())
     }
 
     /// Calls `visit` at every node, from the start to the last. It gets the number of the node, its time, position, velocity and
@@ -100,32 +107,41 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         variables: &[Variable<'_>],
         visit: &mut dyn FnMut(usize, &Point<f64, N>, &[NodeTangent<N>]),
     ) -> Result<(), DerivativeError> {
-        forward(&self.motion()?, &self.found(variables)?, Some(visit)).map(|_| ())
+        let mut shown = Vec::with_capacity(variables.len());
+        let mut visit = |index: usize, point: AnyPoint<'_, f64>, tangents: &[f64]| {
+            shown.clear();
+            shown.extend(tangents.chunks(3 * N).map(NodeTangent::of));
+            visit(index, &Point::of(point), &shown);
+        };
+        forward(&self.recording, variables, Some(&mut visit)).map(|_| ())
     }
+}
 
+impl Recording<'_> {
     /// The variables after their names and indices were looked up.
-    fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<Moving<N>>, DerivativeError> {
+    fn found(&self, variables: &[Variable<'_>]) -> Result<Vec<Moving>, DerivativeError> {
         variables.iter().map(|variable| self.find(*variable)).collect()
     }
 
-    fn find(&self, variable: Variable<'_>) -> Result<Moving<N>, DerivativeError> {
-        let nodes = self.order() == StartOrder::Nodes;
+    fn find(&self, variable: Variable<'_>) -> Result<Moving, DerivativeError> {
+        let n = self.source.shape().dimension();
+        let nodes = self.first.order == StartOrder::Nodes;
         let still = Moving {
-            q0: [0.0; N],
-            second: [0.0; N],
+            q0: vec![0.0; n],
+            second: vec![0.0; n],
             parameter: None,
             stretch: None,
         };
         let along = |index: usize| {
-            if index >= N {
+            if index >= n {
                 let what = "coordinate";
                 return Err(DerivativeError::Index {
                     what,
                     index,
-                    count: N,
+                    count: n,
                 });
             }
-            Ok(core::array::from_fn(|i| f64::from(u8::from(i == index))))
+            Ok((0..n).map(|i| f64::from(u8::from(i == index))).collect())
         };
         Ok(match variable {
             Variable::Position(index) => Moving {
@@ -149,12 +165,12 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
                 ..still
             },
             Variable::Parameter(name) => Moving {
-                parameter: Some(Self::parameter(name)?),
+                parameter: Some(parameter(name, self.parameters())?),
                 ..still
             },
             Variable::Input { name, leg } => {
-                let place = Self::parameter(name)?;
-                if !self.input_places().contains(&place) {
+                let place = parameter(name, self.parameters())?;
+                if !self.inputs.contains(&place) {
                     return Err(DerivativeError::Input {
                         name: name.to_owned(),
                         inputs: self.input_names(),
@@ -180,40 +196,49 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
 }
 
 /// The changes of the first two nodes of a step.
-#[derive(Clone, Copy)]
-struct State<const N: usize> {
-    q: [f64; N],
-    d: [f64; N],
+struct State {
+    q: Vec<f64>,
+    d: Vec<f64>,
 }
 
-impl<const N: usize> State<N> {
+impl State {
     /// Goes on to the next step.
-    fn go_on(&mut self, e: &[f64; N]) {
-        for i in 0..N {
-            self.d[i] += e[i];
-            self.q[i] += self.d[i];
+    fn go_on(&mut self, e: &[f64]) {
+        for ((q, d), e) in self.q.iter_mut().zip(&mut self.d).zip(e) {
+            *d += e;
+            *q += *d;
         }
     }
 }
 
-/// Computes the changes from the start to the end.
-fn forward<const N: usize>(
-    motion: &Motion<'_, N>,
-    variables: &[Moving<N>],
-    mut visit: Option<&mut Visit<'_, N>>,
-) -> Result<Vec<NodeTangent<N>>, DerivativeError> {
-    let (mut rooms, mut block) = (Rooms::default(), Block::new());
+/// Computes the changes from the start to the end: those of position, velocity and acceleration for one variable after the other.
+fn forward(
+    recording: &Recording<'_>,
+    variables: &[Variable<'_>],
+    mut visit: Option<&mut Visit<'_>>,
+) -> Result<Vec<f64>, DerivativeError> {
+    let motion = &recording.motion()?;
+    let variables = &recording.found(variables)?;
+    let n = motion.dimension();
+    let (mut rooms, mut block) = (Rooms::default(), Block::default());
     let mut states = Vec::with_capacity(variables.len());
-    let mut tangents = Vec::with_capacity(variables.len());
+    // what the nodes of a piece show: the tangents of the variables, lane by lane
+    let width = 3 * n * variables.len();
+    let mut tangents = Vec::with_capacity(width);
     for variable in variables {
         let (state, tangent) = begin(motion, variable);
         states.push(state);
-        tangents.push(tangent);
+        tangents.extend(tangent);
     }
     if let Some(visit) = &mut visit {
-        visit(0, &first_point(motion), &tangents);
+        visit(0, first_point(motion, &vec![f64::NAN; n]), &tangents);
     }
-    let (mut moved, mut shown) = (Vec::with_capacity(variables.len()), Vec::new());
+    // for each variable, the changes of node, increment and second difference, one lane for each step
+    let mut moved = vec![Eight::ZERO; width];
+    let mut by_fixed = vec![Eight::ZERO; n];
+    let mut e = vec![0.0; n];
+    let (mut points, mut changed_points) = (Vec::new(), Vec::new());
+    let (mut shown, mut point) = (Vec::new(), vec![0.0; 3 * n]);
     let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
     for window in 0..motion.windows() {
         let window = motion.window(window)?;
@@ -227,28 +252,26 @@ fn forward<const N: usize>(
                 continue;
             };
             let steps = motion.some(&window, piece);
-            // the change of each variable, lane by lane
             let is_shown = visit.is_some() || motion.is_last(piece);
-            moved.clear();
             if let Piece::Plain { .. } = piece {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
                 linearized.map_err(|lane| motion.singular(first + lane))?;
-                for (state, change) in states.iter_mut().zip(changes) {
-                    let by_fixed = match change {
-                        Some(change) => block.by_change(&motion.equations, change),
-                        None => [Eight::ZERO; N],
-                    };
-                    moved.push(along(state, &block, &by_fixed, count));
+                for ((state, change), moved) in states.iter_mut().zip(changes).zip(moved.chunks_mut(3 * n)) {
+                    match change {
+                        Some(change) => block.by_change(&motion.equations, change, &mut by_fixed),
+                        None => by_fixed.fill(Eight::ZERO),
+                    }
+                    along(state, &block, &by_fixed, count, &mut e, moved);
                 }
             } else {
                 let changed = motion.changed(&window, first, stretch)?;
-                for (state, variable) in states.iter_mut().zip(variables) {
-                    let before = *state;
-                    let mut e = [0.0; N];
+                for ((state, variable), moved) in
+                    states.iter_mut().zip(variables).zip(moved.chunks_mut(3 * n))
+                {
                     for (i, e) in e.iter_mut().enumerate() {
-                        *e = (0..N)
+                        *e = (0..n)
                             .map(|j| {
-                                changed.by_node[i][j] * state.q[j] + changed.by_increment[i][j] * state.d[j]
+                                changed.by_node[j][i] * state.q[j] + changed.by_increment[j][i] * state.d[j]
                             })
                             .sum();
                         for (side, slopes) in changed.by_parameters.iter().enumerate() {
@@ -257,51 +280,57 @@ fn forward<const N: usize>(
                             }
                         }
                     }
+                    let own = state.q.iter().chain(&state.d).chain(&e);
+                    for (moved, own) in moved.iter_mut().zip(own) {
+                        *moved = Eight::splat(*own);
+                    }
                     state.go_on(&e);
-                    moved.push([before.q, before.d, e].map(|x| x.map(Eight::splat)));
                 }
             }
             if !is_shown {
                 continue;
             }
-            let points = motion.equations.points(&steps, &mut rooms);
-            let width = variables.len();
-            shown.resize(count * width, NodeTangent::ZERO);
-            for (number, (moved, change)) in moved.iter().zip(changes).enumerate() {
-                let points = motion
+            motion.equations.points(&steps, &mut rooms, &mut points);
+            shown.resize(count * width, 0.0);
+            for (number, (moved, change)) in moved.chunks(3 * n).zip(changes).enumerate() {
+                let change = |role| match role {
+                    Role::Node(i) => moved[i],
+                    Role::Increment(i) => moved[n + i],
+                    Role::Difference(i) => moved[2 * n + i],
+                    Role::Fixed(k) => change
+                        .as_ref()
+                        .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
+                    Role::Unknown(_) | Role::Still => Eight::ZERO,
+                };
+                motion
                     .equations
-                    .change_points::<N>(&mut rooms, &|role| match role {
-                        Role::Node(i) => moved[0][i],
-                        Role::Increment(i) => moved[1][i],
-                        Role::Difference(i) => moved[2][i],
-                        Role::Fixed(k) => change
-                            .as_ref()
-                            .map_or(Eight::ZERO, |change| Eight::splat(change[k])),
-                        Role::Unknown(_) | Role::Still => Eight::ZERO,
-                    });
+                    .change_points(&mut rooms, &change, &mut changed_points);
                 for lane in 0..count {
-                    let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                    shown[lane * width + number] = NodeTangent { q, v, a };
+                    let own = &mut shown[lane * width + 3 * n * number..];
+                    for (to, from) in own.iter_mut().zip(&changed_points) {
+                        *to = from.0[lane];
+                    }
                 }
             }
             if let Some(visit) = &mut visit {
                 for lane in 0..count {
-                    let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-                    let t = motion.time(first + lane);
+                    for (to, from) in point.iter_mut().zip(&points) {
+                        *to = from.0[lane];
+                    }
                     let own = &shown[lane * width..(lane + 1) * width];
-                    visit(first + lane, &Point { t, q, v, a }, own);
+                    visit(first + lane, point_of(motion.time(first + lane), &point), own);
                 }
             }
-            tangents.copy_from_slice(&shown[(count - 1) * width..]);
+            tangents.copy_from_slice(&shown[(count - 1) * width..count * width]);
         }
     }
     Ok(tangents)
 }
 
 /// The changes of constants and parameters on a stretch, for each variable; `None` if they do not change.
-fn changes<const N: usize>(
-    motion: &Motion<'_, N>,
-    variables: &[Moving<N>],
+fn changes(
+    motion: &Motion<'_>,
+    variables: &[Moving],
     stretch: usize,
     rooms: &mut Rooms,
 ) -> Vec<Option<Vec<f64>>> {
@@ -317,8 +346,9 @@ fn changes<const N: usize>(
                     .map_or(0.0, |variable| variable.rate(stretch, place))
             })
         };
-        let source = motion.declaration(stretch).source();
-        let all = motion.equations.change_fixed(source, motion.h, rooms, &rate);
+        let declaration = motion.declaration(stretch);
+        let h = motion.recording.h;
+        let all = motion.equations.change_fixed(declaration, h, rooms, &rate);
         changes.extend(some.iter().enumerate().map(|(lane, variable)| {
             let own = || all.iter().map(|change| change.0[lane]).collect();
             variable.moves(stretch).then(own)
@@ -327,60 +357,74 @@ fn changes<const N: usize>(
     changes
 }
 
-/// Carries a change through a block. Returns the changes of node, increment and second difference, one lane for each step.
-fn along<const N: usize>(
-    state: &mut State<N>,
-    block: &Block<N>,
-    by_fixed: &[Eight; N],
+/// Carries a change through a block. Fills in the changes of node, increment and second difference, one lane for each step; `e` is room.
+fn along(
+    state: &mut State,
+    block: &Block,
+    by_fixed: &[Eight],
     count: usize,
-) -> [[Eight; N]; 3] {
-    let mut moved = [[Eight::ZERO; N]; 3];
-    for lane in 0..count {
-        let mut e = [0.0; N];
-        for i in 0..N {
+    e: &mut [f64],
+    moved: &mut [Eight],
+) {
+    let n = by_fixed.len();
+    moved.fill(Eight::ZERO);
+    let (nodes, rest) = moved.split_at_mut(n);
+    let (increments, differences) = rest.split_at_mut(n);
+    for lane in 0..count.min(Eight::COUNT) {
+        let (q, d) = (&state.q[..n], &state.d[..n]);
+        for (i, row) in block.slopes().chunks_exact(2 * n).enumerate() {
+            let (by_node, by_increment) = row.split_at(n);
             let mut sum = by_fixed[i].0[lane];
-            for j in 0..N {
-                sum +=
-                    block.by_node[i][j].0[lane] * state.q[j] + block.by_increment[i][j].0[lane] * state.d[j];
+            for j in 0..n {
+                sum += by_node[j].0[lane] * q[j] + by_increment[j].0[lane] * d[j];
             }
             e[i] = sum;
-            (moved[0][i].0[lane], moved[1][i].0[lane], moved[2][i].0[lane]) = (state.q[i], state.d[i], sum);
+            nodes[i].0[lane] = q[i];
+            increments[i].0[lane] = d[i];
+            differences[i].0[lane] = sum;
         }
-        state.go_on(&e);
+        state.go_on(e);
     }
-    moved
 }
 
 /// The changes of the first two nodes, and the tangent at the start.
-fn begin<const N: usize>(motion: &Motion<'_, N>, variable: &Moving<N>) -> (State<N>, NodeTangent<N>) {
-    let begun = &motion.begun;
+fn begin(motion: &Motion<'_>, variable: &Moving) -> (State, Vec<f64>) {
+    let (begun, n) = (&motion.begun, motion.dimension());
     let parameters: Vec<f64> = (0..motion.equations.parameters)
         .map(|place| variable.rate(0, place))
         .collect();
-    let (d, v) = if begun.order == StartOrder::Nodes {
-        let d: [f64; N] = core::array::from_fn(|i| variable.second[i] - variable.q0[i]);
-        (d, d.map(|d| d / motion.h))
+    let Moving { q0, second, .. } = variable;
+    let (d, v) = if motion.recording.first.order == StartOrder::Nodes {
+        let d: Vec<f64> = second.iter().zip(q0).map(|(second, q0)| second - q0).collect();
+        let v = d.iter().map(|d| d / motion.recording.h).collect();
+        (d, v)
     } else {
-        let d = begun
-            .increment
-            .change(&variable.q0, &variable.second, &parameters);
-        (d, variable.second)
+        (begun.increment.change(q0, second, &parameters), second.clone())
     };
     let a = match &begun.acceleration {
-        Some((_, slopes)) => slopes.change(&variable.q0, &v, &parameters),
-        None => [f64::NAN; N],
+        Some((_, slopes)) => slopes.change(q0, &v, &parameters),
+        None => vec![f64::NAN; n],
     };
-    let q = core::array::from_fn(|i| variable.q0[i] + d[i]);
-    (State { q, d }, NodeTangent { q: variable.q0, v, a })
+    let q = q0.iter().zip(&d).map(|(q0, d)| q0 + d).collect();
+    (State { q, d }, [&q0[..], &v, &a].concat())
 }
 
-/// The start as a point.
-pub(super) fn first_point<const N: usize>(motion: &Motion<'_, N>) -> Point<f64, N> {
+/// The start as a point, with an acceleration in case none is known.
+pub(super) fn first_point<'m>(motion: &'m Motion<'_>, unknown: &'m [f64]) -> AnyPoint<'m, f64> {
+    let first = &motion.recording.first;
     let a = motion.begun.acceleration.as_ref();
-    Point {
-        t: motion.beginning.t0,
-        q: motion.beginning.q0,
-        v: motion.beginning.v0,
-        a: a.map_or([f64::NAN; N], |(a, _)| *a),
+    AnyPoint {
+        t: first.t0,
+        q: &first.q0,
+        v: &first.v0,
+        a: a.map_or(unknown, |(a, _)| a),
     }
+}
+
+/// A point from position, velocity and acceleration, one after the other.
+pub(super) fn point_of<T>(t: T, numbers: &[T]) -> AnyPoint<'_, T> {
+    let n = numbers.len() / 3;
+    let (q, rest) = numbers.split_at(n);
+    let (v, a) = rest.split_at(n);
+    AnyPoint { t, q, v, a }
 }

@@ -2,11 +2,13 @@
 
 use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
-use super::forward::first_point;
-use super::path::{Motion, Path, Piece};
+use super::forward::{first_point, point_of};
+use super::motion::{Motion, Piece, Recording};
+use super::path::Path;
+use crate::any::{AnyPoint, sized};
 use crate::dual::Dual;
 use crate::start::StartOrder;
-use crate::system::{Point, System};
+use crate::system::Point;
 use crate::tape::Eight;
 
 /// The derivatives of a cost of a [`Path`], in units of the cost per unit of the variable.
@@ -21,7 +23,7 @@ pub struct Gradient<const N: usize> {
     pub v0: [f64; N],
     /// The derivatives with respect to the second node; zero unless the start is [`Start::nodes`](crate::Start::nodes).
     pub q1: [f64; N],
-    /// The derivatives with respect to the parameters, in the order of [`System::PARAMETERS`]. Each parameter changes throughout the run. For an
+    /// The derivatives with respect to the parameters, in the order of [`System::PARAMETERS`](crate::System::PARAMETERS). Each parameter changes throughout the run. For an
     /// input this is the sum over the legs.
     pub parameters: Vec<f64>,
     /// The derivatives with respect to the inputs of a [`Path::plan`]: `inputs[k][j]` belongs to input `j` on the leg from node `k`. Empty for
@@ -29,10 +31,35 @@ pub struct Gradient<const N: usize> {
     pub inputs: Vec<Vec<f64>>,
 }
 
-/// The part that a node has in the cost.
-type Cost<'a, const N: usize> = dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64> + 'a;
+impl<const N: usize> Gradient<N> {
+    /// With the number of coordinates.
+    fn of(sums: Sums) -> Self {
+        Self {
+            cost: sums.cost,
+            q0: sized(&sums.q0),
+            v0: sized(&sums.v0),
+            q1: sized(&sums.q1),
+            parameters: sums.parameters,
+            inputs: sums.inputs,
+        }
+    }
+}
 
-impl<S: System<N>, const N: usize> Path<'_, S, N> {
+/// A [`Gradient`] with any number of coordinates.
+struct Sums {
+    cost: f64,
+    q0: Vec<f64>,
+    v0: Vec<f64>,
+    q1: Vec<f64>,
+    parameters: Vec<f64>,
+    inputs: Vec<Vec<f64>>,
+}
+
+/// The part that a node has in the cost, by the number of the node. It fills in the derivatives by position, velocity and acceleration,
+/// one after the other, and returns the cost, and whether one of them is not zero.
+type Cost<'a> = dyn FnMut(usize, AnyPoint<'_, f64>, &mut [f64]) -> (f64, bool) + 'a;
+
+impl<const N: usize> Path<'_, N> {
     /// The gradient of a cost that is a sum over all nodes, from the start to the last. The closure gets the number of a node, and its time,
     /// position, velocity and acceleration as dual numbers. It returns the term of the cost that belongs to this node. In products and sums,
     /// write the plain number to the right of the dual number: `node.q[0] * 2.0`.
@@ -63,13 +90,10 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         &self,
         cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
-        let motion = self.motion()?;
-        let legs = if self.input_places().is_empty() {
-            0
-        } else {
-            self.legs()
+        let mut of_node = |index: usize, point: AnyPoint<'_, f64>, slopes: &mut [f64]| {
+            of_node(index, &Point::of(point), slopes, cost)
         };
-        backward(&motion, cost, 0, (self.input_places(), legs))
+        backward(&self.recording, &mut of_node, 0).map(Gradient::of)
     }
 
     /// The gradient of a cost that depends only on the last node.
@@ -81,25 +105,21 @@ impl<S: System<N>, const N: usize> Path<'_, S, N> {
         &self,
         cost: &mut dyn FnMut(&Point<Dual<f64>, N>) -> Dual<f64>,
     ) -> Result<Gradient<N>, DerivativeError> {
-        let motion = self.motion()?;
-        let legs = if self.input_places().is_empty() {
-            0
-        } else {
-            self.legs()
-        };
         let mut cost = |_: usize, end: &Point<Dual<f64>, N>| cost(end);
-        backward(&motion, &mut cost, self.steps(), (self.input_places(), legs))
+        let mut of_node = |index: usize, point: AnyPoint<'_, f64>, slopes: &mut [f64]| {
+            of_node(index, &Point::of(point), slopes, &mut cost)
+        };
+        backward(&self.recording, &mut of_node, self.steps()).map(Gradient::of)
     }
 }
 
-/// The derivatives of a node's cost by position, velocity and acceleration.
-struct OfNode<const N: usize> {
-    cost: f64,
-    slopes: Option<[[f64; N]; 3]>,
-}
-
-/// Evaluates the cost of a node.
-fn of_node<const N: usize>(index: usize, point: &Point<f64, N>, cost: &mut Cost<'_, N>) -> OfNode<N> {
+/// Evaluates the cost of a node: see [`Cost`].
+fn of_node<const N: usize>(
+    index: usize,
+    point: &Point<f64, N>,
+    slopes: &mut [f64],
+    cost: &mut dyn FnMut(usize, &Point<Dual<f64>, N>) -> Dual<f64>,
+) -> (f64, bool) {
     let moving = |x: &[f64; N], rates: &[f64; N]| core::array::from_fn(|i| Dual::new(x[i], rates[i]));
     let mut at = |[q, v, a]: &[[f64; N]; 3]| {
         cost(
@@ -116,63 +136,90 @@ fn of_node<const N: usize>(index: usize, point: &Point<f64, N>, cost: &mut Cost<
     let [still, unknown] = [[0.0; N], [f64::NAN; N]];
     let probe = at(&[still, still, unknown]);
     let parts = if probe.eps.is_nan() { 3 } else { 2 };
-    let mut slopes = [still; 3];
     let mut depends = false;
-    for part in 0..parts {
-        for i in 0..N {
+    for (part, slopes) in slopes.chunks_exact_mut(N).enumerate() {
+        if part >= parts {
+            slopes.fill(0.0);
+            continue;
+        }
+        for (i, slope) in slopes.iter_mut().enumerate() {
             let mut rates = [still; 3];
             rates[part][i] = 1.0;
-            slopes[part][i] = at(&rates).eps;
-            depends |= slopes[part][i] != 0.0;
+            *slope = at(&rates).eps;
+            depends |= *slope != 0.0;
         }
     }
-    OfNode {
-        cost: probe.re,
-        slopes: depends.then_some(slopes),
+    (probe.re, depends)
+}
+
+/// The cost of nodes, and its derivatives.
+struct Costs<'a, 'c> {
+    /// The cost of a node.
+    cost: &'a mut Cost<'c>,
+    /// The first node that has a cost.
+    from: usize,
+    /// The sum over all nodes so far.
+    sum: f64,
+    /// The derivatives of the last cost by position, velocity and acceleration.
+    slopes: Vec<f64>,
+}
+
+impl Costs<'_, '_> {
+    /// Adds the cost of a node. Whether it depends on the point: then [`Costs::slopes`] says how.
+    fn add(&mut self, index: usize, point: AnyPoint<'_, f64>) -> bool {
+        let (cost, depends) = (self.cost)(index, point, &mut self.slopes);
+        self.sum += cost;
+        depends
     }
 }
 
 /// The derivatives of the cost by the first two nodes of a piece, and by the parameters.
-struct Adjoint<const N: usize> {
+struct Adjoint {
     /// By the node and by the increment of the step after.
-    q: [f64; N],
-    d: [f64; N],
-    cost: f64,
+    q: Vec<f64>,
+    d: Vec<f64>,
+    /// By the second difference of the last step; room.
+    e: Vec<f64>,
     /// By the parameters, stretch by stretch.
     parameters: Vec<Vec<f64>>,
 }
 
-impl<const N: usize> Adjoint<N> {
-    /// Goes back through a step, and returns the derivative by its second difference. `of_node` is the direct one, by its node's cost.
-    fn by_e(&mut self, of_node: &[f64; N]) -> [f64; N] {
-        let mut by_e = [0.0; N];
-        for i in 0..N {
-            self.d[i] += self.q[i];
-            by_e[i] = self.d[i] + of_node[i];
+impl Adjoint {
+    /// Goes back through the step of a lane to the derivative by its second difference. `of_node` is the direct one, by its node's cost.
+    fn by_e(&mut self, of_node: &[Eight], lane: usize) {
+        let n = self.e.len();
+        let (q, d, of_node) = (&self.q[..n], &mut self.d[..n], &of_node[..n]);
+        for i in 0..n {
+            d[i] += q[i];
+            self.e[i] = d[i] + of_node[i].0[lane];
         }
-        by_e
     }
 }
 
-/// The derivatives of the costs of a block's nodes by their points.
-type OfPoints<const N: usize> = Option<[[Eight; N]; 3]>;
-
 /// Carries the derivatives of the cost from the end to the start. Nodes before `from` have no cost.
-fn backward<const N: usize>(
-    motion: &Motion<'_, N>,
-    cost: &mut Cost<'_, N>,
-    from: usize,
-    (inputs, legs): (&[usize], usize),
-) -> Result<Gradient<N>, DerivativeError> {
-    let count = motion.equations.parameters;
-    let (mut rooms, mut block) = (Rooms::default(), Block::new());
+fn backward(recording: &Recording<'_>, cost: &mut Cost<'_>, from: usize) -> Result<Sums, DerivativeError> {
+    let motion = &recording.motion()?;
+    let (n, count) = (motion.dimension(), motion.equations.parameters);
+    let (mut rooms, mut block) = (Rooms::default(), Block::default());
+    let mut costs = Costs {
+        cost,
+        from,
+        sum: 0.0,
+        slopes: vec![0.0; 3 * n],
+    };
     let mut adjoint = Adjoint {
-        q: [0.0; N],
-        d: [0.0; N],
-        cost: 0.0,
+        q: vec![0.0; n],
+        d: vec![0.0; n],
+        e: vec![0.0; n],
         parameters: vec![vec![0.0; count]; motion.stretches()],
     };
     let mut current: Option<(usize, Vec<Eight>)> = None;
+    // by position, velocity and acceleration: the points of a piece, and the derivatives of their costs
+    let (mut points, mut weights) = (Vec::new(), vec![Eight::ZERO; 3 * n]);
+    let mut point = vec![0.0; 3 * n];
+    // the derivatives of the nodes' costs by node, increment and second difference
+    let mut of_nodes = vec![Eight::ZERO; 3 * n];
+    let mut by_e = vec![Eight::ZERO; n];
     for window in (0..motion.windows()).rev() {
         let window = motion.window(window)?;
         for piece in motion.pieces(&window).iter().rev() {
@@ -186,23 +233,28 @@ fn backward<const N: usize>(
                 continue;
             };
             let steps = motion.some(&window, piece);
-            let of_points = if first + count > from {
-                let points = motion.equations.points(&steps, &mut rooms);
-                weights(motion, &mut adjoint.cost, cost, (first, count, from), &points)
-            } else {
-                None
-            };
-            // the derivatives of the nodes' costs by node, increment and second difference
-            let mut of_nodes = [[Eight::ZERO; N]; 3];
-            if let Some(weights) = &of_points {
+            let mut depends = false;
+            if first + count > from {
+                motion.equations.points(&steps, &mut rooms, &mut points);
+                depends = weigh(
+                    motion,
+                    &mut costs,
+                    (first, count),
+                    &points,
+                    &mut point,
+                    &mut weights,
+                );
+            }
+            of_nodes.fill(Eight::ZERO);
+            if depends {
                 let lanes = Eight::from_fn(|lane| f64::from(u8::from(lane < count)));
                 motion
                     .equations
-                    .back_from_points(&mut rooms, weights, &mut |role, slope| {
+                    .back_from_points(&mut rooms, &weights, &mut |role, slope| {
                         let to = match role {
-                            Role::Node(i) => &mut of_nodes[0][i],
-                            Role::Increment(i) => &mut of_nodes[1][i],
-                            Role::Difference(i) => &mut of_nodes[2][i],
+                            Role::Node(i) => &mut of_nodes[i],
+                            Role::Increment(i) => &mut of_nodes[n + i],
+                            Role::Difference(i) => &mut of_nodes[2 * n + i],
                             Role::Fixed(k) => {
                                 by_fixed[k] = by_fixed[k] + slope * lanes;
                                 return;
@@ -215,148 +267,135 @@ fn backward<const N: usize>(
             if let Piece::Plain { .. } = piece {
                 let linearized = motion.equations.linearize(&steps, &mut rooms, &mut block);
                 linearized.map_err(|lane| motion.singular(first + lane))?;
-                let by_e = back(&mut adjoint, &block, &of_nodes, count);
+                back(&mut adjoint, &block, &of_nodes, count, &mut by_e);
                 block.add_by_fixed(&motion.equations, &by_e, by_fixed);
             } else {
                 let changed = motion.changed(&window, first, stretch)?;
-                let of_nodes = of_nodes.map(|x| x.map(|x| x.0[0]));
-                let by_e = adjoint.by_e(&of_nodes[2]);
-                for j in 0..N {
-                    adjoint.q[j] += of_nodes[0][j];
-                    adjoint.d[j] += of_nodes[1][j];
-                    for (i, by_e) in by_e.iter().enumerate() {
-                        adjoint.q[j] += by_e * changed.by_node[i][j];
-                        adjoint.d[j] += by_e * changed.by_increment[i][j];
+                adjoint.by_e(&of_nodes[2 * n..], 0);
+                let Adjoint { q, d, e, parameters } = &mut adjoint;
+                for j in 0..n {
+                    q[j] += of_nodes[j].0[0];
+                    d[j] += of_nodes[n + j].0[0];
+                    let slopes = changed.by_node[j].iter().zip(&changed.by_increment[j]);
+                    for (by_e, (by_node, by_increment)) in e.iter().zip(slopes) {
+                        q[j] += by_e * by_node;
+                        d[j] += by_e * by_increment;
                     }
                 }
                 for (side, slopes) in changed.by_parameters.iter().enumerate() {
-                    let sums = &mut adjoint.parameters[stretch - 1 + side];
+                    let sums = &mut parameters[stretch - 1 + side];
                     for (sum, slope) in sums.iter_mut().zip(slopes) {
-                        *sum += by_e
-                            .iter()
-                            .zip(slope)
-                            .map(|(by_e, slope)| by_e * slope)
-                            .sum::<f64>();
+                        *sum += e.iter().zip(slope).map(|(by_e, slope)| by_e * slope).sum::<f64>();
                     }
                 }
             }
         }
     }
     leave(motion, current.take(), &mut rooms, &mut adjoint);
-    Ok(begin(motion, cost, from, adjoint, (inputs, legs)))
+    Ok(begin(motion, costs, adjoint))
 }
 
 /// Sums up the derivatives by constants and parameters of a stretch.
-fn leave<const N: usize>(
-    motion: &Motion<'_, N>,
+fn leave(
+    motion: &Motion<'_>,
     stretch: Option<(usize, Vec<Eight>)>,
     rooms: &mut Rooms,
-    adjoint: &mut Adjoint<N>,
+    adjoint: &mut Adjoint,
 ) {
     let Some((stretch, by_fixed)) = stretch else {
         return;
     };
     let by_fixed: Vec<f64> = by_fixed.iter().map(|lanes| lanes.0.iter().sum()).collect();
-    let source = motion.declaration(stretch).source();
-    let parameters = motion.equations.of_parameters(source, motion.h, rooms, &by_fixed);
+    let (declaration, h) = (motion.declaration(stretch), motion.recording.h);
+    let parameters = motion.equations.of_parameters(declaration, h, rooms, &by_fixed);
     for (sum, own) in adjoint.parameters[stretch].iter_mut().zip(parameters) {
         *sum += own;
     }
 }
 
-/// Evaluates the costs of some nodes. Returns the derivatives by their points, `None` if all are zero.
-fn weights<const N: usize>(
-    motion: &Motion<'_, N>,
-    sum: &mut f64,
-    cost: &mut Cost<'_, N>,
-    (first, count, from): (usize, usize, usize),
-    points: &[[Eight; N]; 3],
-) -> OfPoints<N> {
-    let mut weights: OfPoints<N> = None;
+/// Evaluates the costs of some nodes. Whether they depend on the points: `weights` are then the derivatives by these.
+fn weigh(
+    motion: &Motion<'_>,
+    costs: &mut Costs<'_, '_>,
+    (first, count): (usize, usize),
+    points: &[Eight],
+    point: &mut [f64],
+    weights: &mut [Eight],
+) -> bool {
+    let mut depends = false;
+    let from = costs.from;
     for lane in (0..count).rev().filter(|lane| first + lane >= from) {
-        let [q, v, a] = points.map(|x| x.map(|x| x.0[lane]));
-        let point = Point {
-            t: motion.time(first + lane),
-            q,
-            v,
-            a,
-        };
-        let of_node = of_node(first + lane, &point, cost);
-        *sum += of_node.cost;
-        if let Some(slopes) = of_node.slopes {
-            let weights = weights.get_or_insert([[Eight::ZERO; N]; 3]);
-            for (weights, slopes) in weights.iter_mut().zip(slopes) {
-                for (weight, slope) in weights.iter_mut().zip(slopes) {
-                    weight.0[lane] = slope;
-                }
-            }
+        for (to, from) in point.iter_mut().zip(points) {
+            *to = from.0[lane];
+        }
+        if !costs.add(first + lane, point_of(motion.time(first + lane), point)) {
+            continue;
+        }
+        if !depends {
+            weights.fill(Eight::ZERO);
+            depends = true;
+        }
+        for (weight, slope) in weights.iter_mut().zip(&costs.slopes) {
+            weight.0[lane] = *slope;
         }
     }
-    weights
+    depends
 }
 
-/// Goes back through a block; returns the derivatives by the second differences.
-fn back<const N: usize>(
-    adjoint: &mut Adjoint<N>,
-    block: &Block<N>,
-    of_nodes: &[[Eight; N]; 3],
-    count: usize,
-) -> [Eight; N] {
-    let mut all = [Eight::ZERO; N];
-    for lane in (0..count).rev() {
-        let by_e = adjoint.by_e(&of_nodes[2].map(|x| x.0[lane]));
-        for j in 0..N {
-            let (mut q, mut d) = (of_nodes[0][j].0[lane], of_nodes[1][j].0[lane]);
-            for (i, by_e) in by_e.iter().enumerate() {
-                q += by_e * block.by_node[i][j].0[lane];
-                d += by_e * block.by_increment[i][j].0[lane];
+/// Goes back through a block, to the derivatives by the second differences.
+fn back(adjoint: &mut Adjoint, block: &Block, of_nodes: &[Eight], count: usize, all: &mut [Eight]) {
+    let (n, slopes) = (all.len(), block.slopes());
+    all.fill(Eight::ZERO);
+    let (by_nodes, rest) = of_nodes.split_at(n);
+    let (by_increments, by_differences) = rest.split_at(n);
+    for lane in (0..count.min(Eight::COUNT)).rev() {
+        adjoint.by_e(by_differences, lane);
+        let Adjoint { q, d, e, .. } = &mut *adjoint;
+        let (q, d, e) = (&mut q[..n], &mut d[..n], &e[..n]);
+        for j in 0..n {
+            let (mut by_q, mut by_d) = (by_nodes[j].0[lane], by_increments[j].0[lane]);
+            let (mut of_q, mut of_d) = (j, n + j);
+            for i in 0..n {
+                by_q += e[i] * slopes[of_q].0[lane];
+                by_d += e[i] * slopes[of_d].0[lane];
+                (of_q, of_d) = (of_q + 2 * n, of_d + 2 * n);
             }
-            adjoint.q[j] += q;
-            adjoint.d[j] += d;
-        }
-        for (all, by_e) in all.iter_mut().zip(by_e) {
-            all.0[lane] = by_e;
+            q[j] += by_q;
+            d[j] += by_d;
+            all[j].0[lane] = e[j];
         }
     }
-    all
 }
 
 /// From the first step to the start.
-fn begin<const N: usize>(
-    motion: &Motion<'_, N>,
-    cost: &mut Cost<'_, N>,
-    from: usize,
-    adjoint: Adjoint<N>,
-    (inputs, legs): (&[usize], usize),
-) -> Gradient<N> {
+fn begin(motion: &Motion<'_>, mut costs: Costs<'_, '_>, adjoint: Adjoint) -> Sums {
+    let (n, recording) = (motion.dimension(), motion.recording);
     let Adjoint {
         q: mut q0,
         d,
-        cost: mut sum,
         parameters: mut by_stretch,
+        ..
     } = adjoint;
     // the first node of the first step lies beyond the increment
-    let mut by_d: [f64; N] = core::array::from_fn(|i| d[i] + q0[i]);
-    let (mut v0, mut q1) = ([0.0; N], [0.0; N]);
-    if from == 0 {
-        let first = of_node(0, &first_point(motion), cost);
-        sum += first.cost;
-        if let Some([by_q, by_v, by_a]) = first.slopes {
-            for i in 0..N {
-                q0[i] += by_q[i];
-                v0[i] += by_v[i];
-            }
-            if let Some((_, slopes)) = &motion.begun.acceleration {
-                slopes.add(&by_a, &mut q0, &mut v0, &mut by_stretch[0]);
-            }
+    let mut by_d: Vec<f64> = d.iter().zip(&q0).map(|(d, q0)| d + q0).collect();
+    let (mut v0, mut q1) = (vec![0.0; n], vec![0.0; n]);
+    if costs.from == 0 && costs.add(0, first_point(motion, &vec![f64::NAN; n])) {
+        let (by_q, rest) = costs.slopes.split_at(n);
+        let (by_v, by_a) = rest.split_at(n);
+        for i in 0..n {
+            q0[i] += by_q[i];
+            v0[i] += by_v[i];
+        }
+        if let Some((_, slopes)) = &motion.begun.acceleration {
+            slopes.add(by_a, &mut q0, &mut v0, &mut by_stretch[0]);
         }
     }
-    if motion.begun.order == StartOrder::Nodes {
-        for i in 0..N {
-            by_d[i] += v0[i] / motion.h;
+    if recording.first.order == StartOrder::Nodes {
+        for i in 0..n {
+            by_d[i] += v0[i] / recording.h;
             q0[i] -= by_d[i];
         }
-        (q1, v0) = (by_d, [0.0; N]);
+        (q1, v0) = (by_d, vec![0.0; n]);
     } else {
         motion
             .begun
@@ -371,11 +410,11 @@ fn begin<const N: usize>(
     }
     let inputs = by_stretch
         .iter()
-        .take(legs)
-        .map(|own| inputs.iter().map(|&place| own[place]).collect())
+        .take(recording.legs())
+        .map(|own| recording.inputs.iter().map(|&place| own[place]).collect())
         .collect();
-    Gradient {
-        cost: sum,
+    Sums {
+        cost: costs.sum,
         q0,
         v0,
         q1,

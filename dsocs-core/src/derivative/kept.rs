@@ -1,45 +1,148 @@
 //! What a path keeps in memory: all of its steps, or some states of the run (checkpoints), from which the steps between them are computed again.
 
-use super::block::Recorded;
+use core::ops::Range;
+
 use super::error::DerivativeError;
+use crate::any::AnyLeg;
 use crate::flow::Flow;
 use crate::run::Stepper as _;
 use crate::system::System;
 use crate::tape::Eight;
 
-/// Some consecutive steps.
-#[derive(Clone, Debug)]
-pub(super) struct Kept<const N: usize> {
-    /// The number of the first one's middle node, from 1 on.
-    pub first: usize,
-    /// The steps.
-    pub steps: Vec<Recorded<N>>,
-    /// Their unknowns, one step after the other.
-    pub unknowns: Vec<f64>,
+/// The numbers of a step, in the order in which they are kept: the time of the middle node, the node, the increment that led to it, the
+/// second difference, the unknowns.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// How many unknowns.
+    unknowns: usize,
 }
 
-impl<const N: usize> Kept<N> {
-    /// No steps yet, but memory for `count` steps with `unknowns` unknowns each.
-    pub fn from(first: usize, count: usize, unknowns: usize) -> Self {
+impl Layout {
+    /// How many numbers there are in all.
+    fn width(self) -> usize {
+        1 + 3 * self.coordinates + self.unknowns
+    }
+}
+
+/// Some consecutive steps.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    /// The number of the first one's middle node, from 1 on.
+    pub first: usize,
+    /// What stands where in a step.
+    layout: Layout,
+    /// How many steps there are.
+    count: usize,
+    /// Their numbers, one step after the other.
+    numbers: Vec<f64>,
+}
+
+impl Kept {
+    /// How many bytes a step takes.
+    pub fn bytes([coordinates, unknowns]: [usize; 2]) -> usize {
+        let layout = Layout {
+            coordinates,
+            unknowns,
+        };
+        size_of::<f64>() * layout.width()
+    }
+
+    /// No steps yet, but memory for `count` steps with so many coordinates and unknowns each.
+    pub fn from(first: usize, count: usize, [coordinates, unknowns]: [usize; 2]) -> Self {
+        let layout = Layout {
+            coordinates,
+            unknowns,
+        };
         Self {
             first,
-            steps: Vec::with_capacity(count),
-            unknowns: Vec::with_capacity(count * unknowns),
+            layout,
+            count: 0,
+            numbers: Vec::with_capacity(count * layout.width()),
         }
     }
 
     /// The number of the middle node of the step that would follow.
     pub fn end(&self) -> usize {
-        self.first + self.steps.len()
+        self.first + self.count
     }
 
-    /// Keeps the last step of a flow.
+    /// Keeps a step: its time, the middle node, the increment and the second difference in one, and the unknowns.
     #[inline]
-    pub fn keep<S: System<N>>(&mut self, flow: &Flow<'_, S, N>) {
-        if let Some((leg, e, z)) = flow.last_step() {
-            self.steps.push(Recorded { leg, e });
-            self.unknowns.extend_from_slice(z.as_ref());
+    pub fn keep(&mut self, t: f64, vectors: &[f64], z: &[f64]) {
+        self.count += 1;
+        self.numbers.push(t);
+        self.numbers.extend_from_slice(vectors);
+        self.numbers.extend_from_slice(z);
+    }
+
+    /// The steps with the middle nodes of a range.
+    pub fn steps(&self, nodes: Range<usize>) -> Recorded<'_> {
+        let width = self.layout.width();
+        let places = (nodes.start - self.first) * width..(nodes.end - self.first) * width;
+        Recorded {
+            layout: self.layout,
+            count: nodes.len(),
+            numbers: &self.numbers[places],
         }
+    }
+}
+
+/// Consecutive steps of a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Recorded<'p> {
+    /// What stands where in a step.
+    layout: Layout,
+    /// How many steps there are.
+    count: usize,
+    /// The numbers of the steps.
+    numbers: &'p [f64],
+}
+
+impl<'p> Recorded<'p> {
+    /// The place of the time among the numbers of a step.
+    pub const TIME: usize = 0;
+
+    /// How many steps there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The place of a coordinate of the middle node.
+    pub fn node(i: usize) -> usize {
+        Self::TIME + 1 + i
+    }
+
+    /// The place of a component of the increment.
+    pub fn increment(&self, i: usize) -> usize {
+        1 + self.layout.coordinates + i
+    }
+
+    /// The place of a component of the second difference.
+    pub fn difference(&self, i: usize) -> usize {
+        1 + 2 * self.layout.coordinates + i
+    }
+
+    /// The place of an unknown.
+    pub fn unknown(&self, i: usize) -> usize {
+        1 + 3 * self.layout.coordinates + i
+    }
+
+    /// A number of each step, by its place. Unused lanes repeat the last step.
+    #[inline]
+    pub fn gathered(&self, place: usize) -> Eight {
+        let (width, last) = (self.layout.width(), self.count() - 1);
+        Eight::from_fn(|lane| self.numbers[lane.min(last) * width + place])
+    }
+
+    /// The first step: its first two nodes and its second difference.
+    pub fn first(&self) -> (AnyLeg<'p, f64>, &'p [f64]) {
+        let n = self.layout.coordinates;
+        let (q, rest) = self.numbers[1..].split_at(n);
+        let (d, rest) = rest.split_at(n);
+        let t = self.numbers[0];
+        (AnyLeg { t, q, d }, &rest[..n])
     }
 }
 
@@ -91,19 +194,27 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
         is_due
     }
 
-    /// Computes the steps behind the checkpoint number `window` again. The path has `count` steps in all.
-    pub fn again(&self, window: usize, count: usize) -> Result<Kept<N>, DerivativeError> {
+    /// Computes the steps behind the checkpoint number `window` again. The path has `count` steps in all, with so many coordinates and unknowns.
+    pub fn again(&self, window: usize, count: usize, sizes: [usize; 2]) -> Result<Kept, DerivativeError> {
         let before = window * self.every;
         let own = self.every.min(count.saturating_sub(before));
-        let mut kept = Kept::from(before + 1, own, 0);
+        let mut kept = Kept::from(before + 1, own, sizes);
         let Some(state) = self.states.get(window) else {
             return Ok(kept);
         };
         let mut flow = state.clone();
         for _ in 0..own {
             flow.step(f64::INFINITY)?;
-            kept.keep(&flow);
+            keep_last(&mut kept, &flow);
         }
         Ok(kept)
+    }
+}
+
+/// Keeps the last step of a flow.
+#[inline]
+pub(super) fn keep_last<S: System<N>, const N: usize>(kept: &mut Kept, flow: &Flow<'_, S, N>) {
+    if let Some((leg, e, z)) = flow.last_step() {
+        kept.keep(leg.t, [leg.q, leg.d, e].as_flattened(), z.as_ref());
     }
 }

@@ -28,6 +28,7 @@ mod error;
 mod forward;
 mod gradient;
 mod kept;
+mod motion;
 mod path;
 mod start;
 

@@ -1,24 +1,19 @@
 //! A run whose steps are kept, so that it can be differentiated.
 
-use std::borrow::Cow;
 use std::fmt;
 
-use super::block::{Equations, Fixed, Recorded, Rooms, Steps};
-use super::changed::{Change, Changed};
 use super::error::DerivativeError;
-use super::kept::{Checkpoints, Kept};
-use super::start::Begun;
-use crate::any::AnySystem;
-use crate::declaration::Declaration;
+use super::kept::{Checkpoints, Kept, keep_last};
+use super::motion::{Recording, Stretch};
+use super::start::{Accelerated, First};
 use crate::error::SetupError;
 use crate::flow::Flow;
 use crate::held::Held;
 use crate::kernel::Shape;
-use crate::run::{Clock, Inputs as _, Node, RunError, Stepper as _, inputs};
-use crate::start::{Beginning, Start, StartOrder};
+use crate::run::{Inputs as _, Node, RunError, Stepper as _, inputs};
+use crate::start::{self, Beginning, Start, StartOrder};
 use crate::step::newton::Stop;
-use crate::system::System;
-use crate::tape::Eight;
+use crate::system::{Quantity, System};
 
 /// A run of a [`Flow`] whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
 /// [`Path::gradient`].
@@ -51,39 +46,25 @@ use crate::tape::Eight;
 /// assert!((gradient.q0[0] - 2.0_f64.cos()).abs() < 1e-6);
 /// # Ok::<(), dsocs_core::DerivativeError>(())
 /// ```
-pub struct Path<'s, S: System<N>, const N: usize> {
-    /// The step.
-    h: f64,
-    /// The rule that gives the second node.
-    order: StartOrder,
-    /// The start, after its rule was applied.
-    beginning: Beginning<N>,
-    /// The stretches of constant inputs: each system, with the number of the node from which on it holds.
-    stretches: Vec<(usize, Held<'s, S>)>,
-    /// The inputs, as indices of parameters.
-    inputs: Vec<usize>,
-    /// How many steps there are.
-    length: usize,
-    /// All of them, or those from the last checkpoint on.
-    kept: Kept<N>,
-    /// The states from which the others are made again.
-    checkpoints: Checkpoints<'s, S, N>,
+pub struct Path<'s, const N: usize> {
+    /// The steps.
+    pub(super) recording: Recording<'s>,
     /// The last node.
     end: Node<N>,
 }
 
-// by hand, because a derived one would require `Debug` of the system
-impl<S: System<N>, const N: usize> fmt::Debug for Path<'_, S, N> {
+// by hand, because the steps are not printed
+impl<const N: usize> fmt::Debug for Path<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Path")
-            .field("h", &self.h)
-            .field("steps", &self.length)
+            .field("h", &self.recording.h)
+            .field("steps", &self.recording.length)
             .field("end", &self.end)
             .finish_non_exhaustive()
     }
 }
 
-impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
+impl<'s, const N: usize> Path<'s, N> {
     /// How many bytes the steps of a path take at most, where nothing else is asked for ([`Path::within`]): 256 MiB.
     pub const MEMORY: usize = 1 << 28;
 
@@ -93,7 +74,12 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     ///
     /// [`DerivativeError::Run`] as [`Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
     /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
-    pub fn new(system: &'s S, h: f64, start: Start<N>, t: f64) -> Result<Self, DerivativeError> {
+    pub fn new<S: System<N>>(
+        system: &'s S,
+        h: f64,
+        start: Start<N>,
+        t: f64,
+    ) -> Result<Self, DerivativeError> {
         Self::within(system, h, start, t, Self::MEMORY)
     }
 
@@ -102,7 +88,7 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// # Errors
     ///
     /// As [`Path::new`].
-    pub fn within(
+    pub fn within<S: System<N>>(
         system: &'s S,
         h: f64,
         start: Start<N>,
@@ -118,24 +104,17 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
         }
         let mut flow = Flow::new(system, h, start).map_err(RunError::from)?;
         let end = flow.clock().until(t)?;
-        let mut path = Self::begun(&flow, &start);
         let count = end
             .index()
             .map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX));
-        let unknowns = path.unknowns_of_a_step();
-        let bytes = size_of::<Recorded<N>>() + size_of::<f64>() * unknowns;
-        path.checkpoints = Checkpoints::new(count, bytes, memory);
-        let window = count.min(path.checkpoints.every);
-        path.kept = Kept::from(1, window, unknowns);
+        let mut recorder = Recorder::begun(&flow, count, memory);
         flow.clock_mut().hand_out(true);
         while !flow.clock().has_reached(&end) {
-            if path.checkpoints.keep(&flow, path.length) && path.length > 0 {
-                path.kept = Kept::from(path.length + 1, window, unknowns);
-            }
+            recorder.mark(&flow);
             flow.step(end.time())?;
-            path.keep(&flow)?;
+            recorder.keep(&flow)?;
         }
-        path.ended(&flow)
+        recorder.ended(system, &flow, start.order())
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -148,16 +127,13 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// [`DerivativeError::Run`] as [`Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
     /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
     /// constraints.
-    pub fn plan<const U: usize>(
+    pub fn plan<S: System<N> + Clone, const U: usize>(
         system: &'s S,
         h: f64,
         start: Start<N>,
         inputs: [&str; U],
         values: &[[f64; U]],
-    ) -> Result<Self, DerivativeError>
-    where
-        S: Clone,
-    {
+    ) -> Result<Self, DerivativeError> {
         let Some(first) = values.first() else {
             return Err(DerivativeError::NoLegs);
         };
@@ -176,60 +152,20 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
             places.push(place);
         }
         let mut flow = Flow::holding(held, h, start).map_err(RunError::from)?;
-        let mut path = Self::begun(&flow, &start);
-        path.inputs = places;
+        let mut recorder = Recorder::begun(&flow, values.len(), usize::MAX);
         for leg in 1..=values.len() {
             if let Some(values) = values.get(leg) {
                 for (name, &value) in inputs.iter().zip(values) {
                     flow.set_input(name, value)?;
                 }
-                path.stretches.push((leg, flow.held().clone()));
+                recorder.stretches.push(stretch(leg, &flow));
             }
             flow.step(f64::INFINITY * h)?;
-            path.keep(&flow)?;
+            recorder.keep(&flow)?;
         }
-        path.ended(&flow)
-    }
-
-    /// How many unknowns a step has.
-    fn unknowns_of_a_step(&self) -> usize {
-        Declaration::of(&*self.stretches[0].1).unknowns()
-    }
-
-    /// A path without steps.
-    fn begun(flow: &Flow<'s, S, N>, start: &Start<N>) -> Self {
-        Self {
-            h: flow.h(),
-            order: start.order(),
-            beginning: *flow.beginning(),
-            stretches: vec![(0, flow.held().clone())],
-            inputs: Vec::new(),
-            length: 0,
-            kept: Kept::from(1, 0, 0),
-            checkpoints: Checkpoints::none(),
-            end: flow.node(),
-        }
-    }
-
-    /// Keeps the last step of the flow.
-    #[inline]
-    fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
-        if const { S::JUMPS } && matches!(flow.node().stop, Stop::Jump | Stop::Sticks) {
-            let index = self.length + 1;
-            let time = flow.node().t;
-            return Err(DerivativeError::Jump { index, time });
-        }
-        self.kept.keep(flow);
-        self.length += 1;
-        Ok(())
-    }
-
-    fn ended(mut self, flow: &Flow<'s, S, N>) -> Result<Self, DerivativeError> {
-        if self.length == 0 {
-            return Err(DerivativeError::NoSteps { h: self.h });
-        }
-        self.end = flow.node();
-        Ok(self)
+        let mut path = recorder.ended(system, &flow, start.order())?;
+        path.recording.inputs = places;
+        Ok(path)
     }
 
     /// The last node.
@@ -241,238 +177,129 @@ impl<'s, S: System<N>, const N: usize> Path<'s, S, N> {
     /// The number of steps. Nodes are numbered from 0 (the start) to this number.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.length
+        self.recording.length
+    }
+}
+
+/// What keeps the steps of a flow.
+struct Recorder<'s, S: System<N>, const N: usize> {
+    /// The start.
+    beginning: Beginning<N>,
+    /// The continuous motion there.
+    accelerated: Option<Accelerated>,
+    /// The stretches of constant inputs.
+    stretches: Vec<Stretch>,
+    /// How many coordinates there are, and how many unknowns a step has.
+    sizes: [usize; 2],
+    /// For how many steps there is memory.
+    window: usize,
+    /// How many steps there are.
+    length: usize,
+    /// All of them, or those from the last checkpoint on.
+    kept: Kept,
+    /// The states from which the others are made again.
+    checkpoints: Checkpoints<'s, S, N>,
+}
+
+impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
+    /// Keeps no steps yet of a flow that is to take `count`.
+    fn begun(flow: &Flow<'s, S, N>, count: usize, memory: usize) -> Self {
+        let beginning = *flow.beginning();
+        let Beginning { q0, v0, a0, t0, .. } = &beginning;
+        let near = a0.or(beginning.near);
+        let found = start::acceleration(flow.system(), (*t0, q0, v0), near.as_ref()).ok();
+        let accelerated = found.map(|(a, multipliers)| Accelerated {
+            a: a.to_vec(),
+            multipliers,
+        });
+        let sizes = [N, flow.system().shape().unknowns];
+        let checkpoints = Checkpoints::new(count, Kept::bytes(sizes), memory);
+        let window = count.min(checkpoints.every);
+        Self {
+            beginning,
+            accelerated,
+            stretches: vec![stretch(0, flow)],
+            sizes,
+            window,
+            length: 0,
+            kept: Kept::from(1, window, sizes),
+            checkpoints,
+        }
     }
 
-    /// The inputs of a plan, in its order, by their names.
-    pub(super) fn input_names(&self) -> Vec<Cow<'static, str>> {
-        self.inputs
-            .iter()
-            .filter_map(|&place| Some(S::PARAMETERS.get(place)?.name.clone()))
-            .collect()
+    /// Keeps the state of the flow where a checkpoint is due.
+    #[inline]
+    fn mark(&mut self, flow: &Flow<'s, S, N>) {
+        if self.checkpoints.keep(flow, self.length) && self.length > 0 {
+            self.kept = Kept::from(self.length + 1, self.window, self.sizes);
+        }
     }
 
-    /// The index of a parameter.
-    pub(super) fn parameter(name: &str) -> Result<usize, DerivativeError> {
-        parameter::<S, N>(name)
+    /// Keeps the last step of the flow.
+    #[inline]
+    fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
+        if const { S::JUMPS } && matches!(flow.node().stop, Stop::Jump | Stop::Sticks) {
+            let index = self.length + 1;
+            let time = flow.node().t;
+            return Err(DerivativeError::Jump { index, time });
+        }
+        keep_last(&mut self.kept, flow);
+        self.length += 1;
+        Ok(())
     }
 
-    /// The path without the type of its system.
-    pub(super) fn motion(&self) -> Result<Motion<'_, N>, DerivativeError> {
-        let stretches: Vec<_> = (self.stretches.iter())
-            .map(|(from, system)| (*from, Declaration::of(&**system)))
-            .collect();
-        let system: &S = &self.stretches[0].1;
-        Ok(Motion::new(
-            self,
-            stretches,
-            Begun::new(system, self.h, self.order, &self.beginning)?,
-            system,
-        ))
+    /// The path up to the last node of the flow.
+    fn ended(
+        self,
+        system: &'s S,
+        flow: &Flow<'s, S, N>,
+        order: StartOrder,
+    ) -> Result<Path<'s, N>, DerivativeError> {
+        let h = flow.h();
+        if self.length == 0 {
+            return Err(DerivativeError::NoSteps { h });
+        }
+        let (checkpoints, sizes) = (self.checkpoints, self.sizes);
+        let Beginning { q0, v0, a0, t0, .. } = self.beginning;
+        Ok(Path {
+            recording: Recording {
+                source: system,
+                h,
+                first: First {
+                    order,
+                    t0,
+                    q0: q0.to_vec(),
+                    v0: v0.to_vec(),
+                    a0: a0.map(|a0| a0.to_vec()),
+                },
+                accelerated: self.accelerated,
+                stretches: self.stretches,
+                inputs: Vec::new(),
+                length: self.length,
+                every: checkpoints.every,
+                kept: self.kept,
+                again: Box::new(move |window, count| checkpoints.again(window, count, sizes)),
+            },
+            end: flow.node(),
+        })
     }
+}
 
-    /// The rule that gives the second node.
-    pub(super) fn order(&self) -> StartOrder {
-        self.order
-    }
-
-    /// How many legs have inputs of their own.
-    pub(super) fn legs(&self) -> usize {
-        self.stretches.len()
-    }
-
-    /// The inputs, as indices of parameters.
-    pub(super) fn input_places(&self) -> &[usize] {
-        &self.inputs
+/// The stretch of a path that begins with a node, with the parameters of a flow.
+fn stretch<S: System<N>, const N: usize>(from: usize, flow: &Flow<'_, S, N>) -> Stretch {
+    let system = flow.system();
+    let count = system.shape().parameters.len();
+    Stretch {
+        from,
+        values: (0..count).map(|place| system.value(place)).collect(),
     }
 }
 
 /// The index of a parameter.
-pub(crate) fn parameter<S: System<N>, const N: usize>(name: &str) -> Result<usize, DerivativeError> {
-    let place = S::PARAMETERS.iter().position(|known| known.name == name);
+pub(crate) fn parameter(name: &str, parameters: &[Quantity]) -> Result<usize, DerivativeError> {
+    let place = parameters.iter().position(|known| known.name == name);
     place.ok_or_else(|| DerivativeError::Parameter {
         name: name.to_owned(),
-        known: S::PARAMETERS.iter().map(|known| known.name.clone()).collect(),
+        known: parameters.iter().map(|known| known.name.clone()).collect(),
     })
-}
-
-/// A path without the type of its system. Derivatives are computed from it.
-pub(super) struct Motion<'p, const N: usize> {
-    pub h: f64,
-    pub beginning: &'p Beginning<N>,
-    pub begun: Begun<N>,
-    /// How many steps there are.
-    length: usize,
-    /// How many of them lie between two checkpoints.
-    every: usize,
-    /// All of them, or those from the last checkpoint on.
-    kept: &'p Kept<N>,
-    /// Makes the steps from a checkpoint on again.
-    again: Box<Again<'p, N>>,
-    stretches: Vec<(usize, Declaration<'p>)>,
-    pub equations: Equations,
-}
-
-/// Makes the steps from a checkpoint on again.
-type Again<'p, const N: usize> = dyn Fn(usize) -> Result<Kept<N>, DerivativeError> + 'p;
-
-/// Consecutive steps of a path, all from one checkpoint on.
-pub(super) type Window<'p, const N: usize> = Cow<'p, Kept<N>>;
-
-/// Some consecutive steps, by the numbers of their middle nodes.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Piece {
-    /// Up to eight steps with the same parameters.
-    Plain {
-        first: usize,
-        count: usize,
-        stretch: usize,
-    },
-    /// The one step at which the parameters change to those of a stretch.
-    Changed { at: usize, stretch: usize },
-}
-
-impl Piece {
-    /// The first of its steps, how many they are, and the stretch that they belong to.
-    pub(super) fn steps(&self) -> (usize, usize, usize) {
-        match *self {
-            Self::Plain {
-                first,
-                count,
-                stretch,
-            } => (first, count, stretch),
-            Self::Changed { at, stretch } => (at, 1, stretch),
-        }
-    }
-}
-
-impl<'p, const N: usize> Motion<'p, N> {
-    fn new<S: System<N>>(
-        path: &'p Path<'_, S, N>,
-        stretches: Vec<(usize, Declaration<'p>)>,
-        begun: Begun<N>,
-        system: &'p dyn AnySystem<N>,
-    ) -> Self {
-        let parameters = system.parameters().len();
-        Self {
-            h: path.h,
-            beginning: &path.beginning,
-            begun,
-            length: path.length,
-            every: path.checkpoints.every,
-            kept: &path.kept,
-            again: Box::new(|window| path.checkpoints.again(window, path.length)),
-            equations: Equations::new::<N>(stretches[0].1.source().tape(), parameters),
-            stretches,
-        }
-    }
-
-    /// How many stretches there are.
-    pub fn stretches(&self) -> usize {
-        self.stretches.len()
-    }
-
-    /// The declaration on a stretch.
-    pub fn declaration(&self, stretch: usize) -> &Declaration<'p> {
-        &self.stretches[stretch].1
-    }
-
-    /// How many windows the steps are in.
-    pub fn windows(&self) -> usize {
-        self.length.div_ceil(self.every)
-    }
-
-    /// The steps of a window.
-    ///
-    /// # Errors
-    ///
-    /// None, as long as steps that were solved once can be solved again.
-    pub fn window(&self, window: usize) -> Result<Window<'p, N>, DerivativeError> {
-        if window + 1 == self.windows() {
-            return Ok(Cow::Borrowed(self.kept));
-        }
-        Ok(Cow::Owned((self.again)(window)?))
-    }
-
-    /// The pieces of a window, in order.
-    pub fn pieces(&self, window: &Kept<N>) -> Vec<Piece> {
-        let mut pieces = Vec::new();
-        for (stretch, (from, _)) in self.stretches.iter().enumerate() {
-            let next = self
-                .stretches
-                .get(stretch + 1)
-                .map_or(self.length + 1, |next| next.0);
-            if stretch > 0 && (window.first..window.end()).contains(from) {
-                pieces.push(Piece::Changed { at: *from, stretch });
-            }
-            let mut first = (from + 1).max(window.first);
-            let next = next.min(window.end());
-            while first < next {
-                let count = (next - first).min(Eight::COUNT);
-                pieces.push(Piece::Plain {
-                    first,
-                    count,
-                    stretch,
-                });
-                first += count;
-            }
-        }
-        pieces
-    }
-
-    /// Whether a piece is the last of the path.
-    pub fn is_last(&self, piece: &Piece) -> bool {
-        let (first, count, _) = piece.steps();
-        first + count > self.length
-    }
-
-    /// Prepares the steps of a stretch; returns the values of its constants and parameters.
-    pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
-        let source = self.declaration(stretch).source();
-        let fixed = self.equations.fixed(source, self.h, rooms);
-        self.equations.enter(&fixed, self.h, rooms);
-        fixed
-    }
-
-    /// The steps of a window with the middle nodes `first`, …, `first + count - 1`.
-    pub fn some<'w>(&'w self, window: &'w Kept<N>, piece: &Piece) -> Steps<'w, N> {
-        let (first, count, stretch) = piece.steps();
-        let range = first - window.first..first - window.first + count;
-        let rows = self.equations.rows;
-        Steps {
-            source: self.declaration(stretch).source(),
-            unknowns: &window.unknowns[range.start * rows..range.end * rows],
-            recorded: &window.steps[range],
-        }
-    }
-
-    /// The derivatives of the step at which the parameters change.
-    pub fn changed(
-        &self,
-        window: &Kept<N>,
-        at: usize,
-        stretch: usize,
-    ) -> Result<Changed<N>, DerivativeError> {
-        let change = Change {
-            sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
-            h: self.h,
-            step: window.steps[at - window.first],
-        };
-        change
-            .slopes(self.equations.parameters)
-            .ok_or_else(|| self.singular(at))
-    }
-
-    /// The time of a node.
-    pub fn time(&self, index: usize) -> f64 {
-        Clock::even(self.beginning.t0, self.h).time_of(index as u64)
-    }
-
-    /// The error of a step that cannot be differentiated.
-    pub fn singular(&self, index: usize) -> DerivativeError {
-        DerivativeError::Singular {
-            index,
-            time: self.time(index),
-        }
-    }
 }

@@ -1,57 +1,88 @@
 //! Derivatives of the first leg, and of the acceleration at the start, by the start and the parameters.
 
 use super::error::DerivativeError;
-use crate::any::AnySystem;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::start::{Beginning, StartOrder};
+use crate::start::StartOrder;
 use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
 
 /// The derivatives of an acceleration, or of an increment, by position, velocity and parameters.
 #[derive(Clone, Debug)]
-pub(super) struct Slopes<const N: usize> {
-    pub by_q: [[f64; N]; N],
-    pub by_v: [[f64; N]; N],
+pub(super) struct Slopes {
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// By the coordinates of the position, one row for each component.
+    by_q: Vec<f64>,
+    /// By the components of the velocity in the same way.
+    by_v: Vec<f64>,
     /// By one parameter after another.
-    pub by_parameters: Vec<[f64; N]>,
+    by_parameters: Vec<Vec<f64>>,
+}
+
+/// The acceleration and the multipliers of the continuous system.
+pub(super) struct Accelerated {
+    pub a: Vec<f64>,
+    pub multipliers: Vec<f64>,
+}
+
+/// What a run begins with, after its rule was applied.
+#[derive(Clone, Debug)]
+pub(super) struct First {
+    /// The rule that gives the second node.
+    pub order: StartOrder,
+    pub t0: f64,
+    pub q0: Vec<f64>,
+    pub v0: Vec<f64>,
+    /// The acceleration, where the rule knows it.
+    pub a0: Option<Vec<f64>>,
 }
 
 /// The derivatives at the start.
 #[derive(Clone, Debug)]
-pub(super) struct Begun<const N: usize> {
-    /// The rule that gives the second node.
-    pub order: StartOrder,
+pub(super) struct Begun {
     /// Those of the first increment; zero if two nodes are given.
-    pub increment: Slopes<N>,
+    pub increment: Slopes,
     /// The acceleration at the start, with its derivatives; `None` if it cannot be computed.
-    pub acceleration: Option<([f64; N], Slopes<N>)>,
+    pub acceleration: Option<(Vec<f64>, Slopes)>,
 }
 
-impl<const N: usize> Slopes<N> {
-    fn none(parameters: usize) -> Self {
+impl Slopes {
+    fn none(coordinates: usize, parameters: usize) -> Self {
         Self {
-            by_q: [[0.0; N]; N],
-            by_v: [[0.0; N]; N],
-            by_parameters: vec![[0.0; N]; parameters],
+            coordinates,
+            by_q: vec![0.0; coordinates * coordinates],
+            by_v: vec![0.0; coordinates * coordinates],
+            by_parameters: vec![vec![0.0; coordinates]; parameters],
         }
     }
 
+    /// For each component, the derivatives by position and by velocity.
+    fn rows(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let n = self.coordinates.max(1);
+        self.by_q.chunks_exact(n).zip(self.by_v.chunks_exact(n))
+    }
+
     /// The change that follows from changes of position, velocity and parameters.
-    pub fn change(&self, q: &[f64; N], v: &[f64; N], parameters: &[f64]) -> [f64; N] {
-        core::array::from_fn(|i| {
-            let by_q: f64 = self.by_q[i].iter().zip(q).map(|(slope, q)| slope * q).sum();
-            let by_v: f64 = self.by_v[i].iter().zip(v).map(|(slope, v)| slope * v).sum();
+    pub fn change(&self, q: &[f64], v: &[f64], parameters: &[f64]) -> Vec<f64> {
+        let change = |(i, (by_q, by_v)): (usize, (&[f64], &[f64]))| {
+            let by_q: f64 = by_q.iter().zip(q).map(|(slope, q)| slope * q).sum();
+            let by_v: f64 = by_v.iter().zip(v).map(|(slope, v)| slope * v).sum();
             let own = self.by_parameters.iter().zip(parameters);
             by_q + by_v + own.map(|(slope, p)| slope[i] * p).sum::<f64>()
-        })
+        };
+        self.rows().enumerate().map(change).collect()
     }
 
     /// Adds the derivatives of a weighted sum of the components.
-    pub fn add(&self, weights: &[f64; N], q: &mut [f64; N], v: &mut [f64; N], parameters: &mut [f64]) {
-        for (i, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
-            for j in 0..N {
-                q[j] += weight * self.by_q[i][j];
-                v[j] += weight * self.by_v[i][j];
+    pub fn add(&self, weights: &[f64], q: &mut [f64], v: &mut [f64], parameters: &mut [f64]) {
+        for ((i, weight), (by_q, by_v)) in weights.iter().enumerate().zip(self.rows()) {
+            if *weight == 0.0 {
+                continue;
+            }
+            for (sums, slopes) in [(&mut *q, by_q), (&mut *v, by_v)] {
+                for (sum, slope) in sums.iter_mut().zip(slopes) {
+                    *sum += weight * slope;
+                }
             }
             for (sum, slope) in parameters.iter_mut().zip(&self.by_parameters) {
                 *sum += weight * slope[i];
@@ -60,15 +91,15 @@ impl<const N: usize> Slopes<N> {
     }
 }
 
-impl<const N: usize> Begun<N> {
+impl Begun {
     /// The derivatives of a start of a run with the step `h`.
     pub fn new(
-        system: &dyn AnySystem<N>,
+        declaration: &Declaration<'_>,
         h: f64,
-        order: StartOrder,
-        beginning: &Beginning<N>,
+        first: &First,
+        accelerated: Option<&Accelerated>,
     ) -> Result<Self, DerivativeError> {
-        let declaration = system.declaration();
+        let order = first.order;
         if order == StartOrder::Exact {
             return Err(DerivativeError::Start {
                 reason: "an exact start has no derivatives",
@@ -79,28 +110,32 @@ impl<const N: usize> Begun<N> {
                 reason: "constraints bind the second node to the first",
             });
         }
-        let parameters = system.parameters().len();
-        let acceleration = acceleration(system, &declaration, beginning, parameters);
-        let mut increment = Slopes::none(parameters);
+        let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
+        let acceleration = accelerated.and_then(|found| acceleration(declaration, first, found));
+        let mut increment = Slopes::none(n, parameters);
         if order != StartOrder::Nodes {
-            for (i, row) in increment.by_v.iter_mut().enumerate() {
-                row[i] = h;
+            for i in 0..n {
+                increment.by_v[i * n + i] = h;
             }
         }
         if let (StartOrder::Second, Some((_, slopes))) = (order, &acceleration) {
             let factor = h * h / 2.0;
-            for i in 0..N {
-                for j in 0..N {
-                    increment.by_q[i][j] += factor * slopes.by_q[i][j];
-                    increment.by_v[i][j] += factor * slopes.by_v[i][j];
+            let own = [
+                (&mut increment.by_q, &slopes.by_q),
+                (&mut increment.by_v, &slopes.by_v),
+            ];
+            for (sums, slopes) in own {
+                for (sum, slope) in sums.iter_mut().zip(slopes) {
+                    *sum += factor * slope;
                 }
             }
-            for (sum, slope) in increment.by_parameters.iter_mut().zip(&slopes.by_parameters) {
-                *sum = slope.map(|slope| factor * slope);
+            for (sums, slopes) in increment.by_parameters.iter_mut().zip(&slopes.by_parameters) {
+                for (sum, slope) in sums.iter_mut().zip(slopes) {
+                    *sum = factor * slope;
+                }
             }
         }
         Ok(Self {
-            order,
             increment,
             acceleration,
         })
@@ -108,15 +143,13 @@ impl<const N: usize> Begun<N> {
 }
 
 /// The acceleration of the continuous system at the start, with its derivatives by the implicit function theorem.
-fn acceleration<const N: usize>(
-    system: &dyn AnySystem<N>,
+fn acceleration(
     declaration: &Declaration<'_>,
-    beginning: &Beginning<N>,
-    parameters: usize,
-) -> Option<([f64; N], Slopes<N>)> {
-    let Beginning { q0, v0, a0, t0, .. } = *beginning;
-    let near = a0.or(beginning.near);
-    let (a, multipliers) = system.acceleration((t0, &q0, &v0), near.as_ref()).ok()?;
+    first: &First,
+    Accelerated { a, multipliers }: &Accelerated,
+) -> Option<(Vec<f64>, Slopes)> {
+    let First { t0, q0, v0, a0, .. } = first;
+    let (n, parameters) = (declaration.dimension(), declaration.parameters().len());
     let source = declaration.source();
     let is_moving = |input| !matches!(input, Input::Leaf(Leaf::T | Leaf::H | Leaf::Clock));
     let differential = source
@@ -129,23 +162,23 @@ fn acceleration<const N: usize>(
             Input::Leaf(Leaf::V(i)) => v0[i],
             Input::Leaf(Leaf::A(i)) => a[i],
             Input::Leaf(Leaf::Lambda(i)) => multipliers.get(i).copied().unwrap_or(0.0),
-            Input::Leaf(Leaf::Parameter(i)) => source.value(i),
-            Input::Leaf(Leaf::T) => t0,
+            Input::Leaf(Leaf::Parameter(i)) => declaration.value(i),
+            Input::Leaf(Leaf::T) => *t0,
             _ => f64::NAN,
         })
     });
     let inputs: Vec<Input> = differential.inputs().collect();
     let rows = differential.len();
     let mut jacobian = Matrix::zeros(rows, rows);
-    let mut right = Matrix::zeros(rows, 2 * N + parameters);
+    let mut right = Matrix::zeros(rows, 2 * n + parameters);
     for row in 0..rows {
         differential.back_from(&mut room, row, &mut |input, slope| {
             let entry = match inputs[input] {
                 Input::Leaf(Leaf::A(i)) => &mut jacobian[(row, i)],
-                Input::Leaf(Leaf::Lambda(i)) if N + i < rows => &mut jacobian[(row, N + i)],
+                Input::Leaf(Leaf::Lambda(i)) if n + i < rows => &mut jacobian[(row, n + i)],
                 Input::Leaf(Leaf::Q(i)) => &mut right[(row, i)],
-                Input::Leaf(Leaf::V(i)) => &mut right[(row, N + i)],
-                Input::Leaf(Leaf::Parameter(i)) => &mut right[(row, 2 * N + i)],
+                Input::Leaf(Leaf::V(i)) => &mut right[(row, n + i)],
+                Input::Leaf(Leaf::Parameter(i)) => &mut right[(row, 2 * n + i)],
                 _ => return,
             };
             *entry = slope.0[0];
@@ -161,21 +194,22 @@ fn acceleration<const N: usize>(
         return None;
     }
     let decomposed = jacobian.decomposed();
-    let solved = |column: usize| -> [f64; N] {
+    let solved = |column: usize| -> Vec<f64> {
         let right: Vec<f64> = (0..rows).map(|row| -right[(row, column)]).collect();
-        let solution = decomposed.solve(&right, 0.0);
-        core::array::from_fn(|i| solution.get(i).copied().unwrap_or(f64::NAN))
+        let mut solution = decomposed.solve(&right, 0.0);
+        solution.resize(n, f64::NAN);
+        solution
     };
-    let mut slopes = Slopes::none(parameters);
-    for j in 0..N {
-        let (by_q, by_v) = (solved(j), solved(N + j));
-        for i in 0..N {
-            slopes.by_q[i][j] = by_q[i];
-            slopes.by_v[i][j] = by_v[i];
+    let mut slopes = Slopes::none(n, parameters);
+    for j in 0..n {
+        let (by_q, by_v) = (solved(j), solved(n + j));
+        for i in 0..n {
+            slopes.by_q[i * n + j] = by_q[i];
+            slopes.by_v[i * n + j] = by_v[i];
         }
     }
     for (place, slope) in slopes.by_parameters.iter_mut().enumerate() {
-        *slope = solved(2 * N + place);
+        *slope = solved(2 * n + place);
     }
-    Some((a0.unwrap_or(a), slopes))
+    Some((a0.as_ref().unwrap_or(a).clone(), slopes))
 }

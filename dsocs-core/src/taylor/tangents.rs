@@ -103,7 +103,7 @@ impl Moving {
         match variable {
             Variable::Position(index) => coordinate(index).map(Self::Position),
             Variable::Velocity(index) => coordinate(index).map(Self::Velocity),
-            Variable::Parameter(name) => parameter::<S, N>(name).map(Self::Parameter),
+            Variable::Parameter(name) => parameter(name, S::PARAMETERS).map(Self::Parameter),
             Variable::SecondNode(_) => Err(DerivativeError::Variable {
                 start: "position and velocity",
                 variable: "second node",

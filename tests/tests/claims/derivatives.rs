@@ -497,7 +497,7 @@ fn a_plan_is_the_run_with_the_same_inputs() {
 }
 
 /// Every number that a path gives, in bits: tangents along, at the end, and gradients.
-fn bits<S: System<N>, const N: usize>(path: &Path<'_, S, N>, parameter: &str) -> Vec<u64> {
+fn bits<const N: usize>(path: &Path<'_, N>, parameter: &str) -> Vec<u64> {
     let mut all = Vec::new();
     let variables = [Variable::Position(0), Variable::Parameter(parameter)];
     path.tangents_along(&variables, &mut |index, point, tangents| {

@@ -1,0 +1,240 @@
+//! The steps of a path, whatever its system is: derivatives are computed from them.
+
+use std::borrow::Cow;
+
+use super::block::{Equations, Fixed, Rooms, Steps};
+use super::changed::{Change, Changed};
+use super::error::DerivativeError;
+use super::kept::Kept;
+use super::start::{Accelerated, Begun, First};
+use crate::declaration::Declaration;
+use crate::run::Clock;
+use crate::system::Quantity;
+use crate::tape::{Eight, Source};
+
+/// Makes the steps from a checkpoint on again, by its number and the number of all steps.
+pub(super) type Again<'s> = dyn Fn(usize, usize) -> Result<Kept, DerivativeError> + Send + Sync + 's;
+
+/// A stretch of a path with constant inputs.
+pub(super) struct Stretch {
+    /// The number of the node from which on it holds.
+    pub from: usize,
+    /// The values of the parameters.
+    pub values: Vec<f64>,
+}
+
+/// The steps of a path.
+pub(super) struct Recording<'s> {
+    /// The system, for its tape and the user's functions.
+    pub source: &'s dyn Source,
+    /// The step.
+    pub h: f64,
+    /// The start.
+    pub first: First,
+    /// The continuous motion there; `None` if it cannot be computed.
+    pub accelerated: Option<Accelerated>,
+    /// The stretches of constant inputs; the first begins with the start.
+    pub stretches: Vec<Stretch>,
+    /// The inputs, as indices of parameters.
+    pub inputs: Vec<usize>,
+    /// How many steps there are.
+    pub length: usize,
+    /// How many of them lie between two checkpoints.
+    pub every: usize,
+    /// All of them, or those from the last checkpoint on.
+    pub kept: Kept,
+    /// Makes the others again.
+    pub again: Box<Again<'s>>,
+}
+
+impl Recording<'_> {
+    /// The parameters.
+    pub fn parameters(&self) -> &[Quantity] {
+        &self.source.shape().parameters
+    }
+
+    /// The inputs of a plan, in its order, by their names.
+    pub fn input_names(&self) -> Vec<Cow<'static, str>> {
+        self.inputs
+            .iter()
+            .filter_map(|&place| Some(self.parameters().get(place)?.name.clone()))
+            .collect()
+    }
+
+    /// How many legs have inputs of their own.
+    pub fn legs(&self) -> usize {
+        if self.inputs.is_empty() {
+            0
+        } else {
+            self.stretches.len()
+        }
+    }
+
+    /// What derivatives are computed from.
+    pub fn motion(&self) -> Result<Motion<'_>, DerivativeError> {
+        let stretches: Vec<(usize, Declaration<'_>)> = (self.stretches.iter())
+            .map(|stretch| {
+                let own = Declaration::of(self.source).with(&stretch.values);
+                (stretch.from, own)
+            })
+            .collect();
+        let own = stretches
+            .first()
+            .map_or(Declaration::of(self.source), |own| own.1);
+        Ok(Motion {
+            recording: self,
+            begun: Begun::new(&own, self.h, &self.first, self.accelerated.as_ref())?,
+            equations: Equations::new(self.source.tape(), own.dimension(), self.parameters().len()),
+            stretches,
+        })
+    }
+}
+
+/// The steps of a path with the derivatives of its system.
+pub(super) struct Motion<'p> {
+    pub recording: &'p Recording<'p>,
+    pub begun: Begun,
+    /// The stretches, by the nodes from which on they hold.
+    stretches: Vec<(usize, Declaration<'p>)>,
+    pub equations: Equations,
+}
+
+/// Consecutive steps of a path, all from one checkpoint on.
+pub(super) type Window<'p> = Cow<'p, Kept>;
+
+/// Some consecutive steps, by the numbers of their middle nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Piece {
+    /// Up to eight steps with the same parameters.
+    Plain {
+        first: usize,
+        count: usize,
+        stretch: usize,
+    },
+    /// The one step at which the parameters change to those of a stretch.
+    Changed { at: usize, stretch: usize },
+}
+
+impl Piece {
+    /// The first of its steps, how many they are, and the stretch that they belong to.
+    pub(super) fn steps(&self) -> (usize, usize, usize) {
+        match *self {
+            Self::Plain {
+                first,
+                count,
+                stretch,
+            } => (first, count, stretch),
+            Self::Changed { at, stretch } => (at, 1, stretch),
+        }
+    }
+}
+
+impl<'p> Motion<'p> {
+    /// How many coordinates there are.
+    pub fn dimension(&self) -> usize {
+        self.equations.coordinates
+    }
+
+    /// How many stretches there are.
+    pub fn stretches(&self) -> usize {
+        self.stretches.len()
+    }
+
+    /// The declaration on a stretch.
+    pub fn declaration(&self, stretch: usize) -> &Declaration<'p> {
+        &self.stretches[stretch].1
+    }
+
+    /// How many windows the steps are in.
+    pub fn windows(&self) -> usize {
+        self.recording.length.div_ceil(self.recording.every)
+    }
+
+    /// The steps of a window.
+    ///
+    /// # Errors
+    ///
+    /// None, as long as steps that were solved once can be solved again.
+    pub fn window(&self, window: usize) -> Result<Window<'p>, DerivativeError> {
+        if window + 1 == self.windows() {
+            return Ok(Cow::Borrowed(&self.recording.kept));
+        }
+        Ok(Cow::Owned((self.recording.again)(window, self.recording.length)?))
+    }
+
+    /// The pieces of a window, in order.
+    pub fn pieces(&self, window: &Kept) -> Vec<Piece> {
+        let mut pieces = Vec::new();
+        for (stretch, (from, _)) in self.stretches.iter().enumerate() {
+            let next = self
+                .stretches
+                .get(stretch + 1)
+                .map_or(self.recording.length + 1, |next| next.0);
+            if stretch > 0 && (window.first..window.end()).contains(from) {
+                pieces.push(Piece::Changed { at: *from, stretch });
+            }
+            let mut first = (from + 1).max(window.first);
+            let next = next.min(window.end());
+            while first < next {
+                let count = (next - first).min(Eight::COUNT);
+                pieces.push(Piece::Plain {
+                    first,
+                    count,
+                    stretch,
+                });
+                first += count;
+            }
+        }
+        pieces
+    }
+
+    /// Whether a piece is the last of the path.
+    pub fn is_last(&self, piece: &Piece) -> bool {
+        let (first, count, _) = piece.steps();
+        first + count > self.recording.length
+    }
+
+    /// Prepares the steps of a stretch; returns the values of its constants and parameters.
+    pub fn enter(&self, stretch: usize, rooms: &mut Rooms) -> Fixed {
+        let h = self.recording.h;
+        let fixed = self.equations.fixed(self.declaration(stretch), h, rooms);
+        self.equations.enter(&fixed, h, rooms);
+        fixed
+    }
+
+    /// The steps of a piece of a window.
+    pub fn some<'w>(&'w self, window: &'w Kept, piece: &Piece) -> Steps<'w> {
+        let (first, count, stretch) = piece.steps();
+        Steps {
+            declaration: *self.declaration(stretch),
+            recorded: window.steps(first..first + count),
+        }
+    }
+
+    /// The derivatives of the step at which the parameters change.
+    pub fn changed(&self, window: &Kept, at: usize, stretch: usize) -> Result<Changed, DerivativeError> {
+        let (leg, e) = window.steps(at..at + 1).first();
+        let change = Change {
+            sides: [*self.declaration(stretch - 1), *self.declaration(stretch)],
+            h: self.recording.h,
+            leg,
+            e,
+        };
+        change
+            .slopes(self.equations.parameters)
+            .ok_or_else(|| self.singular(at))
+    }
+
+    /// The time of a node.
+    pub fn time(&self, index: usize) -> f64 {
+        Clock::even(self.recording.first.t0, self.recording.h).time_of(index as u64)
+    }
+
+    /// The error of a step that cannot be differentiated.
+    pub fn singular(&self, index: usize) -> DerivativeError {
+        DerivativeError::Singular {
+            index,
+            time: self.time(index),
+        }
+    }
+}
