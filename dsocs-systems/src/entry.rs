@@ -48,9 +48,11 @@ mod symmetry;
 use std::fmt;
 use std::ops::ControlFlow;
 
-use dsocs_core::{Quantity, System};
+#[cfg(feature = "sweep")]
+use dsocs_core::Declaration;
+use dsocs_core::{Quantity, SetupError, System};
 
-use crate::check::{Expected, Finding, Settings};
+use crate::check::{self, Expected, Finding, Settings};
 
 pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
@@ -398,7 +400,7 @@ impl Entry {
         beginning: &Beginning,
         sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
     ) -> Result<(), RunFailure> {
-        self.system.run(plan, beginning, sink)
+        run::run(&*self.system, plan, beginning, sink)
     }
 
     /// Runs as planned, to the end or to the first event that ends the run, and returns the place of this event among those `watched`. `sink`
@@ -417,7 +419,13 @@ impl Entry {
         sink: &mut dyn FnMut(Shown<'_>),
     ) -> Result<Option<usize>, RunFailure> {
         let request = point::Request { plan, watched, nodes };
-        self.system.point(&request, beginning, sink)
+        let mut ended = None;
+        run::begin(&*self.system, plan, beginning, &mut |run, system| {
+            let system = Declaration::of(system.kernel());
+            ended = point::go(run, &system, &request, sink)?;
+            Ok(())
+        })?;
+        Ok(ended)
     }
 
     /// Whether sweeps run in lanes ([`Entry::in_lanes`]).
@@ -438,7 +446,11 @@ impl Entry {
         parameters: &[Varied],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
-        self.system.ends(plan, beginnings, parameters, sink)
+        let coordinates = &self.description.coordinates;
+        let all_fit = beginnings
+            .iter()
+            .all(|beginning| beginning.fits(coordinates).is_ok());
+        all_fit && self.system.ends(plan, beginnings, parameters, sink)
     }
 
     /// A copy with the same system, start, step and end, for another thread. It has no drawing, and nothing to be checked.
@@ -464,8 +476,19 @@ impl Entry {
     /// [`CheckFailure`] if the motion cannot be computed.
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
         let own = self.until.abs() * settings.h.signum();
-        self.system
-            .check(&self.symmetries, self.expected(), settings, own)
+        let coordinates = &self.description.coordinates;
+        run::fits("q0", settings.q0, coordinates)?;
+        run::fits("v0", settings.v0, coordinates)?;
+        if let Some(probe) = self.system.third_order_probe() {
+            let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
+            run::fits("a0", a0, coordinates)?;
+            return check::third::check_to(&*probe, self.expected(), settings, own);
+        }
+        if let Some(a0) = settings.a0 {
+            run::fits("a0", a0, coordinates)?;
+        }
+        let probe = self.system.probe();
+        check::check_to(&*probe, &self.symmetries, self.expected(), settings, own)
     }
 
     /// Looks for mistakes in what the entry adds to the declaration.

@@ -1,47 +1,61 @@
-//! A system with its type erased: all code of the command line that is made anew for every system.
+//! A system of any type: all code of the command line that is made anew for every system.
 
-use std::ops::ControlFlow;
+use dsocs_core::taylor::GlobalError;
+use dsocs_core::{
+    ComposedFlow, Composition, Flow, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
+    Tolerance,
+};
 
-use dsocs_core::{Quantity, SetupError, Start, System};
-
-use super::{Beginning, CheckFailure, Description, Plan, Row, RunFailure, Symmetry, run};
+use super::run::Errors;
+use super::{Beginning, Description};
 #[cfg(feature = "sweep")]
-use super::{lanes, point};
-use crate::check::probe::Of;
-use crate::check::{self, Expected, Finding, Settings};
+use super::{Plan, Row, lanes};
+use crate::check::probe::{Of, Probe, ThirdOrderProbe};
 
-/// A system of any type and dimension.
+/// A system with its parameters, and the motions that it begins. A [`Beginning`] has to [fit](Beginning::fits).
 pub(super) trait AnySystem: Send {
-    /// What its declaration says.
-    fn description(&self) -> Description;
+    /// The system with the present values of its parameters.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The parameters that its declaration does not list.
+    fn extra(&self) -> Vec<Quantity>;
 
     /// The place of a parameter, by its number in [`Description::parameters`].
     fn parameter(&mut self, index: usize) -> Option<&mut f64>;
 
-    /// Runs as planned and hands each node to `sink`, which may end the run; see [`run::run`].
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
-    fn run(
-        &self,
-        plan: &Plan,
-        beginning: &Beginning,
-        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
-    ) -> Result<(), RunFailure>;
+    /// The same system once more, with parameters of its own.
+    fn copy(&self) -> Box<dyn AnySystem>;
 
-    /// Runs as planned, to the end or to the first event that ends the run, whose place is given back; see [`point::go`].
-    ///
-    /// # Errors
-    ///
-    /// [`RunFailure`] if the run cannot be set up or does not reach its end.
-    #[cfg(feature = "sweep")]
-    fn point(
-        &self,
-        request: &point::Request<'_>,
+    /// The motion by the paper's step.
+    fn steps<'s>(&'s self, h: f64, beginning: &Beginning) -> Result<Box<dyn Run + 's>, SetupError>;
+
+    /// The motion by a composition of it.
+    fn composed<'s>(
+        &'s self,
+        h: f64,
+        composition: Composition,
         beginning: &Beginning,
-        sink: &mut dyn FnMut(point::Shown<'_>),
-    ) -> Result<Option<usize>, RunFailure>;
+    ) -> Result<Box<dyn Run + 's>, SetupError>;
+
+    /// The continuous motion, to a tolerance, with nodes `h` apart.
+    fn series<'s>(
+        &'s self,
+        h: f64,
+        tolerance: Tolerance,
+        beginning: &Beginning,
+    ) -> Result<Box<dyn Run + 's>, SetupError>;
+
+    /// How far motions up to the time `until` are from the continuous one.
+    fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError>;
+
+    /// The tolerances and orders of two continuous motions against which errors are measured.
+    fn references(&self) -> [Tolerance; 2];
+
+    /// The system as it is checked.
+    fn probe<'s>(&'s self) -> Box<dyn Probe + 's>;
+
+    /// The same where a constraint is of third order.
+    fn third_order_probe<'s>(&'s self) -> Option<Box<dyn ThirdOrderProbe + 's>>;
 
     /// Runs several points side by side to their ends, if the system was asked to and can; see [`lanes::ends`].
     #[cfg(feature = "sweep")]
@@ -56,23 +70,25 @@ pub(super) trait AnySystem: Send {
     /// Whether the system was asked to run in lanes.
     #[cfg(feature = "sweep")]
     fn has_lanes(&self) -> bool;
+}
 
-    /// The same system once more, for another thread.
-    #[cfg(feature = "sweep")]
-    fn copy(&self) -> Box<dyn AnySystem>;
-
-    /// Checks the paper's theorems on a motion of the system, whose end is `own` unless the settings say another.
-    ///
-    /// # Errors
-    ///
-    /// [`CheckFailure`] if the motion cannot be computed.
-    fn check(
-        &self,
-        symmetries: &[Symmetry],
-        expected: Expected,
-        settings: &Settings<'_>,
-        own: f64,
-    ) -> Result<Vec<Finding>, CheckFailure>;
+impl dyn AnySystem + '_ {
+    /// What the declaration says.
+    pub(super) fn description(&self) -> Description {
+        let shape = self.kernel().shape();
+        Description {
+            itself: Quantity {
+                name: shape.name.clone(),
+                doc: shape.doc.clone(),
+            },
+            coordinates: shape.coordinates.to_vec(),
+            parameters: shape.parameters.iter().cloned().chain(self.extra()).collect(),
+            observables: shape.observables.to_vec(),
+            forms: shape.forms,
+            constraints: [shape.holonomic, shape.nonholonomic, shape.kinematic],
+            order: shape.order,
+        }
+    }
 }
 
 /// A parameter that the declaration does not list.
@@ -121,99 +137,103 @@ impl<S, const N: usize> Erased<S, N> {
     }
 }
 
-/// Why a vector does not fit a system.
-fn misfit(vector: &'static str, components: &[f64], coordinates: &[Quantity]) -> RunFailure {
-    RunFailure::Length {
-        vector,
-        found: components.len(),
-        coordinates: coordinates
-            .iter()
-            .map(|coordinate| coordinate.name.clone())
-            .collect(),
-    }
-}
-
-/// Makes a vector an array, if it has the right length.
-fn array<const N: usize>(
-    vector: &'static str,
-    components: &[f64],
-    coordinates: &[Quantity; N],
-) -> Result<[f64; N], RunFailure> {
-    components
-        .try_into()
-        .map_err(|_| misfit(vector, components, coordinates))
+/// A vector that fits as an array.
+fn array<const N: usize>(vector: &[f64]) -> [f64; N] {
+    vector.try_into().unwrap_or([f64::NAN; N])
 }
 
 /// The start with arrays.
-fn start<const N: usize>(beginning: &Beginning, names: &[Quantity; N]) -> Result<Start<N>, RunFailure> {
-    let array = |vector, components: &[f64]| array(vector, components, names);
-    Ok(match beginning {
-        Beginning::Paper { q0, v0 } => Start::paper(array("q0", q0)?, array("v0", v0)?),
-        Beginning::SecondOrder { q0, v0 } => Start::second_order(array("q0", q0)?, array("v0", v0)?),
-        Beginning::ThirdOrder { q0, v0, a0 } => {
-            Start::third_order(array("q0", q0)?, array("v0", v0)?, array("a0", a0)?)
-        }
+fn start<const N: usize>(beginning: &Beginning) -> Start<N> {
+    match beginning {
+        Beginning::Paper { q0, v0 } => Start::paper(array(q0), array(v0)),
+        Beginning::SecondOrder { q0, v0 } => Start::second_order(array(q0), array(v0)),
+        Beginning::ThirdOrder { q0, v0, a0 } => Start::third_order(array(q0), array(v0), array(a0)),
         Beginning::ThirdOrderByForce { q0, v0, force } => {
-            Start::third_order_by_force(array("q0", q0)?, array("v0", v0)?, array("f0", force)?)
+            Start::third_order_by_force(array(q0), array(v0), array(force))
         }
-        Beginning::Nodes { q0, q1 } => Start::nodes(array("q0", q0)?, array("q1", q1)?),
-        Beginning::ThreeNodes { q0, q1, q2 } => {
-            Start::three_nodes(array("q0", q0)?, array("q1", q1)?, array("q2", q2)?)
-        }
-        Beginning::Projected(beginning) => start(beginning, names)?.projected(),
-        Beginning::Near(a0, beginning) => start(beginning, names)?.near_acceleration(array("a0", a0)?),
-        Beginning::At(t0, beginning) => start(beginning, names)?.at(*t0),
-    })
+        Beginning::Nodes { q0, q1 } => Start::nodes(array(q0), array(q1)),
+        Beginning::ThreeNodes { q0, q1, q2 } => Start::three_nodes(array(q0), array(q1), array(q2)),
+        Beginning::Projected(beginning) => start(beginning).projected(),
+        Beginning::Near(a0, beginning) => start(beginning).near_acceleration(array(a0)),
+        Beginning::At(t0, beginning) => start(beginning).at(*t0),
+    }
 }
 
 impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
-    fn description(&self) -> Description {
-        let extra = self
-            .extra
-            .iter()
-            .map(|&Extra { name, doc, .. }| Quantity::new(name, doc));
-        Description {
-            itself: Quantity::new(S::NAME, S::DOC),
-            coordinates: S::COORDINATES.to_vec(),
-            parameters: S::PARAMETERS.iter().cloned().chain(extra).collect(),
-            observables: S::OBSERVABLES.to_vec(),
-            forms: S::FORMS,
-            constraints: [S::HOLONOMIC, S::NONHOLONOMIC, S::KINEMATIC],
-            order: S::ORDER,
-        }
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn extra(&self) -> Vec<Quantity> {
+        let extra = self.extra.iter();
+        extra
+            .map(|&Extra { name, doc, .. }| Quantity {
+                name: name.into(),
+                doc: doc.into(),
+            })
+            .collect()
     }
 
     fn parameter(&mut self, index: usize) -> Option<&mut f64> {
-        match index.checked_sub(S::PARAMETERS.len()) {
+        match index.checked_sub(self.system.kernel().shape().parameters.len()) {
             None => self.system.parameter_mut(index),
             Some(index) => Some((self.extra.get(index)?.place)(&mut self.system)),
         }
     }
 
-    fn run(
-        &self,
-        plan: &Plan,
-        beginning: &Beginning,
-        sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
-    ) -> Result<(), RunFailure> {
-        let start = start(beginning, &S::COORDINATES)?;
-        run::run(&self.system, plan, start, sink)
+    fn copy(&self) -> Box<dyn AnySystem> {
+        Box::new(Self {
+            system: self.system.clone(),
+            extra: self.extra.clone(),
+            #[cfg(feature = "sweep")]
+            lanes: self.lanes,
+        })
     }
 
-    #[cfg(feature = "sweep")]
-    fn point(
-        &self,
-        request: &point::Request<'_>,
+    fn steps<'s>(&'s self, h: f64, beginning: &Beginning) -> Result<Box<dyn Run + 's>, SetupError> {
+        let flow: Flow<'s, S, N> = Flow::new(&self.system, h, start(beginning))?;
+        Ok(Box::new(flow))
+    }
+
+    fn composed<'s>(
+        &'s self,
+        h: f64,
+        composition: Composition,
         beginning: &Beginning,
-        sink: &mut dyn FnMut(point::Shown<'_>),
-    ) -> Result<Option<usize>, RunFailure> {
-        let start = start(beginning, &S::COORDINATES)?;
-        let mut ended = None;
-        run::begin(&self.system, request.plan, start, &mut |run, system| {
-            ended = point::go(run, system, request, sink)?;
-            Ok(())
-        })?;
-        Ok(ended)
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        let flow: ComposedFlow<'s, S, N> = ComposedFlow::new(&self.system, h, composition, start(beginning))?;
+        Ok(Box::new(flow))
+    }
+
+    fn series<'s>(
+        &'s self,
+        h: f64,
+        tolerance: Tolerance,
+        beginning: &Beginning,
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        let flow: TaylorFlow<'s, S, N> = TaylorFlow::new(&self.system, start(beginning), tolerance)?;
+        Ok(Box::new(flow.every(h)?))
+    }
+
+    fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError> {
+        Ok(Box::new(GlobalError::new(&self.system, start(beginning), until)?))
+    }
+
+    fn references(&self) -> [Tolerance; 2] {
+        GlobalError::<S, N>::REFERENCES
+    }
+
+    fn probe<'s>(&'s self) -> Box<dyn Probe + 's> {
+        Box::new(Of::new(&self.system))
+    }
+
+    fn third_order_probe<'s>(&'s self) -> Option<Box<dyn ThirdOrderProbe + 's>> {
+        // what is not asked for is not compiled
+        if const { S::ORDER > 2 } {
+            Some(Box::new(Of::new(&self.system)))
+        } else {
+            None
+        }
     }
 
     #[cfg(feature = "sweep")]
@@ -224,52 +244,13 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         parameters: &[lanes::Varied],
         sink: &mut dyn FnMut(usize, &Row<'_>),
     ) -> bool {
-        let starts: Result<Vec<_>, _> = beginnings
-            .iter()
-            .map(|beginning| start(beginning, &S::COORDINATES))
-            .collect();
-        match (self.lanes, starts) {
-            (Some(ends), Ok(starts)) => ends(&self.system, plan, starts, parameters, sink),
-            _ => false,
-        }
+        let Some(ends) = self.lanes else { return false };
+        let starts = beginnings.iter().map(start).collect();
+        ends(&self.system, plan, starts, parameters, sink)
     }
 
     #[cfg(feature = "sweep")]
     fn has_lanes(&self) -> bool {
         self.lanes.is_some()
-    }
-
-    #[cfg(feature = "sweep")]
-    fn copy(&self) -> Box<dyn AnySystem> {
-        Box::new(Self {
-            system: self.system.clone(),
-            extra: self.extra.clone(),
-            lanes: self.lanes,
-        })
-    }
-
-    fn check(
-        &self,
-        symmetries: &[Symmetry],
-        expected: Expected,
-        settings: &Settings<'_>,
-        own: f64,
-    ) -> Result<Vec<Finding>, CheckFailure> {
-        let checked = |vector, components: &[f64]| match components.len() == N {
-            true => Ok(()),
-            false => Err(misfit(vector, components, &S::COORDINATES)),
-        };
-        checked("q0", settings.q0)?;
-        checked("v0", settings.v0)?;
-        let of = Of::new(&self.system);
-        if const { S::ORDER > 2 } {
-            let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
-            checked("a0", a0)?;
-            return check::third::check_to(&of, expected, settings, own);
-        }
-        if let Some(a0) = settings.a0 {
-            checked("a0", a0)?;
-        }
-        check::check_to(&of, symmetries, expected, settings, own)
     }
 }

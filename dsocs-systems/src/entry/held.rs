@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 
 use dsocs_core::__private::held_value;
-use dsocs_core::taylor::GlobalError;
-use dsocs_core::{Inputs, RunError, SetupError, Start, System, TaylorFlow};
+use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
+use super::Beginning;
+use super::erased::AnySystem;
 use super::run::Errors;
 
 /// A parameter whose value changes at given times and is held in between.
@@ -26,11 +27,7 @@ impl HeldInput {
 }
 
 /// Gives inputs the values that they have at a time.
-pub(super) fn set<const N: usize>(
-    run: &mut dyn Inputs<N>,
-    inputs: &[HeldInput],
-    (t, h): (f64, f64),
-) -> Result<(), RunError> {
+pub(super) fn set(run: &mut dyn Run, inputs: &[HeldInput], (t, h): (f64, f64)) -> Result<(), RunError> {
     for input in inputs {
         if let Some(value) = input.at(t, h) {
             run.set_input(&input.parameter, value)?;
@@ -40,9 +37,11 @@ pub(super) fn set<const N: usize>(
 }
 
 /// How far a motion is from the continuous one under the same inputs. Both change at the nodes, which lie `h` apart.
-pub(super) struct HeldErrors<'s, S: System<N> + Clone, const N: usize> {
+pub(super) struct HeldErrors<'s> {
     /// The continuous motions, the one that counts first.
-    motions: [TaylorFlow<'s, S, N>; 2],
+    motions: [Box<dyn Run + 's>; 2],
+    /// The nodes where they are.
+    nodes: [OwnedNode; 2],
     /// The inputs.
     inputs: &'s [HeldInput],
     /// The step.
@@ -51,18 +50,22 @@ pub(super) struct HeldErrors<'s, S: System<N> + Clone, const N: usize> {
     uncertainty: f64,
 }
 
-impl<'s, S: System<N> + Clone, const N: usize> HeldErrors<'s, S, N> {
+impl<'s> HeldErrors<'s> {
     /// The errors of motions from a start with the step `h`.
     pub(super) fn new(
-        system: &'s S,
+        system: &'s dyn AnySystem,
         h: f64,
-        start: Start<N>,
+        beginning: &Beginning,
         inputs: &'s [HeldInput],
     ) -> Result<Self, SetupError> {
-        let [first, second] = GlobalError::<S, N>::REFERENCES;
-        let motion = |tolerance| TaylorFlow::new(system, start, tolerance)?.every(h);
+        let [first, second] = system.references();
+        let node = || OwnedNode::new(system.kernel().shape().dimension());
         Ok(Self {
-            motions: [motion(first)?, motion(second)?],
+            motions: [
+                system.series(h, first, beginning)?,
+                system.series(h, second, beginning)?,
+            ],
+            nodes: [node(), node()],
             inputs,
             h,
             uncertainty: 0.0,
@@ -70,26 +73,25 @@ impl<'s, S: System<N> + Clone, const N: usize> HeldErrors<'s, S, N> {
     }
 }
 
-impl<S: System<N> + Clone, const N: usize> Errors<N> for HeldErrors<'_, S, N> {
-    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
-        let mut positions = [[0.0; N]; 2];
-        for (position, motion) in positions.iter_mut().zip(&mut self.motions) {
-            let run: &mut dyn Inputs<N> = motion;
+impl Errors for HeldErrors<'_> {
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
+        for (node, run) in self.nodes.iter_mut().zip(&mut self.motions) {
+            node.take(&**run);
             // nodes lie a step apart: half of one is no time to be told from the next
-            while (t - run.node().t) * self.h.signum() > 0.5 * self.h.abs() {
-                let now = run.node().t;
-                set(run, self.inputs, (now, self.h))?;
+            while (t - node.any().t) * self.h.signum() > 0.5 * self.h.abs() {
+                let now = node.any().t;
+                set(&mut **run, self.inputs, (now, self.h))?;
                 run.step(t)?;
+                node.take(&**run);
             }
-            *position = run.node().q;
         }
-        let [truth, other] = &positions;
+        let [truth, other] = self.nodes.each_ref().map(|node| node.any().q);
         for (truth, other) in truth.iter().zip(other) {
             // over short legs both may agree to the last digit, which still is a rounded one
             let rounding = f64::EPSILON * truth.abs();
             self.uncertainty = self.uncertainty.max((truth - other).abs()).max(rounding);
         }
-        Ok(core::array::from_fn(|i| (q[i] - truth[i]).abs()))
+        Ok(q.iter().zip(truth).map(|(q, truth)| (q - truth).abs()).collect())
     }
 
     fn uncertainty(&self) -> f64 {

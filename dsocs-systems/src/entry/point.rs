@@ -3,9 +3,11 @@
 use std::ops::ControlFlow;
 
 use dsocs_core::taylor::Jet;
-use dsocs_core::{AnyNode, Declaration, Event, Events, Node, Observer, Occurrence, RunError, System};
+use dsocs_core::{
+    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Declaration, OwnedNode, Run, RunError,
+};
 
-use super::run::Run;
+use super::run::next;
 use super::{Plan, Row, RunFailure, held};
 
 /// A change of sign that is watched.
@@ -57,44 +59,45 @@ pub(super) struct Request<'a> {
 }
 
 /// Runs to the end, or to the first event that ends it, whose place is given back. Where the run fails, its last node is shown as the end.
+/// `system` has the values that inputs begin with.
 ///
 /// # Errors
 ///
 /// [`RunFailure`] if a step has no solution.
-pub(super) fn go<S: System<N>, const N: usize>(
-    run: &mut Run<'_, N>,
-    system: &S,
+pub(super) fn go(
+    run: &mut dyn Run,
+    system: &Declaration<'_>,
     request: &Request<'_>,
     sink: &mut dyn FnMut(Shown<'_>),
 ) -> Result<Option<usize>, RunFailure> {
-    let energy = |point: &Occurrence<N>| system.energy(point.t, &point.q, &point.v);
-    let (ended, result) = match pass(run, &Declaration::of(system), request, sink) {
+    let (ended, result) = match pass(run, system, request, sink) {
         Ok(ended) => (ended, Ok(())),
         Err(error) => (None, Err(error)),
     };
-    let mut observed = vec![0.0; S::OBSERVABLES.len()];
-    if let Some(event) = ended {
-        run.run().observe(event.point().any(), &mut observed);
-        let none = [f64::NAN; N];
+    let shape = system.shape();
+    let mut observed = vec![0.0; shape.observables.len()];
+    if let Some(event) = &ended {
+        let point = event.point();
+        run.observe(point, &mut observed);
         sink(Shown::End(&Row {
             index: run.clock().index(),
-            t: event.t,
-            q: &event.q,
-            v: &event.v,
-            force: &none,
-            energy: energy(&event),
+            t: point.t,
+            q: point.q,
+            v: point.v,
+            force: &vec![f64::NAN; shape.dimension()],
+            energy: system.energy(point.t, point.q, point.v),
             balance: None,
             observed: &observed,
-            multipliers: &vec![f64::NAN; S::FORMS],
+            multipliers: &vec![f64::NAN; shape.forms],
             regularity: None,
             unresolved: None,
             errors: &[],
             uncertainty: 0.0,
         }));
     } else {
-        let node = run.node();
-        let declaration = run.run().declaration();
-        show(&declaration, &node.any(), &mut observed, &mut |row| {
+        let mut node = OwnedNode::new(shape.dimension());
+        node.take(run);
+        show(&run.declaration(), &node.any(), &mut observed, &mut |row| {
             sink(Shown::End(row));
         });
     }
@@ -113,12 +116,12 @@ fn show(
 }
 
 /// Makes the steps.
-fn pass<const N: usize>(
-    run: &mut Run<'_, N>,
+fn pass(
+    run: &mut dyn Run,
     system: &Declaration<'_>,
     request: &Request<'_>,
     sink: &mut dyn FnMut(Shown<'_>),
-) -> Result<Option<Occurrence<N>>, RunFailure> {
+) -> Result<Option<AnyOccurrence>, RunFailure> {
     let Request { plan, watched, nodes } = *request;
     let driven = !plan.inputs.is_empty();
     if watched.is_empty() && !nodes && !driven {
@@ -126,16 +129,16 @@ fn pass<const N: usize>(
         run.to(plan.until)?;
         return Ok(None);
     }
-    let mut observed = vec![0.0; system.shape().observables.len()];
+    let mut looker = Looker {
+        view: system,
+        nodes: nodes && !driven,
+        node: OwnedNode::new(system.dimension()),
+        observed: vec![0.0; system.shape().observables.len()],
+        sink,
+    };
     if !driven {
-        let mut looker = Looker {
-            view: system,
-            nodes,
-            observed: &mut observed,
-            sink,
-        };
         if watched.is_empty() {
-            run.stream(plan.until, &mut looker)?;
+            run.walk(plan.until, &mut |run| Ok(looker.node(run)))?;
             return Ok(None);
         }
         return Ok(run.watch(plan.until, &mut events(watched, system), &mut looker)?);
@@ -149,31 +152,20 @@ fn pass<const N: usize>(
         held::set(run, &plan.inputs, (now, plan.h))?;
         let mut ended = None;
         if watched.is_empty() || !run.clock().is_handed_out() {
-            match run.next_node() {
-                Some(node) => drop(node?),
-                None => return Ok(None),
-            }
+            next(run)?;
         } else {
             let next = run.clock().time_of(run.clock().index() + 1);
-            let mut looker = Looker {
-                view: system,
-                nodes: false,
-                observed: &mut observed,
-                sink,
-            };
             ended = run.watch(next, &mut events, &mut looker)?;
         }
         if ended.is_some() {
             return Ok(ended);
         }
-        let node = run.node();
+        looker.node.take(run);
         if nodes {
             // parameters have the values of now
-            show(&run.run().declaration(), &node.any(), &mut observed, &mut |row| {
-                sink(Shown::Node(row));
-            });
+            looker.show(&run.declaration());
         }
-        if (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs() {
+        if (end - looker.node.any().t) * plan.h.signum() < 0.5 * plan.h.abs() {
             return Ok(None);
         }
     }
@@ -185,40 +177,50 @@ struct Looker<'l> {
     view: &'l Declaration<'l>,
     /// Whether nodes are shown.
     nodes: bool,
+    /// Room for a node.
+    node: OwnedNode,
     /// Room for the observed expressions.
-    observed: &'l mut [f64],
+    observed: Vec<f64>,
     /// Takes it.
     sink: &'l mut dyn FnMut(Shown<'_>),
 }
 
-impl<const N: usize> Observer<N> for Looker<'_> {
-    fn node(&mut self, node: &Node<N>) -> ControlFlow<()> {
+impl Looker<'_> {
+    /// Shows the node that was taken.
+    fn show(&mut self, declaration: &Declaration<'_>) {
+        show(declaration, &self.node.any(), &mut self.observed, &mut |row| {
+            (self.sink)(Shown::Node(row));
+        });
+    }
+}
+
+impl AnyObserver for Looker<'_> {
+    fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
         if self.nodes {
-            show(self.view, &node.any(), self.observed, &mut |row| {
-                (self.sink)(Shown::Node(row));
-            });
+            self.node.take(run);
+            self.show(self.view);
         }
         ControlFlow::Continue(())
     }
 
-    fn event(&mut self, occurrence: &Occurrence<N>) -> ControlFlow<()> {
-        (self.sink)(Shown::Event(occurrence.event, occurrence.t));
+    fn event(&mut self, occurrence: &AnyOccurrence) -> ControlFlow<()> {
+        (self.sink)(Shown::Event(occurrence.event, occurrence.point().t));
         ControlFlow::Continue(())
     }
 }
 
 /// The events, of a system.
-fn events<'e, const N: usize>(watched: &[Watched], system: &'e Declaration<'e>) -> Events<'e, N> {
+fn events<'e>(watched: &[Watched], system: &'e Declaration<'e>) -> AnyEvents<'e> {
     let event = |watched: &Watched| {
         let Watched { of, value, .. } = *watched;
-        let event = Event::function(move |point| {
+        let event = AnyEvent::function(move |point| {
             let quantity = match of {
                 Watchable::Time => point.t,
                 Watchable::Position(place) => point.q[place],
                 Watchable::Velocity(place) => point.v[place],
                 Watchable::Observed(place) => {
                     let mut observed = vec![Jet::from(f64::NAN); system.shape().observables.len()];
-                    system.observe(point.any(), &mut observed);
+                    system.observe(point, &mut observed);
                     observed[place]
                 }
             };
@@ -231,7 +233,7 @@ fn events<'e, const N: usize>(watched: &[Watched], system: &'e Declaration<'e>) 
         };
         if watched.ends { event.terminal() } else { event }
     };
-    Events::new(watched.iter().map(event).collect())
+    AnyEvents::new(watched.iter().map(event).collect())
 }
 
 /// A stable word for why a run ended early, for tables.

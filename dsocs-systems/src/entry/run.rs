@@ -5,12 +5,13 @@ use std::ops::ControlFlow;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    ComposedFlow, Composition, Declaration, Flow, Inputs, Node, Regularity, RunError, SetupError, Start,
-    System, TaylorFlow, Tolerance, Unresolved,
+    AnyNode, Composition, Declaration, OwnedNode, Quantity, Regularity, Run, RunError, SetupError, System,
+    Tolerance,
 };
 use thiserror::Error;
 
 use super::Row;
+use super::erased::AnySystem;
 use super::held::{self, HeldErrors, HeldInput};
 
 /// How the first two nodes are found.
@@ -72,6 +73,64 @@ pub enum Beginning {
     At(f64, Box<Self>),
 }
 
+impl Beginning {
+    /// Checks that every vector has one component for each coordinate.
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure::Length`] for the first vector that has not.
+    pub(super) fn fits(&self, coordinates: &[Quantity]) -> Result<(), RunFailure> {
+        let (first, others): (_, &[_]) = match self {
+            Self::Paper { q0, v0 } | Self::SecondOrder { q0, v0 } => (q0, &[("v0", v0)]),
+            Self::ThirdOrder { q0, v0, a0 } => (q0, &[("v0", v0), ("a0", a0)]),
+            Self::ThirdOrderByForce { q0, v0, force } => (q0, &[("v0", v0), ("f0", force)]),
+            Self::Nodes { q0, q1 } => (q0, &[("q1", q1)]),
+            Self::ThreeNodes { q0, q1, q2 } => (q0, &[("q1", q1), ("q2", q2)]),
+            Self::Projected(beginning) | Self::At(_, beginning) => return beginning.fits(coordinates),
+            Self::Near(a0, beginning) => {
+                beginning.fits(coordinates)?;
+                return fits("a0", a0, coordinates);
+            }
+        };
+        fits("q0", first, coordinates)?;
+        others
+            .iter()
+            .try_for_each(|(vector, components)| fits(vector, components, coordinates))
+    }
+
+    /// The time of the start.
+    fn time(&self) -> f64 {
+        match self {
+            Self::At(t0, _) => *t0,
+            Self::Projected(beginning) | Self::Near(_, beginning) => beginning.time(),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Checks that a vector has one component for each coordinate.
+///
+/// # Errors
+///
+/// [`RunFailure::Length`] if it has not.
+pub(super) fn fits(
+    vector: &'static str,
+    components: &[f64],
+    coordinates: &[Quantity],
+) -> Result<(), RunFailure> {
+    if components.len() == coordinates.len() {
+        return Ok(());
+    }
+    Err(RunFailure::Length {
+        vector,
+        found: components.len(),
+        coordinates: coordinates
+            .iter()
+            .map(|coordinate| coordinate.name.clone())
+            .collect(),
+    })
+}
+
 /// How a motion is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Method {
@@ -128,18 +187,19 @@ pub enum RunFailure {
     Estimate(#[source] RunError),
 }
 
-/// How far a motion is from the continuous one, whatever the system's type; see [`GlobalError`].
-pub(super) trait Errors<const N: usize> {
+/// How far a motion is from the continuous one; see [`GlobalError`].
+pub(super) trait Errors {
     /// The error of each coordinate of a position at a time.
-    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError>;
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError>;
 
     /// How well the continuous motion is known.
     fn uncertainty(&self) -> f64;
 }
 
-impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
-    fn at(&mut self, t: f64, q: &[f64; N]) -> Result<[f64; N], RunError> {
-        Self::at(self, t, q)
+impl<S: System<N>, const N: usize> Errors for GlobalError<'_, S, N> {
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
+        let q = q.first_chunk().unwrap_or(&[f64::NAN; N]);
+        Ok(Self::at(self, t, q)?.to_vec())
     }
 
     fn uncertainty(&self) -> f64 {
@@ -153,49 +213,34 @@ impl<S: System<N>, const N: usize> Errors<N> for GlobalError<'_, S, N> {
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, a step has no solution, or the error cannot be estimated.
-pub(super) fn run<S: System<N> + Clone, const N: usize>(
-    system: &S,
+pub(super) fn run(
+    system: &dyn AnySystem,
     plan: &Plan,
-    start: Start<N>,
+    beginning: &Beginning,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    begin(system, plan, start, &mut |run, system| {
+    begin(system, plan, beginning, &mut |run, system| {
         let (mut free, mut held);
-        let error: Option<&mut dyn Errors<N>> = if !plan.estimate {
+        let error: Option<&mut dyn Errors> = if !plan.estimate {
             None
         } else if plan.inputs.is_empty() {
             let last = run.clock().until(plan.until)?.time();
-            free = GlobalError::new(system, start, last).map_err(RunFailure::Estimate)?;
-            Some(&mut free)
+            free = system.errors(beginning, last).map_err(RunFailure::Estimate)?;
+            Some(&mut *free)
         } else {
-            let errors = HeldErrors::new(system, plan.h, start, &plan.inputs);
+            let errors = HeldErrors::new(system, plan.h, beginning, &plan.inputs);
             held = errors.map_err(|error| RunFailure::Estimate(error.into()))?;
             Some(&mut held)
         };
+        let shape = system.kernel().shape();
         // what the step says of forces is asked for at every node
-        let forced = S::EXTERNAL_FORCES && plan.method == Method::Step && !plan.certify;
-        let is_closed = !S::EXTERNAL_FORCES
-            && !S::DEPENDS_ON_TIME
-            && S::KINEMATIC == 0
+        let forced = shape.external_forces && plan.method == Method::Step && !plan.certify;
+        let is_closed = !shape.external_forces
+            && !shape.depends_on_time
+            && shape.kinematic == 0
             && plan.inputs.is_empty()
             && !matches!(plan.method, Method::Tolerance(_));
-        let balance = |node: &Node<N>| {
-            let power: f64 = node.force.iter().zip(&node.v).map(|(force, v)| force * v).sum();
-            // their mean is wanted, which some nodes tell as well
-            let terms = node.index.is_multiple_of(TERMS_EVERY).then(|| {
-                let lagrangian = system.lagrangian(node.t, &node.q, &node.v);
-                node.energy.abs() + 2.0 * lagrangian.abs()
-            });
-            (power, terms)
-        };
-        let balance: Option<&Balance<'_, N>> = if is_closed { Some(&balance) } else { None };
-        hand_on(
-            run,
-            (&Declaration::of(system), forced, balance),
-            error,
-            plan,
-            sink,
-        )
+        hand_on(run, (forced, is_closed), error, plan, sink)
     })
 }
 
@@ -203,115 +248,126 @@ pub(super) fn run<S: System<N> + Clone, const N: usize>(
 const TERMS_EVERY: u64 = 16;
 
 /// The power of a node's constraint force and, at some nodes, the sum of the energy's terms.
-type Balance<'b, const N: usize> = dyn Fn(&Node<N>) -> (f64, Option<f64>) + 'b;
-
-/// A motion in progress, by any method.
-pub(super) type Run<'r, const N: usize> = dyn Inputs<N> + 'r;
+fn balance(declaration: &Declaration<'_>, node: &AnyNode<'_>) -> (f64, Option<f64>) {
+    let power: f64 = node.force.iter().zip(node.v).map(|(force, v)| force * v).sum();
+    // their mean is wanted, which some nodes tell as well
+    let terms = node.index.is_multiple_of(TERMS_EVERY).then(|| {
+        let lagrangian = declaration.lagrangian(node.t, node.q, node.v);
+        node.energy.abs() + 2.0 * lagrangian.abs()
+    });
+    (power, terms)
+}
 
 /// What is done with a run that stands at its start, and the system with the values that inputs begin with.
-type Use<'u, S, const N: usize> = dyn FnMut(&mut Run<'_, N>, &S) -> Result<(), RunFailure> + 'u;
+type Use<'u> = dyn FnMut(&mut (dyn Run + '_), &dyn AnySystem) -> Result<(), RunFailure> + 'u;
 
 /// Sets up a run, and does with it what is to be done.
 ///
 /// # Errors
 ///
 /// [`RunFailure`] if the run cannot be set up, and that of what is done.
-pub(super) fn begin<S: System<N> + Clone, const N: usize>(
-    system: &S,
+pub(super) fn begin(
+    system: &dyn AnySystem,
     plan: &Plan,
-    start: Start<N>,
-    then: &mut Use<'_, S, N>,
+    beginning: &Beginning,
+    then: &mut Use<'_>,
 ) -> Result<(), RunFailure> {
     let Plan { h, until, method, .. } = *plan;
+    let shape = system.kernel().shape();
+    beginning.fits(&shape.coordinates)?;
     if !until.is_finite() {
         return Err(RunError::Until { until }.into());
     }
     // the values that inputs begin with
-    let mut begun = system.clone();
+    let mut begun = system.copy();
     for input in &plan.inputs {
-        let place = S::PARAMETERS
+        let place = shape
+            .parameters
             .iter()
             .position(|known| known.name == input.parameter);
-        let parameter = place.and_then(|place| begun.parameter_mut(place));
-        if let (Some(parameter), Some(value)) = (parameter, input.at(start.time(), h)) {
+        let parameter = place.and_then(|place| begun.parameter(place));
+        if let (Some(parameter), Some(value)) = (parameter, input.at(beginning.time(), h)) {
             *parameter = value;
         }
     }
-    let system = &begun;
+    let system = &*begun;
     // whatever the method: step, parameters and start are to be usable
-    let flow = Flow::new(system, h, start)?;
-    let (mut step, mut composed, mut series);
-    let run: &mut Run<'_, N> = match method {
-        Method::Step => {
-            step = flow;
-            &mut step
-        }
-        Method::Composed(composition) => {
-            composed = ComposedFlow::new(system, h, composition, start)?;
-            &mut composed
-        }
-        Method::Tolerance(tolerance) => {
-            series = TaylorFlow::new(system, start, Tolerance::relative(tolerance))?.every(h)?;
-            &mut series
-        }
+    let step = system.steps(h, beginning)?;
+    let mut run = match method {
+        Method::Step => step,
+        Method::Composed(composition) => system.composed(h, composition, beginning)?,
+        Method::Tolerance(tolerance) => system.series(h, Tolerance::relative(tolerance), beginning)?,
     };
-    then(run, system)
+    then(&mut *run, system)
 }
 
-/// Takes a node, with the system as it is there and the steps so far that were too long for the external forces.
-type Take<'t, const N: usize> =
-    dyn FnMut(&Node<N>, &Declaration<'_>, Option<Unresolved>) -> ControlFlow<()> + 't;
+/// Goes on to the next node, or begins with the first.
+pub(super) fn next(run: &mut dyn Run) -> Result<(), RunError> {
+    if run.clock().is_handed_out() {
+        run.advance()?;
+    } else {
+        let forever = if run.clock().is_forward() {
+            f64::INFINITY
+        } else {
+            f64::NEG_INFINITY
+        };
+        let forever = run.clock().until(forever)?;
+        run.go_on(&forever)?;
+    }
+    Ok(())
+}
 
-/// Runs with inputs that change, and hands the nodes on, with the steps so far that were too long for the external forces.
-fn driven<const N: usize>(
-    run: &mut dyn Inputs<N>,
-    plan: &Plan,
-    take: &mut Take<'_, N>,
-) -> Result<(), RunError> {
+/// Takes a run at a node.
+type Take<'t> = dyn FnMut(&dyn Run) -> ControlFlow<()> + 't;
+
+/// Runs with inputs that change, and shows the run at every node.
+fn driven(run: &mut dyn Run, plan: &Plan, take: &mut Take<'_>) -> Result<(), RunError> {
     // the step knows one position more than its node
     let ahead = u64::from(plan.method == Method::Step);
     let end = run.clock().until(plan.until)?.time();
     loop {
         let now = run.clock().time_of(run.clock().index() + ahead);
         held::set(run, &plan.inputs, (now, plan.h))?;
-        let Some(node) = run.next_node() else { break };
-        let node = node?;
-        if take(&node, &run.run().declaration(), run.unresolved()).is_break()
-            || (end - node.t) * plan.h.signum() < 0.5 * plan.h.abs()
-        {
+        next(run)?;
+        if take(run).is_break() || (end - run.clock().time()) * plan.h.signum() < 0.5 * plan.h.abs() {
             break;
         }
     }
     Ok(())
 }
 
-/// Hands the nodes of a run on, whatever the system's type.
-fn hand_on<const N: usize>(
-    run: &mut dyn Inputs<N>,
-    (system, forced, balance): (&Declaration<'_>, bool, Option<&Balance<'_, N>>),
-    mut error: Option<&mut dyn Errors<N>>,
+/// Hands the nodes of a run on.
+fn hand_on(
+    run: &mut dyn Run,
+    (forced, is_closed): (bool, bool),
+    mut error: Option<&mut dyn Errors>,
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let mut observed = vec![0.0; system.shape().observables.len()];
+    let shape = run.kernel().shape();
+    let (mut observed, mut node) = (
+        vec![0.0; shape.observables.len()],
+        OwnedNode::new(shape.dimension()),
+    );
+    let is_driven = forced || !plan.inputs.is_empty();
     let mut failed = None;
-    let mut take = |node: &Node<N>,
-                    declaration: &Declaration<'_>,
-                    regularity: Option<Regularity>,
-                    unresolved: Option<Unresolved>| {
+    let mut take = |run: &dyn Run| {
+        node.take(run);
         // with the values that inputs have by now
-        declaration.observe(node.point().any(), &mut observed);
-        let multipliers = declaration.multipliers(&node.any());
+        let (declaration, node) = (run.declaration(), node.any());
+        declaration.observe(node.point(), &mut observed);
+        let multipliers = declaration.multipliers(&node);
+        let regularity = || run.regularity().or(Some(Regularity::UNKNOWN));
         let mut row = Row {
-            regularity,
-            unresolved,
-            balance: balance.map(|of| of(node)),
-            ..Row::of(&node.any(), &observed, &multipliers)
+            regularity: (plan.certify && !is_driven).then(regularity).flatten(),
+            unresolved: is_driven.then(|| run.unresolved()).flatten(),
+            balance: is_closed.then(|| balance(&declaration, &node)),
+            ..Row::of(&node, &observed, &multipliers)
         };
         let Some(error) = &mut error else {
             return sink(&row);
         };
-        match error.at(node.t, &node.q) {
+        match error.at(node.t, node.q) {
             Ok(errors) => {
                 (row.errors, row.uncertainty) = (&errors, error.uncertainty());
                 sink(&row)
@@ -322,16 +378,10 @@ fn hand_on<const N: usize>(
             }
         }
     };
-    if forced || !plan.inputs.is_empty() {
-        driven(run, plan, &mut |node, declaration, unresolved| {
-            take(node, declaration, None, unresolved)
-        })?;
-    } else if plan.certify {
-        run.certify(plan.until, &mut |node, regularity| {
-            take(node, system, regularity.or(Some(Regularity::UNKNOWN)), None)
-        })?;
+    if is_driven {
+        driven(run, plan, &mut take)?;
     } else {
-        run.stream(plan.until, &mut |node: &Node<N>| take(node, system, None, None))?;
+        run.walk(plan.until, &mut |run| Ok(take(run)))?;
     }
     match failed {
         Some(error) => Err(RunFailure::Estimate(error)),
