@@ -92,6 +92,7 @@ mod series;
 pub(crate) mod solve;
 mod switch;
 mod tangents;
+mod tape;
 mod watch;
 
 pub use control::Tolerance;

@@ -129,6 +129,26 @@ impl<T: Coefficient> Series<T> {
         &self.v[k * self.dimension..(k + 1) * self.dimension]
     }
 
+    /// The coefficients of the position of one order.
+    #[inline]
+    #[must_use]
+    pub fn position_of(&self, k: usize) -> &[T] {
+        &self.q[k * self.dimension..(k + 1) * self.dimension]
+    }
+
+    /// Takes the acceleration of order `k`, from which the position and the velocity of the next order follow.
+    pub(super) fn advance(&mut self, k: usize, a: &[T]) {
+        let next = (k + 1).min(MAX_ORDER);
+        let (n, scale) = (self.dimension, T::splat(RECIPROCALS[next]));
+        for (i, a) in a.iter().enumerate().take(n) {
+            self.q[next * n + i] = self.v[(next - 1) * n + i] * scale;
+            self.v[next * n + i] = *a * scale;
+            if next == self.order {
+                self.q[(next + 1) * n + i] = self.v[next * n + i] * T::splat(RECIPROCALS[next + 1]);
+            }
+        }
+    }
+
     /// The same, to be set.
     #[inline]
     pub(super) fn velocity_mut(&mut self, k: usize) -> &mut [T] {

@@ -1,0 +1,241 @@
+//! The Taylor series of a motion from a tape alone: the rows of the continuous system, evaluated with jets.
+//!
+//! At order `k` the rows are `J x_k + r_k`, where `x` are the accelerations and the multipliers, `J` the Jacobian at order 0, and `r_k` knows lower
+//! orders only. So every order takes two evaluations: one with `x_k = 0`, which gives `r_k`, and one with `x_k = -J⁻¹ r_k`, which leaves what the
+//! operations keep for the orders that follow. Generated recurrences need neither the second nor the interpreter, and are several times as fast.
+
+use super::jet::{Call, Jet};
+use super::series::Series;
+use super::switch::Switch;
+use crate::declaration::Declaration;
+use crate::dense::Matrix;
+use crate::step::convergence::LAST_UPDATE;
+use crate::tape::{Leaf, Number as _, Part, Segment};
+
+/// How often the accelerations of order 0 are improved.
+const MAX_ITERATIONS: u32 = 50;
+
+/// What a series of a tape needs from order to order.
+#[derive(Debug)]
+pub(super) struct TapeSeries {
+    /// The rows as a function of time.
+    rows: Call,
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// Accelerations and multipliers of order 0, and of the order that is computed.
+    unknowns: [Vec<f64>; 2],
+    /// The last update of order 0.
+    update: Vec<f64>,
+    /// The rows, then their Jacobian row by row.
+    results: Vec<Jet>,
+    /// The inverse of the Jacobian.
+    inverse: Matrix,
+}
+
+/// The order that is computed, and a point of expansion.
+struct Place<'a> {
+    order: usize,
+    t: f64,
+    /// Position and velocity, of order 0 and of this order.
+    q: [&'a [f64]; 2],
+    v: [&'a [f64]; 2],
+    /// Accelerations, then multipliers.
+    x: [&'a [f64]; 2],
+}
+
+impl Place<'_> {
+    /// What a leaf is there.
+    fn leaf(&self, declaration: &Declaration<'_>, leaf: Leaf) -> Jet {
+        let n = self.q[0].len();
+        let (vectors, i) = match leaf {
+            Leaf::T => return Jet::moving(self.t, if self.order == 1 { 1.0 } else { 0.0 }),
+            Leaf::Parameter(i) => return Jet::from(declaration.value(i)),
+            Leaf::Q(i) => (self.q, i),
+            Leaf::V(i) => (self.v, i),
+            Leaf::A(i) => (self.x, i),
+            Leaf::Lambda(i) => (self.x, n + i),
+            _ => return Jet::from(f64::NAN),
+        };
+        match vectors.map(|vector| vector.get(i)) {
+            [Some(&value), Some(&now)] if self.order > 0 => Jet::moving(value, now),
+            [Some(&value), _] => Jet::moving(value, 0.0),
+            _ => Jet::from(f64::NAN),
+        }
+    }
+}
+
+impl TapeSeries {
+    /// The series of a declaration.
+    pub(super) fn new(declaration: &Declaration<'_>) -> Self {
+        let tape = declaration.source().tape();
+        let size = tape.count(Segment::Continuous, Part::Head);
+        Self {
+            rows: Call::default(),
+            coordinates: declaration.dimension(),
+            unknowns: [vec![0.0; size], vec![0.0; size]],
+            update: vec![0.0; size],
+            results: vec![Jet::from(f64::NAN); size * (1 + size)],
+            inverse: Matrix::zeros(size, size),
+        }
+    }
+
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    pub(super) fn expand(&mut self, declaration: &Declaration<'_>, series: &mut Series) {
+        let n = self.coordinates;
+        for (x, &guess) in self.unknowns[0].iter_mut().zip(series.velocity_of(1)) {
+            *x = if guess.is_finite() { guess } else { 0.0 };
+        }
+        self.unknowns[0][n..].fill(0.0);
+        self.solve(declaration, series);
+        series.advance(0, &self.unknowns[0][..n]);
+        for k in 1..series.order() {
+            self.unknowns[1].fill(0.0);
+            self.evaluate(declaration, series, k, false);
+            for (i, x) in self.unknowns[1].iter_mut().enumerate() {
+                let rows = self.results.iter().enumerate().take(self.update.len());
+                *x = -rows
+                    .map(|(j, row)| self.inverse[(i, j)] * row.coefficient())
+                    .sum::<f64>();
+            }
+            self.evaluate(declaration, series, k, true);
+            series.advance(k, &self.unknowns[1][..n]);
+        }
+    }
+
+    /// Solves the rows for the accelerations and the multipliers of order 0, by Newton's method; NaN if there is no solution.
+    fn solve(&mut self, declaration: &Declaration<'_>, series: &Series) {
+        let size = self.update.len();
+        let mut is_last = false;
+        for _ in 0..=MAX_ITERATIONS {
+            self.evaluate(declaration, series, 0, false);
+            let (rows, jacobian) = self.results.split_at(size);
+            self.inverse = Matrix::from_fn(size, size, |i, j| jacobian[i * size + j].value()).inverse();
+            if is_last {
+                return;
+            }
+            let mut largest = 0.0_f64;
+            for (i, (update, x)) in self.update.iter_mut().zip(&mut self.unknowns[0]).enumerate() {
+                let rows = rows.iter().enumerate();
+                *update = -rows
+                    .map(|(j, row)| self.inverse[(i, j)] * row.value())
+                    .sum::<f64>();
+                *x += *update;
+                largest = largest.max(x.abs());
+            }
+            // after an update that is small one more has been made good by quadratic convergence
+            is_last = self
+                .update
+                .iter()
+                .all(|update| update.abs() <= LAST_UPDATE * largest);
+        }
+        self.unknowns[0].fill(f64::NAN);
+    }
+
+    /// Evaluates the rows and their Jacobian at an order; once more, if they have been evaluated there.
+    fn evaluate(&mut self, declaration: &Declaration<'_>, series: &Series, k: usize, again: bool) {
+        let source = declaration.source();
+        let program = source.tape().program(Segment::Continuous, Part::All);
+        let [x, now] = &self.unknowns;
+        let (q, v) = series.start();
+        let place = Place {
+            order: k,
+            t: series.time(),
+            q: [q, series.position_of(k)],
+            v: [v, series.velocity_of(k)],
+            x: [x, now],
+        };
+        let results = &mut self.results;
+        let function = || {
+            Jet::walk(
+                program,
+                source,
+                &|leaf| place.leaf(declaration, leaf),
+                &mut |at, value| {
+                    if let Some(result) = results.get_mut(at) {
+                        *result = value;
+                    }
+                },
+            );
+            // the rows move
+            Jet::moving(0.0, 0.0)
+        };
+        match (k, again) {
+            (0, _) => self.rows.begin(function),
+            (_, false) => self.rows.next::<false>(k, function),
+            (_, true) => self.rows.again(k, function),
+        };
+    }
+
+    /// What decides between pieces of the rows.
+    pub(super) fn switches(&mut self) -> &mut [Switch] {
+        self.rows.switches()
+    }
+
+    /// Begins the pieces that choices have gone over to. Returns whether there are any.
+    pub(super) fn enter(&mut self) -> bool {
+        self.rows.enter_pieces()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dsocs_macros::dsocs;
+
+    use super::super::jets::{Equations as _, Recurrences};
+    use super::*;
+    use crate::system::System;
+
+    /// Every kind of operation that a series knows, forces and a multiplier.
+    #[dsocs {
+        coordinates(x, y, z);
+        lagrangian = mass / 2 * (dot(x).powi(2) + dot(y).powi(2) + dot(z).powi(2) * (2 + x.sin()))
+            - (1 + x.powi(2)).sqrt() - (y / 3).exp() * z.cos();
+        holonomic = [x.powi(2) + y.powi(2) + z - 1];
+        external_forces = (-(dot(x) / 2).tanh(), t.sin() * y.atan(), dot(z).abs() / (2 + y.powi(2)));
+    }]
+    struct Everything {
+        mass: f64,
+    }
+
+    #[test]
+    fn a_tape_has_the_series_of_the_generated_recurrences() {
+        let system = Everything { mass: 1.5 };
+        let declaration = Declaration::of(&system);
+        let mut of_tape = TapeSeries::new(&declaration);
+        let mut generated = Recurrences::<_, 3>::new(&system);
+        for (q, v) in [
+            ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
+            ([0.1, -0.7, 0.5], [0.2, 0.3, 0.38]),
+        ] {
+            let series = [false, true].map(|is_tape| {
+                let mut series = Series::new(3, 24);
+                series.begin(0.75, &q, &v);
+                if is_tape {
+                    of_tape.expand(&declaration, &mut series);
+                } else {
+                    generated.expand(&mut series);
+                }
+                series
+            });
+            // relative to what the coefficients are in units of the radius of convergence
+            let radius = (1..=24)
+                .map(|k| {
+                    let largest = series[0]
+                        .velocity_of(k)
+                        .iter()
+                        .fold(0.0_f64, |most, x| most.max(x.abs()));
+                    largest.powf(-1.0 / k as f64)
+                })
+                .fold(f64::INFINITY, f64::min);
+            for k in 0..=24 {
+                let [one, other] = [0, 1].map(|place: usize| series[place].velocity_of(k));
+                for (one, other) in one.iter().zip(other) {
+                    let apart = (one - other).abs() * radius.powi(i32::try_from(k).unwrap());
+                    assert!(apart < 1e-13, "order {k}: {one:e} {other:e}");
+                }
+            }
+            assert!(series[1].velocity_of(24).iter().all(|x| *x != 0.0));
+        }
+        assert_eq!(<Everything as System<3>>::COORDINATES.len(), 3);
+    }
+}
