@@ -82,14 +82,13 @@ pub fn linearize<S: System<N>, const N: usize>(
 }
 
 pub fn entries<S: System<N>, const N: usize>(system: &S, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
-    if let (true, (Some(constants), Some(known), Some(z))) = (S::SPARSE, at!(at)) {
+    if let (Some(constants), Some(known), Some(z)) = at!(at) {
         write(rows, system.entries(constants, known, z, entries).as_ref());
     }
 }
 
 pub fn scales<S: System<N>, const N: usize>(system: &S, at: At<'_>, scales: &mut [f64]) {
-    scales.fill(1.0);
-    if let (true, (Some(constants), Some(known), Some(z))) = (S::SCALED, at!(at)) {
+    if let (Some(constants), Some(known), Some(z)) = at!(at) {
         write(scales, system.scales(constants, known, z).as_ref());
     }
 }

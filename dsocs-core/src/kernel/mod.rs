@@ -22,10 +22,15 @@ pub trait Kernel: Source {
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]);
 
     /// Sets the second difference that a step of third order goes on from, which stands behind the constants.
-    fn remember(&self, constants: &mut [f64], past: &[f64]);
+    fn remember(&self, constants: &mut [f64], past: &[f64]) {
+        let _ = (constants, past);
+    }
 
     /// That second difference; zero of second order.
-    fn past(&self, constants: &[f64], past: &mut [f64]);
+    fn past(&self, constants: &[f64], past: &mut [f64]) {
+        let _ = constants;
+        fill(past, 0.0);
+    }
 
     /// Values known when a step begins: [`Shape::known`] numbers.
     fn known(&self, constants: &[f64], leg: AnyLeg<'_, f64>, known: &mut [f64]);
@@ -34,13 +39,20 @@ pub trait Kernel: Source {
     fn linearize(&self, at: At<'_>, rows: &mut [f64], jacobian: &mut [f64]);
 
     /// The entries of the Jacobian that are not zero everywhere, where most are.
-    fn sparse(&self) -> Option<&Sparse>;
+    fn sparse(&self) -> Option<&Sparse> {
+        None
+    }
 
     /// The rows of a step, and the entries of the Jacobian that [`Kernel::sparse`] lists.
-    fn entries(&self, at: At<'_>, rows: &mut [f64], entries: &mut [f64]);
+    fn entries(&self, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
+        let _ = (at, rows, entries);
+    }
 
     /// What each row is, divided by the declared one; ones unless [`Shape::scaled`].
-    fn scales(&self, at: At<'_>, scales: &mut [f64]);
+    fn scales(&self, at: At<'_>, scales: &mut [f64]) {
+        let _ = at;
+        fill(scales, 1.0);
+    }
 
     /// The unknowns that belong to a second difference `e` and to multipliers, of which missing ones are zero.
     fn unknown(&self, e: &[f64], multipliers: &[f64], z: &mut [f64]);
@@ -50,6 +62,12 @@ pub trait Kernel: Source {
 
     /// What is told of the middle node of a step with the second difference `e`.
     fn report(&self, constants: &[f64], leg: AnyLeg<'_, f64>, e: &[f64], told: Told<'_>);
+}
+
+/// Fills a slice; compiled once, not with every system that has nothing to say.
+#[inline(never)]
+fn fill(out: &mut [f64], value: f64) {
+    out.fill(value);
 }
 
 /// Where the rows of a step are evaluated.

@@ -4,14 +4,15 @@ use proc_macro2::TokenStream;
 use quote::quote;
 use syn::{Generics, Ident};
 
-use crate::emit::{between_threads, jets, kernel};
+use crate::emit::jets;
+use crate::emit::kernel::{Kind, between_threads, kernel};
 
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.
 #[allow(clippy::too_many_lines)] // one trait, quoted
 pub(crate) fn stub(ident: &Ident, generics: &Generics, n: usize) -> TokenStream {
     let jets = jets::none(ident, generics, n);
-    let kernel = kernel(ident, generics, n);
+    let kernel = kernel(ident, generics, n, Kind::default());
     let generics = between_threads(generics);
     let (generics, arguments, bounds) = generics.split_for_impl();
     // a name that no parameter of the user's has: an associated type may not shadow one

@@ -83,10 +83,7 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
     let moves = |leaf| matches!(leaf, Leaf::N(_) | Leaf::D(_) | Leaf::P(_) | Leaf::Z(_));
     let mut solved = unknowns.rows.iter().chain(&unknowns.second_difference);
     let piecewise = solved.any(|&value| graph.deciding(value).any(moves));
-    let scaled = unknowns
-        .scales
-        .iter()
-        .any(|&scale| graph.as_constant(scale).is_none());
+    let scaled = unknowns.scaled(graph);
     let divided = (model.constraints.iter()).any(|row| row.divided || row.divide.is_some());
     let n = model.coordinates.len();
     let [parameters, m, constants, known, motion] = [

@@ -9,7 +9,7 @@ mod cold;
 mod functions;
 mod hot;
 pub(crate) mod jets;
-mod kernel;
+pub(crate) mod kernel;
 mod phase;
 mod program;
 mod stages;
@@ -19,7 +19,7 @@ use quote::quote;
 
 use self::cold::{Declared, Expressions};
 use self::functions::Functions;
-pub(crate) use self::kernel::{between_threads, kernel};
+use self::kernel::{between_threads, kernel};
 use self::stages::{Energy, Stages};
 use crate::mechanics::{self, Symmetry};
 use crate::model::{Kind, Model, ParameterField, Warning, plain};
@@ -72,7 +72,17 @@ fn system(model: &Model) -> TokenStream {
     let functions = Functions::new(model);
     let source = cold::source(model, &stages, (&graph, declared), &expressions, &functions);
     let functions = functions.methods(model);
-    let kernel = kernel(&model.item.ident, &model.item.generics, model.coordinates.len());
+    let kind = kernel::Kind {
+        third_order: model.order() > 2,
+        sparse: stages.sparse.is_some(),
+        scaled: unknowns.scaled(&graph),
+    };
+    let kernel = kernel(
+        &model.item.ident,
+        &model.item.generics,
+        model.coordinates.len(),
+        kind,
+    );
     quote! {
         #metadata
         #functions

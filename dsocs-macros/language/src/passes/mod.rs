@@ -55,6 +55,14 @@ pub(crate) struct Unknowns {
     pub(crate) second_difference: Vec<NodeId>,
 }
 
+impl Unknowns {
+    /// Whether rows were multiplied by more than a number.
+    pub(crate) fn scaled(&self, graph: &Graph) -> bool {
+        let mut scales = self.scales.iter();
+        scales.any(|&scale| graph.as_constant(scale).is_none())
+    }
+}
+
 /// The passes of a step with `n` coordinates.
 pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: usize) -> Unknowns {
     let Eliminated {
