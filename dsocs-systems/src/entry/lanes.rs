@@ -41,19 +41,25 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
     let Ok(ended) = ended() else {
         return false;
     };
-    let mut own = system.clone();
-    let mut observed = vec![0.0; S::OBSERVABLES.len()];
-    for (place, node) in ended.iter().enumerate() {
+    let shape = system.kernel().shape();
+    let count = shape.parameters.len();
+    let mut own: Vec<f64> = (0..count).map(|place| system.kernel().value(place)).collect();
+    let varied: Vec<(usize, &[f64])> = parameters
+        .iter()
+        .filter_map(|(name, values)| {
+            let place = shape.parameters.iter().position(|known| known.name == *name)?;
+            Some((place, &values[..]))
+        })
+        .collect();
+    let mut observed = vec![0.0; shape.observables.len()];
+    for (point, node) in ended.iter().enumerate() {
         let Ok(node) = node else { continue };
-        for (name, values) in parameters {
-            let parameter = S::PARAMETERS.iter().position(|known| known.name == *name);
-            if let Some(parameter) = parameter.and_then(|parameter| own.parameter_mut(parameter)) {
-                *parameter = values[place];
-            }
+        for (place, values) in &varied {
+            own[*place] = values[point];
         }
-        let (declaration, node) = (Declaration::of(&own), node.any());
+        let (declaration, node) = (Declaration::of(system.kernel()).with(&own), node.any());
         declaration.observe(node.point(), &mut observed);
-        sink(place, &Row::of(&node, &observed, &declaration.multipliers(&node)));
+        sink(point, &Row::of(&node, &observed, &declaration.multipliers(&node)));
     }
     true
 }
