@@ -1,15 +1,10 @@
 //! A system of any type, for what is done seldom.
 
 use crate::declaration::Declaration;
-use crate::error::NewtonFailure;
-use crate::start;
-use crate::start::third::OfThirdOrder;
-use crate::system::{Leg, Point, Quantity, System};
+
+use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 use crate::tape::Number;
-
-/// An acceleration and multipliers.
-pub(crate) type Accelerated<const N: usize> = ([f64; N], Vec<f64>);
 
 /// A leg of the discrete path ([`Leg`]) with any number of coordinates, by reference.
 ///
@@ -221,73 +216,4 @@ pub(crate) fn continuous_force<const N: usize>(
     let mut force = [f64::NAN; N];
     declaration.continuous_force_into(point.any(), &mut force);
     force
-}
-
-/// What every [`System`] is where its type does not matter. Code that takes a system in this form is compiled once for each number of
-/// coordinates, not for every system.
-pub(crate) trait AnySystem<const N: usize> {
-    /// The declaration.
-    fn declaration(&self) -> Declaration<'_>;
-
-    /// The parameters, with their values.
-    fn parameters(&self) -> Vec<(&'static Quantity, f64)>;
-
-    /// The places of the constraints of third order among all constraints.
-    fn third_order(&self) -> &'static [usize];
-
-    /// What only constraints of third order need; `None` where there are none, and then it is not compiled.
-    fn of_third_order(&self) -> Option<&dyn OfThirdOrder<N>>;
-
-    /// Whether time comes in anywhere.
-    fn depends_on_time(&self) -> bool;
-
-    /// Whether a factor could be declared to be divided out of a constraint, and is not.
-    fn may_divide(&self) -> bool;
-
-    /// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.
-    fn acceleration(
-        &self,
-        at: (f64, &[f64; N], &[f64; N]),
-        near: Option<&[f64; N]>,
-    ) -> Result<Accelerated<N>, NewtonFailure>;
-}
-
-impl<S: System<N>, const N: usize> AnySystem<N> for S {
-    fn declaration(&self) -> Declaration<'_> {
-        Declaration::of(self)
-    }
-
-    fn parameters(&self) -> Vec<(&'static Quantity, f64)> {
-        let mut parameters = Vec::new();
-        for (index, parameter) in S::PARAMETERS.iter().enumerate() {
-            if let Some(value) = self.parameter(index) {
-                parameters.push((parameter, value));
-            }
-        }
-        parameters
-    }
-
-    fn third_order(&self) -> &'static [usize] {
-        S::THIRD_ORDER
-    }
-
-    fn of_third_order(&self) -> Option<&dyn OfThirdOrder<N>> {
-        if const { S::ORDER > 2 } { Some(self) } else { None }
-    }
-
-    fn depends_on_time(&self) -> bool {
-        S::DEPENDS_ON_TIME
-    }
-
-    fn may_divide(&self) -> bool {
-        S::KINEMATIC > 0 && !S::DIVIDED
-    }
-
-    fn acceleration(
-        &self,
-        at: (f64, &[f64; N], &[f64; N]),
-        near: Option<&[f64; N]>,
-    ) -> Result<Accelerated<N>, NewtonFailure> {
-        start::acceleration(self, at, near)
-    }
 }

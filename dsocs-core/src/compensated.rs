@@ -5,6 +5,7 @@
 
 use crate::any::sized;
 use crate::scalar::Scalar;
+use crate::solve::Vector;
 
 /// A vector of numbers, each as an unevaluated sum `hi + lo` with `hi` the sum rounded to double precision.
 // two numbers are read and written at once, which costs more where they lie on both sides of a cache line's end
@@ -72,26 +73,42 @@ fn negative<T: Scalar, const N: usize>(x: &[T; N]) -> [T; N] {
 }
 
 /// A vector of any number of such sums.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sum {
     /// The numbers, rounded.
-    pub hi: Vec<f64>,
+    pub hi: Vector,
     /// What rounding took away.
-    pub lo: Vec<f64>,
+    pub lo: Vector,
 }
 
 impl Sum {
     /// Numbers that are known exactly.
-    pub fn exact(hi: Vec<f64>) -> Self {
+    pub fn exact(hi: Vector) -> Self {
         Self {
-            lo: vec![0.0; hi.len()],
+            lo: Vector::zero(hi.len()),
             hi,
+        }
+    }
+
+    /// The exact difference of two numbers, component by component.
+    pub fn difference(left: &[f64], right: &[f64]) -> Self {
+        let mut sum = Self::exact(Vector::of(left));
+        sum.add(&Vector::of(right).map(|x| -x));
+        sum
+    }
+
+    /// The sum with the other sign.
+    #[must_use]
+    pub fn negated(&self) -> Self {
+        Self {
+            hi: self.hi.map(|x| -x),
+            lo: self.lo.map(|x| -x),
         }
     }
 
     /// Adds numbers of plain double precision.
     pub fn add(&mut self, term: &[f64]) {
-        for ((hi, lo), &term) in self.hi.iter_mut().zip(&mut self.lo).zip(term) {
+        for ((hi, lo), &term) in self.hi.iter_mut().zip(self.lo.iter_mut()).zip(term) {
             (*hi, *lo) = add((*hi, *lo), term);
         }
     }
@@ -100,8 +117,8 @@ impl Sum {
     #[must_use]
     pub fn plus(&self, term: &Self) -> Self {
         let mut result = self.clone();
-        let own = result.hi.iter_mut().zip(&mut result.lo);
-        for ((hi, lo), (&term_hi, &term_lo)) in own.zip(term.hi.iter().zip(&term.lo)) {
+        let own = result.hi.iter_mut().zip(result.lo.iter_mut());
+        for ((hi, lo), (&term_hi, &term_lo)) in own.zip(term.hi.iter().zip(term.lo.iter())) {
             (*hi, *lo) = plus((*hi, *lo), (term_hi, term_lo));
         }
         result
@@ -111,8 +128,8 @@ impl Sum {
 impl<const N: usize> From<&Compensated<N>> for Sum {
     fn from(sums: &Compensated<N>) -> Self {
         Self {
-            hi: sums.hi.to_vec(),
-            lo: sums.lo.to_vec(),
+            hi: Vector::of(&sums.hi),
+            lo: Vector::of(&sums.lo),
         }
     }
 }

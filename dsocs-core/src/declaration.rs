@@ -6,7 +6,6 @@ use crate::multipliers::multipliers;
 use crate::rounding::Bounded;
 use crate::run::AnyNode;
 use crate::scalar::Scalar as _;
-use crate::step::unknown::{Linearization, Unknown};
 use crate::system::Quantity;
 use crate::tape::origin::{Origin, origin};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
@@ -479,30 +478,28 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Continuous, Part::All, &at)
     }
 
-    /// The same as equations for the unknowns `U`.
-    pub(crate) fn linearize_continuous<U: Unknown<f64>>(
+    /// The same into slices. Nothing is allocated.
+    pub(crate) fn linearize_continuous(
         &self,
         point: AnyPoint<'_, f64>,
         multipliers: &[f64],
-    ) -> Linearization<f64, U> {
+        rows: &mut [f64],
+        jacobian: &mut [f64],
+    ) {
         let at = At {
             multipliers,
             ..At::point(point)
         };
-        let (mut rows, mut jacobian) = (U::zero().zip(&U::zero(), |_, _| f64::NAN), U::zeros());
-        let count = rows.as_ref().len();
+        let count = rows.len();
         evaluate(self, Segment::Continuous, Part::All, &at, &mut |place, value| {
-            let entry = if place < count {
-                rows.as_mut().get_mut(place)
-            } else {
-                let row = jacobian.as_mut().get_mut(place / count - 1);
-                row.and_then(|row| row.as_mut().get_mut(place % count))
+            let entry = match place.checked_sub(count) {
+                None => rows.get_mut(place),
+                Some(place) => jacobian.get_mut(place),
             };
             if let Some(entry) = entry {
                 *entry = value;
             }
         });
-        Linearization { rows, jacobian }
     }
 
     /// What has no finite value in the rows of the continuous system, or in their Jacobian.

@@ -4,8 +4,10 @@ use core::fmt;
 use core::num::NonZeroU64;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::flow::{Flow, MAX_ITERATIONS};
+use crate::flow::MAX_ITERATIONS;
+use crate::flow::discrete::check;
 use crate::instructions::Instructions;
 use crate::kernel::Shape;
 use crate::lanes::LANES;
@@ -24,7 +26,7 @@ mod state;
 mod tests;
 
 use block::Run;
-use held::{HeldInputs, Own};
+use held::HeldInputs;
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
@@ -82,8 +84,6 @@ pub struct Ensemble<'a, S: System<N>, const N: usize> {
     varied: Vec<(usize, Vec<f64>)>,
     /// The parameters that change during the runs.
     held: Vec<HeldInputs>,
-    /// What is done with systems and flows where they have parameters of their own.
-    own: Option<Own<S, N>>,
     /// How often the rows of a step may be evaluated from one guess.
     max_iterations: u32,
     /// The instructions of the steps, if not the widest.
@@ -144,14 +144,13 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
                 method: "an ensemble (Ensemble)",
             });
         }
-        Flow::check(system, h)?;
+        check(&Declaration::of(system.kernel()), h)?;
         Ok(Self {
             system,
             h,
             starts: Vec::new(),
             varied: Vec::new(),
             held: Vec::new(),
-            own: None,
             max_iterations: MAX_ITERATIONS,
             instructions: Instructions::best(),
             progress: None,
@@ -202,7 +201,6 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     {
         let values = one_each::<S, N>(parameter, values, self.starts.len())?;
         self.varied.push(values);
-        self.own = Some(Own::new());
         Ok(self)
     }
 
@@ -264,7 +262,6 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             })));
         }
         self.held.push(HeldInputs { place, plans });
-        self.own = Some(Own::new());
         Ok(self)
     }
 
@@ -362,7 +359,6 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
             system: self.system,
             varied: &self.varied,
             held: &self.held,
-            own: self.own,
             h: self.h,
             t,
             every,

@@ -72,9 +72,7 @@ pub use legendre::{
 pub use map::{DiscreteFlow, TangentMap, Triple};
 pub use momentum::{asymmetry, momentum_equation, momentum_map};
 pub use pairs::{constraint_forms, pair_displacements, state_displacements};
-pub(crate) use solvable::solve;
 #[doc(hidden)] // until steps are solved on slices
-pub use solvable::{Bridge, Typed};
 pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};

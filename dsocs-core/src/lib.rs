@@ -113,6 +113,7 @@ mod run;
 mod samples;
 mod scalar;
 mod sides;
+mod solve;
 mod start;
 mod step;
 mod sticking;
@@ -166,6 +167,8 @@ pub mod __private {
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::run::held_value;
     pub use crate::scalar::Scalar;
+    pub use crate::step::course::Course;
+    pub use crate::step::question::{Halt, Question};
     pub use crate::step::sparse::Sparse;
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};

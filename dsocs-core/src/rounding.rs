@@ -12,7 +12,6 @@ use crate::declaration::Declaration;
 use crate::multipliers::of_step;
 use crate::regularity::{of_first_pair, stacked};
 use crate::scalar::Scalar;
-use crate::step::unknown::Unknown;
 
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -269,19 +268,6 @@ impl Scalar for Bounded {
         let radius = self.value.hypot(x.value);
         Self::rounded(self.value.atan2(x.value), (self.error + x.error) / radius, 2.0)
     }
-}
-
-/// A bound, to first order in the unit round-off, of the rounding error in each row of
-/// [`Compiled::linearize`](crate::compiled::Compiled::linearize).
-pub(crate) fn bounds<U: Unknown<f64>>(
-    declaration: &Declaration<'_>,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    z: &U,
-) -> U {
-    let mut bounds = U::zero();
-    declaration.bounds(h, leg, z.as_ref(), bounds.as_mut());
-    bounds
 }
 
 /// How large the terms of each row of [`Declaration::phase`] are.

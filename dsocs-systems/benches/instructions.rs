@@ -42,7 +42,7 @@ fn thousand<S: Steps>(mut stepper: S) -> u32 {
 
 #[library_benchmark]
 #[bench::generated(warm(flow(&CIRCLE, H, PARTICLE)))]
-fn particle(stepper: Flow<'static, CurvedParticle<Constant>, 2>) -> u32 {
+fn particle(stepper: Flow<'static, 2>) -> u32 {
     thousand(stepper)
 }
 
@@ -54,7 +54,7 @@ fn particle_by_hand(stepper: Particle<Field>) -> u32 {
 
 #[library_benchmark]
 #[bench::generated(warm(flow(&*WAVY, H, PARTICLE)))]
-fn particle_field(stepper: Flow<'static, CurvedParticle<Wavy>, 2>) -> u32 {
+fn particle_field(stepper: Flow<'static, 2>) -> u32 {
     thousand(stepper)
 }
 
@@ -66,7 +66,7 @@ fn particle_field_by_hand(stepper: Particle<Field>) -> u32 {
 
 #[library_benchmark]
 #[bench::generated(warm(flow(&*WHEEL, H, PENDULUM)))]
-fn pendulum(stepper: Flow<'static, InertiaWheelPendulum, 2>) -> u32 {
+fn pendulum(stepper: Flow<'static, 2>) -> u32 {
     thousand(stepper)
 }
 

@@ -10,11 +10,12 @@
 //! Where the damping is a switch, there may also be a third solution on the other side of it, with the same orientation. A
 //! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
 
-use crate::array;
+use crate::any::{AnyLeg, AnyPoint, OwnedLeg};
 use crate::flow::MAX_ITERATIONS;
-use crate::step::unknown::Unknown;
-use crate::step::{Guess, StepReport, Steps};
-use crate::system::{Leg, Point};
+use crate::flow::discrete::constants_of;
+use crate::kernel::Kernel;
+use crate::solve::{Square, Vector};
+use crate::step::{Guess, Step, StepReport};
 
 /// A leg so many times as short as the one in question goes back to no singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;
@@ -34,6 +35,9 @@ const SAME: f64 = 1e-6;
 /// How far a velocity is moved, relative to itself, to see where it leads.
 const MOVED: f64 = 1e-4;
 
+/// A system, and the values of its parameters.
+pub(super) type System<'a> = (&'a dyn Kernel, &'a [f64]);
+
 /// Whether a solution was not found at once.
 #[inline]
 pub(super) fn in_question(report: StepReport) -> bool {
@@ -43,24 +47,19 @@ pub(super) fn in_question(report: StepReport) -> bool {
 /// Whether the acceleration `found` at the end of a leg is the one that the motion leads to: with legs from the node that
 /// become longer little by little.
 #[cold]
-pub(super) fn continues<Z: Unknown<f64>, const N: usize>(
-    steps: &dyn Steps<Z, N>,
-    h: f64,
-    from: &Point<f64, N>,
-    found: &[f64; N],
-) -> bool {
-    let mut a = from.a;
+pub(super) fn continues(system: System<'_>, h: f64, from: AnyPoint<'_, f64>, found: &[f64]) -> bool {
+    let mut a = Vector::of(from.a);
     let is_passable = little_by_little(|_, part| {
         let h = part * h;
-        let v: [f64; N] = array::from_fn(|i| from.v[i] + 0.5 * h * from.a[i]);
-        let leg = Leg {
+        let v = Vector::of(from.v).zip(from.a, |v, a| v + 0.5 * h * a);
+        let leg = AnyLeg {
             t: from.t + h,
-            q: array::from_fn(|i| from.q[i] + h * v[i]),
-            d: array::map(&v, |v| h * v),
+            q: &Vector::of(from.q).zip(&v, |q, v| q + h * v),
+            d: &v.map(|v| h * v),
         };
-        match solved(steps, h, &leg, &a, FEW) {
+        match solved(system, h, leg, &a, FEW) {
             Some((e, report)) if report.iterations <= FEW => {
-                a = array::map(&e, |e| e / (h * h));
+                a = e.map(|e| e / (h * h));
                 true
             }
             _ => false,
@@ -87,76 +86,67 @@ pub(super) fn little_by_little(mut make: impl FnMut(f64, f64) -> bool) -> bool {
 }
 
 /// Whether two vectors are the same solution.
-pub(super) fn is_same<const N: usize>(x: &[f64; N], y: &[f64; N]) -> bool {
-    let size = |x: &[f64; N]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-    let apart: [f64; N] = array::from_fn(|i| x[i] - y[i]);
+pub(super) fn is_same(x: &[f64], y: &[f64]) -> bool {
+    let size = |x: &[f64]| x.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+    let apart = Vector::of(x).zip(y, |x, y| x - y);
     size(&apart) <= SAME * size(x).max(size(y))
 }
 
 /// The second difference of the step that begins with a leg, from the guess that an acceleration is.
-fn solved<Z: Unknown<f64>, const N: usize>(
-    steps: &dyn Steps<Z, N>,
+fn solved(
+    (kernel, values): System<'_>,
     h: f64,
-    leg: &Leg<f64, N>,
-    a: &[f64; N],
+    leg: AnyLeg<'_, f64>,
+    a: &[f64],
     max_iterations: u32,
-) -> Option<([f64; N], StepReport)> {
-    let mut solved = None;
-    steps.step(h, leg, &mut |step| {
-        let guess = step.unknown(&array::map(a, |a| h * h * a), &[]);
-        if let Ok((z, report)) = step.solve_from(guess, max_iterations) {
-            solved = Some((step.second_difference(&z), report));
-        }
-    });
-    solved
+) -> Option<(Vector, StepReport)> {
+    let constants = constants_of(kernel, values, h);
+    let step = Step::new((kernel, values), &constants, leg, h);
+    let guess = step.unknown(&Vector::of(a).map(|a| h * h * a), &[]);
+    let (z, report) = step.solve_from(&guess, max_iterations).ok()?;
+    Some((step.second_difference(&z), report))
 }
 
 /// The orientation at a node for a short leg.
 #[cold]
-pub(super) fn short_orientation<Z: Unknown<f64>, const N: usize>(
-    steps: &dyn Steps<Z, N>,
-    h: f64,
-    node: &Point<f64, N>,
-) -> f64 {
-    let (h, mut orientation) = (SHORT * h, f64::NAN);
-    steps.step(h, &arriving(h, node), &mut |step| {
-        orientation = step.orientation(&step.unknown(&array::map(&node.a, |a| h * h * a), &[]));
-    });
-    orientation
+pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyPoint<'_, f64>) -> f64 {
+    let h = SHORT * h;
+    let (constants, leg) = (constants_of(kernel, values, h), arriving(h, node));
+    let step = Step::new((kernel, values), &constants, leg.any(), h);
+    step.orientation(&step.unknown(&Vector::of(node.a).map(|a| h * h * a), &[]))
 }
 
 /// Whether rows that were solved beforehand and do not appear among the others have passed a singularity: by the way the
 /// velocity after a leg depends on that along it. False where that cannot be found out.
 #[cold]
-pub(super) fn passes_singularity<Z: Unknown<f64>, const N: usize>(
-    steps: &dyn Steps<Z, N>,
-    h: f64,
-    node: &Point<f64, N>,
-) -> bool {
-    let (leg, a) = (arriving(h, node), &node.a);
-    let solve = |leg: &Leg<f64, N>| Some(solved(steps, h, leg, a, MAX_ITERATIONS)?.0);
+pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, f64>) -> bool {
+    let (leg, a) = (arriving(h, node), node.a);
+    let n = a.len();
+    let solve = |leg: &OwnedLeg<f64>| Some(solved(system, h, leg.any(), a, MAX_ITERATIONS)?.0);
     let Some(e) = solve(&leg) else {
         return false;
     };
-    let mut slopes = [[0.0; N]; N];
-    for (i, slopes) in slopes.iter_mut().enumerate() {
+    let mut slopes = Square::zero(n);
+    for (i, slopes) in slopes.entries_mut().chunks_exact_mut(n.max(1)).enumerate() {
         let size = leg.d[i].abs().max((h * h * a[i]).abs());
         let by = MOVED * if size > 0.0 { size } else { h.abs() };
-        let mut moved = leg;
+        let mut moved = leg.clone();
         moved.d[i] += by;
         let Some(changed) = solve(&moved) else {
             return false;
         };
-        *slopes = array::from_fn(|j| f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by));
+        for (j, slope) in slopes.iter_mut().enumerate() {
+            *slope = f64::from(u8::from(i == j)) + (changed[j] - e[j]) / (2.0 * by);
+        }
     }
-    <[f64; N]>::determinant(&slopes).value < 0.0
+    slopes.determinant().value < 0.0
 }
 
 /// The leg of the length `h` that arrives at a node.
-fn arriving<const N: usize>(h: f64, Point { t, q, v, a }: &Point<f64, N>) -> Leg<f64, N> {
-    Leg {
-        t: *t,
-        q: *q,
-        d: array::from_fn(|i| h * (v[i] - 0.5 * h * a[i])),
+fn arriving(h: f64, AnyPoint { t, q, v, a }: AnyPoint<'_, f64>) -> OwnedLeg<f64> {
+    OwnedLeg {
+        t,
+        q: q.to_vec(),
+        d: v.iter().zip(a).map(|(v, a)| h * (v - 0.5 * h * a)).collect(),
     }
 }

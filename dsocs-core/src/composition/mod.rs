@@ -51,9 +51,10 @@
 mod backward;
 mod error;
 mod flow;
-mod inputs;
 mod method;
 mod momenta;
+mod run;
+mod stages;
 mod symmetry;
 
 pub use error::{FailedStage, StageError, StageFailure};

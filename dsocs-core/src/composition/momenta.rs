@@ -10,22 +10,19 @@
 //! a kick, the discrete flow of `L_d` with the external forces, and another half kick. If `L_d` is symmetric, this map is symmetric in time
 //! and of order 2. Without constraints it is the discrete flow of `L_d` itself, which is symplectic.
 //!
-//! All of it is evaluated on the tape, in code that is compiled once for each number of coordinates.
+//! All of it is evaluated on the tape.
 
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
 use super::backward::{MANY, is_same, little_by_little};
-use crate::any::{AnySystem, sized};
-use crate::array;
-use crate::compensated::Compensated;
+use crate::any::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
+use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
-use crate::geometry::solve;
 use crate::scalar::Scalar as _;
+use crate::solve::{Square, Vector, is_finite};
 use crate::start;
 use crate::step::predictor::Predictor;
-use crate::step::unknown::Unknown as _;
-use crate::system::{Leg, Point, System};
 use crate::tangent::Tangent;
 
 /// The most iterations of Newton's method for a leg.
@@ -42,21 +39,21 @@ const LEAST: f64 = 1e-3;
 
 /// A node.
 #[derive(Clone, Debug)]
-pub(super) struct Node<const N: usize> {
+pub(super) struct Node {
     /// The time.
     pub(super) t: f64,
     /// The position.
-    pub(super) q: Compensated<N>,
+    pub(super) q: Sum,
     /// The momentum.
-    pub(super) p: [f64; N],
+    pub(super) p: Vector,
     /// The velocity.
-    pub(super) v: [f64; N],
+    pub(super) v: Vector,
     /// The acceleration.
-    pub(super) a: [f64; N],
+    pub(super) a: Vector,
     /// The constraint force.
-    force: [f64; N],
+    force: Vector,
     /// The multipliers, if they are unknowns of the equations.
-    multipliers: Vec<f64>,
+    multipliers: Vector,
 }
 
 /// Why there is no leg.
@@ -71,43 +68,36 @@ pub(super) enum Failure {
 }
 
 /// The legs of the stages in the last steps, from which the next ones are extrapolated.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Past<const N: usize>(Predictor<[f64; N]>);
+#[derive(Clone, Debug)]
+pub(super) struct Past(Predictor);
 
-impl<const N: usize> Past<N> {
-    /// Without a past.
-    pub(super) fn new() -> Self {
-        Self(Predictor::new())
+impl Past {
+    /// Without a past, of a system with so many coordinates.
+    pub(super) fn new(coordinates: usize) -> Self {
+        Self(Predictor::new(coordinates))
     }
 
     /// Takes in the leg of a step.
-    pub(super) fn push(&mut self, d: &[f64; N]) {
+    pub(super) fn push(&mut self, d: &[f64]) {
         self.0.push(d);
     }
 }
 
 /// A system, in the form that legs of any length need.
 #[derive(Clone, Copy)]
-pub(super) struct Momenta<'s, const N: usize> {
-    /// The system.
-    system: &'s dyn AnySystem<N>,
-    /// Solves linear equations for changes of accelerations and multipliers: of a square matrix, row by row, and a right side.
-    solve: fn(&[f64], &[f64]) -> Option<Vec<f64>>,
+pub(super) struct Momenta<'s> {
     /// Its tape.
     declaration: Declaration<'s>,
     /// Whether constraint forces act.
     constrained: bool,
 }
 
-impl<'s, const N: usize> Momenta<'s, N> {
+impl<'s> Momenta<'s> {
     /// The legs of a system.
-    pub(super) fn of<S: System<N>>(system: &'s S) -> Self {
-        let declaration = Declaration::of(system);
+    pub(super) fn of(declaration: Declaration<'s>) -> Self {
         Self {
-            system,
-            solve: solve::<S::Motion>,
-            declaration,
             constrained: declaration.constraints() != [0; 3],
+            declaration,
         }
     }
 
@@ -115,10 +105,10 @@ impl<'s, const N: usize> Momenta<'s, N> {
     pub(super) fn start(
         &self,
         t: f64,
-        (q, v): (Compensated<N>, [f64; N]),
-        near: Option<&[f64; N]>,
-    ) -> Result<Node<N>, SetupError> {
-        let p = sized(&start::momentum(&self.declaration, (t, &q.hi, &v)));
+        (q, v): (Sum, Vector),
+        near: Option<&[f64]>,
+    ) -> Result<Node, SetupError> {
+        let p = Vector::of(&start::momentum(&self.declaration, (t, &q.hi, &v)));
         self.node(t, (q, p, v), near)
     }
 
@@ -126,17 +116,17 @@ impl<'s, const N: usize> Momenta<'s, N> {
     pub(super) fn node(
         &self,
         t: f64,
-        (q, p, v): (Compensated<N>, [f64; N], [f64; N]),
-        near: Option<&[f64; N]>,
-    ) -> Result<Node<N>, SetupError> {
-        let (a, multipliers) = start::state(self.system, (t, &q.hi, &v), near)?;
+        (q, p, v): (Sum, Vector, Vector),
+        near: Option<&[f64]>,
+    ) -> Result<Node, SetupError> {
+        let (a, multipliers) = start::state(&self.declaration, (t, &q.hi, &v), near)?;
         let mut node = Node {
             t,
             q,
             p,
             v,
             a,
-            force: [0.0; N],
+            force: Vector::default(),
             multipliers,
         };
         node.force = self.force(&node);
@@ -144,21 +134,21 @@ impl<'s, const N: usize> Momenta<'s, N> {
     }
 
     /// The constraint force at a node.
-    fn force(&self, node: &Node<N>) -> [f64; N] {
+    fn force(&self, node: &Node) -> Vector {
         if self.constrained {
-            sized(&self.declaration.continuous_force(node.point().any()))
+            Vector::of(&self.declaration.continuous_force(node.point()))
         } else {
-            [0.0; N]
+            Vector::zero(node.v.len())
         }
     }
 
     /// Computes velocity and acceleration of a node without constraint forces: legs do not need them there.
-    pub(super) fn complete(&self, node: &mut Node<N>) -> Result<(), NewtonFailure> {
+    pub(super) fn complete(&self, node: &mut Node) -> Result<(), NewtonFailure> {
         if !self.constrained {
             let at = (node.t, &node.q.hi[..]);
-            node.v = sized(&start::velocity_of(&self.declaration, at, &node.p, &node.v));
-            let at = (node.t, &node.q.hi, &node.v);
-            node.a = self.system.acceleration(at, Some(&node.a))?.0;
+            node.v = Vector::of(&start::velocity_of(&self.declaration, at, &node.p, &node.v));
+            let at = (node.t, &node.q.hi[..], &node.v[..]);
+            node.a = start::acceleration(&self.declaration, at, Some(&node.a))?.0;
         }
         Ok(())
     }
@@ -166,12 +156,12 @@ impl<'s, const N: usize> Momenta<'s, N> {
     /// The leg of the length `h` from a node to the time `t`. Returns the next node, the increment and the number of evaluations.
     pub(super) fn leg(
         &self,
-        from: &Node<N>,
+        from: &Node,
         (h, t): (f64, f64),
-        past: &Past<N>,
-    ) -> Result<(Node<N>, [f64; N], u32), Failure> {
+        past: &Past,
+    ) -> Result<(Node, Vector, u32), Failure> {
         let guess = match past.0.predict() {
-            Some(d) if d.iter().all(|d| d.is_finite()) => d,
+            Some(d) if d.is_finite() => d,
             _ => from.ahead(h),
         };
         let found = self.leg_from(from, (h, t), guess, from);
@@ -185,12 +175,12 @@ impl<'s, const N: usize> Momenta<'s, N> {
     }
 
     /// The increment of a leg, found by following the solution while the length grows from zero to `h`.
-    fn lengthened(&self, from: &Node<N>, (h, t): (f64, f64)) -> Option<[f64; N]> {
-        let (mut last, mut increment) = (from.clone(), [0.0; N]);
+    fn lengthened(&self, from: &Node, (h, t): (f64, f64)) -> Option<Vector> {
+        let (mut last, mut increment) = (from.clone(), Vector::zero(from.v.len()));
         let is_passable = little_by_little(|reached, next| {
             let time = if next < 1.0 { from.t + next * h } else { t };
             let beyond = last.ahead((next - reached) * h);
-            let guess = array::from_fn(|i| increment[i] + beyond[i]);
+            let guess = increment.zip(&beyond, |increment, beyond| increment + beyond);
             match self.leg_from(from, (next * h, time), guess, &last) {
                 Ok((node, d, iterations)) if iterations < MANY => {
                     (last, increment) = (node, d);
@@ -205,71 +195,66 @@ impl<'s, const N: usize> Momenta<'s, N> {
     /// The leg, from a guess of its increment. Acceleration and multipliers at its end are looked for near those of `near`.
     fn leg_from(
         &self,
-        from: &Node<N>,
+        from: &Node,
         (h, t): (f64, f64),
-        guess: [f64; N],
-        near: &Node<N>,
-    ) -> Result<(Node<N>, [f64; N], u32), Failure> {
-        let leaving: [f64; N] = array::from_fn(|i| from.p[i] + 0.5 * h * from.force[i]);
+        guess: Vector,
+        near: &Node,
+    ) -> Result<(Node, Vector, u32), Failure> {
+        let leaving = from.p.zip(&from.force, |p, force| p + 0.5 * h * force);
         let (d, mut iterations) = self.increment(from, h, &leaving, guess)?;
-        let q = from.q.plus(&Compensated::exact(d));
-        let leg = Leg { t, q: q.hi, d };
-        let arriving: [f64; N] = sized(&self.declaration.arriving(h, leg.any()));
-        let arriving = array::map(&arriving, |p| h * p);
+        let q = from.q.plus(&Sum::exact(d.clone()));
+        let leg = AnyLeg { t, q: &q.hi, d: &d };
+        let arriving = Vector::of(&self.declaration.arriving(h, leg)).map(|p| h * p);
         let mut node = Node {
             t,
             q,
-            p: arriving,
+            p: arriving.clone(),
             ..near.clone()
         };
         // the slope of the leg is the velocity in its middle
-        node.v = array::from_fn(|i| d[i] / h + 0.5 * h * near.a[i]);
+        node.v = d.zip(&near.a, |d, a| d / h + 0.5 * h * a);
         if self.constrained {
             iterations = iterations.max(self.kicked(&mut node, h, &arriving)?);
         }
-        let finite = |x: &[f64; N]| x.iter().all(|x| x.is_finite());
-        if !finite(&node.q.hi) || !finite(&node.p) {
+        if !node.q.hi.is_finite() || !node.p.is_finite() {
             return Err(not_solved(StepFailure::NotFinite, &d, Vec::new(), Vec::new()));
         }
         Ok((node, d, iterations))
     }
 
     /// The increment `d` with `-D₁L_d(q, q + d) - f⁻_d = p`, by Newton's iteration, and the number of evaluations.
-    fn increment(
-        &self,
-        from: &Node<N>,
-        h: f64,
-        p: &[f64; N],
-        mut d: [f64; N],
-    ) -> Result<([f64; N], u32), Failure> {
+    fn increment(&self, from: &Node, h: f64, p: &[f64], mut d: Vector) -> Result<(Vector, u32), Failure> {
+        let n = d.len();
         let mut progress = Progress::new();
-        let scale: [f64; N] = array::map(&from.q.hi, |q| f64::EPSILON * q.abs());
+        let scale = from.q.hi.map(|q| f64::EPSILON * q.abs());
         for iteration in 1..=MAX_ITERATIONS {
-            let mut matrix = [[0.0; N]; N];
-            let mut left = [f64::NAN; N];
-            for j in 0..N {
+            let mut matrix = Square::zero(n);
+            let mut left = Vector::nan(n);
+            for j in 0..n {
                 // the momentum with which a leg leaves is that with which it arrives when run back, with the other sign
-                let back = Leg {
+                let back = OwnedLeg {
                     t: Tangent::splat(from.t),
-                    q: from.q.hi.map(Tangent::splat),
-                    d: core::array::from_fn(|i| Tangent::new(-d[i], if i == j { -1.0 } else { 0.0 })),
+                    q: map(&from.q.hi, Tangent::splat),
+                    d: (0..n)
+                        .map(|i| Tangent::new(-d[i], if i == j { -1.0 } else { 0.0 }))
+                        .collect(),
                 };
                 let arriving = self.declaration.arriving(Tangent::splat(-h), back.any());
-                for i in 0..N {
-                    matrix[i][j] = -h * arriving[i].derivative();
+                for i in 0..n {
+                    matrix.entries_mut()[i * n + j] = -h * arriving[i].derivative();
                     left[i] = -h * arriving[i].value() - p[i];
                 }
             }
-            let Some(update) = <[f64; N]>::solve(&matrix, &left) else {
+            let Some(update) = matrix.solve(&left) else {
                 return Err(not_solved(
-                    reason(&matrix, &left),
+                    reason(matrix.entries(), &left),
                     &d,
                     left.to_vec(),
                     progress.updates,
                 ));
             };
             let largest = relative(&update, &d, &scale);
-            for (d, update) in d.iter_mut().zip(&update) {
+            for (d, update) in d.iter_mut().zip(update.iter()) {
                 *d -= update;
             }
             if progress.ends(largest) {
@@ -285,34 +270,39 @@ impl<'s, const N: usize> Momenta<'s, N> {
 
     /// Computes momentum, velocity, acceleration and force at the end of a leg from the momentum with which it arrives. One Newton iteration
     /// solves for all of them at once. Returns the number of evaluations.
-    fn kicked(&self, node: &mut Node<N>, h: f64, arriving: &[f64; N]) -> Result<u32, Failure> {
+    fn kicked(&self, node: &mut Node, h: f64, arriving: &Vector) -> Result<u32, Failure> {
+        let n = arriving.len();
         let mut progress = Progress::new();
         for iteration in 1..=MAX_ITERATIONS {
-            let point = node.point();
-            let count = N + node.multipliers.len();
+            let at = node.clone();
+            let point = at.point();
+            let count = n + node.multipliers.len();
             let values = self
                 .declaration
-                .continuous_with_jacobian(point.any(), &node.multipliers);
+                .continuous_with_jacobian(point, &node.multipliers[..]);
             let (rows, jacobian) = values.split_at_checked(count).unwrap_or((&values, &[]));
-            let solve = |right: &[f64]| (self.solve)(jacobian, right);
-            let force = self.declaration.continuous_force(point.any());
+            let jacobian = Square::from_fn(count, |i, j| {
+                jacobian.get(i * count + j).copied().unwrap_or(f64::NAN)
+            });
+            let solve = |right: &[f64]| jacobian.solve(right);
+            let force = self.declaration.continuous_force(point);
             let momentum = start::momentum(&self.declaration, (node.t, &node.q.hi, &node.v));
-            let left: [f64; N] = array::from_fn(|i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
-            let velocity = node.v;
+            let left = Vector::from_fn(n, |i| momentum[i] - arriving[i] - 0.5 * h * force[i]);
+            let velocity = node.v.clone();
             let unsolved = |reason, progress: Progress| {
                 let residual = left.iter().chain(rows).copied().collect();
                 not_solved(reason, &velocity, residual, progress.updates)
             };
             let Some(straight) = solve(rows) else {
-                return Err(unsolved(reason::<N>(&[], rows), progress));
+                return Err(unsolved(reason(&[], rows), progress));
             };
             // what a change of the velocity does to accelerations and multipliers, and to the momentum that is left
             let mass = start::mass_matrix(&self.declaration, (node.t, &node.q.hi, &node.v));
-            let mass: [[f64; N]; N] = core::array::from_fn(|i| core::array::from_fn(|j| mass[(i, j)]));
-            let mut matrix = [[0.0; N]; N];
-            let mut columns = Vec::with_capacity(N);
-            for j in 0..N {
-                let moved = moving(&point, |k| if k == j { 1.0 } else { 0.0 }, |_| 0.0);
+            let mass = Square::from_fn(n, |i, j| mass[(i, j)]);
+            let mut matrix = mass.clone();
+            let mut columns = Vec::with_capacity(n);
+            for j in 0..n {
+                let moved = moving(point, |k| if k == j { 1.0 } else { 0.0 }, |_| 0.0);
                 let multipliers: Vec<_> = node.multipliers.iter().map(|&x| Tangent::splat(x)).collect();
                 let slopes: Vec<f64> = (self.declaration.continuous(moved.any(), &multipliers).iter())
                     .map(|row| row.derivative())
@@ -322,47 +312,47 @@ impl<'s, const N: usize> Momenta<'s, N> {
                 };
                 // along the constraints: the acceleration goes with the velocity
                 let along = moving(
-                    &point,
+                    point,
                     |k| if k == j { 1.0 } else { 0.0 },
                     |k| -column.get(k).copied().unwrap_or(f64::NAN),
                 );
                 let force = self.declaration.continuous_force(along.any());
-                for i in 0..N {
-                    matrix[i][j] = mass[i][j] - 0.5 * h * force[i].derivative();
+                for i in 0..n {
+                    matrix.entries_mut()[i * n + j] -= 0.5 * h * force[i].derivative();
                 }
                 columns.push(column);
             }
-            let toward = moving(&point, |_| 0.0, |k| -straight.get(k).copied().unwrap_or(f64::NAN));
+            let toward = moving(point, |_| 0.0, |k| -straight.get(k).copied().unwrap_or(f64::NAN));
             let toward = self.declaration.continuous_force(toward.any());
-            let right: [f64; N] = array::from_fn(|i| -left[i] + 0.5 * h * toward[i].derivative());
-            let Some(dv) = <[f64; N]>::solve(&matrix, &right) else {
-                return Err(unsolved(reason(&matrix, &right), progress));
+            let right = Vector::from_fn(n, |i| -left[i] + 0.5 * h * toward[i].derivative());
+            let Some(dv) = matrix.solve(&right) else {
+                return Err(unsolved(reason(matrix.entries(), &right), progress));
             };
             let dz: Vec<f64> = (0..count)
                 .map(|k| {
-                    let through = columns.iter().zip(&dv);
+                    let through = columns.iter().zip(dv.iter());
                     through.fold(-straight[k], |sum, (column, dv)| sum - column[k] * dv)
                 })
                 .collect();
-            let of_rounding: [f64; N] = array::map(&node.q.hi, |q| f64::EPSILON * (q / h).abs());
-            let da: [f64; N] = array::from_fn(|k| dz[k]);
-            let of_velocity = array::map(&node.v, |v| f64::EPSILON * (v / h).abs());
+            let of_rounding = node.q.hi.map(|q| f64::EPSILON * (q / h).abs());
+            let da = Vector::of(&dz[..n]);
+            let of_velocity = node.v.map(|v| f64::EPSILON * (v / h).abs());
             let largest = relative(&dv, &node.v, &of_rounding).max(relative(&da, &node.a, &of_velocity));
-            for i in 0..N {
+            for i in 0..n {
                 node.v[i] += dv[i];
                 node.a[i] += da[i];
             }
-            for (multiplier, change) in node.multipliers.iter_mut().zip(&dz[N..]) {
+            for (multiplier, change) in node.multipliers.iter_mut().zip(&dz[n..]) {
                 *multiplier += change;
             }
             if progress.ends(largest) {
                 // the orientation of short legs, unless the leg is beyond a singularity
-                let turns = |matrix| <[f64; N]>::determinant(matrix).value < 0.0;
+                let turns = |matrix: &Square| matrix.determinant().value < 0.0;
                 if turns(&matrix) != turns(&mass) {
                     return Err(Failure::Singularity);
                 }
                 node.force = self.force(node);
-                node.p = array::from_fn(|i| arriving[i] + 0.5 * h * node.force[i]);
+                node.p = arriving.zip(&node.force, |arriving, force| arriving + 0.5 * h * force);
                 return Ok(iteration);
             }
             if iteration == MAX_ITERATIONS {
@@ -378,20 +368,20 @@ impl<'s, const N: usize> Momenta<'s, N> {
     }
 }
 
-impl<const N: usize> Node<N> {
+impl Node {
     /// The point of the continuous system.
-    pub(super) fn point(&self) -> Point<f64, N> {
-        Point {
+    pub(super) fn point(&self) -> AnyPoint<'_, f64> {
+        AnyPoint {
             t: self.t,
-            q: self.q.hi,
-            v: self.v,
-            a: self.a,
+            q: &self.q.hi,
+            v: &self.v,
+            a: &self.a,
         }
     }
 
     /// How far the node moves in the time `h`, by its velocity and acceleration.
-    fn ahead(&self, h: f64) -> [f64; N] {
-        array::from_fn(|i| h * (self.v[i] + 0.5 * h * self.a[i]))
+    fn ahead(&self, h: f64) -> Vector {
+        self.v.zip(&self.a, |v, a| h * (v + 0.5 * h * a))
     }
 }
 
@@ -416,9 +406,9 @@ impl Progress {
 
 /// The largest component of an update, relative to the size of the unknown, which is not less than a part of the largest unknown and
 /// what rounding leaves.
-fn relative<const N: usize>(update: &[f64; N], unknown: &[f64; N], rounding: &[f64; N]) -> f64 {
+fn relative(update: &[f64], unknown: &[f64], rounding: &[f64]) -> f64 {
     let most = unknown.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let parts = (0..N).map(|i| match update[i].abs() {
+    let parts = (0..update.len()).map(|i| match update[i].abs() {
         0.0 => 0.0,
         update => update / unknown[i].abs().max(LEAST * most).max(rounding[i] / LAST),
     });
@@ -426,22 +416,25 @@ fn relative<const N: usize>(update: &[f64; N], unknown: &[f64; N], rounding: &[f
 }
 
 /// A point that moves.
-fn moving<const N: usize>(
-    point: &Point<f64, N>,
+fn moving(
+    point: AnyPoint<'_, f64>,
     v: impl Fn(usize) -> f64,
     a: impl Fn(usize) -> f64,
-) -> Point<Tangent, N> {
-    Point {
-        t: Tangent::splat(point.t),
-        q: point.q.map(Tangent::splat),
-        v: core::array::from_fn(|k| Tangent::new(point.v[k], v(k))),
-        a: core::array::from_fn(|k| Tangent::new(point.a[k], a(k))),
-    }
+) -> OwnedPoint<Tangent> {
+    let along = |x: &[f64], by: &dyn Fn(usize) -> f64| -> Vec<Tangent> {
+        let numbers = x.iter().enumerate();
+        numbers.map(|(k, &x)| Tangent::new(x, by(k))).collect()
+    };
+    let mut values = map(point.q, Tangent::splat);
+    values.extend(along(point.v, &v));
+    values.extend(along(point.a, &a));
+    values.push(Tangent::splat(point.t));
+    OwnedPoint::new(point.q.len(), values)
 }
 
 /// Why linear equations have no solution.
-fn reason<const N: usize>(matrix: &[[f64; N]], right: &[f64]) -> StepFailure {
-    if matrix.as_flattened().iter().chain(right).all(|x| x.is_finite()) {
+fn reason(matrix: &[f64], right: &[f64]) -> StepFailure {
+    if is_finite(matrix) && is_finite(right) {
         StepFailure::Singular
     } else {
         StepFailure::NotFinite

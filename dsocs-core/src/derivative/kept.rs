@@ -4,9 +4,9 @@ use core::ops::Range;
 
 use super::error::DerivativeError;
 use crate::any::AnyLeg;
-use crate::flow::Flow;
-use crate::run::Stepper as _;
-use crate::system::System;
+use crate::flow::discrete::Discrete;
+use crate::run::Run as _;
+use crate::step::course::Course;
 use crate::tape::Eight;
 
 /// The numbers of a step, in the order in which they are kept: the time of the middle node, the node, the increment that led to it, the
@@ -70,10 +70,12 @@ impl Kept {
 
     /// Keeps a step: its time, the middle node, the increment and the second difference in one, and the unknowns.
     #[inline]
-    pub fn keep(&mut self, t: f64, vectors: &[f64], z: &[f64]) {
+    pub fn keep(&mut self, t: f64, vectors: [&[f64]; 3], z: &[f64]) {
         self.count += 1;
         self.numbers.push(t);
-        self.numbers.extend_from_slice(vectors);
+        for vector in vectors {
+            self.numbers.extend_from_slice(vector);
+        }
         self.numbers.extend_from_slice(z);
     }
 
@@ -147,15 +149,15 @@ impl<'p> Recorded<'p> {
 }
 
 /// The checkpoints: states of a run from which its steps are computed again.
-pub(super) struct Checkpoints<'s, S: System<N>, const N: usize> {
+pub(super) struct Checkpoints<'s> {
     /// How many steps lie between two checkpoints. It is a multiple of [`Eight::COUNT`], so that steps are evaluated in the same blocks as if all
     /// were kept.
     pub every: usize,
     /// The states. The first one is that before the first step.
-    states: Vec<Flow<'s, S, N>>,
+    states: Vec<Discrete<'s>>,
 }
 
-impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
+impl<'s> Checkpoints<'s> {
     /// No checkpoints: all steps are kept.
     pub fn none() -> Self {
         Self {
@@ -164,14 +166,14 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
         }
     }
 
-    /// For `count` steps of `bytes` bytes each. If all of them fit into `memory` bytes, all are kept. Otherwise checkpoints are kept, at the distance
+    /// For `count` steps of `bytes` bytes each, and states of `state` bytes. If all of them fit into `memory` bytes, all are kept. Otherwise checkpoints are kept, at the distance
     /// for which the checkpoints and the steps between two of them take the least memory together.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a square root of what memory can hold
-    pub fn new(count: usize, bytes: usize, memory: usize) -> Self {
+    pub fn new(count: usize, [bytes, state]: [usize; 2], memory: usize) -> Self {
         if count.saturating_mul(bytes) <= memory {
             return Self::none();
         }
-        let best = (count as f64 * size_of::<Flow<'s, S, N>>() as f64 / bytes as f64).sqrt();
+        let best = (count as f64 * state as f64 / bytes as f64).sqrt();
         let every = (best as usize).next_multiple_of(Eight::COUNT).max(Eight::COUNT);
         Self {
             every,
@@ -186,7 +188,7 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
 
     /// Keeps the state of a flow after `steps` steps, if a checkpoint is due there. Returns whether it is.
     #[inline]
-    pub fn keep(&mut self, flow: &Flow<'s, S, N>, steps: usize) -> bool {
+    pub fn keep(&mut self, flow: &Discrete<'s>, steps: usize) -> bool {
         let is_due = self.are_kept() && steps.is_multiple_of(self.every);
         if is_due {
             self.states.push(flow.clone());
@@ -213,8 +215,11 @@ impl<'s, S: System<N>, const N: usize> Checkpoints<'s, S, N> {
 
 /// Keeps the last step of a flow.
 #[inline]
-pub(super) fn keep_last<S: System<N>, const N: usize>(kept: &mut Kept, flow: &Flow<'_, S, N>) {
-    if let Some((leg, e, z)) = flow.last_step() {
-        kept.keep(leg.t, [leg.q, leg.d, e].as_flattened(), z.as_ref());
+pub(super) fn keep_last(kept: &mut Kept, flow: &Discrete<'_>) {
+    let Course {
+        solved, predictor, ..
+    } = &flow.course;
+    if let (true, Some(z)) = (flow.course.has_solved, predictor.last()) {
+        kept.keep(solved.t, [&solved.q[..], &solved.d, &solved.e], &z);
     }
 }

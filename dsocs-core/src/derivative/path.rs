@@ -7,20 +7,18 @@ use super::kept::{Checkpoints, Kept, keep_last};
 use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
 use crate::error::SetupError;
-use crate::flow::Flow;
-use crate::held::Held;
-use crate::kernel::Shape;
-use crate::run::{Inputs as _, Node, RunError, Stepper as _, inputs};
+use crate::flow::discrete::{Discrete, values_of};
+use crate::run::{Node, Run, RunError, inputs};
 use crate::start::{self, Beginning, Start, StartOrder};
 use crate::step::newton::Stop;
 use crate::system::{Quantity, System};
 
-/// A run of a [`Flow`] whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
+/// A run of a [`Flow`](crate::Flow) whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
 /// [`Path::gradient`].
 ///
 /// It takes `8 (3 n + m + 1)` bytes per step, with `n` coordinates and `m` unknowns, up to [`Path::MEMORY`] bytes. A longer run keeps only some of its
 /// states, as checkpoints, and about as many steps; derivatives then make the steps between two checkpoints again, which takes about as long as one
-/// more run. The nodes are those of [`Flow`], and the derivatives are the same either way, bit for bit.
+/// more run. The nodes are those of [`Flow`](crate::Flow), and the derivatives are the same either way, bit for bit.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -72,7 +70,7 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
+    /// [`DerivativeError::Run`] as [`Flow::new`](crate::Flow::new)(crate::Flow::new) and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
     /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
     pub fn new<S: System<N>>(
         system: &'s S,
@@ -102,7 +100,8 @@ impl<'s, const N: usize> Path<'s, N> {
             let method = "the derivative of a run (Path)";
             return Err(RunError::from(SetupError::ThirdOrder { method }).into());
         }
-        let mut flow = Flow::new(system, h, start).map_err(RunError::from)?;
+        let kernel = system.kernel();
+        let mut flow = Discrete::new(kernel, values_of(kernel), h, &start.given()).map_err(RunError::from)?;
         let end = flow.clock().until(t)?;
         let count = end
             .index()
@@ -114,7 +113,7 @@ impl<'s, const N: usize> Path<'s, N> {
             flow.step(end.time())?;
             recorder.keep(&flow)?;
         }
-        recorder.ended(system, &flow, start.order())
+        recorder.ended(&flow, start.given().order())
     }
 
     /// Runs with inputs that are held on each leg: `values[k]` are the values of the parameters `inputs` on the leg from node `k` to node
@@ -124,10 +123,10 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
+    /// [`DerivativeError::Run`] as [`Flow::new`](crate::Flow::new)(crate::Flow::new), [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
     /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
     /// constraints.
-    pub fn plan<S: System<N> + Clone, const U: usize>(
+    pub fn plan<S: System<N>, const U: usize>(
         system: &'s S,
         h: f64,
         start: Start<N>,
@@ -142,28 +141,29 @@ impl<'s, const N: usize> Path<'s, N> {
                 return Err(DerivativeError::Constraints { constraints });
             }
         }
-        let mut held = Held::new(system);
+        let kernel = system.kernel();
+        let mut own = values_of(kernel);
         let mut places = Vec::with_capacity(U);
         for (name, &value) in inputs.iter().zip(first) {
-            let place = inputs::place(const { &Shape::of::<S, N>() }, name, value)?;
-            if let Some(parameter) = held.own().parameter_mut(place) {
+            let place = inputs::place(kernel.shape(), name, value)?;
+            if let Some(parameter) = own.get_mut(place) {
                 *parameter = value;
             }
             places.push(place);
         }
-        let mut flow = Flow::holding(held, h, start).map_err(RunError::from)?;
+        let mut flow = Discrete::new(kernel, own, h, &start.given()).map_err(RunError::from)?;
         let mut recorder = Recorder::begun(&flow, values.len(), usize::MAX);
         for leg in 1..=values.len() {
             if let Some(values) = values.get(leg) {
                 for (name, &value) in inputs.iter().zip(values) {
-                    flow.set_input(name, value)?;
+                    (&mut flow as &mut dyn Run).set_input(name, value)?;
                 }
                 recorder.stretches.push(stretch(leg, &flow));
             }
             flow.step(f64::INFINITY * h)?;
             recorder.keep(&flow)?;
         }
-        let mut path = recorder.ended(system, &flow, start.order())?;
+        let mut path = recorder.ended(&flow, start.given().order())?;
         path.recording.inputs = places;
         Ok(path)
     }
@@ -182,9 +182,9 @@ impl<'s, const N: usize> Path<'s, N> {
 }
 
 /// What keeps the steps of a flow.
-struct Recorder<'s, S: System<N>, const N: usize> {
+struct Recorder<'s> {
     /// The start.
-    beginning: Beginning<N>,
+    beginning: Beginning,
     /// The continuous motion there.
     accelerated: Option<Accelerated>,
     /// The stretches of constant inputs.
@@ -198,22 +198,24 @@ struct Recorder<'s, S: System<N>, const N: usize> {
     /// All of them, or those from the last checkpoint on.
     kept: Kept,
     /// The states from which the others are made again.
-    checkpoints: Checkpoints<'s, S, N>,
+    checkpoints: Checkpoints<'s>,
 }
 
-impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
+impl<'s> Recorder<'s> {
     /// Keeps no steps yet of a flow that is to take `count`.
-    fn begun(flow: &Flow<'s, S, N>, count: usize, memory: usize) -> Self {
-        let beginning = *flow.beginning();
+    fn begun(flow: &Discrete<'s>, count: usize, memory: usize) -> Self {
+        let beginning = flow.beginning.clone();
         let Beginning { q0, v0, a0, t0, .. } = &beginning;
-        let near = a0.or(beginning.near);
-        let found = start::acceleration(flow.system(), (*t0, q0, v0), near.as_ref()).ok();
+        let near = a0.as_deref().or(beginning.near.as_deref());
+        let found = start::acceleration(&flow.declaration(), (*t0, q0, v0), near).ok();
         let accelerated = found.map(|(a, multipliers)| Accelerated {
             a: a.to_vec(),
-            multipliers,
+            multipliers: multipliers.to_vec(),
         });
-        let sizes = [N, flow.system().shape().unknowns];
-        let checkpoints = Checkpoints::new(count, Kept::bytes(sizes), memory);
+        let shape = flow.shape();
+        let sizes = [shape.increments, shape.unknowns];
+        let state = size_of::<Discrete>() + size_of::<f64>() * flow.course.numbers();
+        let checkpoints = Checkpoints::new(count, [Kept::bytes(sizes), state], memory);
         let window = count.min(checkpoints.every);
         Self {
             beginning,
@@ -229,7 +231,7 @@ impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
 
     /// Keeps the state of the flow where a checkpoint is due.
     #[inline]
-    fn mark(&mut self, flow: &Flow<'s, S, N>) {
+    fn mark(&mut self, flow: &Discrete<'s>) {
         if self.checkpoints.keep(flow, self.length) && self.length > 0 {
             self.kept = Kept::from(self.length + 1, self.window, self.sizes);
         }
@@ -237,10 +239,10 @@ impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
 
     /// Keeps the last step of the flow.
     #[inline]
-    fn keep(&mut self, flow: &Flow<'s, S, N>) -> Result<(), DerivativeError> {
-        if const { S::JUMPS } && matches!(flow.node().stop, Stop::Jump | Stop::Sticks) {
+    fn keep(&mut self, flow: &Discrete<'s>) -> Result<(), DerivativeError> {
+        if matches!(flow.course.solved.report.stop, Stop::Jump | Stop::Sticks) {
             let index = self.length + 1;
-            let time = flow.node().t;
+            let time = flow.clock().time();
             return Err(DerivativeError::Jump { index, time });
         }
         keep_last(&mut self.kept, flow);
@@ -249,13 +251,12 @@ impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
     }
 
     /// The path up to the last node of the flow.
-    fn ended(
+    fn ended<const N: usize>(
         self,
-        system: &'s S,
-        flow: &Flow<'s, S, N>,
+        flow: &Discrete<'s>,
         order: StartOrder,
     ) -> Result<Path<'s, N>, DerivativeError> {
-        let h = flow.h();
+        let h = flow.course.h;
         if self.length == 0 {
             return Err(DerivativeError::NoSteps { h });
         }
@@ -263,7 +264,7 @@ impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
         let Beginning { q0, v0, a0, t0, .. } = self.beginning;
         Ok(Path {
             recording: Recording {
-                source: system,
+                source: flow.kernel,
                 h,
                 first: First {
                     order,
@@ -280,18 +281,16 @@ impl<'s, S: System<N>, const N: usize> Recorder<'s, S, N> {
                 kept: self.kept,
                 again: Box::new(move |window, count| checkpoints.again(window, count, sizes)),
             },
-            end: flow.node(),
+            end: Node::of(flow),
         })
     }
 }
 
 /// The stretch of a path that begins with a node, with the parameters of a flow.
-fn stretch<S: System<N>, const N: usize>(from: usize, flow: &Flow<'_, S, N>) -> Stretch {
-    let system = flow.system();
-    let count = system.shape().parameters.len();
+fn stretch(from: usize, flow: &Discrete<'_>) -> Stretch {
     Stretch {
         from,
-        values: (0..count).map(|place| system.value(place)).collect(),
+        values: flow.values.clone(),
     }
 }
 

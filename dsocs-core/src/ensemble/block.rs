@@ -5,13 +5,13 @@ use core::num::NonZeroU64;
 
 use super::Observed;
 use super::engine::{Common, Engine, Kept, Task, Told, engine};
-use super::held::{self, Change, HeldInputs, Own};
+use super::held::{self, Change, HeldInputs};
 use crate::declaration::Declaration;
 use crate::flow::Flow;
-use crate::held::Held;
+use crate::flow::discrete::{Discrete, values_of};
 use crate::instructions::Instructions;
 use crate::lanes::LANES;
-use crate::run::{Node, Observer, RunError, Stepper as _};
+use crate::run::{Inputs as _, Node, Observer, RunError, Stepper as _};
 use crate::start::Start;
 use crate::system::System;
 
@@ -23,8 +23,6 @@ pub(super) struct Run<'s, S: System<N>, const N: usize> {
     pub varied: &'s [(usize, Vec<f64>)],
     /// The parameters that change.
     pub held: &'s [HeldInputs],
-    /// What is done with systems and flows where parameters vary or change.
-    pub own: Option<Own<S, N>>,
     /// The step.
     pub h: f64,
     /// How far to go.
@@ -38,9 +36,9 @@ pub(super) struct Run<'s, S: System<N>, const N: usize> {
 }
 
 /// A trajectory with its lane.
-struct Member<'s, S: System<N>, O, const N: usize> {
+struct Member<'s, O, const N: usize> {
     /// The trajectory for itself, where it begins and where its lane cannot go on.
-    flow: Flow<'s, S, N>,
+    flow: Flow<'s, N>,
     /// The number of its last node.
     last: u64,
     /// Its place among the starts of the block.
@@ -56,7 +54,7 @@ struct Block<'r, 's, S: System<N>, O, const N: usize> {
     /// What all blocks have in common.
     run: &'r Run<'s, S, N>,
     /// The trajectories, by lane.
-    members: Vec<Member<'s, S, O, N>>,
+    members: Vec<Member<'s, O, N>>,
     /// How they ended.
     ended: Vec<Option<Result<Node<N>, RunError>>>,
     /// The lanes whose trajectories go on, as bits.
@@ -124,18 +122,18 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
         place: usize,
         start: Start<N>,
         observer: &mut O,
-    ) -> Result<Begun<'s, S, N>, RunError> {
-        let system = self.system_of(place, start.time());
-        let mut flow = Flow::holding(system, self.h, start)?.max_iterations(self.max_iterations);
+    ) -> Result<Begun<'s, N>, RunError> {
+        let values = self.values_of(place, start.time());
+        let flow = Discrete::new(self.system.kernel(), values, self.h, &start.given())?;
+        let mut flow = Flow::<N>(flow).max_iterations(self.max_iterations);
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
         }
         let last = end.index().unwrap_or(u64::MAX);
         let mut changes = held::changes(self.held, place, (flow.clock(), self.h), |parameter| {
-            self.system_of(place, f64::NEG_INFINITY)
-                .parameter(parameter)
-                .unwrap_or(f64::NAN)
+            let values = self.values_of(place, f64::NEG_INFINITY);
+            values.get(parameter).copied().unwrap_or(f64::NAN)
         });
         for index in 0..2 {
             self.change(&mut flow, index, &mut changes)?;
@@ -153,24 +151,16 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     }
 
     /// Gives a flow the parameters that hold from a position on.
-    fn change(
-        &self,
-        flow: &mut Flow<'s, S, N>,
-        index: u64,
-        changes: &mut Vec<Change>,
-    ) -> Result<(), RunError> {
-        while let (Some(own), Some(change)) = (&self.own, changes.pop_if(|change| change.index == index)) {
-            (own.set)(flow, &S::PARAMETERS[change.place].name, change.value)?;
+    fn change(&self, flow: &mut Flow<'s, N>, index: u64, changes: &mut Vec<Change>) -> Result<(), RunError> {
+        while let Some(change) = changes.pop_if(|change| change.index == index) {
+            flow.set_input(&S::PARAMETERS[change.place].name, change.value)?;
         }
         Ok(())
     }
 
-    /// The system of one trajectory, with the values that its parameters have at a time.
-    fn system_of(&self, place: usize, t: f64) -> Held<'s, S> {
-        let Some(Own { copy, .. }) = self.own else {
-            return Held::new(self.system);
-        };
-        let mut own = copy(self.system);
+    /// The values of the parameters of one trajectory at a time.
+    fn values_of(&self, place: usize, t: f64) -> Vec<f64> {
+        let mut values = values_of(self.system.kernel());
         let varied = self
             .varied
             .iter()
@@ -180,11 +170,11 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
             .iter()
             .map(|held| (held.place, held.at(place, t, self.h)));
         for (parameter, value) in varied.chain(held) {
-            if let (Some(parameter), Some(value)) = (own.parameter_mut(parameter), value) {
+            if let (Some(parameter), Some(value)) = (values.get_mut(parameter), value) {
                 *parameter = value;
             }
         }
-        Held::owning(self.system, own)
+        values
     }
 
     /// Whether node `index` is observed.
@@ -195,11 +185,11 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
 }
 
 /// A trajectory at node 1.
-enum Begun<'s, S: System<N>, const N: usize> {
+enum Begun<'s, const N: usize> {
     /// It goes on, to node `last`.
     Going {
         /// The trajectory.
-        flow: Box<Flow<'s, S, N>>,
+        flow: Box<Flow<'s, N>>,
         /// The number of its last node.
         last: u64,
         /// The changes that are left.
@@ -211,7 +201,7 @@ enum Begun<'s, S: System<N>, const N: usize> {
 
 impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
-    fn new(run: &'r Run<'s, S, N>, members: Vec<Member<'s, S, O, N>>) -> Self {
+    fn new(run: &'r Run<'s, S, N>, members: Vec<Member<'s, O, N>>) -> Self {
         let of_lane = |lane: usize| &members[lane % members.len()].flow;
         let common = Common {
             system: run.system,
@@ -223,10 +213,8 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         let mut engine = engine(run.instructions, common);
         let mut kept = Kept::<S, N>::new();
         for lane in 0..LANES {
-            if run.own.is_some() {
-                engine.set_parameters(lane, of_lane(lane).system());
-            }
-            kept.set_lane(lane, &of_lane(lane).state());
+            engine.set_parameters(lane, &of_lane(lane).0.values);
+            kept.set_lane(lane, &of_lane(lane).0.course);
         }
         Self {
             run,
@@ -235,7 +223,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
             kept,
             engine,
             index: 2,
-            since: array::from_fn(|lane| of_lane(lane).since()),
+            since: array::from_fn(|lane| of_lane(lane).0.course.since),
             members,
         }
     }
@@ -281,7 +269,8 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
         let changes = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];
             let next = changes.last();
-            next.is_some_and(|change| change.index == self.index) || S::JUMPS && flow.is_stuck_at(self.index)
+            next.is_some_and(|change| change.index == self.index)
+                || S::JUMPS && flow.0.is_stuck_at(self.index)
         };
         lanes(self.active)
             .filter(|&lane| changes(lane))
@@ -315,15 +304,15 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     #[inline(never)]
     fn solve_alone(&mut self, alone: u32) {
         for lane in lanes(alone) {
-            let state = self.kept.lane(lane);
             let Member { flow, changes, .. } = &mut self.members[lane];
-            flow.resume(self.index, state);
+            self.kept.put(lane, &mut flow.0.course);
+            flow.0.course.resume(self.index);
             let left = changes.len();
             let solved = self.run.change(flow, self.index, changes);
             let solved = solved.and_then(|()| flow.advance().map(drop));
             if changes.len() < left {
-                self.engine.set_parameters(lane, flow.system());
-                self.since[lane] = flow.since();
+                self.engine.set_parameters(lane, &flow.0.values);
+                self.since[lane] = flow.0.course.since;
             }
             if let Err(error) = solved {
                 self.end(lane, Err(error));
@@ -336,8 +325,7 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     #[inline(never)]
     fn take_back(&mut self, alone: u32) {
         for lane in lanes(alone & self.active) {
-            let state = self.members[lane].flow.state();
-            self.kept.set_lane(lane, &state);
+            self.kept.set_lane(lane, &self.members[lane].flow.0.course);
         }
         self.cover();
     }
@@ -352,9 +340,10 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     /// system has a solution, would cost time.
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
-            let state = self.kept.lane::<S::Unknown<f64>>(living);
+            let course = &mut self.members[living].flow.0.course;
+            self.kept.put(living, course);
             for lane in lanes(!self.active) {
-                self.kept.set_lane(lane, &state);
+                self.kept.set_lane(lane, course);
             }
         }
     }

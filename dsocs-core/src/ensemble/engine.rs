@@ -11,11 +11,12 @@ use wide::f64x8;
 use super::newton::{self, Roots};
 use super::state::{Found, Now};
 use crate::compiled::{Compiled, Report};
-use crate::flow::{FORESEEN, SHORT_PAST};
+use crate::flow::FORESEEN;
 use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::lanes::{LANES, Lanes, Mask, Register};
 use crate::run::{Clock, Node};
 use crate::scalar::Scalar;
+use crate::step::course::SHORT_PAST;
 use crate::step::newton::Stop;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
@@ -109,7 +110,7 @@ pub(super) trait Engine<S: System<N>, const N: usize> {
     fn steps(&mut self, kept: &mut Kept<S, N>, task: &Task) -> Made<S, N>;
 
     /// Gives the parameters of one lane other values, those of `system`.
-    fn set_parameters(&mut self, lane: usize, system: &S);
+    fn set_parameters(&mut self, lane: usize, values: &[f64]);
 }
 
 /// The steps with the instructions that are asked for, or the widest that there are below them.
@@ -385,9 +386,9 @@ impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Steps<'_, R, S, N
         R::run(self.token, Making { steps, kept, task })
     }
 
-    fn set_parameters(&mut self, lane: usize, system: &S) {
-        for (place, parameter) in self.parameters.as_mut().iter_mut().enumerate() {
-            parameter.set_lane(lane, system.parameter(place).unwrap_or(f64::NAN));
+    fn set_parameters(&mut self, lane: usize, values: &[f64]) {
+        for (parameter, value) in self.parameters.as_mut().iter_mut().zip(values) {
+            parameter.set_lane(lane, *value);
         }
         self.constants = self
             .common

@@ -1,8 +1,6 @@
 //! Parameters that change during the runs, other ones on each trajectory.
 
-use crate::flow::Flow;
-use crate::run::{Clock, Inputs, RunError, held_value};
-use crate::system::System;
+use crate::run::{Clock, held_value};
 
 /// A parameter that changes.
 #[derive(Clone, Debug)]
@@ -67,30 +65,3 @@ pub(super) fn changes(
     changes.dedup_by_key(|change| (change.index, change.place));
     changes
 }
-
-/// What can be done with systems that can be copied.
-pub(super) struct Own<S: System<N>, const N: usize> {
-    /// Copies one.
-    pub copy: fn(&S) -> S,
-    /// Gives a parameter of a flow another value.
-    pub set: fn(&mut Flow<'_, S, N>, &str, f64) -> Result<(), RunError>,
-}
-
-impl<S: System<N> + Clone, const N: usize> Own<S, N> {
-    /// What copying is needed for.
-    pub fn new() -> Self {
-        Self {
-            copy: S::clone,
-            set: |flow, parameter, value| flow.set_input(parameter, value),
-        }
-    }
-}
-
-// by hand, because a derivation would ask the system for as much
-impl<S: System<N>, const N: usize> Clone for Own<S, N> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: System<N>, const N: usize> Copy for Own<S, N> {}

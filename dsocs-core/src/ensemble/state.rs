@@ -3,17 +3,15 @@
 // loaded into registers and stored in code that is compiled for them, see [`crate::instructions`]
 #![allow(clippy::inline_always)]
 
-use core::array;
-
 use wide::f64x8;
 
 use super::determinants::Determinants;
 use crate::compensated::Compensated;
-use crate::flow::State;
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar;
 use crate::step::convergence::Remembered;
-use crate::step::predictor::Predictor;
+use crate::step::course::Course;
+use crate::step::predictor::Differences;
 use crate::step::unknown::Unknown;
 
 /// What the next step depends on.
@@ -24,7 +22,7 @@ pub(super) struct Now<U, R, const N: usize> {
     /// The increments that led to them.
     pub d: Compensated<N, Lanes<R>>,
     /// The past solutions.
-    pub predictor: Predictor<U, Lanes<R>>,
+    pub predictor: Differences<U, Lanes<R>>,
     /// The determinants there.
     pub determinants: Determinants<R>,
     /// The natural sizes of the unknowns.
@@ -84,7 +82,7 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
         Self {
             q: zero,
             d: zero,
-            predictor: Predictor::new(),
+            predictor: Differences::new(),
             determinants: Determinants::new(),
             natural: Natural {
                 known: 0,
@@ -166,62 +164,56 @@ fn moved_sums<R: Register, Q: Register, const N: usize>(
 
 /// What a block keeps between its steps, whatever their registers are.
 impl<U: Unknown<Lanes>, const N: usize> Now<U, f64x8, N> {
-    /// What one lane holds.
-    pub fn lane<V: Unknown<f64>>(&self, lane: usize) -> State<V, N> {
-        let one = |from: &U| {
-            let mut to = V::zero();
-            for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-                *to = from.lane(lane);
+    /// Puts what one lane holds into a run.
+    pub fn put(&self, lane: usize, course: &mut Course) {
+        for (sums, one) in [(&self.q, &mut course.q), (&self.d, &mut course.d)] {
+            let parts = one.hi.iter_mut().zip(one.lo.iter_mut()).enumerate();
+            for (i, (hi, lo)) in parts {
+                (*hi, *lo) = (sums.hi[i].lane(lane), sums.lo[i].lane(lane));
             }
-            to
-        };
-        let mut predictor = Predictor::<V>::new();
-        self.predictor.convert(&mut predictor, |to, from| *to = one(from));
+        }
+        let predictor = &mut course.predictor;
+        for (place, vector) in self.predictor.vectors().enumerate() {
+            for (i, x) in vector.as_ref().iter().enumerate() {
+                predictor.set(place, i, x.lane(lane));
+            }
+        }
+        predictor.determinants = self.determinants.lane(lane);
+        let one = |from: &U| from.as_ref().iter().map(|x| x.lane(lane)).collect();
         let natural = (self.natural.known >> lane & 1 == 1).then(|| Remembered {
             part: one(&self.natural.part),
             inverse: one(&self.natural.inverse),
             level: self.natural.level.lane(lane),
         });
-        State {
-            q: one_sum(&self.q, lane),
-            d: one_sum(&self.d, lane),
-            predictor: predictor
-                .with_determinants(self.determinants.lane(lane))
-                .with_natural(natural),
-        }
+        predictor.set_natural(natural);
     }
 
-    /// Fills one lane.
-    pub fn set_lane<V: Unknown<f64>>(&mut self, lane: usize, state: &State<V, N>) {
-        let fill = |to: &mut U, from: &V| {
-            for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
+    /// Fills one lane with what a run holds.
+    pub fn set_lane(&mut self, lane: usize, course: &Course) {
+        let fill = |to: &mut U, from: &[f64]| {
+            for (to, from) in to.as_mut().iter_mut().zip(from) {
                 to.set_lane(lane, *from);
             }
         };
-        let unknowns = state.predictor.size().as_ref().len();
+        let predictor = &course.predictor;
+        let unknowns = predictor.size().len();
         self.determinants
-            .set_lane(lane, state.predictor.determinants(), unknowns);
-        for (sums, one) in [(&mut self.q, &state.q), (&mut self.d, &state.d)] {
-            for i in 0..N {
-                sums.hi[i].set_lane(lane, one.hi[i]);
-                sums.lo[i].set_lane(lane, one.lo[i]);
+            .set_lane(lane, &predictor.determinants, unknowns);
+        for (sums, one) in [(&mut self.q, &course.q), (&mut self.d, &course.d)] {
+            for (i, (hi, lo)) in one.hi.iter().zip(one.lo.iter()).enumerate() {
+                sums.hi[i].set_lane(lane, *hi);
+                sums.lo[i].set_lane(lane, *lo);
             }
         }
-        state.predictor.convert(&mut self.predictor, fill);
+        for (to, from) in self.predictor.vectors_mut().zip(predictor.vectors()) {
+            fill(to, from);
+        }
         self.natural.known &= !(1 << lane);
-        if let Some(natural) = state.predictor.natural() {
+        if let Some(natural) = predictor.natural() {
             self.natural.known |= 1 << lane;
             fill(&mut self.natural.part, &natural.part);
             fill(&mut self.natural.inverse, &natural.inverse);
             self.natural.level.set_lane(lane, natural.level);
         }
-    }
-}
-
-/// One lane of compensated sums.
-fn one_sum<const N: usize>(sums: &Compensated<N, Lanes>, lane: usize) -> Compensated<N> {
-    Compensated {
-        hi: array::from_fn(|i| sums.hi[i].lane(lane)),
-        lo: array::from_fn(|i| sums.lo[i].lane(lane)),
     }
 }

@@ -1,9 +1,11 @@
 //! Steps with two solutions: both of them, and going on with either.
 
-use super::{Flow, Solved};
+use super::Flow;
+use super::discrete::Discrete;
+use crate::any::sized;
 use crate::error::StepError;
+use crate::solve::Vector;
 use crate::step::StepReport;
-use crate::system::System;
 
 /// The solutions of a step, as values of its next node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +16,7 @@ pub struct Roots<const N: usize> {
     pub other: Option<[f64; N]>,
 }
 
-impl<S: System<N>, const N: usize> Flow<'_, S, N> {
+impl<const N: usize> Flow<'_, N> {
     /// The solutions of the next step, one or two: the one that Newton's iteration finds, as in [`crate::Stepper::advance`], and another one
     /// if deflation finds it. `advance` may refuse to choose between the two. The flow stays where it is.
     ///
@@ -22,27 +24,10 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found.
     pub fn roots(&self) -> Result<Roots<N>, StepError> {
-        if let Some(e) = self.third.given {
-            let found = self.q.plus(&self.d.plus(&e)).hi;
-            return Ok(Roots { found, other: None });
-        }
-        let step = self.next_step();
-        let pair = step
-            .pair(&self.predictor, self.max_iterations)
-            .map_err(|cause| self.failed(cause))?;
-        let node = |z| {
-            let e = step.second_difference(&z);
-            let mut d = self.d;
-            if const { S::ORDER > 2 } {
-                d = self.arriving(&e).1;
-            } else {
-                d.add(&e);
-            }
-            self.q.plus(&d).hi
-        };
+        let (found, other) = self.0.roots()?;
         Ok(Roots {
-            found: node(pair.found.0),
-            other: pair.other.map(node),
+            found: sized(&found),
+            other: other.map(|other| sized(&other)),
         })
     }
 
@@ -52,42 +37,52 @@ impl<S: System<N>, const N: usize> Flow<'_, S, N> {
     ///
     /// [`StepError`] if no solution is found from there. The flow stays where it was.
     pub fn advance_to(&mut self, q2: &[f64; N]) -> Result<StepReport, StepError> {
-        if const { S::ORDER > 2 } && self.third.given.is_some() {
+        self.0.advance_to(q2)
+    }
+}
+
+impl Discrete<'_> {
+    /// The next nodes that solve the next step: the one that Newton's iteration finds, and another one if deflation finds it.
+    pub fn roots(&self) -> Result<(Vector, Option<Vector>), StepError> {
+        let course = &self.course;
+        if let Some(e) = &course.third.given {
+            return Ok((course.q.plus(&course.d.plus(e)).hi, None));
+        }
+        let step = self.next_step();
+        let pair = step
+            .pair(&course.predictor, course.max_iterations)
+            .map_err(|cause| self.failed(cause))?;
+        let node = |z: &Vector| self.leads_to(&step.second_difference(z)).q.hi;
+        Ok((node(&pair.found.0), pair.other.as_ref().map(node)))
+    }
+
+    /// Solves the next step for the solution nearest to a node.
+    pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
+        if self.course.third.given.is_some() {
             // the start has it
-            let report = self.solve_third()?;
-            self.clock.tick();
+            let report = self.answer()?;
+            self.course.clock.tick();
             return Ok(report);
         }
-        let leg = self.leg();
+        let mut predictor = self.course.predictor.clone();
         let step = self.next_step();
-        let size = step.size(&self.predictor);
-        let before = S::past(&self.constants);
-        let e = core::array::from_fn(|i| ((q2[i] - leg.q[i]) - leg.d[i]) - before[i]);
-        let (start, mut predictor) = (step.any().unknowns(&e), self.predictor);
+        let size = step.size(&predictor);
+        let leg = step.leg;
+        let e = Vector::from_fn(q2.len().min(leg.q.len()), |i| {
+            ((q2[i] - leg.q[i]) - leg.d[i]) - step.before[i]
+        });
+        let start = step.unknowns(&e);
         let (z, report) = step
-            .any()
-            .solve_near(start, &mut predictor, &size, self.max_iterations)
+            .solve_near(&start, &mut predictor, &size, self.course.max_iterations)
             .map_err(|cause| self.failed(cause))?;
         let e = step.second_difference(&z);
-        let mut d = self.d;
-        let mut second = self.third.e;
-        if const { S::ORDER > 2 } {
-            (second, d) = self.arriving(&e);
-        } else {
-            d.add(&e);
-        }
-        let q = self.q.plus(&d);
-        if !q.hi.iter().all(|q| q.is_finite()) {
-            return Err(self.failed(step.any().not_finite(&z)));
-        }
+        let Some(next) = self.arriving(&e) else {
+            return Err(self.not_finite(&z));
+        };
         predictor.push(&z);
-        self.predictor = predictor;
-        self.solved = Some(Solved { leg, e, report });
-        (self.q, self.d) = (q, d);
-        if const { S::ORDER > 2 } {
-            self.go_on(second);
-        }
-        self.clock.tick();
+        self.course.predictor = predictor;
+        self.commit(next, &e, report);
+        self.course.clock.tick();
         Ok(report)
     }
 }

@@ -1,19 +1,18 @@
 //! The step about a node where inputs change.
 
-use super::{Flow, Solved};
-use crate::any::{AnyLeg, OwnedLeg, map, moved, sized};
+use super::discrete::{Discrete, constants_of};
+use crate::any::{AnyLeg, OwnedLeg, map, moved};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
-use crate::held::Held;
 use crate::multipliers;
-use crate::run::{InputError, Inputs, RunError, Stepper as _, inputs};
+use crate::run::{InputError, RunError};
 use crate::scalar::Scalar as _;
+use crate::solve::Vector;
 use crate::start;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::{Guess, Step, StepReport};
-use crate::system::System;
 use crate::tangent::Tangent;
 
 /// So often the second difference at a change is improved.
@@ -28,117 +27,97 @@ const ROUNDING: f64 = 1e-9;
 /// How large a second difference is at least, relative to the leg, for an update to be compared with.
 const LEAST: f64 = 1e-5;
 
-/// [`Flow::solve_changed`].
-pub(super) type SolveChanged<'s, S, const N: usize> =
-    fn(&mut Flow<'s, S, N>, Held<'s, S>) -> Result<StepReport, StepError>;
-
 /// What is told of a node where inputs changed, beside its step.
-pub(super) struct Changed<'s, S, const N: usize> {
+#[derive(Clone)]
+pub(super) struct Changed {
     /// The number of the node.
     pub(super) index: u64,
     /// The constraint force there.
-    pub(super) force: [f64; N],
-    /// The system as it was before.
-    pub(super) before: Held<'s, S>,
+    pub(super) force: Vector,
+    /// The values of the parameters before.
+    pub(super) before: Vec<f64>,
 }
 
-// by hand, because a derivation would ask the system for as much
-impl<S, const N: usize> Clone for Changed<'_, S, N> {
-    fn clone(&self) -> Self {
-        Self {
-            before: self.before.clone(),
-            ..*self
-        }
-    }
-}
-
-impl<S: System<N> + Clone, const N: usize> Inputs<N> for Flow<'_, S, N> {
-    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        let place = inputs::place(self.system.shape(), parameter, value)?;
-        if const { S::ORDER > 2 } {
+impl Discrete<'_> {
+    /// Gives a parameter another value from the last known position on.
+    pub(super) fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        let shape = self.shape();
+        if shape.is_of_third_order() {
+            let parameter = shape.parameters.get(place);
             return Err(RunError::Input(Box::new(InputError::ThirdOrder {
-                parameter: S::PARAMETERS[place].name.clone(),
+                parameter: parameter.map_or_else(Default::default, |parameter| parameter.name.clone()),
             })));
-        }
-        if self.system.parameter(place) == Some(value) {
-            return Ok(());
         }
         // several changes at one node are one
         if self.before.is_none() {
-            self.before = Some(self.system.clone());
-            self.changes = Some(Self::solve_changed);
+            self.before = Some(self.values.clone());
         }
-        if let Some(parameter) = self.system.own().parameter_mut(place) {
+        if let Some(parameter) = self.values.get_mut(place) {
             *parameter = value;
         }
-        self.values = self.system.parameters();
-        self.constants = self.system.constants(&self.values, self.h);
+        self.course.constants = constants_of(self.kernel, &self.values, self.course.h);
         Ok(())
     }
 
-    fn input(&self, parameter: &str) -> Option<f64> {
-        self.run().input(parameter)
-    }
-}
-
-impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
-    /// Solves the step about the last known position, between two values of the inputs, and goes on as [`Flow::solve`] does.
+    /// Solves the step about the last known position, between two values of the inputs, and goes on as [`Discrete::answer`] does.
     #[cold]
-    pub(super) fn solve_changed(&mut self, before: Held<'s, S>) -> Result<StepReport, StepError> {
-        let (leg, h) = (self.next_leg(), self.h);
+    pub(super) fn solve_changed(&mut self, before: Vec<f64>) -> Result<StepReport, StepError> {
+        let (shape, h, max_iterations) = (self.shape(), self.course.h, self.course.max_iterations);
         // with each of the values on both sides
-        let constants = before.constants(&before.parameters(), h);
-        let mut old = Step::new(&*before, &constants, leg, h);
-        (old.past_is_short, old.begins) = self.near_the_start();
-        let old = old.solve(&mut { self.predictor }, self.max_iterations);
-        let mut new = Step::new(&*self.system, &self.constants, leg, h);
-        new.past_is_short = true;
-        let mut predictor = Predictor::new();
-        let found = match (new.solve(&mut predictor, self.max_iterations), &old) {
-            (Err(_), Ok((z, _))) => {
-                predictor = Predictor::new();
-                let size = new.size(&predictor);
-                new.any()
-                    .solve_near(*z, &mut predictor, &size, self.max_iterations)
-            }
-            (found, _) => found,
+        let constants = constants_of(self.kernel, &before, h);
+        let mut predictor = Predictor::new(shape.unknowns);
+        let solved = {
+            let leg = self.next_leg();
+            let mut old = Step::new((self.kernel, &before), &constants, leg, h);
+            let next = self.next_step();
+            (old.past_is_short, old.begins) = (next.past_is_short, next.begins);
+            let old = old.solve(&mut self.course.predictor.clone(), max_iterations);
+            let mut new = self.step_from(leg);
+            new.past_is_short = true;
+            let found = match (new.solve(&mut predictor, max_iterations), &old) {
+                (Err(_), Ok((z, _))) => {
+                    predictor = Predictor::new(shape.unknowns);
+                    let size = new.size(&predictor);
+                    new.solve_near(z, &mut predictor, &size, max_iterations)
+                }
+                (found, _) => found,
+            };
+            let (z, report) = match found {
+                Ok(solution) => solution,
+                Err(cause) => return Err(self.failed(cause)),
+            };
+            let e = new.second_difference(&z);
+            let e_old = old.map_or_else(|_| e.clone(), |(z, _)| new.second_difference(&z));
+            let change = Change::new(
+                [Declaration::of(self.kernel).with(&before), self.declaration()],
+                shape.kinematic,
+                [shape.holonomic, shape.nonholonomic],
+                h,
+                leg,
+            );
+            change
+                .solve([&e_old, &e])
+                .map(|(e, force)| (z, report, Vector::of(&e), Vector::of(&force)))
         };
-        let (z, report) = match found {
-            Ok(solution) => solution,
+        let (z, report, e, force) = match solved {
+            Ok(solved) => solved,
             Err(cause) => return Err(self.failed(cause)),
         };
-        let e = new.second_difference(&z);
-        let e_old = old.map_or(e, |(z, _)| new.second_difference(&z));
-        let change = Change::new(
-            [Declaration::of(&*before), Declaration::of(&*self.system)],
-            S::KINEMATIC,
-            [S::HOLONOMIC, S::NONHOLONOMIC],
-            h,
-            leg.any(),
-        );
-        let (e, force) = match change.solve([&e_old, &e]) {
-            Ok((e, force)) => (sized(&e), sized(&force)),
-            Err(cause) => return Err(self.failed(cause)),
+        let Some(next) = self.arriving(&e) else {
+            return Err(self.not_finite(&z));
         };
-        let mut d = self.d;
-        d.add(&e);
-        let q = self.q.plus(&d);
-        if !q.hi.iter().all(|q| q.is_finite()) {
-            return Err(self.failed(new.any().not_finite(&z)));
-        }
-        let index = self.index();
+        let index = self.course.index();
         // what follows goes on from the new values alone
         predictor.push(&z);
-        self.predictor = predictor;
-        self.since = index.saturating_sub(1);
+        self.course.predictor = predictor;
+        self.course.since = index.saturating_sub(1);
         let report = StepReport {
             stop: Stop::Update,
             guess: Guess::Given,
             ..report
         };
-        self.solved = Some(Solved { leg, e, report });
+        self.commit(next, &e, report);
         self.changed = Some(Box::new(Changed { index, force, before }));
-        (self.q, self.d) = (q, d);
         Ok(report)
     }
 }

@@ -1,100 +1,105 @@
 //! Steps of a flow in which something rests where a function jumps; see [`crate::sticking`].
 
+use super::Unresolved;
+use super::discrete::{Discrete, copy};
 use super::inputs::Changed;
-use super::{Flow, Solved, Unresolved};
-use crate::any::{continuous_force, sized};
+use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
 use crate::error::StepError;
-use crate::held::Held;
-use crate::run::Node;
+use crate::solve::Vector;
 use crate::start::Beginning;
 use crate::step::newton::Stop;
-use crate::step::unknown::Unknown as _;
-use crate::step::{Guess, Step, StepReport};
+use crate::step::{Guess, StepReport};
 use crate::sticking::{self, Contact, Sticking};
-use crate::system::{Leg, Point, System};
 
-/// The sides of the last step, where it was solved with them.
+/// The sides of functions that jump at the last node.
 #[derive(Clone, Debug)]
 pub(super) struct Stuck {
-    /// The number of the position that the step leads to.
-    index: u64,
+    /// The number of the step that begins there.
+    pub(super) index: u64,
     /// The sides.
     sticking: Sticking,
 }
 
-impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
-    /// What rests on the first leg of a run.
+impl Stuck {
+    /// What rests at the start.
     #[cold]
-    pub(super) fn stuck_at_start(system: &S, h: f64, beginning: &Beginning<N>) -> Option<Box<Stuck>> {
-        let declaration = Declaration::of(system);
+    pub(super) fn at_start(
+        declaration: &Declaration<'_>,
+        h: f64,
+        beginning: &Beginning,
+    ) -> Option<Box<Self>> {
         if declaration.sides() == 0 {
             return None;
         }
         let Beginning {
             t0, q0, v0, a0, q, d, ..
         } = beginning;
-        let leg = Leg {
+        let leg = AnyLeg {
             t: t0 + h,
-            q: q.hi,
-            d: d.hi,
+            q: &q.hi,
+            d: &d.hi,
         };
-        let mut rests = sticking::rests_on(&declaration, h, leg.any());
+        let mut rests = sticking::rests_on(declaration, h, leg);
+        let multipliers = declaration.shape().multipliers();
         if a0.is_some()
-            && let Some(found) =
-                sticking::of_motion(&declaration, (*t0, q0, v0), Self::multipliers_count(), None)
+            && let Some(found) = sticking::of_motion(declaration, (*t0, q0, v0), multipliers, None)
         {
             for (rests, still) in rests.iter_mut().zip(&found.still) {
                 *rests |= still;
             }
         }
         let sticking = Sticking::resting(rests);
-        sticking.rests().then(|| Box::new(Stuck { index: 1, sticking }))
+        sticking.rests().then(|| Box::new(Self { index: 1, sticking }))
     }
+}
 
-    /// How many multipliers are unknown.
-    fn multipliers_count() -> usize {
-        S::Motion::zero().as_ref().len() - N
-    }
-
-    /// Whether something rests on the leg that the next step begins with.
-    #[inline]
+impl Discrete<'_> {
+    /// Whether something rests where the next step begins.
     pub(crate) fn is_stuck(&self) -> bool {
-        self.is_stuck_at(self.index())
+        self.is_stuck_at(self.course.index())
     }
 
-    /// The same if that is the step with this middle node.
-    #[inline]
+    /// Whether something rests where the step of this number begins.
     pub(crate) fn is_stuck_at(&self, index: u64) -> bool {
         let stuck = self.stuck.as_ref();
         stuck.is_some_and(|stuck| stuck.index == index && stuck.sticking.rests())
     }
 
-    /// The sides of the last step.
+    /// The sides at the last node.
     fn last_sides(&self) -> Option<&Sticking> {
         let stuck = self.stuck.as_ref()?;
-        (stuck.index == self.index()).then_some(&stuck.sticking)
+        (stuck.index == self.course.index()).then_some(&stuck.sticking)
     }
 
-    /// Takes over what rests on the leg that is common with another run, which goes the other way.
+    /// What rests there.
+    fn resting(&self) -> &[bool] {
+        self.last_sides().map_or(&[], |sticking| &sticking.rests)
+    }
+
+    /// Sets the sides with which the step of a number begins.
+    fn stick(&mut self, index: u64, sticking: Sticking) {
+        self.course.rests_at = sticking.rests().then_some(index);
+        self.stuck = Some(Box::new(Stuck { index, sticking }));
+    }
+
+    /// Rests where another run rests, which has turned round.
     pub(super) fn rest_as(&mut self, other: &Self) {
-        self.stuck = None;
+        (self.stuck, self.course.rests_at) = (None, None);
         if let Some(sticking) = other.last_sides().filter(|sticking| sticking.rests()) {
-            self.stuck = Some(Box::new(Stuck {
-                index: self.index(),
-                sticking: sticking.clone(),
-            }));
+            self.stick(self.course.index(), sticking.clone());
         }
     }
 
-    /// Solves the next step where something rests on the leg that it begins with; `None` if that leads to nothing.
+    /// Solves a step that begins at rest; `None` if no values of the functions hold.
     #[cold]
     pub(super) fn solve_stuck(&mut self) -> Option<Result<StepReport, StepError>> {
         let past = self
+            .course
             .predictor
             .predict()
             .map(|z| self.next_step().second_difference(&z));
-        let guess = past.unwrap_or([0.0; N]);
+        let guess = past.unwrap_or_else(|| Vector::zero(self.shape().increments));
         if let Some(before) = self.before.take() {
             let change = self.solve_stuck_between(&before, &guess);
             if change.is_none() {
@@ -105,73 +110,74 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         self.settle(&guess, |_, _| true)
     }
 
-    /// The same between two values of the inputs: the mean of the steps with both. So what rests up to the node is driven by the new force for half a step.
-    fn solve_stuck_between(&mut self, before: &Held<'s, S>, guess: &[f64; N]) -> Option<StepReport> {
-        let (leg, multipliers) = (self.next_leg(), vec![0.0; Self::multipliers_count()]);
-        let rests = self.last_sides().map_or(&[][..], |sticking| &sticking.rests);
-        let [old, new] = [before, &self.system].map(|system| {
-            let contact = Contact {
-                declaration: Declaration::of(&**system),
-                h: self.h,
-                leg: leg.any(),
-                rests,
+    /// The same where inputs change: the mean of what both values say.
+    fn solve_stuck_between(&mut self, before: &[f64], guess: &[f64]) -> Option<StepReport> {
+        let (h, index) = (self.course.h, self.course.index());
+        let (e, multipliers, report, sticking, force) = {
+            let (leg, multipliers) = (self.next_leg(), vec![0.0; self.shape().multipliers()]);
+            let rests = self.resting();
+            let [old, new] = [before, &self.values[..]].map(|values| {
+                let contact = Contact {
+                    declaration: Declaration::of(self.kernel).with(values),
+                    h,
+                    leg,
+                    rests,
+                };
+                let solution = contact.solve(guess, &multipliers)?;
+                let Sticking { first, second, .. } = &solution.sticking;
+                let force = contact
+                    .declaration
+                    .sided_force(h, leg, &solution.e[..], [first, second]);
+                Some((solution, force))
+            });
+            let ((old, old_force), (new, new_force)) = (old?, new?);
+            let mean = |x: &[f64], y: &[f64]| Vector::of(x).zip(y, |x, y| 0.5 * (x + y));
+            let rests = old.sticking.rests.iter().zip(&new.sticking.rests);
+            let sticking = Sticking::resting(rests.map(|(old, new)| *old && *new).collect());
+            let steady = old.sticking.is_steady() && new.sticking.is_steady() && sticking.rests();
+            let report = StepReport {
+                iterations: old.evaluations + new.evaluations,
+                stop: if steady { Stop::Sticks } else { Stop::Update },
+                guess: Guess::Given,
             };
-            let solution = contact.solve(guess, &multipliers)?;
-            let Sticking { first, second, .. } = &solution.sticking;
-            let force = contact
-                .declaration
-                .sided_force(self.h, leg.any(), &solution.e, [first, second]);
-            Some((solution, force))
-        });
-        let ((old, old_force), (new, new_force)) = (old?, new?);
-        let mean = |x: &[f64], y: &[f64]| core::array::from_fn(|i| 0.5 * (x[i] + y[i]));
-        let e: [f64; N] = mean(&old.e, &new.e);
-        let rests = old.sticking.rests.iter().zip(&new.sticking.rests);
-        let sticking = Sticking::resting(rests.map(|(old, new)| *old && *new).collect());
-        let steady = old.sticking.is_steady() && new.sticking.is_steady() && sticking.rests();
-        let report = StepReport {
-            iterations: old.evaluations + new.evaluations,
-            stop: if steady { Stop::Sticks } else { Stop::Update },
-            guess: Guess::Given,
+            (
+                mean(&old.e, &new.e),
+                mean(&old.multipliers, &new.multipliers),
+                report,
+                sticking,
+                mean(&old_force, &new_force),
+            )
         };
-        let multipliers: Vec<f64> = old
-            .multipliers
-            .iter()
-            .zip(&new.multipliers)
-            .map(|(old, new)| 0.5 * (old + new))
-            .collect();
-        let index = self.index();
-        let changed = Changed {
+        self.go(&e, &multipliers, report, sticking)?;
+        self.course.since = index.saturating_sub(1);
+        self.changed = Some(Box::new(Changed {
             index,
-            force: mean(&old_force, &new_force),
-            before: before.clone(),
-        };
-        self.go(leg, e, &multipliers, report, sticking)?;
-        self.since = index.saturating_sub(1);
-        self.changed = Some(Box::new(changed));
+            force,
+            before: before.to_vec(),
+        }));
         Some(report)
     }
 
-    /// Solves a step anew whose rows jump, in which something may come to rest. `plain` is the second difference that solves it without that, if any does,
-    /// and how it was found; `None` if it stays.
+    /// Solves a step across a jump with the functions' values unknown: where it has no other solution, or where the one it has may come to rest.
     #[cold]
     pub(super) fn solve_jump(
         &mut self,
-        plain: Option<(&[f64; N], Stop)>,
+        plain: Option<(&[f64], Stop)>,
     ) -> Option<Result<StepReport, StepError>> {
-        let declaration = Declaration::of(&*self.system);
+        let declaration = self.declaration();
         if declaration.sides() == 0 {
             return None;
         }
         let Some((e, stop)) = plain else {
             #[allow(clippy::redundant_closure_for_method_calls)] // the method is of one lifetime
-            return self.settle(&[0.0; N], |contact, solution| contact.is_declared(solution));
+            return self.settle(&Vector::zero(self.shape().increments), |contact, solution| {
+                contact.is_declared(solution)
+            });
         };
-        let leg = self.next_leg();
         let contact = Contact {
             declaration,
-            h: self.h,
-            leg: leg.any(),
+            h: self.course.h,
+            leg: self.next_leg(),
             rests: &[],
         };
         if stop != Stop::Jump && !contact.may_rest(e) {
@@ -182,29 +188,26 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
         })
     }
 
-    /// Solves the next step with sides and goes to its node, if the solution is wanted.
+    /// Solves the step with the functions' values unknown, and goes on if the solution is wanted.
     fn settle(
         &mut self,
-        guess: &[f64; N],
+        guess: &[f64],
         is_wanted: impl Fn(&Contact<'_>, &sticking::Solution) -> bool,
     ) -> Option<Result<StepReport, StepError>> {
-        let leg = self.next_leg();
-        let rests: &[bool] = if self.is_stuck() {
-            self.last_sides().map_or(&[], |sticking| &sticking.rests)
-        } else {
-            &[]
+        let solution = {
+            let contact = Contact {
+                declaration: self.declaration(),
+                h: self.course.h,
+                leg: self.next_leg(),
+                rests: if self.is_stuck() { self.resting() } else { &[] },
+            };
+            let multipliers = vec![0.0; self.shape().multipliers()];
+            let solution = contact.solve(guess, &multipliers)?;
+            if !is_wanted(&contact, &solution) {
+                return None;
+            }
+            solution
         };
-        let contact = Contact {
-            declaration: Declaration::of(&*self.system),
-            h: self.h,
-            leg: leg.any(),
-            rests,
-        };
-        let multipliers = vec![0.0; Self::multipliers_count()];
-        let solution = contact.solve(guess, &multipliers)?;
-        if !is_wanted(&contact, &solution) {
-            return None;
-        }
         let sticking = solution.sticking;
         let stop = match (sticking.rests(), sticking.is_steady()) {
             (true, true) => Stop::Sticks,
@@ -217,68 +220,62 @@ impl<'s, S: System<N>, const N: usize> Flow<'s, S, N> {
             guess: Guess::Predicted,
         };
         if !sticking.is_steady() {
-            let time = self.time();
-            self.count_unresolved(time, 0.0);
+            self.count_unresolved(self.course.time(), 0.0);
         }
-        let e = sized(&solution.e);
-        self.go(leg, e, &solution.multipliers, report, sticking)?;
+        self.go(&solution.e, &solution.multipliers, report, sticking)?;
         Some(Ok(report))
     }
 
-    /// Goes on to the node of a solution; `None` if it is not finite.
-    fn go(
-        &mut self,
-        leg: Leg<f64, N>,
-        e: [f64; N],
-        multipliers: &[f64],
-        report: StepReport,
-        sticking: Sticking,
-    ) -> Option<()> {
-        let mut d = self.d;
-        d.add(&e);
-        let q = self.q.plus(&d);
-        if !q.hi.iter().all(|q| q.is_finite()) {
+    /// Goes on with a second difference that was solved for with sides.
+    fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport, sticking: Sticking) -> Option<()> {
+        let mut d = self.course.d.clone();
+        d.add(e);
+        let q = self.course.q.plus(&d);
+        if !q.hi.is_finite() {
             return None;
         }
-        let z = Step::new(&*self.system, &self.constants, leg, self.h)
-            .any()
-            .unknown(&e, multipliers);
-        self.predictor.push(&z);
-        self.looked = true;
-        self.solved = Some(Solved { leg, e, report });
-        (self.q, self.d) = (q, d);
+        let z = self.step_from(self.next_leg()).unknown(e, multipliers);
+        self.course.predictor.push(&z);
+        self.course.looked = true;
+        let index = self.course.index();
+        self.commit(super::discrete::Next { q, d, second: None }, e, report);
         // the clock has not gone on yet
-        self.stuck = Some(Box::new(Stuck {
-            index: self.index() + 1,
-            sticking,
-        }));
+        self.stick(index + 1, sticking);
         Some(())
     }
 
-    /// Gives a node the constraint force with the sides of its step.
+    /// Writes the constraint force of a step that was solved with sides.
     #[cold]
-    pub(super) fn tell_sides(&self, solved: &Solved<N>, node: &mut Node<N>) {
+    pub(super) fn tell_sides(&self, force: &mut [f64]) {
         if let Some(Sticking { first, second, .. }) = self.last_sides() {
-            let declaration = Declaration::of(&*self.system);
-            let force = declaration.sided_force(self.h, solved.leg.any(), &solved.e, [first, second]);
-            node.force = sized(&force);
+            let solved = &self.course.solved;
+            let sided =
+                self.declaration()
+                    .sided_force(self.course.h, solved.leg(), &solved.e[..], [first, second]);
+            copy(force, &sided);
         }
     }
 
-    /// The constraint force at the start.
-    pub(super) fn first_force(&self, point: &Point<f64, N>) -> [f64; N] {
-        let declaration = Declaration::of(&*self.system);
-        let at = (point.t, &point.q[..], &point.v[..]);
-        if S::JUMPS
+    /// Writes the constraint force at the start.
+    pub(super) fn first_force(&self, point: AnyPoint<'_, f64>, force: &mut [f64]) {
+        let declaration = self.declaration();
+        let shape = self.shape();
+        if shape.jumps
             && declaration.sides() > 0
-            && let Some(found) = sticking::of_motion(&declaration, at, Self::multipliers_count(), None)
+            && let Some(found) = sticking::of_motion(
+                &declaration,
+                (point.t, point.q, point.v),
+                shape.multipliers(),
+                None,
+            )
         {
-            return sized(&declaration.sided_continuous_force(point.any(), &found.sides));
+            copy(force, &declaration.sided_continuous_force(point, &found.sides));
+            return;
         }
-        continuous_force(&declaration, point)
+        declaration.continuous_force_into(point, force);
     }
 
-    /// Counts a step that was too long.
+    /// Counts a step that is too long for what jumps in it.
     pub(super) fn count_unresolved(&mut self, time: f64, part: f64) {
         let unresolved = self.unresolved.get_or_insert_with(|| {
             Box::new(Unresolved {

@@ -5,11 +5,13 @@
 //! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly. The same holds for a
 //! constraint or a Lagrangian with pieces: of these the acceleration is looked at.
 
-use super::{Flow, Solved};
-use crate::any::{AnyLeg, AnySystem};
+use super::discrete::Discrete;
+use crate::any::AnyLeg;
 use crate::declaration::Declaration;
+use crate::solve::Vector;
+use crate::start;
 use crate::step::newton::Stop;
-use crate::system::{Leg, System};
+use crate::step::predictor;
 
 /// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
@@ -48,91 +50,99 @@ pub struct Unresolved {
     pub largest: f64,
 }
 
-impl<S: System<N>, const N: usize> Flow<'_, S, N> {
-    /// Whether anything is declared that may switch within a step and be seen there.
-    pub(super) const MAY_SWITCH: bool = S::EXTERNAL_FORCES || S::PIECEWISE;
+impl Discrete<'_> {
+    /// Whether a force or a row may switch between the places where a step evaluates it.
+    pub(super) fn may_switch(&self) -> bool {
+        let shape = self.shape();
+        !shape.is_of_third_order() && (shape.external_forces || shape.piecewise)
+    }
 
-    /// Whether a solution is close to its prediction. Its second difference is `e`.
-    #[inline]
-    pub(super) fn foresees(&self, z: &S::Unknown<f64>, e: &[f64; N]) -> bool {
-        if !z.as_ref().is_empty() {
-            return self.predictor.foresees(z, FORESEEN);
+    /// Whether a solution is near its prediction: a force that switches shows first there.
+    pub(super) fn foresees(&self, z: &[f64], e: &[f64]) -> bool {
+        if !z.is_empty() {
+            return self.course.predictor.foresees(z, FORESEEN);
         }
         // steps without unknowns have no predictor
-        self.solved.is_some_and(|last| {
-            let pairs = e.iter().zip(&last.e);
-            pairs
-                .into_iter()
-                .all(|(e, last)| (e - last).abs() <= FORESEEN * e.abs())
-        })
+        self.course.has_solved && predictor::foresees(&self.course.solved.e, e, FORESEEN)
     }
 
-    /// Examines the step that begins with `leg`, has the second difference `e` and ended with `stop`: whether anything switches between its legs.
-    /// The step before is examined, too, if it was not yet. Its second difference may contain half of the same jump, which can be too small to be
-    /// noticed by itself.
+    /// Looks at the step that was solved, and at the one before if nobody has: where the solution was not foreseen.
     #[cold]
-    pub(super) fn look_between(&mut self, leg: &Leg<f64, N>, e: &[f64; N], stop: Stop) {
-        if let (Some(Solved { leg, e, report }), false) = (self.solved, self.looked) {
-            let before = self.clock.time_of(self.index().saturating_sub(1));
-            self.look_at(before, &leg, &e, report.stop);
+    pub(super) fn look_between(&mut self, e: &[f64], stop: Stop) {
+        let course = &self.course;
+        let last = course.has_solved.then_some(&course.solved);
+        if let (Some(last), false) = (last, course.looked) {
+            let before = course.clock.time_of(course.index().saturating_sub(1));
+            let leg = AnyLeg {
+                t: before,
+                ..last.leg()
+            };
+            let part = self.departure(leg, &last.e);
+            self.count(before, part, last.report.stop);
         }
         // a step that begins at a jump meets it once more
-        let begins_at_jump = self.solved.is_some_and(|last| last.report.stop == Stop::Jump);
+        let course = &self.course;
+        let begins_at_jump = course.has_solved && course.solved.report.stop == Stop::Jump;
         if stop == Stop::Jump || !begins_at_jump {
-            self.look_at(self.time(), leg, e, stop);
+            let leg = AnyLeg {
+                t: course.time(),
+                ..self.next_leg()
+            };
+            let (time, part) = (leg.t, self.departure(leg, e));
+            self.count(time, part, stop);
         }
     }
 
-    /// Examines one step, whose middle node has the time given.
-    fn look_at(&mut self, time: f64, leg: &Leg<f64, N>, e: &[f64; N], stop: Stop) {
-        let leg = Leg { t: time, ..*leg };
-        let system: &S = &self.system;
-        let mut part = 0.0_f64;
-        if S::EXTERNAL_FORCES {
-            part = part.max(departure(&Declaration::of(system), self.h, &leg, e));
-        }
-        if S::PIECEWISE {
-            part = part.max(jump_of_acceleration(system, self.h, &leg, e));
-            part = part.max(kick(system, self.h, &leg, e));
-        }
+    /// Counts a step that is too long for what switches in it.
+    fn count(&mut self, time: f64, part: f64, stop: Stop) {
         if part > UNRESOLVED || stop == Stop::Jump {
             self.count_unresolved(time, part);
         }
     }
+
+    /// How far forces and accelerations are from changing linearly within a step, relative to themselves.
+    fn departure(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
+        let (shape, declaration, h) = (self.shape(), self.declaration(), self.course.h);
+        let mut part = 0.0_f64;
+        if shape.external_forces {
+            part = part.max(departure(&declaration, h, leg, e));
+        }
+        if shape.piecewise {
+            part = part.max(jump_of_acceleration(&declaration, h, leg, e));
+            part = part.max(kick(&declaration, h, leg, e));
+        }
+        part
+    }
 }
 
 /// The path of a step from the middle of its first leg, at 0, to that of the second, at 1: time, position and velocity.
-fn between<const N: usize>(h: f64, leg: &Leg<f64, N>, e: &[f64; N], part: f64) -> (f64, [f64; N], [f64; N]) {
+fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, Vector) {
     let place = part - 0.5;
-    let next: [f64; N] = core::array::from_fn(|i| leg.d[i] + e[i]);
-    let d = if place < 0.0 { &leg.d } else { &next };
-    let q = core::array::from_fn(|i| leg.q[i] + place * d[i]);
-    let v = core::array::from_fn(|i| (leg.d[i] + part * e[i]) / h);
+    let next = Vector::of(leg.d).zip(e, |d, e| d + e);
+    let d = if place < 0.0 { leg.d } else { &next };
+    let q = Vector::of(leg.q).zip(d, |q, d| q + place * d);
+    let v = Vector::of(leg.d).zip(e, |d, e| (d + part * e) / h);
     (leg.t + place * h, q, v)
 }
 
 /// How much the acceleration jumps between the middles of two legs, relative to itself: the largest of all components. Zero where the equations
 /// do not determine it.
-fn jump_of_acceleration<S: System<N>, const N: usize>(
-    system: &S,
-    h: f64,
-    leg: &Leg<f64, N>,
-    e: &[f64; N],
-) -> f64 {
-    let any: &dyn AnySystem<N> = system;
+fn jump_of_acceleration(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
     let acceleration = |place: u8| {
         let (t, q, v) = between(h, leg, e, f64::from(place) / f64::from(PLACES));
-        any.acceleration((t, &q, &v), None).ok().map(|(a, _)| a)
+        start::acceleration(declaration, (t, &q, &v), None)
+            .ok()
+            .map(|(a, _)| a)
     };
     let Some(mut before) = acceleration(0) else {
         return 0.0;
     };
-    let (mut least, mut most, mut widest) = (before, before, [0.0_f64; N]);
+    let (mut least, mut most, mut widest) = (before.clone(), before.clone(), Vector::zero(e.len()));
     for place in 1..=PLACES {
         let Some(now) = acceleration(place) else {
             return 0.0;
         };
-        for i in 0..N {
+        for i in 0..e.len() {
             widest[i] = widest[i].max((now[i] - before[i]).abs());
             (least[i], most[i]) = (least[i].min(now[i]), most[i].max(now[i]));
         }
@@ -149,18 +159,17 @@ fn jump_of_acceleration<S: System<N>, const N: usize>(
             0.0
         }
     };
-    (0..N).map(jump).fold(0.0, f64::max)
+    (0..e.len()).map(jump).fold(0.0, f64::max)
 }
 
 /// How much of the velocity changes in a step although no acceleration explains it, as at a corner of a constraint or where a mass jumps: the
 /// largest of all components. Zero where the equations do not determine the acceleration.
-fn kick<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
-    let any: &dyn AnySystem<N> = system;
+fn kick(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
     let (t, q, v) = between(h, leg, e, 0.5);
-    let Ok((a, _)) = any.acceleration((t, &q, &v), None) else {
+    let Ok((a, _)) = start::acceleration(declaration, (t, &q, &v), None) else {
         return 0.0;
     };
-    let parts = (0..N).map(|i| {
+    let parts = (0..e.len()).map(|i| {
         let velocity = leg.d[i].abs().max((leg.d[i] + e[i]).abs());
         (e[i] - a[i] * h * h).abs() / velocity
     });
@@ -169,27 +178,27 @@ fn kick<S: System<N>, const N: usize>(system: &S, h: f64, leg: &Leg<f64, N>, e: 
 
 /// How far the forces depart from the straight line between the middles of two legs: the largest of all components. It is relative to the
 /// change of the momentum over a step or to the force, whichever is larger.
-fn departure<const N: usize>(declaration: &Declaration<'_>, h: f64, leg: &Leg<f64, N>, e: &[f64; N]) -> f64 {
-    let next: [f64; N] = core::array::from_fn(|i| leg.d[i] + e[i]);
+fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
+    let next = Vector::of(leg.d).zip(e, |d, e| d + e);
     let force = |part: f64| {
         let (t, q, v) = between(h, leg, e, part);
-        let mut force = [0.0; N];
-        declaration.external_forces(t, &q, &v, &mut force);
+        let mut force = Vector::zero(e.len());
+        declaration.external_forces(t, &q[..], &v[..], &mut force);
         force
     };
     let [first, last] = [0.0, 1.0].map(force);
-    let mut aside = [0.0_f64; N];
+    let mut aside = Vector::zero(e.len());
     for part in BETWEEN {
-        for (i, (aside, force)) in aside.iter_mut().zip(force(part)).enumerate() {
+        for (i, (aside, force)) in aside.iter_mut().zip(force(part).iter()).enumerate() {
             *aside = aside.max((force - (first[i] + part * (last[i] - first[i]))).abs());
         }
     }
-    let arrives = declaration.arriving(h, leg.any());
+    let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(
         h,
         AnyLeg {
             t: leg.t + h,
-            q: &core::array::from_fn::<_, N, _>(|i| leg.q[i] + next[i]),
+            q: &Vector::of(leg.q).zip(&next, |q, d| q + d),
             d: &next,
         },
     );

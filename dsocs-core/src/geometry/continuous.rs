@@ -3,12 +3,13 @@
 use super::array::{along, fixed, moving, moving_twice, plus, slopes, square, zero};
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
-use super::solvable::{Bridge, Typed};
+use super::solvable::solve;
 use crate::any::{AnyPoint, OwnedPoint};
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
 use crate::multipliers;
 use crate::scalar::Scalar as _;
+use crate::start;
 use crate::system::System;
 use crate::tangent::{Tangent, Tangent2};
 
@@ -60,13 +61,8 @@ pub fn constraint_force(system: &dyn Kernel, point: AnyPoint<'_, f64>) -> Vec<f6
 /// # Errors
 ///
 /// [`GeometryError::Acceleration`] if the rows determine no acceleration.
-pub fn motion<S: System<N>, const N: usize>(
-    system: &S,
-    t: f64,
-    q: &[f64],
-    v: &[f64],
-) -> Result<OwnedPoint<f64>, GeometryError> {
-    motion_near(&Typed(system), (t, q, v), None)
+pub fn motion(system: &dyn Kernel, t: f64, q: &[f64], v: &[f64]) -> Result<OwnedPoint<f64>, GeometryError> {
+    motion_near(system, (t, q, v), None)
 }
 
 /// The same, with the acceleration near one, if the rows determine several.
@@ -75,12 +71,12 @@ pub fn motion<S: System<N>, const N: usize>(
 ///
 /// As [`motion`].
 pub fn motion_near(
-    system: &dyn Bridge,
+    system: &dyn Kernel,
     (t, q, v): (f64, &[f64], &[f64]),
     near: Option<&[f64]>,
 ) -> Result<OwnedPoint<f64>, GeometryError> {
-    match system.acceleration((t, q, v), near) {
-        Ok(a) => Ok(AnyPoint { t, q, v, a: &a }.to_owned()),
+    match start::acceleration(&Declaration::of(system), (t, q, v), near) {
+        Ok((a, _)) => Ok(AnyPoint { t, q, v, a: &a }.to_owned()),
         Err(cause) => Err(GeometryError::Acceleration {
             q: q.to_vec(),
             v: v.to_vec(),
@@ -113,11 +109,11 @@ impl Variation {
 /// `None` if the rows do not determine the acceleration.
 #[must_use]
 pub fn variation(
-    system: &dyn Bridge,
+    system: &dyn Kernel,
     point: AnyPoint<'_, f64>,
     displacement: &Displacement,
 ) -> Option<Variation> {
-    let declaration = Declaration::of(system.kernel());
+    let declaration = Declaration::of(system);
     let n = declaration.dimension();
     let (t, q) = (Tangent::new(point.t, 0.0), moving(point.q, &displacement.first));
     let v = moving(point.v, &displacement.second);
@@ -129,7 +125,7 @@ pub fn variation(
     let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
     // the rows come first
     let both = declaration.continuous_with_jacobian(point, &multipliers);
-    let mut change = system.solve_accelerations(both.get(right.len()..)?, &right)?;
+    let mut change = solve(both.get(right.len()..)?, &right)?;
     change.truncate(n);
     let a = &moving(point.a, &change);
     let force = slopes(&declaration.continuous_force(AnyPoint { t, q, v, a }), 1.0);

@@ -3,7 +3,7 @@
 use super::array::{along, minus, moving_leg, times, zero};
 use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
-use super::solvable::Sought;
+use super::solvable::{self, Sought};
 use super::units;
 use crate::any::{AnyLeg, OwnedLeg};
 use crate::dense::Matrix;
@@ -119,7 +119,7 @@ impl DiscreteFlow<'_> {
             q: &minus(last.q, last.d),
             d: &times(-1.0, last.d),
         };
-        let solution = self.bridge.step(-self.h, turned, Sought::First).ok()?;
+        let solution = solvable::step(self.system, -self.h, turned, Sought::First).ok()?;
         Some(solution.e)
     }
 

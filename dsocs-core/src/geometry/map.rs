@@ -6,7 +6,7 @@ use super::array::{along, minus, moving_leg, plus, slopes, square};
 use super::error::GeometryError;
 use super::form::Displacement;
 use super::legendre::product;
-use super::solvable::{Bridge, Solution, Sought, Typed};
+use super::solvable::{self, Solution, Sought};
 use super::units;
 use crate::any::{AnyLeg, OwnedLeg};
 use crate::declaration::Declaration;
@@ -70,7 +70,7 @@ impl Triple {
 #[derive(Clone)]
 pub struct DiscreteFlow<'s> {
     /// The system.
-    pub(super) bridge: Arc<dyn Bridge + 's>,
+    pub(super) system: &'s dyn Kernel,
     /// The step.
     pub(super) h: f64,
 }
@@ -89,13 +89,9 @@ impl<'s> DiscreteFlow<'s> {
     /// # Errors
     ///
     /// [`GeometryError::Setup`] if the step or a parameter is not usable.
-    pub fn new<S: System<N>, const N: usize>(system: &'s S, h: f64) -> Result<Self, GeometryError> {
-        Self::of(Arc::new(Typed(system)), h)
-    }
-
-    fn of(bridge: Arc<dyn Bridge + 's>, h: f64) -> Result<Self, GeometryError> {
-        bridge.check_step(h)?;
-        Ok(Self { bridge, h })
+    pub fn new(system: &'s dyn Kernel, h: f64) -> Result<Self, GeometryError> {
+        solvable::check_step(system, h)?;
+        Ok(Self { system, h })
     }
 
     /// The flow of the same system with another step.
@@ -104,13 +100,13 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// As [`DiscreteFlow::new`].
     pub fn with_step(&self, h: f64) -> Result<Self, GeometryError> {
-        Self::of(self.bridge.clone(), h)
+        Self::new(self.system, h)
     }
 
     /// The system.
     #[must_use]
-    pub fn system(&self) -> &dyn Kernel {
-        self.bridge.kernel()
+    pub fn system(&self) -> &'s dyn Kernel {
+        self.system
     }
 
     /// The declaration.
@@ -147,7 +143,7 @@ impl<'s> DiscreteFlow<'s> {
 
     /// The solution of the step from `leg`.
     pub(super) fn solved(&self, leg: AnyLeg<'_, f64>, sought: Sought<'_>) -> Result<Solution, GeometryError> {
-        match self.bridge.step(self.h, leg, sought) {
+        match solvable::step(self.system, self.h, leg, sought) {
             Ok(solution) => Ok(solution),
             Err(cause) => Err(failed(leg, cause)),
         }
@@ -179,7 +175,7 @@ impl<'s> DiscreteFlow<'s> {
             let h = Tangent::splat(self.h);
             let rows = declaration.rows(h, leg.any(), &moved(&z, |_| 0.0));
             let right: Vec<f64> = rows.iter().map(|row| -row.derivative()).collect();
-            let change = self.bridge.solve_unknowns(&jacobian, &right)?;
+            let change = solvable::solve(&jacobian, &right)?;
             let moving = moved(&z, |k| change[k]);
             let e = declaration.second_difference(h, leg.any(), &moving);
             let slopes = slopes(&e, unit);

@@ -5,6 +5,7 @@ use super::{At, Told};
 use crate::any::AnyLeg;
 use crate::array::Array;
 use crate::compiled::Report;
+pub use crate::step::smooth::smooth;
 use crate::step::unknown::Linearization;
 use crate::system::{Leg, System};
 

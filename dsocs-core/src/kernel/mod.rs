@@ -10,6 +10,8 @@ pub use shape::Shape;
 pub use tape::{TapeError, TapeKernel};
 
 use crate::any::AnyLeg;
+use crate::step::course::Course;
+use crate::step::question::Halt;
 use crate::step::sparse::Sparse;
 use crate::tape::Source;
 
@@ -59,6 +61,9 @@ pub trait Kernel: Source {
 
     /// The second difference that belongs to the unknowns; of third order, by how much it differs from the last one.
     fn second_difference(&self, at: At<'_>, e: &mut [f64]);
+
+    /// Makes up to `count` steps of a run, as long as they are smooth.
+    fn smooth(&self, course: &mut Course, count: u64) -> Halt;
 
     /// What is told of the middle node of a step with the second difference `e`.
     fn report(&self, constants: &[f64], leg: AnyLeg<'_, f64>, e: &[f64], told: Told<'_>);

@@ -4,6 +4,8 @@ use thiserror::Error;
 
 use super::{At, Kernel, Shape, Told};
 use crate::any::AnyLeg;
+use crate::step::course::Course;
+use crate::step::question::{Halt, Question};
 use crate::step::sparse::Sparse;
 use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
 
@@ -257,6 +259,15 @@ impl Source for TapeKernel {
 }
 
 impl Kernel for TapeKernel {
+    /// Every step is made on slices.
+    fn smooth(&self, _: &mut Course, count: u64) -> Halt {
+        if count == 0 {
+            Halt::Done
+        } else {
+            Halt::Asks(Question::Interpreted)
+        }
+    }
+
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]) {
         // the last second difference is not known yet
         if let Some(past) = constants.get_mut(self.place_of_past()..) {

@@ -12,7 +12,7 @@ pub trait View<const N: usize> {
     fn coordinates(&self) -> [Quantity; N];
 
     /// The observed expressions; see [`System::OBSERVABLES`].
-    fn observables(&self) -> &'static [Quantity];
+    fn observables(&self) -> &[Quantity];
 
     /// The observed expressions at a point, as many as there is room for.
     fn observed(&self, point: &Point<f64, N>, out: &mut [f64]);
@@ -29,7 +29,7 @@ impl<S: System<N>, const N: usize> View<N> for S {
         S::COORDINATES
     }
 
-    fn observables(&self) -> &'static [Quantity] {
+    fn observables(&self) -> &[Quantity] {
         S::OBSERVABLES
     }
 

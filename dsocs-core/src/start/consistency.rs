@@ -7,6 +7,7 @@ use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
 use crate::rounding;
 use crate::scalar::Scalar as _;
+use crate::solve::Vector;
 use crate::tangent::Tangent;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
@@ -291,8 +292,8 @@ pub(super) fn onto_pair(
 }
 
 /// The second node.
-fn second(q0: &[f64], d: &Sum) -> Vec<f64> {
-    Sum::exact(q0.to_vec()).plus(d).hi
+fn second(q0: &[f64], d: &Sum) -> Vector {
+    Sum::exact(Vector::of(q0)).plus(d).hi
 }
 
 /// The leg to the second node at the time `t`.

@@ -1,11 +1,11 @@
 //! Starts of systems with constraints of third order: an acceleration is free there, and three nodes begin the motion.
 
-use super::check_vector;
 use core::cmp::Ordering;
 
+use super::begin::check_vector;
 use super::consistency::{self, OBEYED};
-use crate::any::{AnyLeg, AnyPoint, AnySystem, OwnedPoint, map, moved, sized};
-use crate::compensated::Compensated;
+use crate::any::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
+use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::deficiency;
 use crate::dense::Matrix;
@@ -13,7 +13,7 @@ use crate::error::{SetupError, Violation};
 use crate::multipliers;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
-use crate::system::{Leg, System};
+use crate::solve::Vector;
 use crate::tangent::Tangent;
 use crate::tape::Number;
 
@@ -30,53 +30,22 @@ const ROUNDED: f64 = 4.0 * f64::EPSILON;
 const NO_FORM: f64 = 1e-12;
 
 /// What is said of the start beside position and velocity.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Free<const N: usize> {
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Free {
     /// The acceleration.
-    Acceleration([f64; N]),
+    Acceleration(Vector),
     /// The generalized constraint force, from which it follows.
-    Force([f64; N]),
+    Force(Vector),
 }
 
 /// How the motion begins.
-pub(crate) struct Began<const N: usize> {
+pub(crate) struct Began {
     /// The acceleration.
-    pub(super) a0: [f64; N],
+    pub(super) a0: Vector,
     /// The increment from the first node to the second.
-    pub(super) d: Compensated<N>,
+    pub(super) d: Sum,
     /// The second difference of the first three nodes.
-    pub(super) e: Compensated<N>,
-}
-
-/// What is done with constraints of third order at the start of a motion.
-pub(crate) trait OfThirdOrder<const N: usize> {
-    /// See [`begin`].
-    fn begin(
-        &self,
-        at: (f64, f64),
-        state: (&[f64; N], &[f64; N]),
-        free: Free<N>,
-        projected: bool,
-    ) -> Result<Began<N>, SetupError>;
-
-    /// The third derivative of the continuous motion at `[q, v, a]`, looked for near another; `None` where it cannot be solved for.
-    fn jerk(&self, t: f64, point: [&[f64; N]; 3], near: &[f64; N]) -> Option<[f64; N]>;
-}
-
-impl<S: System<N>, const N: usize> OfThirdOrder<N> for S {
-    fn begin(
-        &self,
-        at: (f64, f64),
-        state: (&[f64; N], &[f64; N]),
-        free: Free<N>,
-        projected: bool,
-    ) -> Result<Began<N>, SetupError> {
-        begin(self, at, state, free, projected)
-    }
-
-    fn jerk(&self, t: f64, point: [&[f64; N]; 3], near: &[f64; N]) -> Option<[f64; N]> {
-        jerk(self, t, point, near)
-    }
+    pub(super) e: Sum,
 }
 
 /// The first three nodes: `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, moved onto constraints of lower order; then the second difference with
@@ -85,73 +54,72 @@ impl<S: System<N>, const N: usize> OfThirdOrder<N> for S {
 ///
 /// The jerk `j0` comes from the constraints of third order and from the other equations, differentiated. Without it the whole motion would
 /// be of first order: the second difference would be that of another force than the one that the motion has arrived at.
-fn begin<const N: usize>(
-    system: &dyn AnySystem<N>,
+pub(super) fn begin(
+    declaration: &Declaration<'_>,
     (t0, h): (f64, f64),
-    (q0, v0): (&[f64; N], &[f64; N]),
-    free: Free<N>,
+    (q0, v0): (&[f64], &[f64]),
+    free: Free,
     projected: bool,
-) -> Result<Began<N>, SetupError> {
-    let declaration = system.declaration();
+) -> Result<Began, SetupError> {
     let equations = Equations {
-        third: system.third_order(),
-        declaration: &declaration,
+        third: &declaration.shape().third_order,
+        declaration,
         t: t0,
         q: q0,
         v: v0,
     };
-    let a0 = match free {
+    let a0 = match &free {
         Free::Acceleration(a0) => {
-            check_vector(system, "a0", &a0)?;
-            a0
+            check_vector(declaration, "a0", a0)?;
+            a0.clone()
         }
         Free::Force(force) => {
-            check_vector(system, "force", &force)?;
-            sized(&equations.acceleration_of(&force)?)
+            check_vector(declaration, "force", force)?;
+            Vector::of(&equations.acceleration_of(force)?)
         }
     };
     let a0 = if projected {
-        sized(&equations.projected(&a0)?)
+        Vector::of(&equations.projected(&a0)?)
     } else {
         equations.check(&a0)?;
         a0
     };
-    let j0: [f64; N] = sized(&equations.jerk(&a0, &[0.0; N])?);
-    let mut d = Compensated::exact(v0.map(|v| h * v));
+    let j0 = Vector::of(&equations.jerk(&a0, &Vector::zero(q0.len()))?);
+    let mut d = Sum::exact(Vector::of(v0).map(|v| h * v));
     d.add(&a0.map(|a| h * h / 2.0 * a));
     d.add(&j0.map(|j| h * h * h / 6.0 * j));
-    let d = super::onto_pair(&declaration, (t0, h), q0, v0, &d)?;
-    let leg = Leg {
+    let d = super::begin::onto_pair(declaration, (t0, h), q0, v0, &d)?;
+    let q1 = Sum::exact(Vector::of(q0)).plus(&d).hi;
+    let leg = AnyLeg {
         t: t0 + h,
-        q: Compensated::exact(*q0).plus(&d).hi,
-        d: d.hi,
+        q: &q1,
+        d: &d.hi,
     };
-    let near: [f64; N] = core::array::from_fn(|i| h * h * (a0[i] + h * j0[i]));
+    let near = a0.zip(&j0, |a, j| h * h * (a + h * j));
     let multipliers = match free {
         Free::Acceleration(_) => Vec::new(),
         Free::Force(_) => equations.multipliers_after(h, &a0, &j0),
     };
-    let e = equations.second_difference(h, leg.any(), &near, &multipliers)?;
-    let e = Compensated::exact(sized(&e));
+    let e = equations.second_difference(h, leg, &near, &multipliers)?;
+    let e = Sum::exact(Vector::of(&e));
     Ok(Began { a0, d, e })
 }
 
 /// See [`OfThirdOrder::jerk`].
-fn jerk<const N: usize>(
-    system: &dyn AnySystem<N>,
+pub(crate) fn jerk(
+    declaration: &Declaration<'_>,
     t: f64,
-    [q, v, a]: [&[f64; N]; 3],
-    near: &[f64; N],
-) -> Option<[f64; N]> {
-    let declaration = system.declaration();
+    [q, v, a]: [&[f64]; 3],
+    near: &[f64],
+) -> Option<Vec<f64>> {
     let equations = Equations {
-        third: system.third_order(),
-        declaration: &declaration,
+        third: &declaration.shape().third_order,
+        declaration,
         t,
         q,
         v,
     };
-    Some(sized(&equations.jerk(a, near).ok()?))
+    equations.jerk(a, near).ok()
 }
 
 /// The equations of the continuous system at a position and a velocity, and those of the first triple.

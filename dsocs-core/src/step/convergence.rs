@@ -12,10 +12,10 @@
 
 use core::ops::{BitAnd, BitOr, Not};
 
-use super::unknown::Unknown;
 use crate::dense::Matrix;
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar;
+use crate::solve::{Square, Vector};
 
 /// An update this small relative to the unknowns is the last: the error after it is its square.
 pub(crate) const LAST_UPDATE: f64 = 1e-9;
@@ -140,7 +140,7 @@ impl<U> Update<'_, U> {
     #[allow(clippy::inline_always)] // also in code that is compiled for the machine's own instructions
     pub fn is_small<T: Compare>(&self, tolerance: f64) -> T::Truth
     where
-        U: Unknown<T>,
+        U: AsRef<[T]>,
     {
         let mut small = T::always();
         let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
@@ -159,7 +159,7 @@ impl<U> Update<'_, U> {
     #[allow(clippy::inline_always)] // part of every step
     pub fn settles<T: Compare>(&self, before: &Self) -> T::Truth
     where
-        U: Unknown<T>,
+        U: AsRef<[T]>,
     {
         let mut settled = !T::always();
         for (largest, smallest) in SETTLED {
@@ -180,7 +180,7 @@ impl<U> Update<'_, U> {
     #[allow(clippy::inline_always)] // as above
     pub fn relative<T: Compare>(&self) -> T
     where
-        U: Unknown<T>,
+        U: AsRef<[T]>,
     {
         let zero = T::splat(0.0);
         let (unknowns, sizes) = (self.unknowns.as_ref(), self.sizes.as_ref());
@@ -276,10 +276,10 @@ impl Progress {
 /// more, however small it is. Where unknowns span many decades (a pull at the inner end of a chain is felt at its outer end
 /// by `1e-15` of it) this, and not its own size, is what a small unknown has to be measured by. (N. J. Higham, *Accuracy and
 /// Stability of Numerical Algorithms*, 2nd ed., section 7.2: componentwise perturbations of linear equations.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct NaturalSizes<U> {
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NaturalSizes {
     /// The sizes.
-    pub sizes: U,
+    pub sizes: Vector,
     /// The largest diagonal entry of `|J⁻¹| |J|`, which no scaling of rows or unknowns changes; 1 where rows and unknowns
     /// have nothing to do with each other.
     pub condition: f64,
@@ -288,55 +288,49 @@ pub(crate) struct NaturalSizes<U> {
 }
 
 /// The size of a row's largest entry.
-fn largest_of<U: Unknown<f64>>(row: &U) -> f64 {
-    let entries = row.as_ref().iter();
-    entries.fold(0.0, |largest, x| largest.max(x.abs()))
+fn largest_of(row: &[f64]) -> f64 {
+    row.iter().fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 /// The inverse of a matrix whose rows are brought to the size 1: all columns by one elimination.
-fn inverse_of_scaled<U: Unknown<f64>>(rows: &[U]) -> Matrix {
-    let sizes: Vec<f64> = rows.iter().map(largest_of).collect();
-    Matrix::from_fn(rows.len(), rows.len(), |i, j| rows[i].as_ref()[j] / sizes[i]).inverse()
+fn inverse_of_scaled(jacobian: &Square) -> Matrix {
+    let rows: Vec<(&[f64], f64)> = jacobian.rows().map(|row| (row, largest_of(row))).collect();
+    Matrix::from_fn(rows.len(), rows.len(), |i, j| rows[i].0[j] / rows[i].1).inverse()
 }
 
-impl<U: Unknown<f64>> NaturalSizes<U> {
+impl NaturalSizes {
     /// The natural sizes near `z`, for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is
     /// singular or something is not finite.
     #[cold]
-    pub fn new(jacobian: &U::Square, terms: &U, z: &U) -> Option<Self> {
-        let rows = jacobian.as_ref();
-        let (mut sizes, mut condition) = (U::zero(), U::zero());
-        let inverse = (rows.len() > MOST_SOLVED_ONE_BY_ONE).then(|| inverse_of_scaled(rows));
-        for (place, row) in rows.iter().enumerate() {
+    pub fn new(jacobian: &Square, terms: &[f64], z: &[f64]) -> Option<Self> {
+        let count = jacobian.size();
+        let (mut sizes, mut condition) = (Vector::zero(count), Vector::zero(count));
+        let inverse = (count > MOST_SOLVED_ONE_BY_ONE).then(|| inverse_of_scaled(jacobian));
+        for ((place, row), term) in jacobian.rows().enumerate().zip(terms) {
             let largest = largest_of(row);
             // a column of the inverse, in units that neither overflow nor underflow
-            let mut column = U::zero();
-            if let Some(inverse) = &inverse {
-                for (i, x) in column.as_mut().iter_mut().enumerate() {
-                    *x = inverse[(i, place)];
-                }
-            } else {
-                column.as_mut()[place] = largest;
-                column = U::solve(jacobian, &column)?;
-            }
-            let term = terms.as_ref()[place] / largest;
+            let column = match &inverse {
+                Some(inverse) => Vector::from_fn(count, |i| inverse[(i, place)]),
+                None => jacobian.solve(&Vector::from_fn(
+                    count,
+                    |i| if i == place { largest } else { 0.0 },
+                ))?,
+            };
+            let term = term / largest;
             sizes = sizes.zip(&column, |size, x| size + x.abs() * term);
             condition = condition.zip(
                 &column.zip(row, |x, entry| x.abs() * (entry.abs() / largest)),
                 |sum, part| sum + part,
             );
         }
-        let condition = condition
-            .as_ref()
-            .iter()
-            .fold(0.0_f64, |largest, x| largest.max(*x));
-        let finite = sizes.as_ref().iter().all(|size| size.is_finite());
-        let ratios = z.as_ref().iter().zip(sizes.as_ref());
+        let condition = condition.iter().fold(0.0_f64, |largest, x| largest.max(*x));
+        let ratios = z.iter().zip(sizes.iter());
         let ratios = ratios.map(|(z, size)| if *size > 0.0 { z.abs() / size } else { 0.0 });
-        finite.then_some(Self {
+        let level = ratios.fold(0.0, f64::max);
+        sizes.is_finite().then_some(Self {
             sizes,
             condition,
-            level: ratios.fold(0.0, f64::max),
+            level,
         })
     }
 
@@ -347,55 +341,54 @@ impl<U: Unknown<f64>> NaturalSizes<U> {
     }
 
     /// Sizes that are not too small to be known.
-    pub fn raise(&self, sizes: &U) -> U {
+    pub fn raise(&self, sizes: &Vector) -> Vector {
         sizes.zip(&self.sizes, |size, natural| size.max(PART_OF_NATURAL * natural))
     }
 }
 
 /// Natural sizes that were needed at one step and serve at the next ones.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Remembered<U> {
+#[derive(Clone, Debug)]
+pub(crate) struct Remembered {
     /// [`PART_OF_NATURAL`] of the sizes.
-    pub part: U,
+    pub part: Vector,
     /// `1/S`.
-    pub inverse: U,
+    pub inverse: Vector,
     /// How large the unknowns were in units of their natural sizes, of all the largest.
     pub level: f64,
 }
 
-impl<U: Unknown<f64>> Remembered<U> {
+impl Remembered {
     /// Takes natural sizes.
-    pub fn new(natural: &NaturalSizes<U>) -> Self {
-        let part = natural
-            .sizes
-            .zip(&natural.sizes, |size, _| PART_OF_NATURAL * size);
-        let reciprocal = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
-        let inverse = natural.sizes.zip(&natural.sizes, |size, _| reciprocal(size));
+    pub fn new(natural: &NaturalSizes) -> Self {
         Self {
-            part,
-            inverse,
+            part: natural.sizes.map(|size| PART_OF_NATURAL * size),
+            inverse: natural
+                .sizes
+                .map(|size| if size > 0.0 { 1.0 / size } else { 0.0 }),
             level: natural.level,
         }
     }
 
     /// How large unknowns are in units of the natural sizes, of all the largest.
-    fn level(&self, z: &U) -> f64 {
-        let ratios = z.as_ref().iter().zip(self.inverse.as_ref());
+    fn level(&self, z: &[f64]) -> f64 {
+        let ratios = z.iter().zip(self.inverse.iter());
         ratios.fold(0.0, |largest, (z, inverse)| f64::max(largest, z.abs() * inverse))
     }
 
-    /// Sizes that are not too small to be known, where the unknowns have lately been as large as `lately` says.
+    /// Makes sizes not too small to be known, where the unknowns have lately been as large as `lately` says.
     ///
     /// Natural sizes go with those of the unknowns: they shrink as these do, and grow once these have outgrown them.
     #[inline(never)] // seldom needed, and then by systems that have many unknowns
-    pub fn raise(&self, sizes: &U, lately: &U) -> U {
+    pub fn raise(&self, sizes: &mut [f64], lately: &[f64]) {
         let level = self.level(lately);
         let factor = if level < self.level {
             level / self.level
         } else {
             level.max(1.0)
         };
-        sizes.zip(&self.part, |size, part| size.max(factor * part))
+        for (size, part) in sizes.iter_mut().zip(self.part.iter()) {
+            *size = size.max(factor * part);
+        }
     }
 }
 

@@ -9,6 +9,7 @@
 use crate::scalar::Scalar;
 
 mod many;
+pub(crate) mod slices;
 
 /// Up to so many rows are eliminated where they are used, with loops of lengths that are known.
 const FEW: usize = 8;

@@ -1,28 +1,36 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`unknown`] says what is looked for and [`elimination`] solves linear rows, many of them by [`sparse`], [`newton`] iterates from the guess of [`predictor`] until
-//! [`convergence`] says that it has arrived, and [`pair`] tells two roots apart. What is done seldom stands in [`any`].
+//! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. Where a step asks a [`Question`], the
+//! equations of that step are taken on slices ([`Step`]): [`predictor`] guesses, [`newton`] iterates until [`convergence`] says that it has arrived,
+//! [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart. [`unknown`] says what is looked for,
+//! [`elimination`] solves linear rows, many of them by [`sparse`].
 
-mod any;
 pub(crate) mod convergence;
+pub(crate) mod course;
 pub(crate) mod elimination;
+mod guesses;
 pub(crate) mod newton;
 pub(crate) mod pair;
 pub(crate) mod predictor;
+pub(crate) mod question;
+pub(crate) mod smooth;
 pub(crate) mod sparse;
 pub(crate) mod unknown;
 
-use crate::any::AnySystem;
+use smallvec::{SmallVec, smallvec};
+
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
-use crate::rounding;
-use crate::system::{Leg, System};
-pub(crate) use any::{AnyStep, Failing, Steps};
-use newton::{Equations, Evaluation, Root, Stop};
+use crate::kernel::{At, Kernel, Shape};
+use crate::multipliers;
+use crate::solve::{Square, Vector};
+pub(crate) use guesses::Failing;
+use newton::{Equations, Evaluation, Linearized, Quick, Root, Stop};
 use pair::Found;
+pub(crate) use predictor::PAST;
 use predictor::{Continuation, Predictor};
 use sparse::{Product, Update};
-use unknown::{Linearization, Unknown};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
@@ -63,76 +71,78 @@ pub enum Guess {
 }
 
 /// The acceleration with which a motion begins.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Begins<const N: usize> {
+#[derive(Clone, Debug)]
+pub(crate) enum Begins {
     /// It was said.
-    Said([f64; N]),
+    Said(Vector),
     /// It was worked out at the start: less than what the second node says, where that says anything.
-    Found([f64; N]),
+    Found(Vector),
 }
 
+/// So many values that are known when a step begins stand in the step itself.
+const FEW_KNOWN: usize = 32;
+
 /// The equations of one step.
-pub(crate) struct Step<'a, S: System<N>, const N: usize> {
+#[derive(Clone)]
+pub(crate) struct Step<'a> {
     /// The system.
-    pub system: &'a S,
+    pub kernel: &'a dyn Kernel,
+    /// The values of its parameters.
+    pub values: &'a [f64],
     /// What is known since the run began.
-    pub constants: &'a S::Constants<f64>,
+    pub constants: &'a [f64],
     /// What is known since the step began.
-    pub known: S::Known<f64>,
+    known: SmallVec<[f64; FEW_KNOWN]>,
     /// The step's first two nodes.
-    pub leg: Leg<f64, N>,
+    pub leg: AnyLeg<'a, f64>,
+    /// The second difference that a step of third order goes on from; of second order, zero.
+    pub before: Vector,
     /// The step.
     pub h: f64,
     /// Whether the past is too short to tell by it which of two roots continues the motion: other roots are then looked for
     /// wherever the rows bend.
     pub past_is_short: bool,
     /// The acceleration with which the motion begins, where the step is the first.
-    pub begins: Option<Begins<N>>,
+    pub begins: Option<Begins>,
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
-    pub past: Option<&'a [Leg<f64, N>; PAST]>,
+    pub past: Option<&'a [OwnedLeg<f64>; PAST]>,
 }
 
-impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
-    type Z = S::Unknown<f64>;
-
-    #[inline]
+impl Equations for Step<'_> {
     fn are_affine(&self) -> bool {
-        S::LINEAR
+        self.shape().linear
     }
 
-    #[inline]
     fn may_jump(&self) -> bool {
-        S::JUMPS
+        self.shape().jumps
     }
 
-    #[inline]
     fn are_watched(&self) -> bool {
-        !S::DIVIDED && !S::LINEAR
+        self.shape().is_watched()
     }
 
-    #[inline]
     fn past_is_short(&self) -> bool {
         self.past_is_short
     }
 
-    #[inline]
-    fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z> {
-        self.system.linearize(self.constants, &self.known, z)
+    fn linearize(&self, z: &[f64]) -> Linearized {
+        let count = self.shape().unknowns;
+        let (mut rows, mut jacobian) = (Vector::nan(count), Square::zero(count));
+        self.kernel
+            .linearize(self.at(z), &mut rows, jacobian.entries_mut());
+        Linearized { rows, jacobian }
     }
 
-    #[inline]
-    fn sparse_update(&self, z: &Self::Z) -> Option<Evaluation<Self::Z>> {
-        if const { !S::SPARSE } {
-            return None;
-        }
-        let sparse = self.system.sparse()?;
+    fn sparse_update(&self, z: &[f64]) -> Option<Evaluation<Vector>> {
+        let sparse = self.kernel.sparse()?;
         let mut product = Product::new(sparse.is_odd());
-        let Update { rows, update } = sparse.update(
-            |entries| self.system.entries(self.constants, &self.known, z, entries),
-            |pivot| product.take(pivot),
-        );
-        let finite = update.as_ref().iter().all(|x| x.is_finite());
-        finite.then(|| Evaluation {
+        let evaluate = |entries: &mut [f64]| {
+            let mut rows = Vector::nan(self.shape().unknowns);
+            self.kernel.entries(self.at(z), &mut rows, entries);
+            rows
+        };
+        let Update { rows, update } = sparse.update(evaluate, |pivot| product.take(pivot));
+        update.is_finite().then(|| Evaluation {
             rows,
             update,
             safe: true,
@@ -140,45 +150,40 @@ impl<S: System<N>, const N: usize> Equations for Step<'_, S, N> {
         })
     }
 
-    #[inline]
-    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
-        if const { S::SPARSE } {
-            return match self.sparse_update(z) {
-                Some(evaluation) => evaluation,
-                None => Evaluation::apart(self, z),
-            };
-        }
-        Evaluation::dense(self, z)
-    }
-
-    #[inline]
-    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
-        if !S::SCALED {
+    fn is_declared(&self, z: &[f64], nearby: &[f64]) -> bool {
+        let (Some(here), Some(there)) = (self.scales(z), self.scales(nearby)) else {
             return true;
-        }
-        let here = self.system.scales(self.constants, &self.known, z);
-        let there = self.system.scales(self.constants, &self.known, nearby);
-        let scales = here.as_ref().iter().zip(there.as_ref());
+        };
         // false also where one of them is no number
-        scales
-            .into_iter()
-            .all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
+        let mut scales = here.iter().zip(there.iter());
+        scales.all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
     }
 
-    fn rounding(&self, z: &Self::Z) -> Self::Z {
-        rounding::bounds(&self.declaration(&self.before()), self.h, self.leg.any(), z)
+    fn rounding(&self, z: &[f64]) -> Vector {
+        let mut bounds = Vector::zero(self.shape().unknowns);
+        self.declaration().bounds(self.h, self.leg, z, &mut bounds);
+        bounds
     }
 }
 
-impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
-    /// The equations of the step that begins with `leg`.
-    #[inline]
-    pub fn new(system: &'a S, constants: &'a S::Constants<f64>, leg: Leg<f64, N>, h: f64) -> Self {
+impl<'a> Step<'a> {
+    /// The equations of the step `h` that begins with a leg, of a system with these values of its parameters and what is known with them.
+    pub fn new(
+        (kernel, values): (&'a dyn Kernel, &'a [f64]),
+        constants: &'a [f64],
+        leg: AnyLeg<'a, f64>,
+        h: f64,
+    ) -> Self {
+        let shape = kernel.shape();
+        let mut before = Vector::zero(shape.increments);
+        kernel.past(constants, &mut before);
         Self {
-            system,
+            kernel,
+            values,
             constants,
-            known: system.known(constants, &leg),
+            known: known(kernel, constants, leg),
             leg,
+            before,
             h,
             past_is_short: false,
             begins: None,
@@ -186,143 +191,122 @@ impl<'a, S: System<N>, const N: usize> Step<'a, S, N> {
         }
     }
 
+    /// What is known of the system.
+    pub fn shape(&self) -> &'a Shape {
+        self.kernel.shape()
+    }
+
+    /// The declaration, after the second difference that a step of third order goes on from.
+    pub fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel).with(self.values).after(&self.before)
+    }
+
+    fn at<'b>(&'b self, z: &'b [f64]) -> At<'b> {
+        At {
+            constants: self.constants,
+            known: &self.known,
+            z,
+        }
+    }
+
+    /// The unknowns that belong to a second difference and to multipliers.
+    pub fn unknown(&self, e: &[f64], multipliers: &[f64]) -> Vector {
+        let mut z = Vector::nan(self.shape().unknowns);
+        self.kernel.unknown(e, multipliers, &mut z);
+        z
+    }
+
     /// The second difference that belongs to the unknowns.
-    #[inline]
-    pub fn second_difference(&self, z: &S::Unknown<f64>) -> [f64; N] {
-        self.system.second_difference(self.constants, &self.known, z)
+    pub fn second_difference(&self, z: &[f64]) -> Vector {
+        let mut e = Vector::nan(self.shape().increments);
+        self.kernel.second_difference(self.at(z), &mut e);
+        e
     }
 
-    /// Solves the step, from the prediction or, if that does not lead to a root, from other guesses.
-    #[inline]
-    pub fn solve(
-        &self,
-        predictor: &mut Predictor<S::Unknown<f64>>,
-        max_iterations: u32,
-    ) -> Result<(S::Unknown<f64>, StepReport), NewtonFailure> {
-        let size = self.size(predictor);
-        let mut evaluations = 0;
-        if let Some(start) = predictor.predict() {
-            match newton::solve(self, start, &size, max_iterations, predictor) {
-                // nearly always: with one or two evaluations nothing bends, and the determinant goes on as before
-                Ok(root) => {
-                    if S::JUMPS && root.stop == Stop::Jump {
-                        return Ok(report(root, Guess::Predicted));
-                    }
-                    let continuation = self.take_determinant(&root, predictor);
-                    if continuation == Continuation::Fits && !self.in_question(&root) {
-                        return Ok(report(root, Guess::Predicted));
-                    }
-                    let (found, start) = (Found { root, continuation }, &start);
-                    return self
-                        .any()
-                        .checked(found, start, Guess::Predicted, predictor, &size);
-                }
-                Err(failed) => evaluations = failed.evaluations,
-            }
-        }
-        self.any()
-            .solve_without_prediction(predictor, &size, max_iterations, evaluations)
+    /// What the rows are, divided by the declared ones, where they are not the same.
+    fn scales(&self, z: &[f64]) -> Option<Vector> {
+        self.shape().scaled.then(|| {
+            let mut scales = Vector::zero(self.shape().unknowns);
+            self.kernel.scales(self.at(z), &mut scales);
+            scales
+        })
     }
 
-    /// The same, without the type of the system.
-    #[inline]
-    pub fn any(&self) -> &dyn AnyStep<N, Z = S::Unknown<f64>> {
-        self
-    }
-
-    /// Holds the determinant at a root against those of the steps before.
-    #[inline]
-    fn take_determinant(
-        &self,
-        root: &Root<S::Unknown<f64>>,
-        predictor: &mut Predictor<S::Unknown<f64>>,
-    ) -> Continuation {
-        if S::DIVIDED || S::LINEAR {
-            Continuation::Fits
-        } else if root.determinant.value.is_nan() {
-            self.any().continuation(root, predictor)
-        } else {
-            predictor.take_determinant(root.determinant)
-        }
-    }
-
-    /// Whether another root may be as near to the guess as this one.
-    #[inline]
-    fn in_question(&self, root: &Root<S::Unknown<f64>>) -> bool {
-        !S::DIVIDED && !S::LINEAR && pair::in_question(root, self.past_is_short)
-    }
-
-    /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
-    #[inline]
-    pub fn size(&self, predictor: &Predictor<S::Unknown<f64>>) -> S::Unknown<f64> {
-        let increment = self.system.unknown(&self.leg.d, &[]);
-        let least = increment.zip(&increment, |d, _| SECOND_DIFFERENCE * d.abs());
-        predictor.expected(&least)
-    }
-}
-
-impl<S: System<N>, const N: usize> AnyStep<N> for Step<'_, S, N> {
-    fn system(&self) -> &dyn AnySystem<N> {
-        self.system
-    }
-
-    fn declaration<'a>(&'a self, before: &'a [f64; N]) -> Declaration<'a> {
-        Declaration::of(self.system).after(before)
-    }
-
-    fn before(&self) -> [f64; N] {
-        S::past(self.constants)
-    }
-
-    fn h(&self) -> f64 {
-        self.h
-    }
-
-    fn leg(&self) -> &Leg<f64, N> {
-        &self.leg
-    }
-
-    fn begins(&self) -> Option<&Begins<N>> {
-        self.begins.as_ref()
-    }
-
-    fn past(&self) -> Option<&[Leg<f64, N>; PAST]> {
-        self.past
-    }
-
-    fn unknown(&self, e: &[f64; N], multipliers: &[f64]) -> Self::Z {
-        self.system.unknown(e, multipliers)
-    }
-
-    fn second_difference(&self, z: &Self::Z) -> [f64; N] {
-        Step::second_difference(self, z)
-    }
-
-    fn on_leg(&self, leg: &Leg<f64, N>, z: &Self::Z) -> ([f64; N], Linearization<f64, Self::Z>) {
+    /// The second difference and the rows of the step that begins with another leg.
+    fn on_leg(&self, leg: AnyLeg<'_, f64>, z: &[f64]) -> (Vector, Linearized) {
         let moved = Step {
-            known: self.system.known(self.constants, leg),
-            leg: *leg,
+            known: known(self.kernel, self.constants, leg),
+            leg,
+            begins: None,
+            past: None,
+            before: self.before.clone(),
             ..*self
         };
         (moved.second_difference(z), moved.linearize(z))
     }
 
-    fn scales(&self, z: &Self::Z) -> Option<Self::Z> {
-        S::SCALED.then(|| self.system.scales(self.constants, &self.known, z))
+    /// The unknowns that belong to a second difference, with the multipliers that come nearest to its constraint force.
+    pub fn unknowns(&self, e: &[f64]) -> Vector {
+        let multipliers = multipliers::of_step(&self.declaration(), self.h, self.leg, e);
+        self.unknown(e, &multipliers)
+    }
+
+    /// The sign of the determinant of the rows, as they were declared.
+    pub fn orientation(&self, z: &[f64]) -> f64 {
+        let sign = self.linearize(z).jacobian.determinant().value.signum();
+        let scales = self.scales(z);
+        let scales = scales.iter().flat_map(|scales| scales.iter());
+        scales.fold(sign, |sign, scale| sign * scale.signum())
+    }
+
+    /// How large each unknown is expected to be without a past.
+    pub fn least(&self) -> Vector {
+        self.unknown(self.leg.d, &[]).map(|d| SECOND_DIFFERENCE * d.abs())
+    }
+
+    /// How large each unknown is expected to be: as lately, and not much smaller than the increment.
+    pub fn size(&self, predictor: &Predictor) -> Vector {
+        predictor.expected(&self.least())
+    }
+
+    /// Solves the step, from the prediction or, if that does not lead to a root, from other guesses.
+    pub fn solve(
+        &self,
+        predictor: &mut Predictor,
+        max_iterations: u32,
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
+        let size = self.size(predictor);
+        let mut evaluations = 0;
+        if let Some(start) = predictor.predict() {
+            match newton::solve(self, &start, &size, max_iterations, predictor) {
+                Ok(root) if self.shape().jumps && root.stop == Stop::Jump => {
+                    return Ok(report(root, Guess::Predicted));
+                }
+                Ok(root) => {
+                    let continuation = self.continuation(&root, predictor);
+                    let found = Found { root, continuation };
+                    return self.checked(found, &start, Guess::Predicted, predictor, &size);
+                }
+                Err(failed) => evaluations = failed.evaluations,
+            }
+        }
+        self.solve_without_prediction(predictor, &size, max_iterations, evaluations)
     }
 }
 
-pub(crate) use predictor::PAST;
+/// What is known when a step begins.
+fn known(kernel: &dyn Kernel, constants: &[f64], leg: AnyLeg<'_, f64>) -> SmallVec<[f64; FEW_KNOWN]> {
+    let mut known = smallvec![f64::NAN; kernel.shape().known];
+    kernel.known(constants, leg, &mut known);
+    known
+}
 
 /// What is told of a root.
-#[inline]
-fn report<Z>(root: Root<Z>, guess: Guess) -> (Z, StepReport) {
-    (
-        root.z,
-        StepReport {
-            iterations: root.evaluations,
-            stop: root.stop,
-            guess,
-        },
-    )
+fn report(root: Root<Vector>, guess: Guess) -> (Vector, StepReport) {
+    let report = StepReport {
+        iterations: root.evaluations,
+        stop: root.stop,
+        guess,
+    };
+    (root.z, report)
 }

@@ -6,10 +6,10 @@ use super::convergence::{
     LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
 };
 use super::elimination::Determinant;
-use super::unknown::{Linearization, Unknown};
 use crate::deficiency::null_directions;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepFailure};
+use crate::solve::{Square, Vector, is_finite};
 
 /// The unit round-off, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -54,14 +54,8 @@ pub enum Stop {
     Sticks,
 }
 
-/// Equations with as many rows as unknowns.
-///
-/// What is part of every step is compiled for the equations themselves. What is done seldom takes them as [`AnyEquations`], and
-/// is compiled once for each number of unknowns.
+/// Equations with as many rows as unknowns, on slices: for all that is compiled once.
 pub(crate) trait Equations {
-    /// The unknowns.
-    type Z: Unknown<f64>;
-
     /// Whether the rows are affine in the unknowns, between their jumps if they have any.
     fn are_affine(&self) -> bool {
         false
@@ -70,12 +64,6 @@ pub(crate) trait Equations {
     /// Whether the rows may jump where an unknown changes.
     fn may_jump(&self) -> bool {
         false
-    }
-
-    /// Whether the rows are affine in the unknowns everywhere: one update solves them.
-    #[inline]
-    fn are_linear(&self) -> bool {
-        self.are_affine() && !self.may_jump()
     }
 
     /// Whether roots are watched for others nearby.
@@ -89,29 +77,62 @@ pub(crate) trait Equations {
     }
 
     /// The rows and their Jacobian.
-    fn linearize(&self, z: &Self::Z) -> Linearization<f64, Self::Z>;
+    fn linearize(&self, z: &[f64]) -> Linearized;
 
     /// The rows and Newton's update, where most of the Jacobian is zero and the update found without the rest is a good one.
-    fn sparse_update(&self, z: &Self::Z) -> Option<Evaluation<Self::Z>> {
+    fn sparse_update(&self, z: &[f64]) -> Option<Evaluation<Vector>> {
         let _ = z;
         None
     }
 
-    /// The same by the whole Jacobian where that is needed.
-    #[inline]
-    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
-        Evaluation::dense(self, z)
-    }
-
     /// Whether what the declared rows were multiplied by is anything but zero at `z`, by comparison with a point
     /// `nearby`: a root where it is zero is none of the declared rows.
-    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
+    fn is_declared(&self, z: &[f64], nearby: &[f64]) -> bool {
         let _ = (z, nearby);
         true
     }
 
     /// Bounds of the rounding errors in the rows.
-    fn rounding(&self, z: &Self::Z) -> Self::Z;
+    fn rounding(&self, z: &[f64]) -> Vector;
+}
+
+/// The rows of equations at a point, and their Jacobian.
+#[derive(Clone, Debug)]
+pub(crate) struct Linearized {
+    /// The rows.
+    pub rows: Vector,
+    /// `∂row/∂z`.
+    pub jacobian: Square,
+}
+
+impl Linearized {
+    /// Newton's update; `None` if it is not finite.
+    pub fn update(&self) -> Option<Vector> {
+        self.jacobian.solve(&self.rows.map(|row| -row))
+    }
+
+    /// The rows and the update, which nobody has looked at; where one update solves the equations, it has to be a good one.
+    fn evaluation(self, are_linear: bool) -> Evaluation<Vector> {
+        let Self { rows, mut jacobian } = self;
+        if are_linear {
+            let update = jacobian.solve(&rows.map(|row| -row));
+            return Evaluation {
+                safe: update.is_some(),
+                update: update.unwrap_or_else(|| rows.clone()),
+                rows,
+                determinant: Determinant::UNKNOWN,
+            };
+        }
+        // the sign changes last, where it becomes part of the sum with the unknowns
+        let mut update = rows.clone();
+        let (safe, determinant) = jacobian.solve_quick(&mut update);
+        Evaluation {
+            update: update.map(|x| -x),
+            rows,
+            safe,
+            determinant,
+        }
+    }
 }
 
 /// The rows at a point, and Newton's update from there.
@@ -126,57 +147,88 @@ pub(crate) struct Evaluation<Z> {
     pub determinant: Determinant,
 }
 
-impl<Z: Unknown<f64>> Evaluation<Z> {
-    /// The same, where it is not part of every step: a large matrix needs room that every call would touch.
-    #[cold]
-    #[inline(never)]
-    pub fn apart<E: Equations<Z = Z> + ?Sized>(equations: &E, z: &Z) -> Self {
-        Self::dense(equations, z)
-    }
-
-    /// By the whole Jacobian.
-    #[inline]
-    pub fn dense<E: Equations<Z = Z> + ?Sized>(equations: &E, z: &Z) -> Self {
-        // in place: a copy of the matrix of a large system is no small part of the stack
-        let mut linearization = equations.linearize(z);
-        let rows = linearization.rows;
-        let (update, safe, determinant) = if equations.are_linear() {
-            // the only update has to be a good one
-            let update = linearization.update();
-            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
-        } else {
-            linearization.quick_update()
-        };
-        Self {
-            rows,
-            update,
-            safe,
-            determinant,
+/// Vectors of unknowns: arrays where steps are made, [`Vector`] elsewhere.
+pub(crate) trait Components: Clone + AsRef<[f64]> + AsMut<[f64]> {
+    /// A function of the components of two vectors, one by one.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
+    fn with(&self, other: &Self, function: impl Fn(f64, f64) -> f64) -> Self {
+        let mut result = self.clone();
+        for (x, y) in result.as_mut().iter_mut().zip(other.as_ref()) {
+            *x = function(*x, *y);
         }
+        result
     }
 }
 
-/// Equations for the unknowns `Z`, whatever their type.
-pub(crate) type AnyEquations<'a, Z> = dyn Equations<Z = Z> + 'a;
+impl<Z: Clone + AsRef<[f64]> + AsMut<[f64]>> Components for Z {}
+
+/// Equations as the first three iterations see them, which are part of every step.
+pub(crate) trait Quick {
+    /// The unknowns.
+    type Z: Components;
+
+    /// Whether the rows are affine in the unknowns everywhere: one update solves them.
+    fn are_linear(&self) -> bool;
+
+    /// See [`Equations::are_watched`].
+    fn are_watched(&self) -> bool;
+
+    /// See [`Equations::past_is_short`].
+    fn past_is_short(&self) -> bool;
+
+    /// The rows and Newton's update.
+    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z>;
+
+    /// See [`Equations::is_declared`].
+    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool;
+}
+
+impl Quick for dyn Equations + '_ {
+    type Z = Vector;
+
+    fn are_linear(&self) -> bool {
+        self.are_affine() && !self.may_jump()
+    }
+
+    fn are_watched(&self) -> bool {
+        Equations::are_watched(self)
+    }
+
+    fn past_is_short(&self) -> bool {
+        Equations::past_is_short(self)
+    }
+
+    fn evaluate(&self, z: &Vector) -> Evaluation<Vector> {
+        match self.sparse_update(z) {
+            Some(evaluation) => evaluation,
+            None => self.linearize(z).evaluation(self.are_linear()),
+        }
+    }
+
+    fn is_declared(&self, z: &Vector, nearby: &Vector) -> bool {
+        Equations::is_declared(self, z, nearby)
+    }
+}
 
 /// What is noted on the way to a root.
-pub(crate) trait Notes<Z> {
+pub(crate) trait Notes {
     /// The size of an update, relative to the unknowns; not for iterations that end with one of the first three.
     fn update(&mut self, size: f64) {
         let _ = size;
     }
 
     /// The natural sizes of the unknowns, where they were needed.
-    fn natural_sizes(&mut self, sizes: &NaturalSizes<Z>) {
+    fn natural_sizes(&mut self, sizes: &NaturalSizes) {
         let _ = sizes;
     }
 }
 
 /// Nothing is noted.
-impl<Z> Notes<Z> for () {}
+impl Notes for () {}
 
 /// The sizes of the updates.
-impl<Z> Notes<Z> for Vec<f64> {
+impl Notes for Vec<f64> {
     fn update(&mut self, size: f64) {
         self.push(size);
     }
@@ -202,20 +254,20 @@ pub(crate) struct Root<Z> {
 }
 
 /// The iteration ended without a root here.
-pub(crate) struct Failed<Z> {
+pub(crate) struct Failed {
     /// Why.
     pub reason: StepFailure,
     /// The unknowns.
-    pub z: Z,
+    pub z: Vector,
     /// The rows there.
-    pub rows: Z,
+    pub rows: Vector,
     /// How often the rows and their Jacobian were evaluated.
     pub evaluations: u32,
 }
 
 /// A point of the iteration.
-#[derive(Clone, Copy)]
-struct Iterate<Z> {
+#[derive(Clone)]
+pub(crate) struct Iterate<Z> {
     /// The unknowns.
     z: Z,
     /// The rows.
@@ -237,28 +289,28 @@ impl<Z> Iterate<Z> {
 }
 
 /// A point of the iteration, or why there is none.
-type Evaluated<Z> = Result<Iterate<Z>, Failed<Z>>;
+type Evaluated = Result<Iterate<Vector>, Failed>;
 
 /// The next point of the iteration, and the part of the update that led there.
-type Descent<Z> = (Iterate<Z>, f64);
+type Descent = (Iterate<Vector>, f64);
 
 /// Newton's iteration for one set of equations.
-struct Newton<'a, Z> {
+struct Newton<'a> {
     /// The equations.
-    equations: &'a AnyEquations<'a, Z>,
+    equations: &'a dyn Equations,
     /// How large each unknown is expected to be, at least.
-    size: Z,
+    size: Vector,
     /// The natural sizes, where they are known.
-    natural: Option<Z>,
+    natural: Option<Vector>,
     /// How often the rows were evaluated.
     evaluations: u32,
     /// Evaluations that need not be made again.
-    made: &'a [Trial<Z>],
+    made: &'a [Trial<Vector>],
 }
 
 /// An evaluation of the rows whose update nobody has looked at yet.
-#[derive(Clone, Copy)]
-struct Trial<Z> {
+#[derive(Clone)]
+pub(crate) struct Trial<Z> {
     /// The point, with its update where the iteration may use it.
     at: Iterate<Z>,
     /// Whether the update is what Newton's iteration asks for, if it is finite.
@@ -267,9 +319,9 @@ struct Trial<Z> {
     determinant: Determinant,
 }
 
-impl<Z: Unknown<f64>> Trial<Z> {
+impl<Z: Components> Trial<Z> {
     #[inline]
-    fn new<E: Equations<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
+    fn new<E: Quick<Z = Z> + ?Sized>(equations: &E, z: Z) -> Self {
         let Evaluation {
             rows,
             update,
@@ -306,38 +358,38 @@ impl<Z: Unknown<f64>> Trial<Z> {
     /// Where the update leads.
     #[inline]
     fn next(&self) -> Z {
-        self.at.z.zip(&self.at.update, |z, update| z + update)
+        self.at.z.with(&self.at.update, |z, update| z + update)
     }
 }
 
-/// Solves the equations by Newton's iteration from `start`.
+/// The first three iterations of Newton's from `start`, or what they found where they are not enough.
 ///
 /// `size` says how large each unknown is expected to be: an update is small or large relative to the unknown,
-/// or to `size` where the unknown is smaller. There is no absolute tolerance. `notes` are taken on the way.
+/// or to `size` where the unknown is smaller. There is no absolute tolerance.
 ///
 /// With a good start there is one evaluation of the rows: the update is applied, and its size shows that no
-/// more is needed. Up to three evaluations are the usual case, and stand here by themselves: whatever is odd fails
-/// to be small, and is left to the iteration that looks at everything.
+/// more is needed. Up to three evaluations are the usual case: whatever is odd fails
+/// to be small, and is left to [`solve`], which looks at everything.
 #[inline(always)]
-#[allow(clippy::inline_always)] // part of every step; where it is called beside, [`solve_apart`] is
-pub(crate) fn solve<E: Equations>(
+#[allow(clippy::inline_always)] // part of every step
+pub(crate) fn quick<E: Quick + ?Sized>(
     equations: &E,
     start: E::Z,
     size: &E::Z,
     max_iterations: u32,
-    notes: &mut dyn Notes<E::Z>,
-) -> Result<Root<E::Z>, Failed<E::Z>> {
+) -> Result<Root<E::Z>, [Trial<E::Z>; 3]> {
     let first = Trial::new(equations, start);
     if equations.are_linear() {
         if first.is_solution() && is_declared(equations, &first.next(), size) {
             return Ok(arrived(&first, 1));
         }
-    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &start, size) {
+    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &first.at.z, size) {
         return Ok(arrived(&first, 1));
     }
     let second = Trial::new(equations, first.next());
     // the first point is a point nearby for which there is nothing left to compute
-    let declared = |z, nearby| equations.is_declared(z, nearby) || is_declared(equations, z, size);
+    let declared =
+        |z: &E::Z, nearby: &E::Z| equations.is_declared(z, nearby) || is_declared(equations, z, size);
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
         return Ok(arrived(&second, 2));
     }
@@ -345,73 +397,32 @@ pub(crate) fn solve<E: Equations>(
     if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
         return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
     }
-    go_on(equations, &[first, second, third], size, max_iterations, notes)
+    Err([first, second, third])
 }
 
-/// The same, where it is not part of every step.
-#[inline(never)]
-pub(crate) fn solve_apart<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    start: Z,
-    size: &Z,
+/// Solves the equations by Newton's iteration from `start`, with sizes as in [`quick`]. `notes` are taken on the way.
+pub(crate) fn solve(
+    equations: &dyn Equations,
+    start: &Vector,
+    size: &Vector,
     max_iterations: u32,
-    notes: &mut dyn Notes<Z>,
-) -> Result<Root<Z>, Failed<Z>> {
-    solve(&Apart(equations), start, size, max_iterations, notes)
-}
-
-/// Equations whose type is not known.
-struct Apart<'a, Z>(&'a AnyEquations<'a, Z>);
-
-impl<Z: Unknown<f64>> Equations for Apart<'_, Z> {
-    type Z = Z;
-
-    fn are_affine(&self) -> bool {
-        self.0.are_affine()
-    }
-
-    fn may_jump(&self) -> bool {
-        self.0.may_jump()
-    }
-
-    fn are_watched(&self) -> bool {
-        self.0.are_watched()
-    }
-
-    fn past_is_short(&self) -> bool {
-        self.0.past_is_short()
-    }
-
-    fn linearize(&self, z: &Z) -> Linearization<f64, Z> {
-        self.0.linearize(z)
-    }
-
-    fn sparse_update(&self, z: &Z) -> Option<Evaluation<Z>> {
-        self.0.sparse_update(z)
-    }
-
-    fn evaluate(&self, z: &Z) -> Evaluation<Z> {
-        self.0.evaluate(z)
-    }
-
-    fn is_declared(&self, z: &Z, nearby: &Z) -> bool {
-        self.0.is_declared(z, nearby)
-    }
-
-    fn rounding(&self, z: &Z) -> Z {
-        self.0.rounding(z)
+    notes: &mut dyn Notes,
+) -> Result<Root<Vector>, Failed> {
+    match quick(equations, start.clone(), size, max_iterations) {
+        Ok(root) => Ok(root),
+        Err(made) => go_on(equations, &made, size, max_iterations, notes),
     }
 }
 
 /// The iteration after three evaluations that did not end it.
 #[inline(never)]
-fn go_on<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    made: &[Trial<Z>],
-    size: &Z,
+fn go_on(
+    equations: &dyn Equations,
+    made: &[Trial<Vector>; 3],
+    size: &Vector,
     max_iterations: u32,
-    notes: &mut dyn Notes<Z>,
-) -> Result<Root<Z>, Failed<Z>> {
+    notes: &mut dyn Notes,
+) -> Result<Root<Vector>, Failed> {
     if let (true, [_, second, third]) = (equations.may_jump(), made) {
         if equations.are_affine() && third.is_solution() {
             return jump::between_pieces(equations, [second, third], size);
@@ -422,26 +433,32 @@ fn go_on<Z: Unknown<f64>>(
     }
     let newton = Newton {
         equations,
-        size: *size,
+        size: size.clone(),
         natural: None,
         evaluations: 3,
         made,
     };
-    let root = newton.look(made[0].at.z, max_iterations, notes)?;
+    let [first, second, _] = made;
+    let root = newton.look(&first.at.z, max_iterations, notes)?;
     if is_declared(equations, &root.z, size) {
-        return Ok(bent([&made[0], &made[1]], size, root));
+        let (bend, close) = bend(
+            [&first.at.update, &second.at.update],
+            [&first.at.z, &second.at.z],
+            size,
+        );
+        return Ok(Root { bend, close, ..root });
     }
     Err(Failed {
         reason: StepFailure::Degenerate,
-        z: root.z,
         rows: equations.linearize(&root.z).rows,
+        z: root.z,
         evaluations: root.evaluations,
     })
 }
 
 /// Tells how the rows bend on the way to a root, if anybody wants to know, or another root may be close.
 #[inline]
-fn watched<E: Equations>(
+fn watched<E: Quick + ?Sized>(
     equations: &E,
     [first, second]: [&Trial<E::Z>; 2],
     size: &E::Z,
@@ -459,38 +476,40 @@ fn watched<E: Equations>(
     let close = after * (largest * largest) >= CLOSE * (before * before) * smallest;
     let straight = after * largest < BENT * before * smallest;
     if equations.are_watched() && !straight && (equations.past_is_short() || close) {
-        bent([first, second], size, root)
+        let updates = [first, second].map(|trial| trial.at.update.as_ref());
+        let (bend, close) = bend(
+            updates,
+            [first, second].map(|trial| trial.at.z.as_ref()),
+            size.as_ref(),
+        );
+        Root { bend, close, ..root }
     } else {
         root
     }
 }
 
-/// The root with what the first two updates tell of it.
+/// What the first two updates tell of the rows on the way to a root: how they bend, and whether another root would be close.
 #[cold]
-fn bent<Z: Unknown<f64>>([first, second]: [&Trial<Z>; 2], size: &Z, root: Root<Z>) -> Root<Z> {
-    let [before, after] = [first, second].map(|trial| relative(&trial.at.update, &trial.at.z, size));
+fn bend(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> (f64, bool) {
+    let [before, after] = [0, 1].map(|k| relative(updates[k], at[k], size));
     // close also where nothing is known
     let far = matches!(
         after.partial_cmp(&(CLOSE * before * before)),
         Some(Ordering::Less)
     );
-    Root {
-        bend: after / before,
-        close: !far,
-        ..root
-    }
+    (after / before, !far)
 }
 
 /// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
 #[inline]
-fn is_declared<E: Equations + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
-    let nearby = z.zip(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
+fn is_declared<E: Quick + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
+    let nearby = z.with(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
     equations.is_declared(z, &nearby)
 }
 
 /// The root that an update leads to.
 #[inline]
-fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
+fn arrived<Z: Components>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
     Root {
         z: last.next(),
         evaluations,
@@ -503,68 +522,70 @@ fn arrived<Z: Unknown<f64>>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
 
 /// The size of an update relative to unknowns `z`, or to their expected sizes where these are larger.
 #[inline]
-pub(crate) fn relative<Z: Unknown<f64>>(update: &Z, z: &Z, size: &Z) -> f64 {
+pub(crate) fn relative(update: &[f64], z: &[f64], size: &[f64]) -> f64 {
     Update {
-        components: update,
-        unknowns: z,
-        sizes: size,
+        components: &update,
+        unknowns: &z,
+        sizes: &size,
     }
     .relative()
 }
 
 /// Solves equations that failed from `start` once more, to write down the history of the updates.
 #[cold]
-pub(crate) fn explain<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    start: Z,
-    size: &Z,
+pub(crate) fn explain(
+    equations: &dyn Equations,
+    start: &Vector,
+    size: &Vector,
     max_iterations: u32,
 ) -> NewtonFailure {
     let mut updates = Vec::new();
-    let result = solve_apart(equations, start, size, max_iterations, &mut updates);
+    let result = solve(equations, start, size, max_iterations, &mut updates);
     let (reason, z, rows) = match result {
         Err(Failed { reason, z, rows, .. }) => (reason, z, rows),
         // the same iteration ends the same way
         Ok(root) => (
             StepFailure::NotConverged,
-            root.z,
+            root.z.clone(),
             equations.linearize(&root.z).rows,
         ),
     };
     NewtonFailure {
         reason,
-        unknowns: z.as_ref().to_vec(),
-        residual: rows.as_ref().to_vec(),
+        unknowns: z.to_vec(),
+        residual: rows.to_vec(),
         updates,
         other: Vec::new(),
     }
 }
 
-impl<Z: Unknown<f64>> Newton<'_, Z> {
+impl Newton<'_> {
     /// The rows at `z` and the update from there.
-    fn evaluate(&mut self, z: Z) -> Evaluated<Z> {
-        let here = |trial: &&Trial<Z>| trial.at.z.as_ref() == z.as_ref() && trial.is_solution();
+    fn evaluate(&mut self, z: Vector) -> Evaluated {
+        let here = |trial: &&Trial<Vector>| trial.at.z == z && trial.is_solution();
         if let Some(trial) = self.made.iter().find(here) {
-            return Ok(trial.at);
+            return Ok(trial.at.clone());
         }
         self.evaluations += 1;
         if let Some(Evaluation { rows, update, .. }) = self.equations.sparse_update(&z) {
             return Ok(Iterate { z, rows, update });
         }
-        let linearization = self.equations.linearize(&z);
-        let rows = linearization.rows;
-        match linearization.update() {
-            Some(update) => Ok(Iterate { z, rows, update }),
-            None => self.without_update(z, &linearization),
+        let at = self.equations.linearize(&z);
+        match at.update() {
+            Some(update) => Ok(Iterate {
+                z,
+                rows: at.rows,
+                update,
+            }),
+            None => self.without_update(z, &at),
         }
     }
 
     /// What it means that there is no update: a root all the same, a singularity, or no values at all.
     #[cold]
-    fn without_update(&self, z: Z, at: &Linearization<f64, Z>) -> Evaluated<Z> {
-        let rows = at.rows;
-        let finite = |values: &Z| values.as_ref().iter().all(|x| x.is_finite());
-        if !finite(&rows) || !at.jacobian.as_ref().iter().all(finite) {
+    fn without_update(&self, z: Vector, at: &Linearized) -> Evaluated {
+        let rows = at.rows.clone();
+        if !rows.is_finite() || !is_finite(at.jacobian.entries()) {
             return Err(Failed {
                 reason: StepFailure::NotFinite,
                 z,
@@ -572,10 +593,10 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
                 evaluations: self.evaluations,
             });
         }
-        let is_zero = |rows: &Z| rows.as_ref().iter().all(|&row| row == 0.0);
+        let is_zero = rows.iter().all(|&row| row == 0.0);
         // a double root is one; rows that stay zero along a direction that the Jacobian takes to zero do not determine it
         let determined = |direction: Vec<f64>| {
-            let lengths = z.as_ref().iter().zip(self.size.as_ref());
+            let lengths = z.iter().zip(self.size.iter());
             let lengths = lengths.map(|(z, size)| z.abs().max(*size));
             // how far a change by the direction is, in units of the unknowns
             let far = direction
@@ -586,27 +607,26 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
                     far.max(far_here)
                 });
             let part = if far > 0.0 { NEARBY / far } else { NEARBY };
-            let mut moved = z;
-            for (z, along) in moved.as_mut().iter_mut().zip(&direction) {
+            let mut moved = z.clone();
+            for (z, along) in moved.iter_mut().zip(&direction) {
                 *z += part * along;
             }
             // the direction is rounded, and what rounding leaves is zero, too
             let rows = self.equations.linearize(&moved).rows;
             let bounds = self.equations.rounding(&moved);
-            let mut rows = rows.as_ref().iter().zip(bounds.as_ref());
+            let mut rows = rows.iter().zip(bounds.iter());
             rows.any(|(row, bound)| {
                 let is_rounding = row.abs() <= LEFT * bound;
                 *row != 0.0 && !is_rounding
             })
         };
-        let count = rows.as_ref().len();
-        let jacobian = at.jacobian.as_ref();
-        let jacobian = || Matrix::from_fn(count, count, |i, j| jacobian[i].as_ref()[j]);
-        if is_zero(&rows) && null_directions(jacobian(), count).into_iter().all(determined) {
+        let count = rows.len();
+        let jacobian = || Matrix::from_fn(count, count, |i, j| at.jacobian.entries()[i * count + j]);
+        if is_zero && null_directions(jacobian(), count).into_iter().all(determined) {
             return Ok(Iterate {
                 z,
                 rows,
-                update: Z::zero(),
+                update: Vector::zero(count),
             });
         }
         Err(Failed {
@@ -619,8 +639,8 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
 
     /// The root after the last update.
     #[inline]
-    fn arrive(&self, last: &Iterate<Z>) -> Root<Z> {
-        let stop = if last.rows.as_ref().iter().all(|&row| row == 0.0) {
+    fn arrive(&self, last: &Iterate<Vector>) -> Root<Vector> {
+        let stop = if last.rows.iter().all(|&row| row == 0.0) {
             Stop::Exact
         } else {
             Stop::Update
@@ -638,17 +658,22 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
 
     /// The point that the full update leads to.
     #[inline]
-    fn full_step(&mut self, from: &Iterate<Z>) -> Evaluated<Z> {
+    fn full_step(&mut self, from: &Iterate<Vector>) -> Evaluated {
         self.evaluate(from.z.zip(&from.update, |z, update| z + update))
     }
 
     /// Full updates from `start`, as long as each is much smaller than the one before: nothing else needs to be looked
     /// at.
-    fn look(mut self, start: Z, max_iterations: u32, notes: &mut dyn Notes<Z>) -> Result<Root<Z>, Failed<Z>> {
-        let mut now = self.evaluate(start)?;
+    fn look(
+        mut self,
+        start: &Vector,
+        max_iterations: u32,
+        notes: &mut dyn Notes,
+    ) -> Result<Root<Vector>, Failed> {
+        let mut now = self.evaluate(start.clone())?;
         let mut size = now.update(&self.size).relative();
         notes.update(size);
-        if now.update(&self.size).is_small(LAST_UPDATE) || self.equations.are_linear() {
+        if now.update(&self.size).is_small(LAST_UPDATE) || Quick::are_linear(self.equations) {
             return Ok(self.arrive(&now));
         }
         let mut next = self.full_step(&now);
@@ -674,19 +699,19 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
                 return self.iterate(now, size, next, max_iterations, notes);
             }
             notes.update(next_size);
-            (now, size) = (*at, next_size);
+            (now, size) = (at.clone(), next_size);
             next = self.full_step(&now);
         }
     }
 
     /// Finds out the natural sizes of the unknowns near `z`; `false` if there are none.
     #[cold]
-    fn learn(&mut self, z: &Z, notes: &mut dyn Notes<Z>) -> bool {
-        if z.as_ref().len() < 2 {
+    fn learn(&mut self, z: &Vector, notes: &mut dyn Notes) -> bool {
+        if z.len() < 2 {
             return false; // nothing that it could be coupled with
         }
         let terms = self.equations.rounding(z);
-        let terms = terms.zip(&terms, |bound, _| bound / UNIT);
+        let terms = terms.map(|bound| bound / UNIT);
         let Some(natural) = NaturalSizes::new(&self.equations.linearize(z).jacobian, &terms, z) else {
             return false;
         };
@@ -695,8 +720,8 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
             return false;
         }
         self.size = natural.raise(&self.size);
-        self.natural = Some(natural.sizes);
         notes.natural_sizes(&natural);
+        self.natural = Some(natural.sizes);
         true
     }
 
@@ -705,12 +730,12 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
     #[inline(never)]
     fn iterate(
         mut self,
-        mut now: Iterate<Z>,
+        mut now: Iterate<Vector>,
         mut size: f64,
-        next: Evaluated<Z>,
+        next: Evaluated,
         max_iterations: u32,
-        notes: &mut dyn Notes<Z>,
-    ) -> Result<Root<Z>, Failed<Z>> {
+        notes: &mut dyn Notes,
+    ) -> Result<Root<Vector>, Failed> {
         let (mut part, mut patience) = (1.0_f64, PATIENCE);
         let mut progress = Progress::new(size);
         let mut evaluated = Some(next);
@@ -766,11 +791,11 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
     /// scaled, which a test of the residual would.
     fn descend(
         &mut self,
-        from: &Iterate<Z>,
-        mut evaluated: Option<Evaluated<Z>>,
+        from: &Iterate<Vector>,
+        mut evaluated: Option<Evaluated>,
         mut part: f64,
         patience: &mut u32,
-    ) -> Result<Descent<Z>, Failed<Z>> {
+    ) -> Result<Descent, Failed> {
         let mut full = None;
         while part >= SMALLEST_PART {
             let trial = match evaluated.take() {
@@ -799,27 +824,28 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
             }
             _ => Err(Failed {
                 reason: StepFailure::NotConverged,
-                z: from.z,
-                rows: from.rows,
+                z: from.z.clone(),
+                rows: from.rows.clone(),
                 evaluations: self.evaluations,
             }),
         }
     }
 
     /// Whether the update at `to` is smaller than the one at `from`, both relative to the same sizes.
-    fn shrinks(&self, from: &Iterate<Z>, to: &Iterate<Z>) -> bool {
+    fn shrinks(&self, from: &Iterate<Vector>, to: &Iterate<Vector>) -> bool {
         let (mut before, mut after) = (0.0_f64, 0.0_f64);
         // an unknown far below its natural size has no say in it
-        let size = self.natural.unwrap_or(self.size).zip(&self.size, f64::max);
+        let natural = self.natural.as_ref().unwrap_or(&self.size);
+        let size = natural.zip(&self.size, f64::max);
         let expected = from
             .z
             .zip(&size, |z, size| z.abs().max(size))
             .zip(&from.update, |size, x| size.max(x.abs()));
-        for (i, &size) in expected.as_ref().iter().enumerate() {
+        for (i, &size) in expected.iter().enumerate() {
             // an unknown that has no size yet cannot have too large an update
             if size > 0.0 {
-                before = before.max(from.update.as_ref()[i].abs() / size);
-                after = after.max(to.update.as_ref()[i].abs() / size);
+                before = before.max(from.update[i].abs() / size);
+                after = after.max(to.update[i].abs() / size);
             }
         }
         after < before || after == 0.0
@@ -827,12 +853,11 @@ impl<Z: Unknown<f64>> Newton<'_, Z> {
 
     /// The largest row relative to the bound of its rounding error.
     #[cold]
-    fn roundings(&self, at: &Iterate<Z>) -> f64 {
+    fn roundings(&self, at: &Iterate<Vector>) -> f64 {
         let bounds = self.equations.rounding(&at.z);
         at.rows
-            .as_ref()
             .iter()
-            .zip(bounds.as_ref())
+            .zip(bounds.iter())
             .fold(0.0, |largest, (row, bound)| {
                 let ratio = if *row == 0.0 { 0.0 } else { row.abs() / bound };
                 // a NaN must not pass for zero, nor be forgotten

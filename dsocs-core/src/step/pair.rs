@@ -1,14 +1,14 @@
 //! Steps with two solutions.
 
-use super::any::{AnyStep, vector};
 use super::elimination::Determinant;
-use super::newton::{self, BENT, Root, Stop, relative};
+use super::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
 use super::predictor::{Continuation, Predictor};
-use super::unknown::{Linearization, Unknown};
 use super::{Guess, Step, StepReport, report};
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::error::{NewtonFailure, StepFailure};
 use crate::flow::MAX_ITERATIONS;
-use crate::system::{Leg, System};
+use crate::solve::{Vector, is_finite};
+use crate::start;
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
@@ -45,17 +45,17 @@ enum Candidate {
 }
 
 /// The solutions of a step.
-pub(crate) struct Pair<Z> {
+pub(crate) struct Pair {
     /// The one that the iteration finds.
-    pub found: (Z, StepReport),
+    pub found: (Vector, StepReport),
     /// Another one.
-    pub other: Option<Z>,
+    pub other: Option<Vector>,
 }
 
 /// A root, and what the determinant there says of it.
-pub(super) struct Found<Z> {
+pub(super) struct Found {
     /// The root.
-    pub root: Root<Z>,
+    pub root: Root<Vector>,
     /// Whether the determinant continues those of the steps before.
     pub continuation: Continuation,
 }
@@ -82,15 +82,15 @@ fn extrapolations(past: &[f64]) -> Vec<f64> {
 }
 
 /// Which of two roots the unknowns of the last steps lead to: all extrapolations have to be [`NEARER`] to it.
-fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
-    let guesses = |past: &[Z]| -> Vec<Z> {
-        let mut guesses: Vec<Z> = Vec::new();
-        for i in 0..found.as_ref().len() {
-            let values: Vec<f64> = past.iter().map(|z| z.as_ref()[i]).collect();
+fn continued_unknowns(past: &[Vector], found: &Vector, other: &Vector, size: &Vector) -> Option<Candidate> {
+    let guesses = |past: &[Vector]| -> Vec<Vector> {
+        let mut guesses: Vec<Vector> = Vec::new();
+        for i in 0..found.len() {
+            let values: Vec<f64> = past.iter().map(|z| z[i]).collect();
             let extrapolated = extrapolations(&values);
-            guesses.resize_with(extrapolated.len(), Z::zero);
+            guesses.resize_with(extrapolated.len(), || Vector::zero(found.len()));
             for (guess, value) in guesses.iter_mut().zip(extrapolated) {
-                guess.as_mut()[i] = value;
+                guess[i] = value;
             }
         }
         guesses
@@ -109,24 +109,25 @@ fn continued_unknowns<Z: Unknown<f64>>(past: &[Z], found: &Z, other: &Z, size: &
     // along the line through both roots, where the one is at 0 and the other at 1
     let line = other.zip(found, |other, found| other - found);
     let square = newton::scalar_product(&line, &line, size);
-    let along =
-        |from: &Z, to: &Z| newton::scalar_product(&to.zip(from, |to, from| to - from), &line, size) / square;
+    let along = |from: &Vector, to: &Vector| {
+        newton::scalar_product(&to.zip(from, |to, from| to - from), &line, size) / square
+    };
     let worth = before.iter().all(|guess| along(last, guess).abs() < NEARER);
-    let leads_to = |root: &Z| worth && now.iter().all(|guess| along(root, guess).abs() < NEARER);
+    let leads_to = |root: &Vector| worth && now.iter().all(|guess| along(root, guess).abs() < NEARER);
     one_of(leads_to(found), leads_to(other))
 }
 
 /// Whether another root may be as near to the guess as this one.
 #[inline]
-pub(super) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
+pub(crate) fn in_question<Z>(root: &Root<Z>, past_is_short: bool) -> bool {
     let straight = root.bend < BENT; // false for a NaN
     !straight && (root.close || past_is_short || root.evaluations > MANY)
 }
 
-impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
+impl Step<'_> {
     /// Holds the determinant at a root against those of the steps before.
     #[cold]
-    pub(super) fn continuation(&self, root: &Root<Z>, predictor: &mut Predictor<Z>) -> Continuation {
+    pub(super) fn continuation(&self, root: &Root<Vector>, predictor: &mut Predictor) -> Continuation {
         if !self.are_watched() {
             return Continuation::Fits;
         }
@@ -139,35 +140,35 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// Whether another root may be as near to the guess as this one.
-    fn is_in_question(&self, root: &Root<Z>) -> bool {
-        self.are_watched() && in_question(root, self.past_is_short())
+    fn is_in_question(&self, root: &Root<Vector>) -> bool {
+        self.are_watched() && in_question(root, self.past_is_short)
     }
 
     /// The determinant of the rows' Jacobian.
     #[cold]
-    fn determinant(&self, z: &Z) -> Determinant {
-        Z::determinant(&self.linearize(z).jacobian)
+    fn determinant(&self, z: &[f64]) -> Determinant {
+        self.linearize(z).jacobian.determinant()
     }
 
     /// A root, if no other one continues the motion for all that is known of it.
     #[cold]
     pub(super) fn checked(
         &self,
-        Found { root, continuation }: Found<Z>,
-        start: &Z,
+        Found { root, continuation }: Found,
+        start: &Vector,
         guess: Guess,
-        predictor: &mut Predictor<Z>,
-        size: &Z,
-    ) -> Result<(Z, StepReport), NewtonFailure> {
+        predictor: &mut Predictor,
+        size: &Vector,
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
         if root.stop == Stop::Jump {
             return Ok(report(root, guess));
         }
         let legs = self
-            .unknown(&self.leg().d, &[])
+            .unknown(self.leg.d, &[])
             .zip(size, |d, size| d.abs().max(size));
         // a root beyond the lengths of the legs belongs to no motion, whether it is found first or is the other one
         let reach = self.reach(&legs);
-        if continuation != Continuation::Fits && relative(&root.z, &Z::zero(), &reach) > FAR {
+        if continuation != Continuation::Fits && relative(&root.z, &Vector::zero(size.len()), &reach) > FAR {
             return self.nearer(root, predictor, [size, &reach]);
         }
         // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
@@ -206,9 +207,12 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// The lengths beyond which an unknown belongs to no motion: those of the legs, and none for multipliers, which may grow by any factor.
-    fn reach(&self, legs: &Z) -> Z {
+    fn reach(&self, legs: &Vector) -> Vector {
         // no combination of these second differences that is an unknown is zero
-        let is_difference = self.unknown(&core::array::from_fn(|i| 1.0 + 0.618_034 * i as f64), &[]);
+        let is_difference = self.unknown(
+            &Vector::from_fn(self.leg.d.len(), |i| 1.0 + 0.618_034 * i as f64),
+            &[],
+        );
         legs.zip(
             &is_difference,
             |legs, part| if part == 0.0 { f64::INFINITY } else { legs },
@@ -216,13 +220,13 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// The failure of a step with two roots.
-    fn ambiguous(&self, root: &Z, other: &Z) -> NewtonFailure {
+    fn ambiguous(&self, root: &[f64], other: &[f64]) -> NewtonFailure {
         NewtonFailure {
             reason: StepFailure::AmbiguousRoot,
-            unknowns: root.as_ref().to_vec(),
-            residual: self.linearize(root).rows.as_ref().to_vec(),
+            unknowns: root.to_vec(),
+            residual: self.linearize(root).rows.to_vec(),
             updates: Vec::new(),
-            other: other.as_ref().to_vec(),
+            other: other.to_vec(),
         }
     }
 
@@ -231,24 +235,24 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     #[cold]
     fn nearer(
         &self,
-        far: Root<Z>,
-        predictor: &mut Predictor<Z>,
-        [size, legs]: [&Z; 2],
-    ) -> Result<(Z, StepReport), NewtonFailure> {
+        far: Root<Vector>,
+        predictor: &mut Predictor,
+        [size, legs]: [&Vector; 2],
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
         let guesses = [
             (predictor.last(), Guess::Last),
-            (Some(Z::zero()), Guess::Straight),
+            (Some(Vector::zero(size.len())), Guess::Straight),
             (self.continuous(), Guess::Continuous),
         ];
         let mut evaluations = far.evaluations;
         let mut other = None;
         for (start, guess) in guesses {
             let Some(start) = start else { continue };
-            let Ok(root) = newton::solve_apart(self, start, size, MAX_ITERATIONS, &mut ()) else {
+            let Ok(root) = newton::solve(self, &start, size, MAX_ITERATIONS, &mut ()) else {
                 continue;
             };
             evaluations += root.evaluations;
-            if relative(&root.z, &Z::zero(), legs) > FAR {
+            if relative(&root.z, &Vector::zero(size.len()), legs) > FAR {
                 continue;
             }
             if predictor.take_determinant(self.determinant(&root.z)) == Continuation::Fits {
@@ -275,7 +279,14 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     ///
     /// One or two solutions say too little for either to be enough. The acceleration of the continuous system says as much as
     /// at the first step, if the past does not contradict it, and if there is only one: of two, the start has chosen.
-    fn continued(&self, past: &[Z], found: &Z, other: &Z, size: &Z, legs: &Z) -> Option<Candidate> {
+    fn continued(
+        &self,
+        past: &[Vector],
+        found: &Vector,
+        other: &Vector,
+        size: &Vector,
+        legs: &Vector,
+    ) -> Option<Candidate> {
         let by_unknowns = continued_unknowns(past, found, other, size);
         let by_determinants = self.continued_determinants(past, found, other, size);
         match (by_determinants, by_unknowns) {
@@ -289,27 +300,33 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// The same by determinants, along the line through both roots.
-    fn continued_determinants(&self, past: &[Z], found: &Z, other: &Z, size: &Z) -> Option<Candidate> {
+    fn continued_determinants(
+        &self,
+        past: &[Vector],
+        found: &Vector,
+        other: &Vector,
+        size: &Vector,
+    ) -> Option<Candidate> {
         if self.is_of_third_order() {
             // former steps went on from other second differences
             return None;
         }
-        let mut leg = *self.leg();
+        let mut leg = self.leg.to_owned();
         let mut former = Vec::with_capacity(past.len());
         for (place, z) in past.iter().enumerate() {
             let rows;
-            if let Some(past) = self.past() {
-                (_, rows) = self.on_leg(&past[place], z);
+            if let Some(past) = self.past {
+                (_, rows) = self.on_leg(past[place].any(), z);
             } else {
-                (leg, rows) = self.former(&leg, z)?;
+                (leg, rows) = self.former(leg.any(), z)?;
             }
             former.push(rows.jacobian);
         }
         let direction = other.zip(found, |other, found| other - found);
         // in units of that at a root: all have to be near 1
-        let fits = |root: &Z| {
+        let fits = |root: &Vector| {
             let now = self.linearize(root).jacobian;
-            let part = |at| newton::orientation::<Z>(&now, at, &direction, size);
+            let part = |at| newton::orientation(&now, at, &direction, size);
             let parts: Option<Vec<f64>> = former.iter().map(part).collect();
             let parts = parts?;
             let bound = if parts.len() > 1 { TELLS } else { NEARER };
@@ -324,9 +341,9 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// Which of two roots the continuous system's acceleration speaks for, clearly.
-    fn near_continuous(&self, found: &Z, other: &Z, legs: &Z) -> Option<Candidate> {
+    fn near_continuous(&self, found: &Vector, other: &Vector, legs: &Vector) -> Option<Candidate> {
         let acceleration = self.continuous()?;
-        let distance = |root: &Z| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
+        let distance = |root: &Vector| relative(&root.zip(&acceleration, |x, y| x - y), &acceleration, legs);
         let (found, other) = (distance(found), distance(other));
         if found < NEARER * other {
             Some(Candidate::Found)
@@ -338,16 +355,16 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// Whether the continuous system has the same acceleration near both roots.
-    fn has_one_acceleration(&self, found: &Z, other: &Z, legs: &Z) -> bool {
-        let (leg, square) = (self.leg(), self.h() * self.h());
-        let v = leg.d.map(|d| d / self.h());
-        let near = |root: &Z| {
+    fn has_one_acceleration(&self, found: &Vector, other: &Vector, legs: &Vector) -> bool {
+        let (leg, square) = (self.leg, self.h * self.h);
+        let v = Vector::of(leg.d).map(|d| d / self.h);
+        let near = |root: &Vector| {
             let e = self.second_difference(root);
             if self.is_of_third_order() {
                 return self.continuous_of_third(&e);
             }
             let a = e.map(|e| e / square);
-            let (a, _) = self.system().acceleration((leg.t, &leg.q, &v), Some(&a)).ok()?;
+            let (a, _) = start::acceleration(&self.declaration(), (leg.t, leg.q, &v), Some(&a)).ok()?;
             Some(self.unknown(&a.map(|a| a * square), &[]))
         };
         let (Some(found), Some(other)) = (near(found), near(other)) else {
@@ -358,30 +375,30 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 
     /// The leg before a leg, and the rows of its step at its solution.
-    fn former(&self, leg: &Leg<f64, N>, z: &Z) -> Option<(Leg<f64, N>, Linearization<f64, Z>)> {
+    fn former(&self, leg: AnyLeg<'_, f64>, z: &[f64]) -> Option<(OwnedLeg<f64>, Linearized)> {
         let (mut e, mut rows) = self.on_leg(leg, z);
-        let mut former = *leg;
+        let mut former = leg.to_owned();
         // the second difference follows from the unknowns and, to a lesser degree, from the leg that is looked for
         for _ in 0..FORMER {
-            former = Leg {
-                t: leg.t - self.h(),
-                q: core::array::from_fn(|i| leg.q[i] - leg.d[i]),
-                d: core::array::from_fn(|i| leg.d[i] - e[i]),
+            former = OwnedLeg {
+                t: leg.t - self.h,
+                q: leg.q.iter().zip(leg.d).map(|(q, d)| q - d).collect(),
+                d: leg.d.iter().zip(e.iter()).map(|(d, e)| d - e).collect(),
             };
-            (e, rows) = self.on_leg(&former, z);
+            (e, rows) = self.on_leg(former.any(), z);
         }
-        former.d.iter().all(|d| d.is_finite()).then_some((former, rows))
+        is_finite(&former.d).then_some((former, rows))
     }
 
     /// The root nearest to a guess, whatever other roots there are.
     pub fn solve_near(
         &self,
-        start: Z,
-        predictor: &mut Predictor<Z>,
-        size: &Z,
+        start: &Vector,
+        predictor: &mut Predictor,
+        size: &Vector,
         max_iterations: u32,
-    ) -> Result<(Z, StepReport), NewtonFailure> {
-        match newton::solve_apart(self, start, size, max_iterations, &mut ()) {
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
+        match newton::solve(self, start, size, max_iterations, &mut ()) {
             Ok(root) => {
                 self.continuation(&root, predictor);
                 Ok(report(root, Guess::Given))
@@ -392,20 +409,24 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
 
     /// The root nearest to a guess, without a past.
     #[cold]
-    pub fn solve_from(&self, start: Z, max_iterations: u32) -> Result<(Z, StepReport), NewtonFailure> {
+    pub fn solve_from(
+        &self,
+        start: &Vector,
+        max_iterations: u32,
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
         let size = self.least();
-        self.solve_near(start, &mut Predictor::new(), &size, max_iterations)
+        self.solve_near(start, &mut Predictor::new(size.len()), &size, max_iterations)
     }
 
     /// Another root than `root`, looked for by deflation from several guesses; first from the one that led to it.
     #[cold]
-    fn other(&self, start: &Z, root: &Z, predictor: &Predictor<Z>, size: &Z) -> Option<Z> {
+    fn other(&self, start: &Vector, root: &Vector, predictor: &Predictor, size: &Vector) -> Option<Vector> {
         let beside = |part: f64| root.zip(size, |root, size| root + part * root.abs().max(size));
         let guesses = [
-            Some(*start),
+            Some(start.clone()),
             predictor.last(),
             self.continuous(),
-            Some(Z::zero()),
+            Some(Vector::zero(size.len())),
             Some(beside(1e-6)),
             Some(beside(-1e-6)),
             Some(beside(1.0)),
@@ -418,32 +439,28 @@ impl<Z: Unknown<f64>, const N: usize> dyn AnyStep<N, Z = Z> + '_ {
     }
 }
 
-impl<S: System<N>, const N: usize> Step<'_, S, N> {
+impl Step<'_> {
     /// The root that [`Step::solve`] finds and another one, looked for by deflation from several guesses.
-    pub fn pair(
-        &self,
-        predictor: &Predictor<S::Unknown<f64>>,
-        max_iterations: u32,
-    ) -> Result<Pair<S::Unknown<f64>>, NewtonFailure> {
+    pub fn pair(&self, predictor: &Predictor, max_iterations: u32) -> Result<Pair, NewtonFailure> {
         let size = self.size(predictor);
-        let found = match self.solve(&mut { *predictor }, max_iterations) {
+        let found = match self.solve(&mut predictor.clone(), max_iterations) {
             Ok(found) => found,
             Err(failure) if failure.reason == StepFailure::AmbiguousRoot => {
-                let found = self.any().solve_near(
-                    vector(&failure.unknowns),
-                    &mut { *predictor },
+                let found = self.solve_near(
+                    &Vector::resized(&failure.unknowns, size.len()),
+                    &mut predictor.clone(),
                     &size,
                     max_iterations,
                 )?;
                 return Ok(Pair {
                     found,
-                    other: Some(vector(&failure.other)),
+                    other: Some(Vector::resized(&failure.other, size.len())),
                 });
             }
             Err(failure) => return Err(failure),
         };
-        let root = found.0;
-        let other = self.any().other(&root, &root, predictor, &size);
+        let root = &found.0;
+        let other = self.other(root, root, predictor, &size);
         Ok(Pair { found, other })
     }
 }

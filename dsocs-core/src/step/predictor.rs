@@ -6,30 +6,53 @@ use super::convergence::{NaturalSizes, Remembered};
 use super::elimination::Determinant;
 use super::newton::Notes;
 use super::unknown::Unknown;
+use crate::array::Array;
 use crate::scalar::Scalar;
+use crate::solve::Vector;
 
 /// The highest degree of the polynomial.
 const ORDER: usize = 5;
 
+/// How many backward differences are kept: `∇⁰z, ∇¹z, … ∇⁵z`.
+pub(crate) const DIFFERENCES: usize = ORDER + 1;
+
 /// How much of the size of past unknowns is remembered from one step to the next.
 const MEMORY: f64 = 0.75;
 
-/// The backward differences of the last solutions, and their size.
+/// What past solutions say of the next one: their backward differences, sizes and determinants.
 ///
 /// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
 /// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
 /// falls, down to the last solution itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Predictor {
+    /// How many unknowns there are.
+    unknowns: usize,
+    /// `∇⁰z, ∇¹z, … ∇⁵z`, NaN where the history is too short; then the largest absolute value of each unknown, forgotten at the rate
+    /// [`MEMORY`].
+    past: Vec<f64>,
+    /// Their natural sizes, where they were needed lately.
+    natural: Option<Box<Remembered>>,
+    /// The determinants at the last solutions.
+    pub determinants: Determinants,
+}
+
+/// The backward differences and the sizes of a [`Predictor`] as arrays, where steps are made.
+pub(crate) struct Arrays<'p, U> {
+    /// The differences.
+    pub differences: [&'p mut U; DIFFERENCES],
+    /// The sizes.
+    pub size: &'p mut U,
+}
+
+/// The same for numbers of any type, such as lanes.
 #[repr(align(16))] // as the sums, see [`crate::compensated`]
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Predictor<U, T = f64> {
+pub(crate) struct Differences<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
-    differences: [U; ORDER + 1],
+    differences: [U; DIFFERENCES],
     /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
     size: U,
-    /// Their natural sizes, where they were needed lately.
-    natural: Option<Remembered<U>>,
-    /// The determinants at the last solutions.
-    determinants: Determinants,
     /// The numbers that the unknowns are made of.
     scalar: PhantomData<T>,
 }
@@ -82,7 +105,7 @@ impl Determinants {
 
     /// Takes the determinant of the step that is being solved.
     #[inline]
-    fn take(&mut self, determinant: Determinant) -> Continuation {
+    pub fn take(&mut self, determinant: Determinant) -> Continuation {
         if self.last[0].is_nan() {
             self.unit = determinant.exponent;
         }
@@ -125,92 +148,125 @@ impl Determinants {
 
     /// Puts the determinant taken last among those of the past.
     #[inline]
-    fn push(&mut self) {
+    pub fn push(&mut self) {
         self.last = [self.next, self.last[0], self.last[1], self.last[2]];
         (self.next, self.steady) = (f64::NAN, [self.steady[1], false]);
     }
 }
 
-impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
-    /// A predictor without a past.
+/// Takes in the solution of a step.
+#[allow(clippy::inline_always)] // part of every step
+#[inline(always)]
+fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
+    differences: impl IntoIterator<Item = &'u mut U>,
+    size: &mut U,
+    z: &U,
+) {
+    let mut difference = *z;
+    for entry in differences {
+        let last = core::mem::replace(entry, difference);
+        difference = difference.zip(&last, |new, old| new - old);
+    }
+    *size = size.zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
+}
+
+/// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
+#[allow(clippy::inline_always)] // part of every step
+#[inline(always)]
+fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(last: &U, differences: [&U; ORDER]) -> U {
+    let mut sizes = last.clone();
+    for size in sizes.as_mut() {
+        *size = size.abs();
+    }
+    let (mut guess, mut sum, mut smallest, mut before) = (last.clone(), last.clone(), sizes.clone(), sizes);
+    // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+    for difference in differences {
+        let (guess, sum, smallest, before) =
+            (guess.as_mut(), sum.as_mut(), smallest.as_mut(), before.as_mut());
+        for (place, &difference) in difference.as_ref().iter().enumerate() {
+            sum[place] = sum[place] + difference;
+            let size = difference.abs();
+            // NaN where the history is too short, which is not smaller than anything
+            let larger = before[place].larger(size);
+            guess[place] = T::select_le(larger, smallest[place], sum[place], guess[place]);
+            smallest[place] = larger.smaller(smallest[place]);
+            before[place] = size;
+        }
+    }
+    guess
+}
+
+/// Whether a solution is near its prediction, each unknown within a part of itself.
+#[inline]
+pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
+    // false for a NaN
+    z.iter()
+        .zip(guess)
+        .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
+}
+
+impl<U: Unknown<f64>> Arrays<'_, U> {
+    /// Takes in the solution of a step.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn push(&mut self, z: &U) {
+        push(
+            self.differences.iter_mut().map(|difference| &mut **difference),
+            self.size,
+            z,
+        );
+    }
+
+    /// The unknowns of the next step; `None` without a past.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn predict(&self) -> Option<U> {
+        let [last, d1, d2, d3, d4, d5] = &self.differences;
+        if last.as_ref().iter().any(|z| z.is_nan()) {
+            return None;
+        }
+        Some(extrapolate(&**last, [d1, d2, d3, d4, d5]))
+    }
+}
+
+impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
+    /// Without a past.
     pub fn new() -> Self {
         let unknown = U::zero();
         Self {
-            differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); ORDER + 1],
+            differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); DIFFERENCES],
             size: unknown,
-            natural: None,
-            determinants: Determinants::UNKNOWN,
             scalar: PhantomData,
         }
     }
 
     /// Takes in the solution of a step.
-    #[inline]
-    pub fn push(&mut self, z: &U) {
-        self.push_here(z);
-    }
-
-    /// The same as part of its caller, which is compiled for the machine's own instructions.
-    #[allow(clippy::inline_always)] // as it says
+    #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
     pub fn push_here(&mut self, z: &U) {
-        let mut difference = *z;
-        for entry in &mut self.differences {
-            let last = core::mem::replace(entry, difference);
-            difference = difference.zip(&last, |new, old| new - old);
-        }
-        self.determinants.push();
-        self.size = self
-            .size
-            .zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
+        push(&mut self.differences, &mut self.size, z);
     }
 
-    /// The size that each unknown has had lately, at least 0.
+    /// How large each unknown has been lately.
     #[inline]
     pub fn size(&self) -> &U {
         &self.size
     }
 
-    /// The extrapolated solution of the next step; NaN without a past.
-    ///
-    /// Each unknown chooses its own degree `p`, the one that makes `max(|∇ᵖz|, |∇ᵖ⁻¹z|)` smallest: two
-    /// differences in a row, because one alone may be small by passing through zero.
-    #[inline]
-    pub fn extrapolate(&self) -> U {
-        self.extrapolate_here()
-    }
-
-    /// The same as part of its caller, which is compiled for the machine's own instructions.
-    #[allow(clippy::inline_always)] // as it says
+    /// The unknowns of the next step.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
     pub fn extrapolate_here(&self) -> U {
-        let last = self.differences[0];
-        let sizes = last.zip(&last, |z, _| z.abs());
-        let (mut guess, mut sum, mut smallest, mut before) = (last, last, sizes, sizes);
-        // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
-        for difference in &self.differences[1..] {
-            let (guess, sum, smallest, before) =
-                (guess.as_mut(), sum.as_mut(), smallest.as_mut(), before.as_mut());
-            for (place, &difference) in difference.as_ref().iter().enumerate() {
-                sum[place] = sum[place] + difference;
-                let size = difference.abs();
-                // NaN where the history is too short, which is not smaller than anything
-                let larger = before[place].larger(size);
-                guess[place] = T::select_le(larger, smallest[place], sum[place], guess[place]);
-                smallest[place] = larger.smaller(smallest[place]);
-                before[place] = size;
-            }
-        }
-        guess
+        let [last, d1, d2, d3, d4, d5] = &self.differences;
+        extrapolate(last, [d1, d2, d3, d4, d5])
     }
 
-    /// Changes the numbers that the unknowns are made of: `convert` fills the unknowns given first from those
-    /// given second.
+    /// Converts every vector into one of another kind: differences first, then sizes.
     #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
     pub fn convert<R: Scalar, V: Unknown<R>>(
         &self,
-        into: &mut Predictor<V, R>,
+        into: &mut Differences<V, R>,
         mut convert: impl FnMut(&mut V, &U),
     ) {
         for (to, from) in into.differences.iter_mut().zip(&self.differences) {
@@ -218,103 +274,172 @@ impl<T: Scalar, U: Unknown<T>> Predictor<U, T> {
         }
         convert(&mut into.size, &self.size);
     }
+
+    /// All vectors, in the order of [`Predictor::vectors`].
+    pub fn vectors(&self) -> impl Iterator<Item = &U> {
+        self.differences.iter().chain([&self.size])
+    }
+
+    /// The same, to be changed.
+    pub fn vectors_mut(&mut self) -> impl Iterator<Item = &mut U> {
+        self.differences.iter_mut().chain([&mut self.size])
+    }
 }
 
-impl<U: Unknown<f64>> Predictor<U> {
-    /// Forgets all but the last solution and the sizes: the past is of no use when the motion turns round.
+impl Predictor {
+    /// A predictor of so many unknowns without a past.
+    pub fn new(unknowns: usize) -> Self {
+        let mut past = vec![f64::NAN; DIFFERENCES * unknowns];
+        past.resize((DIFFERENCES + 1) * unknowns, 0.0);
+        Self {
+            unknowns,
+            past,
+            natural: None,
+            determinants: Determinants::UNKNOWN,
+        }
+    }
+
+    /// The differences and then the sizes, one vector after the other.
+    pub fn vectors(&self) -> impl Iterator<Item = &[f64]> {
+        (0..=DIFFERENCES).map(|place| self.vector(place))
+    }
+
+    /// Sets a component of a vector in the order of [`Predictor::vectors`].
+    pub fn set(&mut self, vector: usize, component: usize, value: f64) {
+        if let Some(place) = self.past.get_mut(vector * self.unknowns + component) {
+            *place = value;
+        }
+    }
+
+    fn vector(&self, place: usize) -> &[f64] {
+        self.past
+            .get(place * self.unknowns..(place + 1) * self.unknowns)
+            .unwrap_or(&[])
+    }
+
+    /// The vectors as arrays, the determinants and the natural sizes; `None` of another number of unknowns.
+    #[allow(clippy::inline_always, clippy::type_complexity)] // part of every step; used once
+    #[inline(always)]
+    pub fn arrays<U: Array<f64>>(
+        &mut self,
+    ) -> Option<(Arrays<'_, U>, &mut Determinants, Option<&Remembered>)> {
+        let (d0, rest) = U::split(&mut self.past)?;
+        let (d1, rest) = U::split(rest)?;
+        let (d2, rest) = U::split(rest)?;
+        let (d3, rest) = U::split(rest)?;
+        let (d4, rest) = U::split(rest)?;
+        let (d5, rest) = U::split(rest)?;
+        let (size, _) = U::split(rest)?;
+        let arrays = Arrays {
+            differences: [d0, d1, d2, d3, d4, d5],
+            size,
+        };
+        Some((arrays, &mut self.determinants, self.natural.as_deref()))
+    }
+
+    /// Takes in the solution of a step.
+    pub fn push(&mut self, z: &[f64]) {
+        let m = self.unknowns;
+        let (differences, sizes) = self.past.split_at_mut(DIFFERENCES * m);
+        for (i, (&z, size)) in z.iter().zip(sizes).enumerate() {
+            let mut difference = z;
+            for entry in differences.iter_mut().skip(i).step_by(m) {
+                let last = core::mem::replace(entry, difference);
+                difference -= last;
+            }
+            *size = (MEMORY * *size).larger(z.abs());
+        }
+        self.determinants.push();
+    }
+
+    /// How large each unknown has been lately.
+    pub fn size(&self) -> &[f64] {
+        self.vector(DIFFERENCES)
+    }
+
+    /// Forgets the past but for the last solution, its size and the natural sizes, because the run turns round.
     pub fn turn(&mut self) {
-        let (size, natural, last) = (self.size, self.natural, self.last());
-        *self = Self::new();
+        let last = self.last();
+        let mut turned = Self::new(self.unknowns);
         if let Some(last) = last {
-            self.push(&last);
+            turned.push(&last);
         }
-        (self.size, self.natural) = (size, natural);
+        for (to, from) in turned
+            .past
+            .iter_mut()
+            .zip(&self.past)
+            .skip(DIFFERENCES * self.unknowns)
+        {
+            *to = *from;
+        }
+        turned.natural = self.natural.take();
+        *self = turned;
     }
 
-    /// How large each unknown is expected to be: as lately, at least as `least` says, and not too small to be known.
-    #[inline]
-    pub fn expected(&self, least: &U) -> U {
-        let size = self.size.zip(least, f64::max);
-        match &self.natural {
-            None => size,
-            Some(natural) => natural.raise(&size, &self.size),
+    /// How large each unknown is expected to be: as lately, and at least as `least` says.
+    pub fn expected(&self, least: &[f64]) -> Vector {
+        let mut sizes = Vector::of(self.size()).zip(least, f64::max);
+        if let Some(natural) = &self.natural {
+            natural.raise(&mut sizes, self.size());
         }
+        sizes
     }
 
-    /// Takes the determinant at the solution of the step that is being made: whether it continues those before.
-    #[inline]
+    /// Holds the determinant at the root of the step that is being solved against those of the steps before.
     pub fn take_determinant(&mut self, determinant: Determinant) -> Continuation {
         self.determinants.take(determinant)
     }
 
-    /// The determinants at the last solutions.
-    pub fn determinants(&self) -> &Determinants {
-        &self.determinants
-    }
-
-    /// The same with other determinants.
-    pub fn with_determinants(self, determinants: Determinants) -> Self {
-        Self { determinants, ..self }
-    }
-
     /// The natural sizes of the unknowns, where they were needed lately.
-    pub fn natural(&self) -> Option<&Remembered<U>> {
-        self.natural.as_ref()
+    pub fn natural(&self) -> Option<&Remembered> {
+        self.natural.as_deref()
     }
 
-    /// The same with other natural sizes.
-    pub fn with_natural(self, natural: Option<Remembered<U>>) -> Self {
-        Self { natural, ..self }
+    /// Sets these.
+    pub fn set_natural(&mut self, natural: Option<Remembered>) {
+        self.natural = natural.map(Box::new);
     }
 
-    /// The last solution.
-    pub fn last(&self) -> Option<U> {
-        let last = self.differences[0];
-        last.as_ref().iter().all(|z| !z.is_nan()).then_some(last)
+    /// The last solution; `None` without a past.
+    pub fn last(&self) -> Option<Vector> {
+        let last = self.vector(0);
+        (!last.iter().any(|z| z.is_nan())).then(|| Vector::of(last))
     }
 
-    /// The last solutions, [`PAST`] at most, the last first.
-    pub fn past(&self) -> Vec<U> {
-        let mut differences = self.differences;
+    /// The last solutions, the last first, at most [`PAST`].
+    pub fn past(&self) -> Vec<Vector> {
+        let mut differences: Vec<Vector> = self.vectors().take(DIFFERENCES).map(Vector::of).collect();
         let mut solutions = Vec::with_capacity(PAST);
         for k in 0..PAST {
             // one step back: each difference loses the next one
-            let known = if k == 0 { 0 } else { (ORDER + 1).saturating_sub(k) };
+            let known = if k == 0 { 0 } else { DIFFERENCES.saturating_sub(k) };
             for place in 0..known {
                 differences[place] =
                     differences[place].zip(&differences[place + 1], |now, change| now - change);
             }
-            solutions.push(differences[0]);
+            solutions.push(differences[0].clone());
         }
-        solutions.retain(|z| z.as_ref().iter().all(|z| !z.is_nan()));
+        solutions.retain(|z| z.iter().all(|z| !z.is_nan()));
         solutions
     }
 
-    /// The extrapolated solution of the next step, or `None` without a past.
-    #[allow(clippy::inline_always)] // part of every step, and called where steps fail, too
-    #[inline(always)]
-    pub fn predict(&self) -> Option<U> {
-        self.last()?;
-        Some(self.extrapolate())
+    /// The unknowns of the next step; `None` without a past.
+    pub fn predict(&self) -> Option<Vector> {
+        let last = self.last()?;
+        let [d1, d2, d3, d4, d5] = [1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
+        Some(extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]))
+    }
+
+    /// Whether a solution is near its prediction, each unknown within a part of itself.
+    pub fn foresees(&self, z: &[f64], part: f64) -> bool {
+        let [last, d1, d2, d3, d4, d5] = [0, 1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
+        foresees(&extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]), z, part)
     }
 }
 
-impl<U: Unknown<f64>> Predictor<U> {
-    /// Whether the prediction of a solution is off by no more than a part of it, unknown by unknown; not where there is no past.
-    #[inline]
-    pub fn foresees(&self, z: &U, part: f64) -> bool {
-        let guess = self.extrapolate();
-        let unknowns = z.as_ref().iter().zip(guess.as_ref());
-        // false for a NaN
-        unknowns
-            .into_iter()
-            .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
-    }
-}
-
-impl<U: Unknown<f64>> Notes<U> for Predictor<U> {
-    fn natural_sizes(&mut self, sizes: &NaturalSizes<U>) {
-        self.natural = Some(Remembered::new(sizes));
+impl Notes for Predictor {
+    fn natural_sizes(&mut self, sizes: &NaturalSizes) {
+        self.natural = Some(Box::new(Remembered::new(sizes)));
     }
 }
 
@@ -324,25 +449,25 @@ mod tests {
 
     #[test]
     fn what_turns_round_forgets_its_past_and_no_size() {
-        let mut predictor: Predictor<[f64; 2]> = Predictor::new();
+        let mut predictor: Predictor = Predictor::new(2);
         for k in 0..8 {
             predictor.push(&[f64::from(k), 1e-3]);
         }
         predictor.push(&[-3.0, 1e-3]);
         predictor.natural_sizes(&NaturalSizes {
-            sizes: [1.0, 2.0],
+            sizes: Vector::of(&[1.0, 2.0]),
             condition: 3.0,
             level: 4.0,
         });
-        let size = *predictor.size();
+        let size = predictor.size().to_vec();
         assert!(size[0] > 3.0, "{size:?}");
         let expected = predictor.expected(&[0.0; 2]);
         predictor.turn();
         assert_eq!(
             (predictor.past(), predictor.last()),
-            (vec![[-3.0, 1e-3]], Some([-3.0, 1e-3]))
+            (vec![Vector::of(&[-3.0, 1e-3])], Some(Vector::of(&[-3.0, 1e-3])))
         );
-        assert_eq!(*predictor.size(), size);
+        assert_eq!(predictor.size(), size);
         assert!(predictor.natural().is_some());
         assert_eq!(predictor.expected(&[0.0; 2]), expected);
     }
@@ -351,23 +476,27 @@ mod tests {
     fn polynomials_up_to_the_fifth_degree_are_exact() {
         for degree in 0..=5 {
             let value = |k: i32| [f64::from(k).powi(degree), 1.0];
-            let mut predictor = Predictor::new();
+            let mut predictor = Predictor::new(2);
             assert_eq!(predictor.predict(), None);
             for k in 0..12 {
                 predictor.push(&value(k - 6));
             }
-            assert_eq!(predictor.predict(), Some(value(6)), "degree {degree}");
+            assert_eq!(
+                predictor.predict(),
+                Some(Vector::of(&value(6))),
+                "degree {degree}"
+            );
         }
     }
 
     #[test]
     fn a_rotation_is_predicted_at_every_phase() {
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1);
         let mut worst: f64 = 0.0;
         for k in 0..2000 {
             let phase = f64::from(k) * 0.01;
             if k > 6 {
-                let guess: [f64; 1] = predictor.predict().unwrap();
+                let guess = predictor.predict().unwrap();
                 worst = worst.max((guess[0] - phase.sin()).abs());
             }
             predictor.push(&[phase.sin()]);
@@ -377,12 +506,12 @@ mod tests {
 
     #[test]
     fn noise_is_not_blown_up() {
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1);
         let (mut seed, mut worst) = (1_u32, 0.0_f64);
         for _ in 0..1000 {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             predictor.push(&[f64::from(seed) / f64::from(u32::MAX) - 0.5]);
-            let guess: [f64; 1] = predictor.predict().unwrap();
+            let guess = predictor.predict().unwrap();
             worst = worst.max(guess[0].abs());
         }
         assert!(worst < 5.0, "{worst}");
@@ -390,7 +519,7 @@ mod tests {
 
     #[test]
     fn turning_keeps_the_last_solution_only() {
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1);
         for k in 0..9 {
             predictor.push(&[f64::from(k), 1.0]);
         }
@@ -433,7 +562,7 @@ mod tests {
     #[test]
     fn the_past_is_what_was_pushed() {
         let values = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0, 2.0];
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1);
         for (count, value) in values.iter().enumerate() {
             predictor.push(&[*value]);
             let past = predictor.past();
@@ -446,7 +575,7 @@ mod tests {
 
     #[test]
     fn what_is_foreseen_is_near_the_prediction() {
-        let mut predictor = Predictor::new();
+        let mut predictor = Predictor::new(1);
         assert!(!predictor.foresees(&[1.0, 1.0], 0.1));
         for _ in 0..6 {
             predictor.push(&[1.0, 2.0]);

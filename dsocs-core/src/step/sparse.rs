@@ -132,7 +132,7 @@ impl Sparse {
     /// Newton's update `-J⁻¹ r`, where `evaluate` tells the rows `r` and the entries of their Jacobian `J`. `pivot` is told every
     /// pivot, in order; the product of all is the determinant, but for its sign ([`Sparse::is_odd`]).
     #[inline]
-    pub(crate) fn update<T: Working, U: Unknown<T>>(
+    pub(crate) fn update<T: Working, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
         evaluate: impl FnOnce(&mut [T]) -> U,
         pivot: impl FnMut(T),
@@ -161,9 +161,16 @@ impl Sparse {
 
     /// `-x` for a solution `x` of `J x = r`, and NaN where it is none to rounding.
     #[inline]
-    fn trusted<T: Scalar, U: Unknown<T>>(&self, entries: &[T], rows: &U, solution: U) -> U {
-        let mut left = *rows;
-        let mut terms = rows.zip(rows, |row, _| row.abs());
+    fn trusted<T: Scalar, U: Clone + AsRef<[T]> + AsMut<[T]>>(
+        &self,
+        entries: &[T],
+        rows: &U,
+        solution: U,
+    ) -> U {
+        let (mut left, mut terms) = (rows.clone(), rows.clone());
+        for term in terms.as_mut() {
+            *term = term.abs();
+        }
         let unknowns = solution.as_ref();
         let (remainders, sizes) = (left.as_mut(), terms.as_mut());
         for (&[row, column], &entry) in self.entries.iter().zip(entries) {
@@ -177,7 +184,11 @@ impl Sparse {
             let good = T::select_le(left.abs(), T::splat(LEFT) * terms, one, T::splat(f64::NAN));
             sign = sign * good;
         }
-        solution.zip(&solution, |x, _| sign * x)
+        let mut solution = solution;
+        for x in solution.as_mut() {
+            *x = sign * *x;
+        }
+        solution
     }
 }
 
@@ -256,7 +267,7 @@ impl Plan {
 
     /// Solves `J x = r` in slots for factors.
     #[inline]
-    fn solve<T: Scalar, U: Unknown<T>>(
+    fn solve<T: Scalar, U: Clone + AsRef<[T]> + AsMut<[T]>>(
         &self,
         entries: &[T],
         factors: &mut [T],
@@ -269,8 +280,8 @@ impl Plan {
                 *place = entry;
             }
         }
-        let mut right_side = *rows;
-        let mut inverses = U::zero();
+        let mut right_side = rows.clone();
+        let mut inverses = rows.clone();
         let x = right_side.as_mut();
         let (mut open, mut indices) = (&mut *factors, self.indices.as_slice());
         for (step, inverse) in self.pivots.iter().zip(inverses.as_mut()) {
@@ -298,8 +309,14 @@ impl Plan {
 
     /// The unknowns, the last pivot's first.
     #[inline]
-    fn back<T: Scalar, U: Unknown<T>>(&self, factors: &[T], right_side: &[T], inverses: &U) -> U {
-        let mut solution = U::zero();
+    fn back<T: Scalar, U: Clone + AsRef<[T]> + AsMut<[T]>>(
+        &self,
+        factors: &[T],
+        right_side: &[T],
+        inverses: &U,
+    ) -> U {
+        let mut solution = inverses.clone();
+        solution.as_mut().fill(T::splat(0.0));
         let unknowns = solution.as_mut();
         let (mut slots, mut indices) = (factors, self.indices.as_slice());
         for (step, &inverse) in self.pivots.iter().zip(inverses.as_ref()).rev() {

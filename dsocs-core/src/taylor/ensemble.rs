@@ -5,6 +5,7 @@ use core::fmt;
 use super::block::Run;
 use super::control::Tolerance;
 use super::integrator::MAX_STEPS;
+use crate::declaration::Declaration;
 use crate::ensemble::{Observed, one_each};
 use crate::error::SetupError;
 use crate::held::Held;
@@ -122,7 +123,7 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
     /// [`SetupError`] if the tolerance or a parameter of the system cannot be used.
     pub fn new(system: &'a S, tolerance: Tolerance) -> Result<Self, SetupError> {
         tolerance.check()?;
-        start::check_parameters(system)?;
+        start::check_parameters(&Declaration::of(system))?;
         Ok(Self {
             system,
             tolerance,

@@ -9,6 +9,7 @@ use super::integrator::Integrator;
 use super::jets::{Equations as _, Recurrences};
 use crate::any::AnyPoint;
 use crate::compensated::Compensated;
+use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::kernel::Kernel;
 use crate::run::{self, AnyVisitor, Clock, Node, NodeMut, Polynomial, Room, RunError, Stepper, Traced};
@@ -66,14 +67,15 @@ impl<'s, S: System<N>, const N: usize> TaylorFlow<'s, S, N> {
         tolerance.check()?;
         let system = equations.system.clone();
         let system = &*system;
-        start::check_parameters(system)?;
-        let phase = start.phase(system)?;
-        match Integrator::new(&mut equations, phase, &tolerance) {
+        let declaration = Declaration::of(system);
+        start::check_parameters(&declaration)?;
+        let phase = start.given().phase(&declaration)?;
+        match Integrator::new(&mut equations, &phase, &tolerance) {
             Ok(motion) => Ok(Self { equations, motion }),
             // what the equations for the acceleration leave open, or what in them has no value, says more than a series that is not finite
             Err(error) => {
-                match start::state_acceleration(system, (phase.t0, &phase.q0, &phase.v0), phase.near.as_ref())
-                {
+                let at = (phase.t0, &phase.q0[..], &phase.v0[..]);
+                match start::state_acceleration(&declaration, at, phase.near.as_deref()) {
                     Err(
                         acceleration @ (SetupError::Acceleration {
                             deficiency: Some(_), ..

@@ -117,9 +117,10 @@ impl<const N: usize> Integrator<N> {
     /// [`SetupError`] if the system has no Taylor series there.
     pub(super) fn new(
         equations: &mut dyn Equations<N>,
-        Phase { t0, q0, v0, near }: Phase<N>,
+        phase: &Phase,
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
+        let (t0, q0, v0) = (phase.t0, sized(&phase.q0), sized(&phase.v0));
         equations.declaration().prepare();
         let order = tolerance.first_order();
         let mut motion = Self {
@@ -148,7 +149,7 @@ impl<const N: usize> Integrator<N> {
             shown: t0,
             rounded: false,
         };
-        if let Some(a0) = near {
+        if let Some(a0) = &phase.near {
             motion.next.expect(&a0);
         }
         motion.begin(equations);

@@ -128,7 +128,7 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
         tolerance: Tolerance,
         variables: &[Variable<'_>],
     ) -> Result<Self, DerivativeError> {
-        if start.order() == StartOrder::Nodes {
+        if start.given().order() == StartOrder::Nodes {
             return Err(DerivativeError::Continuous {
                 reason: "its start has to be given by position and velocity, as by Start::second_order",
             });

@@ -36,7 +36,7 @@ pub trait Steps: Clone {
     fn place(&self) -> &[f64];
 }
 
-impl<S: System<N>, const N: usize> Steps for Flow<'_, S, N> {
+impl<const N: usize> Steps for Flow<'_, N> {
     #[inline]
     fn step(&mut self) -> u32 {
         self.advance().expect("the step has a solution").iterations
@@ -80,11 +80,7 @@ impl<const N: usize> Steps for chain::Chain<N> {
     }
 }
 
-pub fn flow<S: System<N>, const N: usize>(
-    system: &S,
-    h: f64,
-    (q0, v0): ([f64; N], [f64; N]),
-) -> Flow<'_, S, N> {
+pub fn flow<S: System<N>, const N: usize>(system: &S, h: f64, (q0, v0): ([f64; N], [f64; N])) -> Flow<'_, N> {
     Flow::new(system, h, Start::paper(q0, v0)).expect("a start")
 }
 
@@ -256,7 +252,7 @@ fn all<const M: usize>(rows: [f64; M], jacobian: [[f64; M]; M]) -> f64 {
 }
 
 /// The state in which residuals are measured: in the middle of a run, at its next second difference.
-fn in_the_middle<S: System<N>, const N: usize>(mut flow: Flow<'_, S, N>) -> (Leg<f64, N>, [f64; N]) {
+fn in_the_middle<const N: usize>(mut flow: Flow<'_, N>) -> (Leg<f64, N>, [f64; N]) {
     for _ in 0..300 {
         flow.advance().expect("the step has a solution");
     }

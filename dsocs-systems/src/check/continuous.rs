@@ -3,8 +3,9 @@
 //! The motion, its variational equation and the integral `dν` are one system of differential equations, solved by
 //! [extrapolation](super::extrapolation), which does not conserve the law by itself.
 
+use dsocs_core::Kernel;
 use dsocs_core::geometry::{
-    Bridge, Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
+    Displacement, TwoForm, Variation, canonical_form, motion_near, state_displacements, variation,
 };
 
 use super::extrapolation::integrate;
@@ -20,7 +21,7 @@ const FAINT: f64 = 1e-4;
 /// The motion with its variations and `dν` for every pair of them.
 struct Equations<'a> {
     /// The system.
-    system: &'a dyn Bridge,
+    system: &'a dyn Kernel,
     /// The number of coordinates.
     n: usize,
     /// The number of variations.
@@ -81,8 +82,8 @@ impl Equations<'_> {
 
 /// By how much the law is missed after the time `until`, and how large `dν` is, both relative to the terms of the law, on the
 /// displacements that constraints of lower order allow.
-pub fn law(system: &dyn Bridge, start: &State, until: f64) -> Measured<[f64; 2]> {
-    let (kernel, t, near) = (system.kernel(), start.t, start.near.as_deref());
+pub fn law(system: &dyn Kernel, start: &State, until: f64) -> Measured<[f64; 2]> {
+    let (kernel, t, near) = (system, start.t, start.near.as_deref());
     let allowed = state_displacements(kernel, t, &start.q, &start.v);
     let (n, count) = (start.q.len(), allowed.len());
     let before = canonical_form(kernel, t, &start.q, &start.v);

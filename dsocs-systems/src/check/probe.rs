@@ -4,7 +4,7 @@
 
 use std::ops::ControlFlow;
 
-use dsocs_core::geometry::{Bridge, DiscreteFlow, GeometryError, Triple, Typed};
+use dsocs_core::geometry::{DiscreteFlow, GeometryError, Triple};
 use dsocs_core::{
     AnyLeg, AnyPoint, Flow, Kernel, Node, OwnedLeg, OwnedPoint, Regularity, SetupError, Start, Stepper,
     System, TaylorFlow, Tolerance, Unresolved,
@@ -53,9 +53,6 @@ pub struct Passed {
 pub trait Probe {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
-
-    /// The system with its steps and accelerations.
-    fn bridge(&self) -> &dyn Bridge;
 
     /// Its step as a map.
     fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError>;
@@ -107,16 +104,12 @@ pub trait ThirdOrderProbe {
 /// A system of a type.
 pub struct Of<'s, S, const N: usize> {
     system: &'s S,
-    bridge: Typed<'s, S, N>,
 }
 
 impl<'s, S, const N: usize> Of<'s, S, N> {
     /// The system, without its type.
     pub fn new(system: &'s S) -> Self {
-        Self {
-            system,
-            bridge: Typed(system),
-        }
+        Self { system }
     }
 }
 
@@ -162,12 +155,8 @@ impl<S: System<N>, const N: usize> Probe for Of<'_, S, N> {
         self.system.kernel()
     }
 
-    fn bridge(&self) -> &dyn Bridge {
-        &self.bridge
-    }
-
     fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError> {
-        DiscreteFlow::new(self.system, h)
+        DiscreteFlow::new(self.system.kernel(), h)
     }
 
     fn walk(

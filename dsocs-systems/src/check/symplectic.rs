@@ -61,7 +61,7 @@ pub fn law(subject: &Subject<'_>, report: &mut Report) {
     let laws: Vec<Measured<[f64; 2]>> = subject
         .states
         .iter()
-        .map(|state| continuous::law(subject.system.bridge(), state, window))
+        .map(|state| continuous::law(subject.system.kernel(), state, window))
         .collect();
     let stiff = laws.iter().skip(1).filter(|law| law.is_err()).count();
     // the start has to be possible

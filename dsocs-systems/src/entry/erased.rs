@@ -191,8 +191,8 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
     }
 
     fn steps<'s>(&'s self, h: f64, beginning: &Beginning) -> Result<Box<dyn Run + 's>, SetupError> {
-        let flow: Flow<'s, S, N> = Flow::new(&self.system, h, start(beginning))?;
-        Ok(Box::new(flow))
+        let flow: Flow<'s, N> = Flow::new(&self.system, h, start(beginning))?;
+        Ok(flow.into_run())
     }
 
     fn composed<'s>(
@@ -201,8 +201,8 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         composition: Composition,
         beginning: &Beginning,
     ) -> Result<Box<dyn Run + 's>, SetupError> {
-        let flow: ComposedFlow<'s, S, N> = ComposedFlow::new(&self.system, h, composition, start(beginning))?;
-        Ok(Box::new(flow))
+        let flow: ComposedFlow<'s, N> = ComposedFlow::new(&self.system, h, composition, start(beginning))?;
+        Ok(flow.into_run())
     }
 
     fn series<'s>(

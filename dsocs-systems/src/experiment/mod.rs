@@ -3,7 +3,7 @@
 pub mod particle;
 pub mod pendulum;
 
-use dsocs_core::{Flow, RunError, SetupError, Start, Stepper, System};
+use dsocs_core::{Flow, RunError, SetupError, Start, Stepper};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -107,8 +107,8 @@ fn steps(t: f64, h: f64) -> u64 {
 
 /// The largest value of `error(t, q)` over every node whose number is a multiple of `stride`, up to node `last`.
 /// Positions are all that is computed.
-fn max_error<S: System<N>, const N: usize>(
-    mut flow: Flow<'_, S, N>,
+fn max_error<const N: usize>(
+    mut flow: Flow<'_, N>,
     stride: u64,
     last: u64,
     mut error: impl FnMut(u64, f64, &[f64; N]) -> f64,

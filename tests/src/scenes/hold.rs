@@ -353,8 +353,8 @@ fn derivatives<S: System<N>, const N: usize>(
 }
 
 /// A run beside the exact motion.
-fn run<S: System<N>, const N: usize>(
-    mut flow: Flow<'_, S, N>,
+fn run<const N: usize>(
+    mut flow: Flow<'_, N>,
     case: &Case,
     start: Leg,
     steps: usize,

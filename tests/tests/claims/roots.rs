@@ -19,7 +19,7 @@ struct Either {
 const H: f64 = 0.1;
 
 /// The next nodes of the oscillator and of the uniform motion.
-fn solutions(system: &Either, flow: &Flow<'_, Either, 1>) -> [f64; 2] {
+fn solutions(system: &Either, flow: &Flow<'_, 1>) -> [f64; 2] {
     let leg = flow.leg();
     let (q, d) = (leg.q[0], leg.d[0]);
     [q + (d - H * H * q), q + (2.0 * H * system.drift - d)]

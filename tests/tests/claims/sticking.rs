@@ -673,7 +673,7 @@ proptest! {
     ) {
         let springs = Springs { dry };
         let mut flow = Flow::new(&springs, h, Start::second_order(start, [0.0; 2])).unwrap();
-        let energy = |flow: &Flow<'_, Springs, 2>| {
+        let energy = |flow: &Flow<'_, 2>| {
             let ([d, e], [x, y]) = (flow.leg().d, *flow.position());
             let (before, between) = ([x - d, y - e], y - x);
             let potential = 2.0 * x * before[0] + between * (before[1] - before[0]) / 2.0;

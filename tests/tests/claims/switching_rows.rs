@@ -223,7 +223,7 @@ fn friction_that_jumps_ends_no_run() {
                 dry: 0.6,
             };
             let mut flow = Flow::new(&two, h, Start::second_order(start, [0.0; 2])).unwrap();
-            let energy = |flow: &Flow<'_, Two, 2>| flow.node().energy;
+            let energy = |flow: &Flow<'_, 2>| flow.node().energy;
             let mut highest = f64::INFINITY;
             while flow.time() < 20.0 {
                 flow.advance().unwrap();

@@ -5,8 +5,8 @@
 //! Methods for Nonlinear Problems*, section 5.1). From a straight line a particle is led to its turn through all smaller
 //! turns. Scaling rows or unknowns changes nothing of the path.
 
-use super::{AnyEquations, Root, relative, solve_apart};
-use crate::step::unknown::{Linearization, Unknown};
+use super::{Equations, Root, relative, solve};
+use crate::solve::Vector;
 
 /// How often the rows may be evaluated on the way.
 const MAX_EVALUATIONS: u32 = 2000;
@@ -39,33 +39,33 @@ const NARROW: f64 = 1e-9;
 const SECTION: f64 = 0.618_033_988_749_894_9;
 
 /// Where a path turns back: near it the rows come no nearer to zero.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Fold<Z> {
+#[derive(Clone, Debug)]
+pub(crate) struct Fold {
     /// The unknowns.
-    pub z: Z,
+    pub z: Vector,
     /// The rows.
-    pub rows: Z,
+    pub rows: Vector,
     /// The largest row, in units of the bound of its rounding error.
     pub left: f64,
 }
 
 /// A point of the path.
-#[derive(Clone, Copy)]
-struct Waypoint<Z> {
+#[derive(Clone)]
+struct Waypoint {
     /// The unknowns.
-    z: Z,
+    z: Vector,
     /// `dz/dλ`.
-    slope: Z,
+    slope: Vector,
 }
 
 /// The path from one guess.
-struct Path<'a, Z> {
+struct Path<'a> {
     /// The equations.
-    equations: &'a AnyEquations<'a, Z>,
+    equations: &'a dyn Equations,
     /// How large each unknown is expected to be, at least.
-    size: &'a Z,
+    size: &'a Vector,
     /// The rows at the guess.
-    rows: Z,
+    rows: Vector,
     /// How often the rows were evaluated.
     evaluations: u32,
 }
@@ -74,13 +74,13 @@ struct Path<'a, Z> {
 ///
 /// Evaluations are added to `evaluations`, also those of a path that ends.
 #[cold]
-pub(crate) fn follow<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    start: Z,
-    size: &Z,
+pub(crate) fn follow(
+    equations: &dyn Equations,
+    start: Vector,
+    size: &Vector,
     max_iterations: u32,
     evaluations: &mut u32,
-) -> Result<Root<Z>, Option<Fold<Z>>> {
+) -> Result<Root<Vector>, Option<Fold>> {
     let first = equations.linearize(&start);
     let slope = first.update().ok_or(None)?;
     let mut path = Path {
@@ -92,7 +92,7 @@ pub(crate) fn follow<Z: Unknown<f64>>(
     let end = path.walk(start, slope);
     *evaluations += path.evaluations;
     let end = end.map_err(|last| path.fold(&last))?;
-    match solve_apart(equations, end, size, max_iterations, &mut ()) {
+    match solve(equations, &end, size, max_iterations, &mut ()) {
         Ok(root) => {
             *evaluations += root.evaluations;
             Ok(root)
@@ -104,9 +104,9 @@ pub(crate) fn follow<Z: Unknown<f64>>(
     }
 }
 
-impl<Z: Unknown<f64>> Path<'_, Z> {
+impl Path<'_> {
     /// The end of the path, or the last point of one that does not get there.
-    fn walk(&mut self, start: Z, slope: Z) -> Result<Z, Waypoint<Z>> {
+    fn walk(&mut self, start: Vector, slope: Vector) -> Result<Vector, Waypoint> {
         let mut at = Waypoint { z: start, slope };
         let (mut lambda, mut step) = (0.0, 1.0_f64);
         while lambda < 1.0 && self.evaluations < MAX_EVALUATIONS {
@@ -127,8 +127,8 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
 
     /// The fold at the last point of a path, if that is how it ends: along the path's direction there the largest row, in units of its
     /// rounding, has a least value.
-    fn fold(&self, last: &Waypoint<Z>) -> Option<Fold<Z>> {
-        let mut parts = last.z.as_ref().iter().zip(self.size.as_ref());
+    fn fold(&self, last: &Waypoint) -> Option<Fold> {
+        let mut parts = last.z.iter().zip(self.size);
         if !parts.all(|(z, size)| z.abs() <= AWAY * size) {
             return None;
         }
@@ -137,7 +137,7 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
         let at = |part: f64| {
             let z = last.z.zip(&last.slope, |z, slope| z + part / steep * slope);
             let rows = self.equations.linearize(&z).rows;
-            let mut parts = rows.as_ref().iter().zip(bounds.as_ref());
+            let mut parts = rows.iter().zip(&bounds);
             let left = parts.try_fold(0.0_f64, |most, (row, bound)| {
                 let part = if *row == 0.0 { 0.0 } else { row.abs() / bound };
                 part.is_finite().then_some(most.max(part))
@@ -165,18 +165,15 @@ impl<Z: Unknown<f64>> Path<'_, Z> {
     }
 
     /// Newton's iteration to the point of the path where `part` of the first rows is left; it has to converge fast.
-    fn correct(&mut self, guess: Z, part: f64) -> Option<Waypoint<Z>> {
+    fn correct(&mut self, guess: Vector, part: f64) -> Option<Waypoint> {
         let (mut z, mut before) = (guess, f64::INFINITY);
         for _ in 0..CORRECTIONS {
             self.evaluations += 1;
             let at = self.equations.linearize(&z);
             let rows = at.rows.zip(&self.rows, |row, first| row - part * first);
-            let update = Linearization { rows, ..at }.update()?;
-            let slope = Linearization {
-                rows: self.rows,
-                ..at
-            }
-            .update()?;
+            let jacobian = at.jacobian;
+            let update = jacobian.solve(&rows.map(|row| -row))?;
+            let slope = jacobian.solve(&self.rows.map(|row| -row))?;
             let now = relative(&update, &z, self.size);
             if now > CONTRACTION * before {
                 return None;

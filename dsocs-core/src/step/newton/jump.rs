@@ -5,11 +5,9 @@
 //! side of the other point. Somewhere between the two points the rows jump. There they have a root in the sense of Filippov: a value between those of
 //! the two sides solves them.
 
-use super::{
-    AnyEquations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product,
-};
+use super::{Equations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product};
 use crate::error::StepFailure;
-use crate::step::unknown::Unknown;
+use crate::solve::Vector;
 
 /// An update that leads back goes at least this part of the way.
 const BACK: f64 = 0.5;
@@ -32,12 +30,12 @@ const PIECES: u32 = 12;
 /// The root of rows that are affine in pieces, starting from the last two points. Only full updates are made: a full update leads to the root of the
 /// piece on which it begins, and a shortened one leads to no root.
 #[cold]
-pub(super) fn between_pieces<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    [second, third]: [&Trial<Z>; 2],
-    size: &Z,
-) -> Result<Root<Z>, Failed<Z>> {
-    let (mut before, mut now) = (*second, *third);
+pub(super) fn between_pieces(
+    equations: &dyn Equations,
+    [second, third]: [&Trial<Vector>; 2],
+    size: &Vector,
+) -> Result<Root<Vector>, Failed> {
+    let (mut before, mut now) = (second.clone(), third.clone());
     let mut evaluations = 3;
     loop {
         if let Some(root) = between(equations, [&before.at, &now.at], size) {
@@ -51,7 +49,8 @@ pub(super) fn between_pieces<Z: Unknown<f64>>(
                 evaluations,
             });
         }
-        (before, now) = (now, Trial::new(equations, now.next()));
+        let next = Trial::new(equations, now.next());
+        (before, now) = (now, next);
         evaluations += 1;
         if now.settles(&before, size) && is_declared(equations, &now.at.z, size) {
             return Ok(arrived(&now, evaluations));
@@ -61,20 +60,20 @@ pub(super) fn between_pieces<Z: Unknown<f64>>(
 
 /// The jump between the last two points of an iteration, if the iteration alternates across one.
 #[cold]
-pub(super) fn between<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    [first, second]: [&Iterate<Z>; 2],
-    size: &Z,
-) -> Option<Root<Z>> {
+pub(super) fn between(
+    equations: &dyn Equations,
+    [first, second]: [&Iterate<Vector>; 2],
+    size: &Vector,
+) -> Option<Root<Vector>> {
     // what is expected may be nothing, as at rest
-    let larger = |size: Z, z: &Z| size.zip(z, |size, z| size.max(z.abs()));
-    let units = larger(larger(*size, &first.z), &second.z);
+    let larger = |size: &Vector, z: &Vector| size.zip(z, |size, z| size.max(z.abs()));
+    let units = larger(&larger(size, &first.z), &second.z);
     if along(&second.update, &first.update, &units) > -BACK {
         return None;
     }
     let mut evaluations = 3;
-    let (mut from, mut to) = (first.z, second.z);
-    let mut last: Option<Z> = None;
+    let (mut from, mut to) = (first.z.clone(), second.z.clone());
+    let mut last: Option<Vector> = None;
     for _ in 0..REPETITIONS {
         let way = to.zip(&from, |to, from| to - from);
         let [before, behind] = narrow(equations, &from, &way, &units, &mut evaluations)?;
@@ -90,11 +89,11 @@ pub(super) fn between<Z: Unknown<f64>>(
         }
         let sizes = [&before, &behind].map(|trial| relative(&trial.at.update, &trial.at.z, &units));
         let nearer = if sizes[0] <= sizes[1] { &before } else { &behind };
-        let z = nearer.at.z;
+        let z = nearer.at.z.clone();
         let moved = last.map(|last| relative(&z.zip(&last, |z, last| z - last), &z, &units));
         if equations.are_affine() || moved.is_some_and(|moved| moved <= FOUND) {
             let root = Root {
-                z,
+                z: z.clone(),
                 stop: Stop::Jump,
                 ..arrived(nearer, evaluations)
             };
@@ -110,47 +109,47 @@ pub(super) fn between<Z: Unknown<f64>>(
 /// Whether rounding explains the difference of the rows on the two sides. Close to a root an iteration alternates, too, because of rounding errors.
 ///
 /// The bounds are those of the ends of the way: at the jump itself they may contain it.
-fn is_rounding<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    ends: [&Z; 2],
-    [before, behind]: [&Iterate<Z>; 2],
+fn is_rounding(
+    equations: &dyn Equations,
+    ends: [&Vector; 2],
+    [before, behind]: [&Iterate<Vector>; 2],
 ) -> bool {
     let bounds = ends.map(|end| equations.rounding(end));
-    let rows = before.rows.as_ref().iter().zip(behind.rows.as_ref());
-    let bounds = bounds[0].as_ref().iter().zip(bounds[1].as_ref());
+    let rows = before.rows.iter().zip(&behind.rows);
+    let bounds = bounds[0].iter().zip(&bounds[1]);
     rows.zip(bounds)
         .all(|((before, behind), (first, second))| (before - behind).abs() <= ROUNDINGS * (first + second))
 }
 
 /// How much of a way an update goes: 1 if it leads to the end, −1 if it leads back.
-fn along<Z: Unknown<f64>>(update: &Z, way: &Z, units: &Z) -> f64 {
+fn along(update: &Vector, way: &Vector, units: &Vector) -> f64 {
     scalar_product(update, way, units) / scalar_product(way, way, units)
 }
 
 /// The points on both sides of the jump on a way, as near as their difference can be told.
-fn narrow<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    from: &Z,
-    way: &Z,
-    units: &Z,
+fn narrow(
+    equations: &dyn Equations,
+    from: &Vector,
+    way: &Vector,
+    units: &Vector,
     evaluations: &mut u32,
-) -> Option<[Trial<Z>; 2]> {
+) -> Option<[Trial<Vector>; 2]> {
     let mut trial = |part: f64| {
         *evaluations += 1;
         let trial = Trial::new(equations, from.zip(way, |from, way| from + part * way));
         trial
             .is_solution()
-            .then(|| (trial, along(&trial.at.update, way, units) > 0.0))
+            .then(|| (along(&trial.at.update, way, units) > 0.0, trial))
     };
     let (before, behind) = (trial(0.0)?, trial(1.0)?);
-    if !before.1 || behind.1 {
+    if !before.0 || behind.0 {
         return None;
     }
-    let (mut before, mut behind) = (before.0, behind.0);
+    let (mut before, mut behind) = (before.1, behind.1);
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     for _ in 0..HALVINGS {
         let part = 0.5 * (low + high);
-        let (middle, is_before) = trial(part)?;
+        let (is_before, middle) = trial(part)?;
         if is_before {
             (low, before) = (part, middle);
         } else {

@@ -8,8 +8,8 @@
 //! no longer the known one (K. M. Brown, W. B. Gearhart, *Deflation techniques for the calculation of further solutions of
 //! a nonlinear system*, 1971). Newton's update for them is that of the rows, made longer or shorter.
 
-use super::{AnyEquations, relative};
-use crate::step::unknown::Unknown;
+use super::{Equations, relative};
+use crate::solve::{Square, Vector};
 
 /// How often the deflated rows are evaluated.
 const DEFLATED: u32 = 60;
@@ -28,44 +28,44 @@ const DISTINCT: f64 = 1.0 / 16.0;
 
 /// The other root of a pair that Newton's iteration on its way from `start` to `root` comes near to.
 #[cold]
-pub(crate) fn nearby<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    start: &Z,
-    root: &Z,
-    size: &Z,
-) -> Option<Z> {
+pub(crate) fn nearby(
+    equations: &dyn Equations,
+    start: &Vector,
+    root: &Vector,
+    size: &Vector,
+) -> Option<Vector> {
     let way = start.zip(root, |start, root| start - root);
     let sizes = root.zip(size, |root, size| root.abs().max(size));
     let at_root = equations.linearize(root).jacobian;
-    let orientation = |z: &Z| orientation::<Z>(&at_root, &equations.linearize(z).jacobian, &way, &sizes);
+    let orientation = |z: &Vector| orientation(&at_root, &equations.linearize(z).jacobian, &way, &sizes);
     let fold = 1.0 / (1.0 - orientation(start)?);
     let other = root.zip(&way, |root, way| root + 2.0 * fold * way);
-    if !other.as_ref().iter().all(|z| z.is_finite()) || orientation(&other)? >= 0.0 {
+    if !other.iter().all(|z| z.is_finite()) || orientation(&other)? >= 0.0 {
         return None;
     }
     other_root(equations, &other, root, size)
 }
 
 /// A Jacobian along a direction, in units of another one: with one unknown, the quotient of the two.
-pub(crate) fn orientation<Z: Unknown<f64>>(
-    unit: &Z::Square,
-    jacobian: &Z::Square,
-    direction: &Z,
-    sizes: &Z,
+pub(crate) fn orientation(
+    unit: &Square,
+    jacobian: &Square,
+    direction: &Vector,
+    sizes: &Vector,
 ) -> Option<f64> {
-    let moved = Z::solve(unit, &product::<Z>(jacobian, direction))?;
+    let moved = unit.solve(&jacobian.times(direction))?;
     Some(scalar_product(direction, &moved, sizes) / scalar_product(direction, direction, sizes))
 }
 
 /// A root other than `root`, from a guess that is not too far from it.
 #[cold]
-pub(crate) fn other_root<Z: Unknown<f64>>(
-    equations: &AnyEquations<'_, Z>,
-    guess: &Z,
-    root: &Z,
-    size: &Z,
-) -> Option<Z> {
-    let mut z = *guess;
+pub(crate) fn other_root(
+    equations: &dyn Equations,
+    guess: &Vector,
+    root: &Vector,
+    size: &Vector,
+) -> Option<Vector> {
+    let mut z = guess.clone();
     let mut arrived = false;
     for _ in 0..DEFLATED {
         let update = equations.linearize(&z).update()?;
@@ -103,17 +103,17 @@ pub(crate) fn other_root<Z: Unknown<f64>>(
 }
 
 /// Whether a point is a root of the declared rows and differs from `root` by more than the bound of its rounding error.
-fn is_other<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, z: &Z, root: &Z, size: &Z) -> bool {
+fn is_other(equations: &dyn Equations, z: &Vector, root: &Vector, size: &Vector) -> bool {
     let bounds = equations.rounding(z);
     let at = equations.linearize(z);
-    let within = at.rows.as_ref().iter().zip(bounds.as_ref());
+    let within = at.rows.iter().zip(&bounds);
     if !within
         .into_iter()
         .all(|(row, bound)| row.abs() <= ROUNDINGS * bound)
     {
         return false;
     }
-    let Some(error) = Z::solve(&at.jacobian, &bounds) else {
+    let Some(error) = at.jacobian.solve(&bounds) else {
         return false;
     };
     let apart = z.zip(root, |z, root| z - root);
@@ -122,23 +122,9 @@ fn is_other<Z: Unknown<f64>>(equations: &AnyEquations<'_, Z>, z: &Z, root: &Z, s
         && equations.is_declared(z, &nearby)
 }
 
-/// `matrix · x`.
-fn product<Z: Unknown<f64>>(matrix: &Z::Square, x: &Z) -> Z {
-    let mut product = Z::zero();
-    for (to, row) in product.as_mut().iter_mut().zip(matrix.as_ref()) {
-        *to = row
-            .as_ref()
-            .iter()
-            .zip(x.as_ref())
-            .map(|(entry, x)| entry * x)
-            .sum();
-    }
-    product
-}
-
 /// `Σ xᵢ yᵢ / uᵢ²`; unknowns without a unit do not count.
-pub(crate) fn scalar_product<Z: Unknown<f64>>(x: &Z, y: &Z, units: &Z) -> f64 {
-    let terms = x.as_ref().iter().zip(y.as_ref()).zip(units.as_ref());
+pub(crate) fn scalar_product(x: &Vector, y: &Vector, units: &Vector) -> f64 {
+    let terms = x.iter().zip(y).zip(units);
     terms
         .filter(|(_, unit)| **unit != 0.0)
         .map(|((x, y), unit)| (x / unit) * (y / unit))

@@ -49,7 +49,7 @@ fn the_path_is_the_closed_forms_quadrature() {
 }
 
 /// The node's direction and the motion of the next leg: the speed along the blade and the rate.
-fn leg_state(flow: &Flow<'_, Sleigh, 3>) -> [f64; 2] {
+fn leg_state(flow: &Flow<'_, 3>) -> [f64; 2] {
     let leg = flow.leg();
     let middle = leg.q[2] - leg.d[2] / 2.0;
     let (sin, cos) = middle.sin_cos();

@@ -28,8 +28,7 @@ fn energy_and_angular_momentum_stay() {
     let run = |h: f64| {
         let map = DiscreteFlow::new(&sphere, h).unwrap();
         let mut flow = Flow::new(&sphere, h, Start::second_order(q, v)).unwrap();
-        let momentum =
-            |flow: &Flow<'_, Sphere, 3>| momentum_map(&map, flow.leg().any(), &|q| vec![-q[1], q[0], 0.0]);
+        let momentum = |flow: &Flow<'_, 3>| momentum_map(&map, flow.leg().any(), &|q| vec![-q[1], q[0], 0.0]);
         let (first, energy) = (momentum(&flow), sphere.energy(0.0, &q, &v));
         let mut worst = [0.0_f64; 3];
         while flow.time() < 200.0 {

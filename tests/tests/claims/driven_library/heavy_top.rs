@@ -73,7 +73,7 @@ fn the_momenta_are_kept_and_the_energy_does_not_drift() {
     let run = |h: f64| {
         let map = DiscreteFlow::new(&top, h).unwrap();
         let mut flow = Flow::new(&top, h, Start::second_order(q, v)).unwrap();
-        let momenta = |flow: &Flow<'_, HeavyTop, 4>| {
+        let momenta = |flow: &Flow<'_, 4>| {
             let leg = flow.leg();
             [
                 momentum_map(&map, leg.any(), &|q| {

@@ -1,0 +1,542 @@
+//! A run by a composed step, whatever the number of coordinates.
+
+#![allow(clippy::float_cmp)] // signs and fractions are kept as they are
+
+use std::sync::Arc;
+
+use super::backward;
+use super::error::{FailedStage, StageError, StageFailure};
+use super::method::Composition;
+use super::momenta::{self, Momenta};
+use super::stages::{Course, Stage, Stages, State};
+use super::symmetry::Symmetry;
+use crate::any::{AnyPoint, OwnedLeg};
+use crate::compensated::Sum;
+use crate::declaration::Declaration;
+use crate::error::{NewtonFailure, SetupError};
+use crate::flow::MAX_ITERATIONS;
+use crate::flow::discrete::{check, constants_of, copy};
+use crate::kernel::Kernel;
+use crate::regularity::Regularity;
+use crate::run::{AnyNode, Clock, NodeMut, Run, RunError};
+use crate::solve::Vector;
+use crate::start::{self, Given, Phase};
+use crate::step::course::past_is_short;
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
+use crate::step::{Begins, Failing, Guess, Step, StepReport};
+
+/// A run by a composed step.
+#[derive(Clone)]
+pub(crate) struct Composed<'s> {
+    /// The system.
+    pub kernel: &'s dyn Kernel,
+    /// The values of its parameters.
+    pub values: Vec<f64>,
+    /// Its smooth stages.
+    stages: Option<Arc<dyn Stages + 's>>,
+    /// The method.
+    pub method: Composition,
+    /// The step.
+    pub h: f64,
+    /// What a step carries to the next one.
+    pub(super) course: Course,
+    /// The current node with its momentum, and the legs of the stages in the last steps, where momenta join the legs.
+    joined: Option<Box<Joined>>,
+}
+
+/// What is known beside where momenta join the legs.
+#[derive(Clone, Debug)]
+struct Joined {
+    /// The current node.
+    now: momenta::Node,
+    /// The legs of each stage in the last steps.
+    past: Vec<momenta::Past>,
+}
+
+impl State {
+    /// A node without its momentum.
+    fn of(node: &momenta::Node) -> Self {
+        Self {
+            q: node.q.clone(),
+            v: Sum::exact(node.v.clone()),
+            a: node.a.clone(),
+        }
+    }
+
+    /// The velocity after a kick by the acceleration.
+    fn kicked(&self, h: f64) -> Vector {
+        self.v.hi.zip(&self.a, |v, a| v + h * a)
+    }
+}
+
+/// Nothing was solved.
+const START: StepReport = StepReport {
+    iterations: 0,
+    stop: Stop::Start,
+    guess: Guess::Given,
+};
+
+/// How a stage is solved as a rule.
+const USUAL: StepReport = StepReport {
+    iterations: 1,
+    stop: Stop::Update,
+    guess: Guess::Predicted,
+};
+
+impl<'s> Composed<'s> {
+    /// Sets up a run with the step `h`, with these values of the parameters. Without stages, all of them are solved on slices.
+    pub fn new(
+        (kernel, values): (&'s dyn Kernel, Vec<f64>),
+        stages: Option<Arc<dyn Stages + 's>>,
+        h: f64,
+        method: Composition,
+        start: &Given,
+    ) -> Result<Self, SetupError> {
+        let symmetry = kernel.shape().symmetry;
+        if !matches!(symmetry, Symmetry::AnyLegs | Symmetry::Momenta) {
+            return Err(SetupError::Composition {
+                method,
+                reason: symmetry,
+            });
+        }
+        let declaration = Declaration::of(kernel).with(&values);
+        for fraction in method.fractions() {
+            check(&declaration, fraction * h)?;
+        }
+        declaration.prepare();
+        let Phase { t0, q0, v0, near } = start.phase(&declaration)?;
+        let (now, joined);
+        if symmetry == Symmetry::Momenta {
+            let node = Momenta::of(declaration).start(t0, (Sum::exact(q0), v0), near.as_deref())?;
+            now = State::of(&node);
+            joined = Some(Box::new(Joined {
+                now: node,
+                past: Vec::new(),
+            }));
+        } else {
+            now = State {
+                a: start::state_acceleration(&declaration, (t0, &q0, &v0), near.as_deref())?,
+                q: Sum::exact(q0),
+                v: Sum::exact(v0),
+            };
+            joined = None;
+        }
+        let mut run = Self {
+            kernel,
+            values,
+            stages,
+            method,
+            h,
+            course: Course {
+                stages: Vec::new(),
+                clock: Clock::even(t0, h),
+                since: 0,
+                now,
+                orientation: 0.0,
+                report: START,
+                max_iterations: MAX_ITERATIONS,
+            },
+            joined,
+        };
+        run.prepare();
+        Ok(run)
+    }
+
+    /// The declaration, with the values that the parameters have now.
+    pub fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel).with(&self.values)
+    }
+
+    /// Makes the stages for the current step.
+    fn prepare(&mut self) {
+        let shape = self.kernel.shape();
+        if let Some(joined) = &mut self.joined {
+            joined.past.clear();
+            joined
+                .past
+                .resize(self.method.stages(), momenta::Past::new(shape.increments));
+            return;
+        }
+        let course = &mut self.course;
+        let leg = OwnedLeg {
+            t: course.clock.time(),
+            q: course.now.q.hi.to_vec(),
+            d: vec![0.0; shape.increments],
+        };
+        course.orientation = 0.0;
+        let longest = self.method.fractions().fold(0.0, f64::min);
+        let mut first = true;
+        let stages = self.method.fractions().map(|fraction| {
+            let h = fraction * self.h;
+            let longest = fraction < 0.0 && fraction == longest && core::mem::take(&mut first);
+            Stage {
+                h,
+                backward: fraction < 0.0,
+                longest,
+                per_square: (h * h).recip(),
+                constants: constants_of(self.kernel, &self.values, h),
+                predictor: Predictor::new(shape.unknowns),
+                past: core::array::from_fn(|_| leg.clone()),
+                found: Vector::zero(shape.unknowns),
+                leg: leg.clone(),
+            }
+        });
+        course.stages = stages.collect();
+    }
+
+    /// Makes one step, of all stages.
+    fn make(&mut self) -> Result<StepReport, StageError> {
+        if self.joined.is_some() {
+            return self.solve_by_momenta();
+        }
+        if let Some(stages) = &self.stages
+            && stages.step(&mut self.course).is_ok()
+        {
+            return Ok(self.course.report);
+        }
+        self.solve()
+    }
+
+    /// The equations of a stage.
+    fn step_of<'a>(&'a self, stage: &'a Stage) -> Step<'a> {
+        Step::new(
+            (self.kernel, &self.values),
+            &stage.constants,
+            stage.leg.any(),
+            stage.h,
+        )
+    }
+
+    /// Makes one step whose stages are looked at as a whole.
+    #[cold]
+    fn solve(&mut self) -> Result<StepReport, StageError> {
+        let mut state = self.course.now.clone();
+        let mut total = StepReport {
+            iterations: 0,
+            ..USUAL
+        };
+        let (index, since) = (self.course.clock.index(), self.course.since);
+        let now = self.course.clock.time();
+        let mut done = 0.0;
+        // between two stages the velocity takes the halves of both at once, as where they are smooth
+        let mut left = 0.0;
+        for place in 0..self.course.stages.len() {
+            let begun = done;
+            let (before, a_before) = (state.q.hi.clone(), state.a.clone());
+            let stage = &mut self.course.stages[place];
+            let (h, half) = (stage.h, 0.5 * stage.h);
+            state.v.add(&state.a.map(|a| (left + half) * a));
+            let d = Sum {
+                hi: state.v.hi.map(|v| h * v),
+                lo: state.v.lo.map(|v| h * v),
+            };
+            state.q = state.q.plus(&d);
+            done += h;
+            stage.leg.t = now + done;
+            copy(&mut stage.leg.q, &state.q.hi);
+            copy(&mut stage.leg.d, &d.hi);
+            // taken out, since the equations look at the rest of the stage
+            let mut predictor = core::mem::replace(&mut stage.predictor, Predictor::new(0));
+            let stage = &self.course.stages[place];
+            let mut step = self.step_of(stage);
+            step.past_is_short = past_is_short(index, since);
+            if index == since {
+                step.begins = Some(Begins::Said(state.a.clone()));
+            }
+            step.past = Some(&stage.past);
+            let solution = step
+                .solve(&mut predictor, self.course.max_iterations)
+                .map(|(z, report)| (step.second_difference(&z), z, report));
+            self.course.stages[place].predictor = predictor;
+            let (e, z, report) = match solution {
+                Ok(solution) => solution,
+                Err(cause) => return Err(self.failed(place, &state, cause)),
+            };
+            let stage = &self.course.stages[place];
+            let per_square = stage.per_square;
+            state.a = e.map(|e| per_square * e);
+            if stage.backward && backward::in_question(report) {
+                let from = AnyPoint {
+                    t: now + begun,
+                    q: &before,
+                    v: &state.v.hi.zip(&a_before, |v, a| v + -half * a),
+                    a: &a_before,
+                };
+                if !backward::continues((self.kernel, &self.values), h, from, &state.a) {
+                    let time = self.time_of_stage(place);
+                    return Err(self.refused(place, StageFailure::Jump { time, h }));
+                }
+            }
+            left = half;
+            if !state.kicked(half).is_finite() {
+                let cause = self.step_of(stage).not_finite(&z);
+                return Err(self.failed(place, &state, cause));
+            }
+            let turned = stage.longest && self.step_of(stage).orientation(&z) != self.course.orientation;
+            self.course.stages[place].found = z;
+            total = StepReport {
+                iterations: total.iterations + report.iterations,
+                stop: if total.stop == USUAL.stop {
+                    report.stop
+                } else {
+                    total.stop
+                },
+                guess: if total.guess == USUAL.guess {
+                    report.guess
+                } else {
+                    total.guess
+                },
+            };
+            if turned {
+                self.course.orientation = self.reoriented(place, &state, half)?;
+            }
+        }
+        state.v.add(&state.a.map(|a| left * a));
+        self.course.commit(state, total);
+        Ok(total)
+    }
+
+    /// The same where momenta join the legs.
+    fn solve_by_momenta(&mut self) -> Result<StepReport, StageError> {
+        let Some(joined) = &self.joined else {
+            return Ok(START); // there is one where this is called
+        };
+        let clock = &self.course.clock;
+        let mut node = joined.now.clone();
+        let (mut iterations, mut done) = (0, 0.0);
+        let mut increments = Vec::with_capacity(joined.past.len());
+        let legs = Momenta::of(self.declaration());
+        for (place, (fraction, past)) in self.method.fractions().zip(&joined.past).enumerate() {
+            let h = fraction * self.h;
+            done += h;
+            // the last stage ends where the step does
+            let last = place + 1 == self.method.stages();
+            let t = if last {
+                clock.time_of(clock.index() + 1)
+            } else {
+                clock.time() + done
+            };
+            let leg = legs.leg(&node, (h, t), past);
+            let (next, d, count) = leg.map_err(|failure| self.unjoined(place, failure))?;
+            increments.push(d);
+            iterations += count;
+            node = next;
+        }
+        let complete = legs.complete(&mut node);
+        complete
+            .map_err(|cause| self.unjoined(self.method.stages() - 1, momenta::Failure::NotSolved(cause)))?;
+        self.course.now = State::of(&node);
+        if let Some(joined) = &mut self.joined {
+            for (past, d) in joined.past.iter_mut().zip(&increments) {
+                past.push(d);
+            }
+            joined.now = node;
+        }
+        self.course.report = StepReport { iterations, ..USUAL };
+        self.course.clock.tick();
+        Ok(self.course.report)
+    }
+
+    /// The error of a stage where momenta join the legs.
+    #[cold]
+    fn unjoined(&self, place: usize, failure: momenta::Failure) -> StageError {
+        let fraction = self.method.fractions().nth(place).unwrap_or(f64::NAN);
+        let (time, h) = (self.time_of_stage(place), fraction * self.h);
+        StageError::new(FailedStage {
+            method: self.method,
+            index: self.course.clock.index(),
+            stage: place + 1,
+            backward: fraction < 0.0,
+            cause: match failure {
+                momenta::Failure::NotSolved(cause) => StageFailure::Leg { time, h, cause },
+                momenta::Failure::Singularity => StageFailure::Singularity { time, h },
+                momenta::Failure::Jump => StageFailure::Jump { time, h },
+            },
+        })
+    }
+
+    /// The time at the end of a stage.
+    fn time_of_stage(&self, place: usize) -> f64 {
+        let done: f64 = self.method.fractions().take(place + 1).sum();
+        self.course.clock.time() + done * self.h
+    }
+
+    /// The orientation of the motion at the end of a stage, if the stage has the same: at the first step of a run, and
+    /// where the continuous system itself passes a singularity.
+    #[cold]
+    fn reoriented(&self, place: usize, state: &State, half: f64) -> Result<f64, StageError> {
+        let stage = &self.course.stages[place];
+        let node = AnyPoint {
+            t: self.time_of_stage(place),
+            q: &state.q.hi,
+            v: &state.kicked(half),
+            a: &state.a,
+        };
+        let system = (self.kernel, &self.values[..]);
+        let short = backward::short_orientation(system, stage.h, node);
+        let same = self.step_of(stage).orientation(&stage.found) == short;
+        if same
+            && !(self.course.clock.index() == self.course.since
+                && backward::passes_singularity(system, stage.h, node))
+        {
+            return Ok(short);
+        }
+        let (time, h) = (self.time_of_stage(place), stage.h);
+        Err(self.refused(place, StageFailure::Singularity { time, h }))
+    }
+
+    /// The error of a stage whose solution cannot belong to the motion.
+    #[cold]
+    fn refused(&self, place: usize, cause: StageFailure) -> StageError {
+        StageError::new(FailedStage {
+            method: self.method,
+            index: self.course.clock.index(),
+            stage: place + 1,
+            backward: true,
+            cause,
+        })
+    }
+
+    /// The error of a stage that could not be made.
+    #[cold]
+    fn failed(&self, place: usize, state: &State, cause: NewtonFailure) -> StageError {
+        let stage = &self.course.stages[place];
+        let failing = Failing {
+            index: self.course.clock.index(),
+            time: self.time_of_stage(place),
+            q0: &state.q.hi.zip(&stage.leg.d, |q, d| q - d),
+        };
+        StageError::new(FailedStage {
+            method: self.method,
+            index: self.course.clock.index(),
+            stage: place + 1,
+            backward: stage.backward,
+            cause: StageFailure::Step(self.step_of(stage).error(&failing, cause)),
+        })
+    }
+
+    /// The regularity of the equations of the last step, in the stage where they are least regular. `None` if momenta join the legs,
+    /// because no regularity is computed then.
+    fn regularity_of_last(&self) -> Option<Regularity> {
+        if self.course.report.stop == Stop::Start || self.joined.is_some() {
+            return None;
+        }
+        let declaration = self.declaration();
+        let of_stage = |stage: &Stage| {
+            let e = self.step_of(stage).second_difference(&stage.found);
+            Regularity::of_declaration(&declaration, stage.h, stage.leg.any(), &e)
+        };
+        // not a number counts as the least
+        let condition =
+            |at: &Regularity| (at.forward / at.largest_forward).min(at.backward / at.largest_backward);
+        let order = |at: &Regularity| {
+            let known = at.forward.is_finite() && at.backward.is_finite();
+            if known { condition(at) } else { -1.0 }
+        };
+        self.course
+            .stages
+            .iter()
+            .map(of_stage)
+            .min_by(|left, right| order(left).total_cmp(&order(right)))
+    }
+
+    /// Sets a parameter from the current node on: the run begins anew there, with the position and the momentum that it has.
+    fn change(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        let mut values = self.values.clone();
+        if let Some(parameter) = values.get_mut(place) {
+            *parameter = value;
+        }
+        let State { q, v, a } = &self.course.now;
+        let t = self.course.clock.time();
+        let new = Declaration::of(self.kernel).with(&values);
+        let after = start::velocity_after(&[self.declaration(), new], (t, &q.hi, &v.hi))?;
+        let after = Vector::of(&after);
+        if let Some(joined) = &self.joined {
+            // the momentum stays
+            let now = (joined.now.q.clone(), joined.now.p.clone(), after);
+            let node = Momenta::of(new).node(t, now, Some(a))?;
+            self.course.now = State::of(&node);
+            if let Some(joined) = &mut self.joined {
+                joined.now = node;
+            }
+        } else {
+            let a = start::state_acceleration(&new, (t, &q.hi, &after), Some(a))?;
+            let moved = after != v.hi;
+            self.course.now.a = a;
+            if moved {
+                self.course.now.v = Sum::exact(after);
+            }
+        }
+        self.values = values;
+        self.course.since = self.course.clock.index();
+        self.prepare();
+        Ok(())
+    }
+}
+
+impl Run for Composed<'_> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.kernel
+    }
+
+    fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop and the guess of the
+    /// first stage in which they were not the usual ones.
+    fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        Ok(self.make()?)
+    }
+
+    fn tell(&self, node: NodeMut<'_>) {
+        let State { q, v, a } = &self.course.now;
+        let t = self.course.clock.time();
+        let declaration = self.declaration();
+        let point = AnyPoint {
+            t,
+            q: &q.hi,
+            v: &v.hi,
+            a,
+        };
+        let mut force = Vector::nan(a.len());
+        declaration.continuous_force_into(point, &mut force);
+        node.write(&AnyNode {
+            index: self.course.clock.index(),
+            t,
+            q: &q.hi,
+            v: &v.hi,
+            a,
+            force: &force,
+            energy: declaration.energy(t, &q.hi[..], &v.hi[..]),
+            iterations: self.course.report.iterations,
+            stop: self.course.report.stop,
+        });
+    }
+
+    fn clock(&self) -> &Clock {
+        &self.course.clock
+    }
+
+    fn clock_mut(&mut self) -> &mut Clock {
+        &mut self.course.clock
+    }
+
+    fn reverse(&mut self) -> Result<(), RunError> {
+        self.course.clock.turn();
+        self.course.since = 0;
+        self.h = -self.h;
+        self.prepare();
+        self.course.report = START;
+        Ok(())
+    }
+
+    fn regularity(&self) -> Option<Regularity> {
+        self.regularity_of_last()
+    }
+
+    fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        self.change(place, value)
+    }
+}

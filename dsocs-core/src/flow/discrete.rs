@@ -1,0 +1,548 @@
+//! The discrete flow, whatever the number of coordinates: smooth steps in one go, and an answer where one asks.
+
+use super::inputs::Changed;
+use super::stick::Stuck;
+use super::unresolved::Unresolved;
+use crate::any::{AnyLeg, AnyPoint};
+use crate::compensated::Sum;
+use crate::declaration::Declaration;
+use crate::error::{NewtonFailure, SetupError, StepError};
+use crate::kernel::{Kernel, Shape, Told};
+use crate::regularity::Regularity;
+use crate::run::{AnyNode, Clock, End, NodeMut, Run, RunError};
+use crate::solve::Vector;
+use crate::start::{self, Beginning, Given};
+use crate::step::course::{Course, Solved, Third};
+use crate::step::newton::Stop;
+use crate::step::predictor::Predictor;
+use crate::step::question::{Halt, Question};
+use crate::step::{Failing, Guess, Step, StepReport};
+
+/// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
+/// parts of updates apart.
+pub(crate) const MAX_ITERATIONS: u32 = 60;
+
+/// A run by the paper's step.
+#[derive(Clone)]
+pub(crate) struct Discrete<'s> {
+    /// The system.
+    pub kernel: &'s dyn Kernel,
+    /// The values of its parameters.
+    pub values: Vec<f64>,
+    /// What steps carry along.
+    pub course: Course,
+    /// The start.
+    pub beginning: Beginning,
+    /// The values of the parameters on the last leg, where inputs have changed since.
+    pub(super) before: Option<Vec<f64>>,
+    /// The last node where they did.
+    pub(super) changed: Option<Box<Changed>>,
+    /// The steps that were too long for the external forces.
+    pub(super) unresolved: Option<Box<Unresolved>>,
+    /// The sides of functions that jump, where the last step was solved with them.
+    pub(super) stuck: Option<Box<Stuck>>,
+}
+
+/// Where a step leads.
+pub(super) struct Next {
+    /// The position.
+    pub q: Sum,
+    /// The increment that leads to it.
+    pub d: Sum,
+    /// Of third order, the second difference that ends there.
+    pub second: Option<Sum>,
+}
+
+/// Checks the step and the parameters.
+pub(crate) fn check(declaration: &Declaration<'_>, h: f64) -> Result<(), SetupError> {
+    if !h.is_finite() || h == 0.0 {
+        return Err(SetupError::Step { h });
+    }
+    let smallest = if declaration.shape().is_of_third_order() {
+        h * h * h
+    } else {
+        h * h
+    };
+    if !smallest.is_normal() {
+        return Err(SetupError::StepRange { h });
+    }
+    start::check_parameters(declaration)
+}
+
+/// The values of a system's parameters.
+pub(crate) fn values_of(kernel: &dyn Kernel) -> Vec<f64> {
+    (0..kernel.shape().parameters.len())
+        .map(|place| kernel.value(place))
+        .collect()
+}
+
+/// What is known when a run with the step `h` begins.
+pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Vec<f64> {
+    let mut constants = vec![f64::NAN; kernel.shape().constants];
+    kernel.constants(values, h, &mut constants);
+    constants
+}
+
+impl<'s> Discrete<'s> {
+    /// Sets up a run with the step `h`, with these values of the parameters.
+    pub fn new(kernel: &'s dyn Kernel, values: Vec<f64>, h: f64, start: &Given) -> Result<Self, SetupError> {
+        let (shape, declaration) = (kernel.shape(), Declaration::of(kernel).with(&values));
+        check(&declaration, h)?;
+        declaration.prepare();
+        let beginning = start.begin(&declaration, h)?;
+        let stuck = if shape.jumps {
+            Stuck::at_start(&declaration, h, &beginning)
+        } else {
+            None
+        };
+        let zero = Vector::zero(shape.increments);
+        let course = Course {
+            h,
+            constants: constants_of(kernel, &values, h),
+            clock: Clock::even(beginning.t0, h),
+            ahead: 1,
+            since: 0,
+            max_iterations: MAX_ITERATIONS,
+            q: beginning.q.clone(),
+            d: beginning.d.clone(),
+            third: Third {
+                e: Sum::exact(zero.clone()),
+                before: zero.clone(),
+                given: beginning.e.clone(),
+            },
+            predictor: Predictor::new(shape.unknowns),
+            solved: Solved {
+                t: 0.0,
+                q: zero.clone(),
+                d: zero.clone(),
+                e: zero,
+                report: NOTHING,
+            },
+            has_solved: false,
+            looked: true,
+            rests_at: stuck.as_ref().map(|stuck| stuck.index),
+        };
+        Ok(Self {
+            kernel,
+            values,
+            course,
+            beginning,
+            before: None,
+            changed: None,
+            unresolved: None,
+            stuck,
+        })
+    }
+
+    /// What is known of the system.
+    pub fn shape(&self) -> &'s Shape {
+        self.kernel.shape()
+    }
+
+    /// The declaration, with the values that the parameters have now.
+    pub fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel).with(&self.values)
+    }
+
+    /// The leg that the next step begins with.
+    pub(super) fn next_leg(&self) -> AnyLeg<'_, f64> {
+        self.course.next_leg(self.shape())
+    }
+
+    /// Makes up to `count` steps.
+    #[inline]
+    pub fn steps(&mut self, count: u64) -> Result<(), StepError> {
+        let end = self.course.clock.index() + count;
+        loop {
+            let left = end.saturating_sub(self.course.clock.index());
+            let halt = if self.before.is_some() && left > 0 {
+                Halt::Asks(Question::InputChanges)
+            } else {
+                self.kernel.smooth(&mut self.course, left)
+            };
+            match halt {
+                Halt::Done => return Ok(()),
+                Halt::Asks(_) => {
+                    self.answer()?;
+                    self.course.clock.tick();
+                }
+            }
+        }
+    }
+
+    /// Solves the next step, whatever it asks, and goes to the position that it leads to; the clock is left as it is.
+    #[cold]
+    pub fn answer(&mut self) -> Result<StepReport, StepError> {
+        let shape = self.shape();
+        if shape.jumps
+            && self.is_stuck()
+            && let Some(report) = self.solve_stuck()
+        {
+            return report;
+        }
+        if let Some(before) = self.before.take() {
+            return self.solve_changed(before);
+        }
+        if let Some(second) = self.course.third.given.take() {
+            return Ok(self.take_given(second));
+        }
+        // taken out, since the equations look at the rest of the run
+        let mut predictor = core::mem::replace(&mut self.course.predictor, Predictor::new(0));
+        let solution = {
+            let step = self.next_step();
+            let solution = step.solve(&mut predictor, self.course.max_iterations);
+            solution.map(|(z, report)| (step.second_difference(&z), z, report))
+        };
+        self.course.predictor = predictor;
+        let (e, z, report) = match solution {
+            Ok(solution) => solution,
+            Err(cause) => {
+                if shape.jumps
+                    && !shape.is_of_third_order()
+                    && let Some(report) = self.solve_jump(None)
+                {
+                    return report;
+                }
+                return Err(self.failed(cause));
+            }
+        };
+        let Some(next) = self.arriving(&e) else {
+            return Err(self.not_finite(&z));
+        };
+        let may_switch = self.may_switch();
+        let mut foreseen = true;
+        if !shape.is_of_third_order() {
+            foreseen = (!may_switch || self.foresees(&z, &e)) && !(shape.jumps && report.stop == Stop::Jump);
+            if shape.jumps
+                && !foreseen
+                && let Some(report) = self.solve_jump(Some((&e, report.stop)))
+            {
+                return report;
+            }
+        }
+        self.course.predictor.push(&z);
+        if !foreseen {
+            self.look_between(&e, report.stop);
+        }
+        if may_switch || shape.jumps {
+            self.course.looked = !foreseen;
+        }
+        self.commit(next, &e, report);
+        Ok(report)
+    }
+
+    /// Where a solution leads; `None` if the position is not finite.
+    pub(super) fn arriving(&self, e: &[f64]) -> Option<Next> {
+        let next = self.leads_to(e);
+        next.q.hi.is_finite().then_some(next)
+    }
+
+    /// Where a solution leads.
+    pub(super) fn leads_to(&self, e: &[f64]) -> Next {
+        let Course { q, d, third, .. } = &self.course;
+        let mut d = d.clone();
+        let second = self.shape().is_of_third_order().then(|| {
+            let mut second = third.e.clone();
+            second.add(e);
+            second
+        });
+        match &second {
+            Some(second) => d = d.plus(second),
+            None => d.add(e),
+        }
+        let q = q.plus(&d);
+        Next { q, d, second }
+    }
+
+    /// Goes to the position that a step leads to.
+    pub(super) fn commit(&mut self, Next { q, d, second }: Next, e: &[f64], report: StepReport) {
+        let t = self.next_leg().t;
+        let course = &mut self.course;
+        course.solved = Solved {
+            t,
+            q: core::mem::replace(&mut course.q, q).hi,
+            d: core::mem::replace(&mut course.d, d).hi,
+            e: Vector::of(e),
+            report,
+        };
+        course.has_solved = true;
+        if let Some(second) = second {
+            self.go_on(second);
+        }
+    }
+
+    /// Of third order: goes on from a second difference.
+    pub(super) fn go_on(&mut self, second: Sum) {
+        let course = &mut self.course;
+        self.kernel.remember(&mut course.constants, &second.hi);
+        course.third.before = core::mem::replace(&mut course.third.e, second).hi;
+        course.third.given = None;
+    }
+
+    /// Makes the step whose second difference is known.
+    fn take_given(&mut self, second: Sum) -> StepReport {
+        let report = StepReport {
+            iterations: 0,
+            stop: Stop::Start,
+            guess: Guess::Given,
+        };
+        let d = self.course.d.plus(&second);
+        let q = self.course.q.plus(&d);
+        let e = second.hi.clone();
+        let next = Next { q, d, second: None };
+        self.commit(next, &e, report);
+        // as a third difference after none
+        self.course.third.e = Sum::exact(Vector::zero(e.len()));
+        self.go_on(second);
+        report
+    }
+
+    /// The equations of the next step.
+    pub fn next_step(&self) -> Step<'_> {
+        // with the time also where the system does not ask for it: an error tells it
+        let mut step = self.step_from(AnyLeg {
+            t: self.course.time(),
+            ..self.next_leg()
+        });
+        step.past_is_short = self.course.past_is_short();
+        if self.course.index() == 1 {
+            step.begins = self.beginning.begins();
+        }
+        step
+    }
+
+    /// The equations of a step that begins with a leg.
+    pub(super) fn step_from<'a>(&'a self, leg: AnyLeg<'a, f64>) -> Step<'a> {
+        let Course { constants, h, .. } = &self.course;
+        Step::new((self.kernel, &self.values), constants, leg, *h)
+    }
+
+    /// The error of the next step.
+    #[cold]
+    pub(super) fn failed(&self, cause: NewtonFailure) -> StepError {
+        let course = &self.course;
+        let failing = Failing {
+            index: course.index(),
+            time: course.time(),
+            q0: &course.q.plus(&course.d.negated()).hi,
+        };
+        self.next_step().error(&failing, cause)
+    }
+
+    /// The error of a step whose rows have a root that leads to no finite node.
+    #[cold]
+    pub(super) fn not_finite(&self, z: &[f64]) -> StepError {
+        self.failed(self.next_step().not_finite(z))
+    }
+
+    /// Writes the middle node of the last step.
+    fn tell_solved(&self, node: NodeMut<'_>) {
+        let Course { solved, clock, .. } = &self.course;
+        let mut remembered;
+        let constants = if self.shape().is_of_third_order() {
+            remembered = Vector::of(&self.course.constants);
+            self.kernel.remember(&mut remembered, &self.course.third.before);
+            &remembered[..]
+        } else {
+            &self.course.constants
+        };
+        let told = Told {
+            q: &mut *node.q,
+            v: node.v,
+            a: node.a,
+            force: &mut *node.force,
+            t: &mut *node.t,
+            energy: node.energy,
+        };
+        self.kernel.report(constants, solved.leg(), &solved.e, told);
+        copy(node.q, &solved.q);
+        (*node.index, *node.t) = (clock.index(), clock.time());
+        (*node.iterations, *node.stop) = (solved.report.iterations, solved.report.stop);
+        if self.stuck.is_some() {
+            self.tell_sides(node.force);
+        }
+        if let Some(changed) = &self.changed
+            && changed.index == clock.index()
+        {
+            copy(node.force, &changed.force);
+        }
+    }
+
+    /// Writes the node of the start.
+    #[cold]
+    fn tell_first(&self, node: NodeMut<'_>) {
+        let Beginning { q0, v0, a0, t0, .. } = &self.beginning;
+        let declaration = self.declaration();
+        let found;
+        let a = match a0 {
+            Some(a0) => a0,
+            None => {
+                let acceleration = start::acceleration(&declaration, (*t0, q0, v0), None);
+                found = acceleration.map_or_else(|_| Vector::nan(q0.len()), |(a, _)| a);
+                &found
+            }
+        };
+        let point = AnyPoint {
+            t: *t0,
+            q: q0,
+            v: v0,
+            a,
+        };
+        let mut force = Vector::nan(q0.len());
+        self.first_force(point, &mut force);
+        node.write(&AnyNode {
+            index: self.course.clock.index(),
+            t: self.course.clock.time(),
+            q: q0,
+            v: v0,
+            a,
+            force: &force,
+            energy: declaration.energy(*t0, &q0[..], &v0[..]),
+            iterations: 0,
+            stop: Stop::Start,
+        });
+    }
+
+    /// Turns round in time; see [`Flow`](crate::Flow), "Back in time".
+    fn turn(&mut self) -> Result<(), StepError> {
+        let mut turned = self.clone();
+        turned.course.h = -self.course.h;
+        // a node where inputs have changed lies between the same two values on the way back
+        let index = self.course.clock.index();
+        if let Some(changed) = self.changed.as_ref().filter(|changed| changed.index == index) {
+            turned.before = Some(turned.values);
+            turned.values = changed.before.clone();
+        }
+        let course = &mut turned.course;
+        course.constants = constants_of(self.kernel, &turned.values, course.h);
+        course.d = self.course.d.negated();
+        course.q = self.course.q.plus(&course.d);
+        course.predictor.turn();
+        if self.shape().is_of_third_order() {
+            turned.turn_third();
+        }
+        let course = &mut turned.course;
+        course.clock.turn();
+        course.ahead = 0;
+        course.since = 0;
+        turned.rest_as(self);
+        turned.answer()?;
+        turned.course.ahead = 1;
+        *self = turned;
+        Ok(())
+    }
+
+    /// Turns round what is known: the second difference at the current node is the same on the way back, which makes the first
+    /// step; at the start it is the one that the step back goes on from.
+    fn turn_third(&mut self) {
+        if self.course.has_solved {
+            self.course.third.given = Some(self.course.third.e.clone());
+        } else if let Some(first) = self.course.third.given.take() {
+            self.go_on(first);
+        }
+        // third differences change their signs, and begin anew
+        self.course.predictor = Predictor::new(self.shape().unknowns);
+    }
+
+    /// How regular the equations of the last step are.
+    fn regularity_of_last(&self) -> Option<Regularity> {
+        let Course { solved, h, third, .. } = &self.course;
+        if !self.course.has_solved {
+            return None;
+        }
+        let declaration = self.declaration();
+        if !self.shape().is_of_third_order() {
+            return Some(Regularity::of_declaration(
+                &declaration,
+                *h,
+                solved.leg(),
+                &solved.e,
+            ));
+        }
+        // the step of the start is none of the declaration's
+        if solved.report.guess == Guess::Given && solved.report.stop == Stop::Start {
+            return None;
+        }
+        Some(Regularity::of_third(
+            &declaration.after(&third.before),
+            &third.before,
+            &self.shape().third_order,
+            *h,
+            solved.leg(),
+            &solved.e,
+        ))
+    }
+}
+
+impl Run for Discrete<'_> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.kernel
+    }
+
+    fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    #[inline]
+    fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        self.steps(1)?;
+        Ok(self.course.solved.report)
+    }
+
+    fn reach(&mut self, end: &End) -> Result<(), RunError> {
+        self.course.clock.hand_out(true);
+        let left = end
+            .index()
+            .map(|end| end.saturating_sub(self.course.clock.index()));
+        Ok(self.steps(left.unwrap_or(0))?)
+    }
+
+    #[inline]
+    fn tell(&self, node: NodeMut<'_>) {
+        if self.course.has_solved {
+            self.tell_solved(node);
+        } else {
+            self.tell_first(node);
+        }
+    }
+
+    fn clock(&self) -> &Clock {
+        &self.course.clock
+    }
+
+    fn clock_mut(&mut self) -> &mut Clock {
+        &mut self.course.clock
+    }
+
+    /// The step back about the current node is solved at once. The node then has
+    /// the velocity and the force of this step, and the last known position is the node before it.
+    fn reverse(&mut self) -> Result<(), RunError> {
+        Ok(self.turn()?)
+    }
+
+    fn regularity(&self) -> Option<Regularity> {
+        self.regularity_of_last()
+    }
+
+    fn unresolved(&self) -> Option<Unresolved> {
+        self.unresolved.as_deref().copied()
+    }
+
+    fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        self.change(place, value)
+    }
+}
+
+/// Before the first step.
+const NOTHING: StepReport = StepReport {
+    iterations: 0,
+    stop: Stop::Start,
+    guess: Guess::Given,
+};
+
+/// As many numbers as there is room for.
+pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}

@@ -1,0 +1,539 @@
+//! The start of a run, worked out: the first leg of nodes, or a position and a velocity.
+
+use super::consistency;
+use super::rest;
+use super::third::{self, Free};
+use crate::any::{AnyPoint, map, moved};
+use crate::compensated::Sum;
+use crate::declaration::Declaration;
+use crate::deficiency;
+use crate::dense::Matrix;
+use crate::error::{NewtonFailure, SetupError, StepFailure};
+use crate::multipliers::of_motion;
+use crate::scalar::Scalar as _;
+use crate::solve::{Square, Vector};
+use crate::step::Begins;
+use crate::step::newton::{self, Equations, Linearized};
+use crate::sticking;
+use crate::tangent::Tangent;
+use crate::undefined::{self, Undefined};
+
+/// How often the acceleration at the start is improved before its solution is given up.
+const MAX_ITERATIONS: u32 = 50;
+
+/// An acceleration and multipliers.
+pub(crate) type Accelerated = (Vector, Vector);
+
+/// A start, whatever the number of coordinates; see [`Start`](crate::Start).
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    /// The first node.
+    pub q0: Vector,
+    /// What leads to the second.
+    pub rule: Rule,
+    /// The time of the first node.
+    pub t0: f64,
+    /// Whether it is projected onto the constraints.
+    pub projected: bool,
+    /// Where the acceleration is looked for.
+    pub near: Option<Vector>,
+}
+
+/// What leads from the first node to the second.
+#[derive(Clone, Debug)]
+pub(crate) enum Rule {
+    /// `q1 = q0 + h v0`.
+    Paper { v0: Vector },
+    /// `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder { v0: Vector },
+    /// The second node itself.
+    Nodes { q1: Vector },
+    /// The second and the third node themselves, where constraints are of third order.
+    ThreeNodes { q1: Vector, q2: Vector },
+    /// `q1 = q0 + h v0 + h²/2 a0 + h³/6 j0`, and a third node, where constraints of third order leave the acceleration free.
+    ThirdOrder { v0: Vector, free: Free },
+    /// The increment of the continuous motion over the step `h` from the time `t0`, and its first velocity and acceleration.
+    Exact {
+        v0: Vector,
+        a0: Vector,
+        d: Sum,
+        h: f64,
+        t0: f64,
+    },
+}
+
+/// Checks that a vector of the start is finite.
+pub(super) fn check_vector(
+    declaration: &Declaration<'_>,
+    vector: &'static str,
+    components: &[f64],
+) -> Result<(), SetupError> {
+    let mut named = declaration.coordinates().iter().zip(components);
+    match named.find(|(_, value)| !value.is_finite()) {
+        Some((coordinate, &value)) => Err(SetupError::Start {
+            vector,
+            coordinate: coordinate.name.clone(),
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+impl Given {
+    /// Finds the first leg for the step `h`.
+    ///
+    /// The second node is moved onto the constraints of nodes and pairs of nodes, which no rule foresees, unless it is given.
+    pub fn begin(&self, declaration: &Declaration<'_>, h: f64) -> Result<Beginning, SetupError> {
+        let Self { q0, rule, t0, .. } = self.clone();
+        if !t0.is_finite() {
+            return Err(SetupError::StartTime { t0 });
+        }
+        check_vector(declaration, "q0", &q0)?;
+        self.check_order(declaration)?;
+        let mut e = None;
+        let (q0, v0, a0, d) = match rule {
+            Rule::ThirdOrder { v0, free } => {
+                check_vector(declaration, "v0", &v0)?;
+                let (q0, v0) = self.consistent(declaration, q0, v0)?;
+                let began = third::begin(declaration, (t0, h), (&q0, &v0), free, self.projected)?;
+                e = Some(began.e);
+                (q0, v0, Some(began.a0), began.d)
+            }
+            Rule::Paper { v0 } => {
+                check_vector(declaration, "v0", &v0)?;
+                let (q0, v0) = self.consistent(declaration, q0, v0)?;
+                let d = Sum::exact(v0.map(|v| h * v));
+                check_rest(declaration, (t0, h), &q0, &d)?;
+                let d = onto_pair(declaration, (t0, h), &q0, &v0, &d)?;
+                (q0, v0, None, d)
+            }
+            Rule::SecondOrder { v0 } => {
+                check_vector(declaration, "v0", &v0)?;
+                let (q0, v0) = self.consistent(declaration, q0, v0)?;
+                let a0 = state_acceleration(declaration, (t0, &q0, &v0), self.near.as_deref())?;
+                let mut d = Sum::exact(v0.map(|v| h * v));
+                d.add(&a0.map(|a| h * h / 2.0 * a));
+                let d = onto_pair(declaration, (t0, h), &q0, &v0, &d)?;
+                (q0, v0, Some(a0), d)
+            }
+            Rule::ThreeNodes { q1, q2 } => {
+                check_vector(declaration, "q1", &q1)?;
+                check_vector(declaration, "q2", &q2)?;
+                let d = self.first_leg(declaration, h, &q1)?;
+                let second = Sum::difference(&q2, &q1).plus(&d.negated());
+                let second_difference = second.hi.map(|e| e / (h * h));
+                e = Some(second);
+                (q0, d.hi.map(|d| d / h), Some(second_difference), d)
+            }
+            Rule::Nodes { q1 } => {
+                check_vector(declaration, "q1", &q1)?;
+                let d = self.first_leg(declaration, h, &q1)?;
+                check_rest(declaration, (t0, h), &q0, &d)?;
+                (q0, d.hi.map(|d| d / h), None, d)
+            }
+            Rule::Exact {
+                v0,
+                a0,
+                d,
+                h: own,
+                t0: begun,
+            } => {
+                if own.to_bits() != h.to_bits() {
+                    return Err(SetupError::StartStep { start: own, h });
+                }
+                if begun.to_bits() != t0.to_bits() && declaration.shape().depends_on_time {
+                    return Err(SetupError::StartMoved { start: begun, t0 });
+                }
+                let (q0, v0) = self.consistent(declaration, q0, v0)?;
+                let d = onto_pair(declaration, (t0, h), &q0, &v0, &d)?;
+                (q0, v0, Some(a0), d)
+            }
+        };
+        let q = Sum::exact(q0.clone()).plus(&d);
+        check_vector(declaration, "q1", &q.hi)?;
+        Ok(Beginning {
+            q0,
+            v0,
+            a0,
+            near: self.meant(),
+            t0,
+            q,
+            d,
+            e,
+        })
+    }
+
+    /// Checks that the start says an acceleration where constraints of third order leave it free, and there alone.
+    fn check_order(&self, declaration: &Declaration<'_>) -> Result<(), SetupError> {
+        let says = matches!(self.rule, Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. });
+        match (says, !declaration.shape().is_of_third_order()) {
+            (true, true) => Err(SetupError::DeterminedAcceleration),
+            (false, false) => Err(SetupError::FreeAcceleration),
+            _ => Ok(()),
+        }
+    }
+
+    /// The increment to a second node that is given, which has to obey the constraints or is moved onto them.
+    fn first_leg(&self, declaration: &Declaration<'_>, h: f64, q1: &Vector) -> Result<Sum, SetupError> {
+        let q0 = &self.q0;
+        let d = Sum::difference(q1, q0);
+        if self.projected {
+            let v0 = d.hi.map(|d| d / h);
+            return onto_pair(declaration, (self.t0, h), q0, &v0, &d);
+        }
+        consistency::check_pair(declaration, (self.t0, h), q0, &d)?;
+        Ok(d)
+    }
+
+    /// What methods begin with that begin with a position and a velocity.
+    pub fn phase(&self, declaration: &Declaration<'_>) -> Result<Phase, SetupError> {
+        let Self { q0, rule, t0, .. } = self.clone();
+        if !t0.is_finite() {
+            return Err(SetupError::StartTime { t0 });
+        }
+        check_vector(declaration, "q0", &q0)?;
+        let v0 = match rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } | Rule::Exact { v0, .. } => v0,
+            Rule::ThirdOrder { .. } | Rule::ThreeNodes { .. } => {
+                return Err(SetupError::DeterminedAcceleration);
+            }
+            Rule::Nodes { .. } => return Err(SetupError::Velocity),
+        };
+        check_vector(declaration, "v0", &v0)?;
+        let (q0, v0) = self.consistent(declaration, q0, v0)?;
+        let near = self.meant();
+        Ok(Phase { t0, q0, v0, near })
+    }
+
+    /// How the second node depends on the position and the velocity of the start.
+    pub fn order(&self) -> StartOrder {
+        match &self.rule {
+            Rule::Paper { .. } => StartOrder::First,
+            Rule::SecondOrder { .. } => StartOrder::Second,
+            Rule::Nodes { .. } | Rule::ThreeNodes { .. } | Rule::ThirdOrder { .. } => StartOrder::Nodes,
+            Rule::Exact { .. } => StartOrder::Exact,
+        }
+    }
+
+    /// The acceleration that is meant, where it was said.
+    fn meant(&self) -> Option<Vector> {
+        match &self.rule {
+            Rule::Exact { a0, .. } => Some(a0.clone()),
+            _ => self.near.clone(),
+        }
+    }
+
+    /// A position and a velocity that obey the constraints of lower order.
+    fn consistent(
+        &self,
+        declaration: &Declaration<'_>,
+        q: Vector,
+        v: Vector,
+    ) -> Result<(Vector, Vector), SetupError> {
+        if self.projected {
+            let (q, v) = consistency::project(declaration, self.t0, &q, &v)?;
+            return Ok((Vector::of(&q), Vector::of(&v)));
+        }
+        consistency::check(declaration, self.t0, &q, &v)?;
+        Ok((q, v))
+    }
+}
+
+/// Refuses two equal nodes where steps would go on with equal ones only because a constraint says nothing at rest.
+fn check_rest(declaration: &Declaration<'_>, at: (f64, f64), q0: &[f64], d: &Sum) -> Result<(), SetupError> {
+    if d.hi.iter().any(|&d| d != 0.0) {
+        return Ok(());
+    }
+    match rest::left_open(declaration, at, q0) {
+        Some(deficiency) => Err(SetupError::Rest {
+            deficiency: Box::new(deficiency),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The increment to the second node, moved onto the constraints of nodes and of pairs.
+pub(super) fn onto_pair(
+    declaration: &Declaration<'_>,
+    at: (f64, f64),
+    q0: &[f64],
+    v0: &[f64],
+    d: &Sum,
+) -> Result<Sum, SetupError> {
+    consistency::onto_pair(declaration, at, q0, v0, d.clone())
+}
+
+/// The kinds of starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StartOrder {
+    /// The velocity times the step leads to the second node.
+    First,
+    /// The acceleration comes in, too.
+    Second,
+    /// The second node is given.
+    Nodes,
+    /// The continuous motion leads there.
+    Exact,
+}
+
+/// The start of a method that begins with a position and a velocity.
+#[derive(Clone, Debug)]
+pub(crate) struct Phase {
+    /// The time.
+    pub t0: f64,
+    /// The position.
+    pub q0: Vector,
+    /// The velocity.
+    pub v0: Vector,
+    /// Where the acceleration is looked for.
+    pub near: Option<Vector>,
+}
+
+/// The start, worked out.
+#[derive(Clone, Debug)]
+pub(crate) struct Beginning {
+    /// The first node.
+    pub q0: Vector,
+    /// The velocity there.
+    pub v0: Vector,
+    /// The acceleration there, where it was needed.
+    pub a0: Option<Vector>,
+    /// The acceleration with which the motion begins, where it was said.
+    pub near: Option<Vector>,
+    /// The time of the first node.
+    pub t0: f64,
+    /// The second node.
+    pub q: Sum,
+    /// The increment from the first to the second.
+    pub d: Sum,
+    /// The second difference of the first three nodes, where a step of third order goes on from it.
+    pub e: Option<Sum>,
+}
+
+impl Beginning {
+    /// The acceleration for the first step.
+    pub fn begins(&self) -> Option<Begins> {
+        match (self.near.clone(), self.a0.clone()) {
+            // the solution that was meant says more than what it was to be near to
+            (Some(near), a0) => Some(Begins::Said(a0.unwrap_or(near))),
+            (None, a0) => a0.map(Begins::Found),
+        }
+    }
+}
+
+/// Checks that the parameters are finite.
+pub(crate) fn check_parameters(declaration: &Declaration<'_>) -> Result<(), SetupError> {
+    let mut parameters = declaration.parameters().iter().enumerate();
+    let wrong = parameters.find_map(|(place, parameter)| {
+        let value = declaration.value(place);
+        (!value.is_finite()).then_some((parameter, value))
+    });
+    match wrong {
+        Some((parameter, value)) => Err(SetupError::Parameter {
+            name: parameter.name.clone(),
+            value,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// The acceleration of the continuous system at a start, which has to be finite.
+pub(crate) fn state_acceleration(
+    declaration: &Declaration<'_>,
+    (t0, q0, v0): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
+) -> Result<Vector, SetupError> {
+    Ok(state(declaration, (t0, q0, v0), near)?.0)
+}
+
+/// The same, and the multipliers where they are unknown.
+pub(crate) fn state(
+    declaration: &Declaration<'_>,
+    (t0, q0, v0): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
+) -> Result<Accelerated, SetupError> {
+    check_vector(declaration, "q0", q0)?;
+    check_vector(declaration, "v0", v0)?;
+    if let Some(a0) = near {
+        check_vector(declaration, "a0", a0)?;
+    }
+    match acceleration(declaration, (t0, q0, v0), near) {
+        Ok(found) => Ok(found),
+        Err(cause) => Err(SetupError::Acceleration {
+            at_any_velocity: fails_in_motion(declaration, (t0, q0), cause.reason),
+            q0: q0.to_vec(),
+            v0: v0.to_vec(),
+            deficiency: deficiency::of_start(declaration, (t0, q0, v0), near, &cause).map(Box::new),
+            undefined: undefined(declaration, (t0, q0, v0), near, &cause).map(Box::new),
+            cause: Box::new(cause),
+        }),
+    }
+}
+
+/// What in the equations for the acceleration has no value, where that is why they have no solution.
+#[cold]
+fn undefined(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
+    cause: &NewtonFailure,
+) -> Option<Undefined> {
+    let rest = Vector::zero(q.len());
+    let a = near.unwrap_or(&rest);
+    (cause.reason == StepFailure::NotFinite)
+        .then(|| undefined::of_point(declaration, AnyPoint { t, q, v, a }))
+        .flatten()
+}
+
+/// Whether the equations fail for a reason at a position whatever the velocity: along no axis, and of one size or another.
+fn fails_in_motion(declaration: &Declaration<'_>, (t, q): (f64, &[f64]), reason: StepFailure) -> bool {
+    [1.0, -1e-3, 1e3].into_iter().all(|size| {
+        let v = Vector::from_fn(q.len(), |i| size / (i as f64 + 1.3));
+        let found = acceleration(declaration, (t, q, &v), None);
+        found.is_err_and(|failure| failure.reason == reason)
+    })
+}
+
+/// The acceleration and the multipliers of the continuous system at `(t, q, v)`, looked for near an acceleration, or near none.
+pub(crate) fn acceleration(
+    declaration: &Declaration<'_>,
+    (t, q, v): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
+) -> Result<Accelerated, NewtonFailure> {
+    let shape = declaration.shape();
+    let split = |x: &[f64]| {
+        let a = Vector::from_fn(q.len(), |i| x.get(i).copied().unwrap_or(f64::NAN));
+        (a, Vector::of(of_motion(q.len(), x)))
+    };
+    if shape.jumps
+        && declaration.sides() > 0
+        && let Some(found) = sticking::of_motion(declaration, (t, q, v), shape.multipliers(), near)
+    {
+        return Ok(split(&found.x));
+    }
+    let equations = Continuous { declaration, t, q, v };
+    let zero = Vector::zero(shape.motion);
+    let guess = Vector::resized(near.unwrap_or(&[]), shape.motion);
+    match newton::solve(&equations, &guess, &zero, MAX_ITERATIONS, &mut ()) {
+        Ok(root) => Ok(split(&root.z)),
+        Err(_) => Err(newton::explain(&equations, &guess, &zero, MAX_ITERATIONS)),
+    }
+}
+
+/// The continuous system as equations for the acceleration and the multipliers.
+struct Continuous<'a> {
+    /// The declaration.
+    declaration: &'a Declaration<'a>,
+    /// The time.
+    t: f64,
+    /// The position.
+    q: &'a [f64],
+    /// The velocity.
+    v: &'a [f64],
+}
+
+impl Continuous<'_> {
+    /// The point with the acceleration that is among the unknowns, and the multipliers there.
+    fn at<'z>(&'z self, z: &'z [f64]) -> (AnyPoint<'z, f64>, &'z [f64]) {
+        let Self { t, q, v, .. } = *self;
+        let a = z.get(..q.len()).unwrap_or(z);
+        (AnyPoint { t, q, v, a }, of_motion(q.len(), z))
+    }
+}
+
+impl Equations for Continuous<'_> {
+    fn linearize(&self, z: &[f64]) -> Linearized {
+        let (point, multipliers) = self.at(z);
+        let (mut rows, mut jacobian) = (Vector::nan(z.len()), Square::zero(z.len()));
+        self.declaration
+            .linearize_continuous(point, multipliers, &mut rows, jacobian.entries_mut());
+        Linearized { rows, jacobian }
+    }
+
+    fn rounding(&self, z: &[f64]) -> Vector {
+        let (point, multipliers) = self.at(z);
+        let mut bounds = Vector::zero(z.len());
+        self.declaration
+            .continuous_bounds(point, multipliers, &mut bounds);
+        bounds
+    }
+}
+
+/// The velocity with which a motion goes on where its parameters change from those of the first declaration to those of the second: the
+/// momentum stays, but for what the constraints do to it at once: where a constraint of velocities is another, the velocity is brought onto
+/// it by the shortest way, measured by the mass matrix (the impulse of its force).
+pub(crate) fn velocity_after(
+    [before, after]: &[Declaration<'_>; 2],
+    (t, q, v): (f64, &[f64], &[f64]),
+) -> Result<Vec<f64>, SetupError> {
+    let kept = momentum(before, (t, q, v));
+    let velocity = velocity_of(after, (t, q), &kept, v);
+    let (_, velocity) = consistency::project(after, t, q, &velocity)?;
+    Ok(velocity)
+}
+
+/// The momentum with which a leg arrives, where the forces of constraints of velocities have acted up to its end: `(q, momentum)` moved
+/// along these forces until the velocity at the node obeys the constraints.
+pub(crate) fn arriving_on_constraints(
+    declaration: &Declaration<'_>,
+    (t, q): (f64, &[f64]),
+    arriving: &[f64],
+    guess: &[f64],
+) -> Result<Vec<f64>, SetupError> {
+    let velocity = velocity_of(declaration, (t, q), arriving, guess);
+    let (_, velocity) = consistency::project(declaration, t, q, &velocity)?;
+    Ok(momentum(declaration, (t, q, &velocity)))
+}
+
+/// The momentum `∂L/∂v`.
+pub(crate) fn momentum(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Vec<f64> {
+    let q = map(q, Tangent::splat);
+    let derivative = |j| {
+        declaration
+            .lagrangian(Tangent::splat(t), &q, &moved(v, j))
+            .derivative()
+    };
+    (0..v.len()).map(derivative).collect()
+}
+
+/// The velocity that has a momentum, from a guess.
+pub(crate) fn velocity_of(
+    declaration: &Declaration<'_>,
+    (t, q): (f64, &[f64]),
+    wanted: &[f64],
+    guess: &[f64],
+) -> Vec<f64> {
+    let mut velocity = guess.to_vec();
+    for _ in 0..MAX_ITERATIONS {
+        let found = momentum(declaration, (t, q, &velocity));
+        let missing: Vec<f64> = wanted
+            .iter()
+            .zip(&found)
+            .map(|(wanted, found)| wanted - found)
+            .collect();
+        if missing.iter().all(|missing| *missing == 0.0) {
+            break;
+        }
+        let inverse = consistency::inverse_mass(declaration, t, q, &velocity);
+        let update = inverse.times_vector(&missing);
+        let (mut step, mut size) = (0.0_f64, 0.0_f64);
+        for (velocity, update) in velocity.iter_mut().zip(&update) {
+            *velocity += update;
+            (step, size) = (step.max(update.abs()), size.max(velocity.abs()));
+        }
+        if step <= 4.0 * f64::EPSILON * size {
+            break;
+        }
+    }
+    velocity
+}
+
+/// The mass matrix at `(t, q, v)`.
+pub(crate) fn mass_matrix(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
+    consistency::mass_matrix(declaration, t, q, v)
+}
+
+/// The inverse of the mass matrix at `(t, q, v)`; the identity where there is none.
+pub(crate) fn inverse_mass(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Matrix {
+    consistency::inverse_mass(declaration, t, q, v)
+}

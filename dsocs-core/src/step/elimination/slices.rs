@@ -1,0 +1,84 @@
+//! Elimination of any number of rows, which stand one after the other: the operations of arrays, in the same order, so the same bits.
+
+use super::many;
+use super::{Determinant, LARGEST_DETERMINANT, Pivots, SMALLEST_DETERMINANT, inverse_power_of_two, is_safe};
+use crate::solve::Vector;
+
+/// Puts the solution of `matrix · z = right` in the place of `right`; rows may differ in size by hundreds of orders of magnitude. Not finite where the
+/// matrix is singular. The matrix is destroyed.
+pub(crate) fn solve(matrix: &mut [f64], right: &mut [f64]) {
+    match (&mut *matrix, &mut *right) {
+        ([a], [x]) => *x /= *a,
+        ([a, b, c, d], [x, y]) if is_safe(*a * *d - *b * *c) => {
+            (*x, *y) = quotients([*a, *b, *c, *d], [*x, *y]);
+        }
+        _ => {
+            scale_rows(matrix, right);
+            many::eliminate(matrix, right, &mut Vector::zero(right.len()));
+        }
+    }
+}
+
+/// The same without a look at the sizes of the rows. If the solution is finite, `true` says that neither overflow nor underflow has harmed it.
+/// Beside it stands the determinant.
+pub(crate) fn solve_quick(matrix: &mut [f64], right: &mut [f64]) -> (bool, Determinant) {
+    match (&mut *matrix, &mut *right) {
+        ([a], [x]) => {
+            *x /= *a;
+            (true, Determinant::of(*a))
+        }
+        ([a, b, c, d], [x, y]) => {
+            let determinant = *a * *d - *b * *c;
+            (*x, *y) = quotients([*a, *b, *c, *d], [*x, *y]);
+            (is_safe(determinant), Determinant::of(determinant))
+        }
+        _ => {
+            let size = right.len();
+            let pivots = many::eliminate(matrix, right, &mut Vector::zero(size));
+            let safe = pivots.smallest > SMALLEST_DETERMINANT && pivots.largest < LARGEST_DETERMINANT;
+            (safe, of_diagonal(matrix, size, &pivots))
+        }
+    }
+}
+
+/// The determinant of a matrix of so many rows, which is destroyed; rows may differ in size by hundreds of orders of magnitude.
+pub(crate) fn determinant(matrix: &mut [f64], size: usize) -> Determinant {
+    match matrix {
+        [a] => Determinant::of(*a),
+        [a, b, c, d] => Determinant::of(*a * *d - *b * *c),
+        _ => {
+            let (mut right, mut inverse) = (Vector::zero(size), Vector::zero(size));
+            let pivots = many::eliminate(matrix, &mut right, &mut inverse);
+            of_diagonal(matrix, size, &pivots)
+        }
+    }
+}
+
+/// The determinant from the pivots on the diagonal.
+fn of_diagonal(matrix: &[f64], size: usize, pivots: &Pivots<f64>) -> Determinant {
+    let diagonal = matrix.iter().step_by(size + 1).copied();
+    Determinant::of_pivots(diagonal, pivots.sign < 0.0)
+}
+
+/// Cramer's rule.
+fn quotients([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> (f64, f64) {
+    let scale = (a * d - b * c).recip();
+    ((x * d - b * y) * scale, (a * y - c * x) * scale)
+}
+
+/// Brings the rows to a common size, by powers of two.
+fn scale_rows(matrix: &mut [f64], right: &mut [f64]) {
+    for (row, x) in matrix.chunks_exact_mut(right.len().max(1)).zip(right) {
+        let size = row.iter().fold(
+            0.0,
+            |size, entry| {
+                if size < entry.abs() { entry.abs() } else { size }
+            },
+        );
+        let scale = inverse_power_of_two(size);
+        for entry in row {
+            *entry *= scale;
+        }
+        *x *= scale;
+    }
+}

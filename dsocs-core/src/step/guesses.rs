@@ -1,0 +1,327 @@
+//! What is done where the prediction of a step does not lead to a root: other guesses, and what is told of a failure.
+
+use super::newton::{self, Fold, Root, Stop};
+use super::pair::Found;
+use super::predictor::Predictor;
+use super::{Begins, Equations as _, Guess, Quick as _, Step, StepReport, report};
+use crate::deficiency::{self, DependentRow};
+use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
+use crate::multipliers;
+use crate::regularity::Regularity;
+use crate::solve::{Vector, is_finite};
+use crate::start::{self, third};
+use crate::undefined;
+
+/// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
+const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
+
+/// How often the continuous system's third derivative is improved by the acceleration that belongs to it.
+const THIRD_DERIVATIVE: usize = 4;
+
+/// A row that is left by less than this part of what is left of another one is met.
+const UNMET: f64 = 1e-3;
+
+/// Where and when a step failed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Failing<'a> {
+    /// The number of the step's middle node.
+    pub index: u64,
+    /// Its time.
+    pub time: f64,
+    /// The first node.
+    pub q0: &'a [f64],
+}
+
+impl Step<'_> {
+    /// Whether the unknowns are third differences.
+    pub(super) fn is_of_third_order(&self) -> bool {
+        self.shape().is_of_third_order()
+    }
+
+    /// Solves the step from every guess but the prediction.
+    #[cold]
+    pub fn solve_without_prediction(
+        &self,
+        predictor: &mut Predictor,
+        size: &Vector,
+        max_iterations: u32,
+        mut evaluations: u32,
+    ) -> Result<(Vector, StepReport), NewtonFailure> {
+        let straight = (Vector::zero(self.shape().unknowns), Guess::Straight);
+        let continuous = self.continuous().map(|z| (z, Guess::Continuous));
+        let last = predictor.last().map(|z| (z, Guess::Last));
+        let turned = predictor.last().and_then(|z| self.turned(&z));
+        // the first step has the acceleration for its best guess; later the last solution is nearer
+        let guesses = if last.is_none() {
+            [continuous.clone(), Some(straight.clone()), None, None]
+        } else {
+            [
+                turned.map(|z| (z, Guess::Turned)),
+                last.clone(),
+                Some(straight.clone()),
+                continuous.clone(),
+            ]
+        };
+        for (start, guess) in guesses.into_iter().flatten() {
+            match newton::solve(self, &start, size, max_iterations, predictor) {
+                Ok(root) => {
+                    evaluations += root.evaluations;
+                    let continuation = self.continuation(&root, predictor);
+                    let root = Root { evaluations, ..root };
+                    return self.checked(Found { root, continuation }, &start, guess, predictor, size);
+                }
+                Err(failed) => evaluations += failed.evaluations,
+            }
+        }
+        // a straight line is a point where nothing decides between two roots if these are each other's mirror images
+        for start in self.beside_straight() {
+            match newton::solve(self, &start, size, max_iterations, predictor) {
+                Ok(root) => {
+                    evaluations += root.evaluations;
+                    let continuation = self.continuation(&root, predictor);
+                    let root = Root { evaluations, ..root };
+                    return self.checked(
+                        Found { root, continuation },
+                        &start,
+                        Guess::Turned,
+                        predictor,
+                        size,
+                    );
+                }
+                Err(failed) => evaluations += failed.evaluations,
+            }
+        }
+        if let Some(root) = self.ahead(evaluations) {
+            return Ok(report(root, Guess::Straight));
+        }
+        let mut folds: Option<Fold> = None;
+        for (start, _) in [Some(straight.clone()), last, continuous.clone()]
+            .into_iter()
+            .flatten()
+        {
+            match newton::follow(self, start, size, max_iterations, &mut evaluations) {
+                Ok(root) => {
+                    self.continuation(&root, predictor);
+                    return Ok(report(Root { evaluations, ..root }, Guess::Followed));
+                }
+                Err(Some(fold)) if folds.as_ref().is_none_or(|best| fold.left < best.left) => {
+                    folds = Some(fold)
+                }
+                Err(_) => {}
+            }
+        }
+        let best = predictor
+            .predict()
+            .or(continuous.map(|(z, _)| z))
+            .unwrap_or(straight.0);
+        let failure = newton::explain(self, &best, size, max_iterations);
+        Err(match folds {
+            // nothing leads to a root, and this is where the rows stop to come nearer to zero
+            Some(fold) if failure.reason == StepFailure::NotConverged => NewtonFailure {
+                reason: StepFailure::NoSolution,
+                unknowns: fold.z.to_vec(),
+                residual: fold.rows.to_vec(),
+                ..failure
+            },
+            _ => failure,
+        })
+    }
+
+    /// Where several functions jump in one step and no node solves the rows: the node that does if each has the value of a path that goes straight
+    /// on.
+    fn ahead(&self, evaluations: u32) -> Option<Root<Vector>> {
+        if !(self.are_affine() && self.may_jump()) {
+            return None;
+        }
+        let at = newton::Quick::evaluate(
+            self as &dyn newton::Equations,
+            &Vector::zero(self.shape().unknowns),
+        );
+        (at.safe && at.update.is_finite()).then_some(Root {
+            z: at.update,
+            evaluations: evaluations + 1,
+            stop: Stop::Jump,
+            bend: 0.0,
+            close: false,
+            determinant: at.determinant,
+        })
+    }
+
+    /// The rows, as they were declared, that are not met at the second difference `e`, and what is left of each.
+    fn unmet(&self, e: &[f64]) -> Vec<(DependentRow, f64)> {
+        let (h, leg) = (self.h, self.leg);
+        let declaration = self.declaration();
+        let multipliers = multipliers::of_step(&declaration, h, leg, e);
+        let rows = declaration.declared(h, leg, e, &multipliers);
+        // each against what it changes by on the way from a straight line
+        let straight = declaration.declared(h, leg, &Vector::zero(e.len()), &multipliers);
+        let named = rows.iter().zip(&straight).enumerate();
+        let parts: Vec<_> = named
+            .map(|(i, (row, straight))| (i, *row, row.abs() / (row - straight).abs()))
+            .collect();
+        let largest = parts.iter().fold(0.0_f64, |largest, part| largest.max(part.2));
+        let left = parts.into_iter().filter(|part| part.2 > UNMET * largest);
+        left.map(|(i, row, _)| (deficiency::row(&declaration, i), row))
+            .collect()
+    }
+
+    /// The failure of a step whose rows have a root that leads to no finite node.
+    #[cold]
+    pub fn not_finite(&self, z: &[f64]) -> NewtonFailure {
+        // affine rows without an update are singular
+        let at = self.linearize(&Vector::zero(z.len()));
+        let singular = at.update().is_none() && at.rows.is_finite() && is_finite(at.jacobian.entries());
+        NewtonFailure {
+            reason: if singular {
+                StepFailure::Singular
+            } else {
+                StepFailure::NotFinite
+            },
+            unknowns: z.to_vec(),
+            residual: self.linearize(z).rows.to_vec(),
+            updates: Vec::new(),
+            other: Vec::new(),
+        }
+    }
+
+    /// The error of the step.
+    #[cold]
+    pub fn error(&self, at: &Failing<'_>, cause: NewtonFailure) -> StepError {
+        let (leg, before, size) = (self.leg, &self.before, self.shape().unknowns);
+        let declaration = self.declaration();
+        let e = self.second_difference(&Vector::resized(&cause.unknowns, size));
+        let straight = Vector::zero(e.len());
+        let open = |e: &[f64]| deficiency::of_step(&declaration, self.h, leg, e);
+        let deficiency = match cause.reason {
+            StepFailure::Singular => open(&e),
+            // rows that are singular but for rounding send the iteration anywhere: these are so on a straight line, too
+            StepFailure::NotConverged => {
+                open(&straight).and_then(|straight| open(&e).filter(|open| *open == straight))
+            }
+            StepFailure::NotFinite
+            | StepFailure::Degenerate
+            | StepFailure::AmbiguousRoot
+            | StepFailure::NoSolution => None,
+        };
+        let undefined = match cause.reason {
+            StepFailure::NotFinite | StepFailure::Degenerate => {
+                // on a straight line, where the iteration went nowhere
+                let e = if e.is_finite() { &e } else { &straight };
+                undefined::of_point(&declaration, declaration.point(self.h, leg, e).any())
+            }
+            _ => None,
+        };
+        let unmet = if cause.reason == StepFailure::NoSolution {
+            self.unmet(&e)
+        } else {
+            Vec::new()
+        };
+        let next = |e: &[f64]| {
+            (0..e.len())
+                .map(|i| leg.q[i] + (leg.d[i] + (before[i] + e[i])))
+                .collect()
+        };
+        StepError::new(FailedStep {
+            index: at.index,
+            time: at.time,
+            h: self.h,
+            q0: at.q0.to_vec(),
+            q1: leg.q.to_vec(),
+            q2: next(&e),
+            other: if cause.other.is_empty() {
+                Vec::new()
+            } else {
+                next(&self.second_difference(&Vector::resized(&cause.other, size)))
+            },
+            regularity: Regularity::of_declaration(&declaration, self.h, leg, &e),
+            coordinates: declaration
+                .coordinates()
+                .iter()
+                .map(|coordinate| coordinate.name.clone())
+                .collect(),
+            may_divide: self.shape().may_divide(),
+            deficiency,
+            undefined,
+            unmet,
+            cause,
+        })
+    }
+
+    /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored
+    /// in the last. No polynomial through the past foresees a path that goes to and fro.
+    fn turned(&self, last: &[f64]) -> Option<Vector> {
+        if self.is_of_third_order() {
+            return None;
+        }
+        let d = self.leg.d;
+        let e = self.second_difference(last);
+        let product = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+        // by the largest component first, for squares of any size
+        let largest = d
+            .iter()
+            .chain(e.iter())
+            .fold(0.0_f64, |largest, x| x.abs().max(largest));
+        let (d, e) = (Vector::of(d).map(|d| d / largest), e.map(|e| e / largest));
+        let length = product(&d, &d);
+        if product(&e, &e) <= length || length == 0.0 {
+            return None;
+        }
+        let before = d.zip(&e, |d, e| d - e);
+        let stretch = 2.0 * product(&before, &d) / length;
+        let e = d.zip(&before, |d, before| largest * ((stretch * d - before) - d));
+        e.is_finite().then(|| self.unknowns(&e))
+    }
+
+    /// The unknowns of paths that leave the straight line a little, and more: to one side, and to the other.
+    fn beside_straight(&self) -> [Vector; 4] {
+        let d = self.leg.d;
+        let longest = d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+        let by = |turn: f64| {
+            // along no axis, and along none of the usual diagonals
+            let e = Vector::from_fn(d.len(), |i| turn * longest * ASIDE[i % ASIDE.len()]);
+            self.unknown(&e, &[])
+        };
+        [by(1.0), by(-1.0), by(6.0), by(-6.0)]
+    }
+
+    /// The unknowns of the continuous system's third derivative in the middle of the leg, looked for near a third difference.
+    pub(super) fn continuous_of_third(&self, near: &[f64]) -> Option<Vector> {
+        let (leg, h, before) = (self.leg, self.h, &self.before);
+        let q = Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d);
+        let v = Vector::of(leg.d).map(|d| d / h);
+        let cube = h * h * h;
+        let declaration = self.declaration();
+        let improved = |third: &[f64], near: &[f64]| -> Option<Vector> {
+            let a = before.zip(third, |before, third| (before + 0.5 * third) / (h * h));
+            let near = Vector::of(near).map(|near| near / cube);
+            let j = third::jerk(&declaration, leg.t - 0.5 * h, [&q, &v, &a], &near)?;
+            Some(Vector::of(&j).map(|j| j * cube))
+        };
+        // with the acceleration of one of them, whatever is near
+        let mut third = Vector::zero(before.len());
+        for _ in 1..THIRD_DERIVATIVE {
+            third = improved(&third, &third)?;
+        }
+        Some(self.unknowns(&improved(&third, near)?))
+    }
+
+    /// The unknowns of the acceleration with which the motion is said to begin or, where nothing was said, of the continuous
+    /// system's at `(q1, d/h)`; where that has none, of the acceleration at the start.
+    pub(super) fn continuous(&self) -> Option<Vector> {
+        let (leg, h) = (self.leg, self.h);
+        if self.is_of_third_order() {
+            return self.continuous_of_third(&Vector::zero(leg.d.len()));
+        }
+        let begins = |a: &Vector| Some(self.unknowns(&a.map(|a| a * h * h)));
+        if let Some(Begins::Said(a)) = &self.begins {
+            return begins(a);
+        }
+        let v = Vector::of(leg.d).map(|d| d / h);
+        let found = start::acceleration(&self.declaration(), (leg.t, leg.q, &v), None);
+        match (found, &self.begins) {
+            (Ok((a, multipliers)), _) => Some(self.unknown(&a.map(|a| a * h * h), &multipliers)),
+            (Err(_), Some(Begins::Said(a) | Begins::Found(a))) => begins(a),
+            (Err(_), None) => None,
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! The steps of a smooth motion: the only code of a run that is compiled for every declared type.
+//!
+//! It predicts, evaluates, solves, tests and commits, and nothing else. Where anything is odd it changes nothing and asks a
+//! [`Question`]; the step is then solved on slices, by code that is compiled once.
+
+use super::convergence::Remembered;
+use super::course::{Course, past_is_short};
+use super::elimination::Determinant;
+use super::newton::{self, Evaluation, Quick, Root};
+use super::pair;
+use super::predictor::{self, Arrays, Continuation, Determinants};
+use super::question::{Halt, Question};
+use super::sparse::{Product, Update};
+use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
+use crate::array::Array;
+use crate::compensated::{Compensated, Sum};
+use crate::flow::FORESEEN;
+use crate::step::unknown::Unknown;
+use crate::system::{Leg, System};
+
+/// The rows of a step as arrays.
+pub(crate) struct Rows<'a, S: System<N>, const N: usize> {
+    system: &'a S,
+    constants: &'a S::Constants<f64>,
+    known: S::Known<f64>,
+    past_is_short: bool,
+}
+
+impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
+    type Z = S::Unknown<f64>;
+
+    #[inline(always)]
+    fn are_linear(&self) -> bool {
+        S::LINEAR && !S::JUMPS
+    }
+
+    #[inline(always)]
+    fn are_watched(&self) -> bool {
+        !S::DIVIDED && !S::LINEAR
+    }
+
+    #[inline(always)]
+    fn past_is_short(&self) -> bool {
+        self.past_is_short
+    }
+
+    #[inline(always)]
+    fn evaluate(&self, z: &Self::Z) -> Evaluation<Self::Z> {
+        if const { S::SPARSE } {
+            return self.evaluate_sparse(z);
+        }
+        // in place: a copy of the matrix of a large system is no small part of the stack
+        let mut linearization = self.system.linearize(self.constants, &self.known, z);
+        let rows = linearization.rows;
+        let (update, safe, determinant) = if self.are_linear() {
+            // the only update has to be a good one
+            let update = linearization.update();
+            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
+        } else {
+            linearization.quick_update()
+        };
+        Evaluation {
+            rows,
+            update,
+            safe,
+            determinant,
+        }
+    }
+
+    #[inline(always)]
+    fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool {
+        if !S::SCALED {
+            return true;
+        }
+        let here = self.system.scales(self.constants, &self.known, z);
+        let there = self.system.scales(self.constants, &self.known, nearby);
+        // false also where one of them is no number
+        let mut scales = here.as_ref().iter().zip(there.as_ref());
+        scales.all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
+    }
+}
+
+/// A step that was solved.
+pub(crate) struct Solved<U, const N: usize> {
+    /// The prediction.
+    pub guess: U,
+    /// The root.
+    pub root: Root<U>,
+    /// The second difference.
+    pub e: [f64; N],
+}
+
+impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
+    /// The rows of the step that begins with a leg.
+    #[inline(always)]
+    pub fn new(
+        system: &'a S,
+        constants: &'a S::Constants<f64>,
+        leg: &Leg<f64, N>,
+        past_is_short: bool,
+    ) -> Self {
+        Self {
+            system,
+            constants,
+            known: system.known(constants, leg),
+            past_is_short,
+        }
+    }
+
+    /// Solves the step, and changes nothing but what is known of its own determinant.
+    #[inline(always)]
+    pub fn solve(
+        &self,
+        leg: &Leg<f64, N>,
+        past: &Arrays<'_, S::Unknown<f64>>,
+        determinants: &mut Determinants,
+        natural: Option<&Remembered>,
+        max_iterations: u32,
+    ) -> Result<Solved<S::Unknown<f64>, N>, Question> {
+        let Some(guess) = past.predict() else {
+            return Err(Question::Start);
+        };
+        let increment = self.system.unknown(&leg.d, &[]);
+        let mut size = past
+            .size
+            .zip(&increment, |size, d| size.max(SECOND_DIFFERENCE * d.abs()));
+        if let Some(natural) = natural {
+            natural.raise(size.as_mut(), past.size.as_ref());
+        }
+        let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
+            return Err(Question::Unsettled);
+        };
+        if self.are_watched() {
+            let fits =
+                !root.determinant.value.is_nan() && determinants.take(root.determinant) == Continuation::Fits;
+            if !fits {
+                return Err(Question::Departs);
+            }
+            if pair::in_question(&root, self.past_is_short) {
+                return Err(Question::Bends);
+            }
+        }
+        let e = self
+            .system
+            .second_difference(self.constants, &self.known, &root.z);
+        Ok(Solved { guess, root, e })
+    }
+
+    /// The sign of the determinant of the rows, as they were declared.
+    #[inline]
+    pub fn orientation(&self, z: &S::Unknown<f64>) -> f64 {
+        let jacobian = self.system.linearize(self.constants, &self.known, z).jacobian;
+        let sign = S::Unknown::<f64>::determinant(&jacobian).value.signum();
+        if !S::SCALED {
+            return sign;
+        }
+        let scales = self.system.scales(self.constants, &self.known, z);
+        let scales = scales.as_ref().iter();
+        scales.fold(sign, |sign, scale| sign * scale.signum())
+    }
+
+    /// By the entries that are not zero everywhere. Where that gives no good update, the step asks.
+    #[inline(always)]
+    fn evaluate_sparse(&self, z: &S::Unknown<f64>) -> Evaluation<S::Unknown<f64>> {
+        let Some(sparse) = self.system.sparse() else {
+            return Evaluation {
+                rows: *z,
+                update: *z,
+                safe: false,
+                determinant: Determinant::UNKNOWN,
+            };
+        };
+        let mut product = Product::new(sparse.is_odd());
+        let Update { rows, update } = sparse.update(
+            |entries| self.system.entries(self.constants, &self.known, z, entries),
+            |pivot| product.take(pivot),
+        );
+        Evaluation {
+            safe: update.as_ref().iter().all(|x| x.is_finite()),
+            rows,
+            update,
+            determinant: product.value(),
+        }
+    }
+}
+
+/// A sum as arrays.
+#[inline(always)]
+pub(crate) fn read<const N: usize>(sum: &Sum) -> Option<Compensated<N>> {
+    Some(Compensated {
+        hi: *sum.hi.first_chunk()?,
+        lo: *sum.lo.first_chunk()?,
+    })
+}
+
+/// Arrays back into a sum.
+#[inline(always)]
+pub(crate) fn write<const N: usize>(sum: &mut Sum, from: &Compensated<N>) {
+    copy(&mut sum.hi, &from.hi);
+    copy(&mut sum.lo, &from.lo);
+}
+
+/// Arrays back into a slice.
+#[inline(always)]
+pub(crate) fn copy<const N: usize>(to: &mut [f64], from: &[f64; N]) {
+    if let Some(to) = to.first_chunk_mut() {
+        *to = *from;
+    }
+}
+
+/// What a step knows of the run beside the past solutions.
+struct State<const N: usize> {
+    /// The last position that is known.
+    q: Compensated<N>,
+    /// The increment that led to it.
+    d: Compensated<N>,
+    /// Of third order: the second difference that ends with the last node, and the one before.
+    third: Option<(Compensated<N>, [f64; N])>,
+}
+
+/// Makes up to `count` steps of a run.
+pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
+    if course.third.given.is_some() {
+        return Halt::Asks(Question::Start);
+    }
+    let may_switch = S::ORDER == 2 && (S::EXTERNAL_FORCES || S::PIECEWISE);
+    let (Some(q), Some(d)) = (read::<N>(&course.q), read::<N>(&course.d)) else {
+        return Halt::Asks(Question::Start);
+    };
+    let third = if const { S::ORDER > 2 } {
+        read::<N>(&course.third.e).zip(course.third.before.first_chunk().copied())
+    } else {
+        None
+    };
+    let mut state = State { q, d, third };
+    let Some((constants, _)) = <S::Constants<f64> as Array<f64>>::split(&mut course.constants) else {
+        return Halt::Asks(Question::Start);
+    };
+    let Some((mut past, determinants, natural)) = course.predictor.arrays::<S::Unknown<f64>>() else {
+        return Halt::Asks(Question::Start);
+    };
+    let (Some(e), Some(solved_q), Some(solved_d)) = (
+        course.solved.e.first_chunk_mut::<N>(),
+        course.solved.q.first_chunk_mut::<N>(),
+        course.solved.d.first_chunk_mut::<N>(),
+    ) else {
+        return Halt::Asks(Question::Start);
+    };
+    let mut made = 0;
+    let halt = loop {
+        if made == count {
+            break Halt::Done;
+        }
+        let index = course.clock.index() + course.ahead;
+        if S::JUMPS && course.rests_at == Some(index) {
+            break Halt::Asks(Question::Rests);
+        }
+        let leg = Leg {
+            t: if S::DEPENDS_ON_TIME {
+                course.clock.time_of(index)
+            } else {
+                0.0
+            },
+            q: state.q.hi,
+            d: state.d.hi,
+        };
+        let rows = Rows::<S, N>::new(system, constants, &leg, past_is_short(index, course.since));
+        let solved = rows.solve(&leg, &past, determinants, natural, course.max_iterations);
+        let Solved {
+            guess,
+            root,
+            e: found,
+        } = match solved {
+            Ok(solved) => solved,
+            Err(question) => break Halt::Asks(question),
+        };
+        let Root {
+            z, evaluations, stop, ..
+        } = root;
+        let mut next = State { ..state };
+        if let (true, Some((second, before))) = (S::ORDER > 2, &mut next.third) {
+            *before = second.hi;
+            second.add(&found);
+            next.d = state.d.plus(second);
+        } else {
+            next.d.add(&found);
+        }
+        next.q = state.q.plus(&next.d);
+        if !next.q.hi.iter().all(|q| q.is_finite()) {
+            break Halt::Asks(Question::NotFinite);
+        }
+        if may_switch || S::JUMPS {
+            let foreseen = if z.as_ref().is_empty() {
+                // steps without unknowns have no prediction
+                course.has_solved && predictor::foresees(e, &found, FORESEEN)
+            } else {
+                predictor::foresees(guess.as_ref(), z.as_ref(), FORESEEN)
+            };
+            if may_switch && !foreseen {
+                break Halt::Asks(Question::Unforeseen);
+            }
+            course.looked = false;
+        }
+        past.push(&z);
+        determinants.push();
+        state = next;
+        if let (true, Some((second, _))) = (S::ORDER > 2, &state.third) {
+            S::remember(constants, &second.hi);
+        }
+        (*e, *solved_q, *solved_d) = (found, leg.q, leg.d);
+        course.solved.t = leg.t;
+        course.solved.report = StepReport {
+            iterations: evaluations,
+            stop,
+            guess: Guess::Predicted,
+        };
+        course.has_solved = true;
+        course.clock.tick();
+        made += 1;
+    };
+    write(&mut course.q, &state.q);
+    write(&mut course.d, &state.d);
+    if let Some((second, before)) = &state.third {
+        write(&mut course.third.e, second);
+        copy(&mut course.third.before, before);
+    }
+    halt
+}
