@@ -100,7 +100,7 @@ impl Report<'_> {
     fn measure(&mut self, what: impl Into<String>, bar: Bar, figure: impl FnOnce() -> Measured) {
         let begun = Instant::now();
         let measured = figure();
-        self.push(what.into(), bar, measured, begun.elapsed().as_secs_f64());
+        self.push(what.into(), bar, measured, begun);
     }
 
     /// Measures several figures in one go; the time is told of each.
@@ -112,18 +112,25 @@ impl Report<'_> {
     ) {
         let begun = Instant::now();
         let measured = figures();
-        let seconds = begun.elapsed().as_secs_f64();
+        let figures = measured.as_ref().map(|figures| &figures[..]);
+        self.push_all(whats.into(), figures.map_err(ToString::to_string), begun);
+    }
+
+    /// Takes in several figures that were measured in one go.
+    #[cfg(all(feature = "dsocs", not(test)))]
+    fn push_all(&mut self, whats: Vec<(String, Bar)>, figures: Result<&[f64], String>, begun: Instant) {
         for (place, (what, bar)) in whats.into_iter().enumerate() {
-            let figure = match &measured {
+            let figure = match &figures {
                 Ok(figures) => Ok(figures[place]),
-                Err(error) => Err(error.to_string().into()),
+                Err(error) => Err(error.clone().into()),
             };
-            self.push(what, bar, figure, seconds);
+            self.push(what, bar, figure, begun);
         }
     }
 
     /// Takes in a figure.
-    fn push(&mut self, what: String, bar: Bar, measured: Measured, seconds: f64) {
+    fn push(&mut self, what: String, bar: Bar, measured: Measured, begun: Instant) {
+        let seconds = begun.elapsed().as_secs_f64();
         let (figure, failure) = told(measured);
         let row = Row {
             number: self.number,
