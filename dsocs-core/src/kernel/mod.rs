@@ -15,10 +15,33 @@ use crate::step::question::Halt;
 use crate::step::sparse::Sparse;
 use crate::tape::Source;
 
-/// What the engine may ask of a declared system. Vectors are slices of the lengths that [`Shape`] says; parameters are values that the
-/// caller holds, not the system's own.
+/// A declared system without its type: what is compiled once, for all systems, takes `&dyn Kernel`, and slices in place of arrays.
 ///
-/// A slice of another length leaves the output as it was, or at NaN: the engine makes all slices from the shape.
+/// Every declared system is one, so `&pendulum` is what a function with such a parameter takes; in code that is generic over a
+/// [`System`](crate::System) it is [`system.kernel()`](crate::System::kernel). The attribute implements the trait. Its methods are what the engine
+/// asks for in steps: [`mod@crate::geometry`], [`Regularity`](crate::Regularity) and [`Declaration`](crate::Declaration) are for your own code.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::{Kernel, Leg, Regularity};
+///
+/// /// A pendulum.
+/// #[dsocs {
+///     coordinates(theta);
+///     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+/// }]
+/// struct Pendulum;
+///
+/// let system: &dyn Kernel = &Pendulum;
+/// assert_eq!((system.shape().dimension(), &*system.shape().coordinates[0].name), (1, "theta"));
+/// let leg = Leg { t: 0.0, q: [1.0], d: [0.05] };
+/// assert!(Regularity::of(system, 0.1, leg.any(), &[-0.008]).grants_flow());
+/// ```
+///
+/// # What it asks for
+///
+/// Vectors are slices of the lengths that [`Shape`] says; parameters are values that the caller holds, not the system's own. A slice of another length
+/// leaves the output as it was, or at NaN: the engine makes all slices from the shape.
 pub trait Kernel: Source {
     /// Values known when a run with the step `h` begins: [`Shape::constants`] numbers.
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]);
