@@ -1,3 +1,4 @@
+use crate::flow::Flow;
 use core::ops::ControlFlow;
 use std::sync::Mutex;
 

@@ -1,5 +1,6 @@
 //! The flow of systems written by hand: accuracy, order of events, and errors.
 
+use crate::step::newton::Stop;
 use std::ops::ControlFlow;
 
 use super::*;

@@ -396,11 +396,15 @@ impl Remembered {
 mod tests {
     use super::*;
 
+    fn square<const M: usize>(rows: &[[f64; M]; M]) -> Square {
+        Square::from_fn(M, |i, j| rows[i][j])
+    }
+
     #[test]
     fn natural_sizes_do_not_depend_on_units() {
         let jacobian = [[2.0, 1.0], [1.0, 1e-3]];
         let terms = [3.0, 1.0];
-        let here = NaturalSizes::<[f64; 2]>::new(&jacobian, &terms, &[1.0, 1.0]).unwrap();
+        let here = NaturalSizes::new(&square(&jacobian), &terms, &[1.0, 1.0]).unwrap();
         // |J⁻¹| = [[1e-3, 1], [1, 2]] / 0.998
         for (found, size) in here.sizes.iter().zip([1.003, 5.0]) {
             assert!((found * 0.998 - size).abs() < 1e-14, "{found}");
@@ -409,8 +413,8 @@ mod tests {
             let unit = 2.0_f64.powi(exponent);
             // the second row and the first unknown in other units
             let scaled = [[2.0 / unit, 1.0], [1.0, 1e-3 * unit]];
-            let there = NaturalSizes::<[f64; 2]>::new(&scaled, &[3.0, unit], &[1.0, 1.0]).unwrap();
-            assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes);
+            let there = NaturalSizes::new(&square(&scaled), &[3.0, unit], &[1.0, 1.0]).unwrap();
+            assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes[..]);
             assert_eq!(there.condition, here.condition);
         }
     }
@@ -423,7 +427,7 @@ mod tests {
         for (i, row) in jacobian.iter_mut().enumerate() {
             row[..=i].fill(2.0_f64.powi(i32::try_from(i).unwrap()));
         }
-        let natural = NaturalSizes::<[f64; M]>::new(&jacobian, &[1.0; M], &[1.0; M]).unwrap();
+        let natural = NaturalSizes::new(&square(&jacobian), &[1.0; M], &[1.0; M]).unwrap();
         for (i, size) in natural.sizes.iter().enumerate() {
             let unit = 0.5_f64.powi(i32::try_from(i).unwrap());
             let expected = if i == 0 { unit } else { 3.0 * unit };
@@ -431,36 +435,39 @@ mod tests {
         }
         assert!((natural.condition - 1.0).abs() < 1e-12, "{}", natural.condition);
         jacobian[M - 1] = jacobian[0];
-        assert_eq!(
-            NaturalSizes::<[f64; M]>::new(&jacobian, &[1.0; M], &[1.0; M]),
-            None
-        );
+        assert_eq!(NaturalSizes::new(&square(&jacobian), &[1.0; M], &[1.0; M]), None);
     }
 
     #[test]
     fn a_singular_jacobian_has_no_natural_sizes() {
         assert_eq!(
-            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 1.0], &[1.0, 1.0]),
+            NaturalSizes::new(&square(&[[1.0, 2.0], [2.0, 4.0]]), &[1.0, 1.0], &[1.0, 1.0]),
             None
         );
-        let nearly =
-            NaturalSizes::<[f64; 2]>::new(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]], &[1.0, 1.0], &[1.0, 1.0])
-                .unwrap();
+        let nearly = NaturalSizes::new(
+            &square(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]]),
+            &[1.0, 1.0],
+            &[1.0, 1.0],
+        )
+        .unwrap();
         assert!(!nearly.are_usual());
     }
 
     #[test]
     fn natural_sizes_are_used_where_they_are_neither_hardly_determined_nor_far_too_large() {
         let natural = |condition, level| NaturalSizes {
-            sizes: [1.0, 2.0],
+            sizes: Vector::of(&[1.0, 2.0]),
             condition,
             level,
         };
         assert!(natural(1.0, 1.0).are_usual() && natural(0.9e6, 1.1e-6).are_usual());
         assert!(!natural(1.1e6, 1.0).are_usual() && !natural(1.0, 0.9e-6).are_usual());
         // so large that the last update is a few roundings of the rows
-        assert_eq!(natural(1.0, 1.0).raise(&[0.0, 5.0]), [1e-6, 5.0]);
-        assert_eq!(natural(1.0, 1.0).raise(&[1e-5, 0.0]), [1e-5, 2e-6]);
+        assert_eq!(natural(1.0, 1.0).raise(&Vector::of(&[0.0, 5.0]))[..], [1e-6, 5.0]);
+        assert_eq!(
+            natural(1.0, 1.0).raise(&Vector::of(&[1e-5, 0.0]))[..],
+            [1e-5, 2e-6]
+        );
     }
 
     #[test]
@@ -530,12 +537,16 @@ mod tests {
     #[test]
     fn what_is_remembered_goes_with_the_motion() {
         let natural = NaturalSizes {
-            sizes: [1.0, 2.0],
+            sizes: Vector::of(&[1.0, 2.0]),
             condition: 3.0,
             level: 0.5,
         };
         let remembered = Remembered::new(&natural);
-        let raised = |lately: [f64; 2]| remembered.raise(&[0.0, 0.0], &lately);
+        let raised = |lately: [f64; 2]| {
+            let mut sizes = [0.0, 0.0];
+            remembered.raise(&mut sizes, &lately);
+            sizes
+        };
         assert_eq!(raised([0.5, 0.0]), [1e-6, 2e-6]);
         assert_eq!(raised([0.25, 0.0]), [0.5e-6, 1e-6]);
         assert_eq!(raised([4.0, 0.0]), [4e-6, 8e-6]);

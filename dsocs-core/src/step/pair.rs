@@ -468,8 +468,8 @@ impl Step<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compiled::Compiled as _;
-    use crate::step::newton::Equations as _;
+    use crate::flow::discrete::{constants_of, values_of};
+    use crate::system::Leg;
     use dsocs_macros::dsocs;
 
     /// Two accelerations, of which one changes with time.
@@ -492,19 +492,20 @@ mod tests {
                 d: [0.1],
             },
         );
-        let constants = Timed.constants(&Timed.parameters(), h);
-        let step = |leg| Step::new(&Timed, &constants, leg, h);
-        let z = Timed.unknown(&[0.03], &[]);
-        let (former, rows) = step(leg).any().former(&leg, &z).unwrap();
+        let constants = constants_of(&Timed, &[], h);
+        let step = |leg| Step::new((&Timed, &[]), &constants, leg, h);
+        let z = step(leg.any()).unknown(&[0.03], &[]);
+        let (former, rows) = step(leg.any()).former(leg.any(), &z).unwrap();
         let expected = Leg {
             t: 2.0 - h,
             q: [0.9],
             d: [0.1 - 0.03],
         };
-        assert_eq!(former, expected);
-        assert_eq!(rows.rows, step(expected).linearize(&z).rows);
+        assert_eq!(former, expected.any().to_owned());
+        assert_eq!(rows.rows, step(expected.any()).linearize(&z).rows);
         // the time is seen
-        assert_ne!(rows.rows, step(Leg { t: 2.0, ..expected }).linearize(&z).rows);
+        let other = Leg { t: 2.0, ..expected };
+        assert_ne!(rows.rows, step(other.any()).linearize(&z).rows);
     }
 
     /// Two oscillators, of which one is meant.
@@ -530,29 +531,29 @@ mod tests {
                 k: [0.5 + 0.07 * place as f64, 1.7],
                 f: [force, 0.3],
             };
-            let constants = system.constants(&system.parameters(), h);
+            let values = values_of(&system);
+            let constants = constants_of(&system, &values, h);
             let acceleration = |x: f64| -(system.k[1] * x + system.f[1]);
-            let mut predictor = Predictor::new();
+            let mut predictor = Predictor::new(1);
             let mut leg = Leg {
                 t: 0.0,
                 q: [1.0],
                 d: [0.3],
             };
             for _ in 0..200 {
-                let step = Step::new(&system, &constants, leg, h);
-                let meant = system.unknown(&[h * h * acceleration(leg.q[0])], &[]);
+                let now = leg;
+                let step = Step::new((&system, &values), &constants, now.any(), h);
+                let meant = step.unknown(&[h * h * acceleration(leg.q[0])], &[]);
                 let (z, report) = step.solve(&mut predictor, MAX_ITERATIONS).unwrap_or_else(|_| {
                     let size = step.size(&predictor);
-                    let near = step
-                        .any()
-                        .solve_near(meant, &mut predictor, &size, MAX_ITERATIONS);
+                    let near = step.solve_near(&meant, &mut predictor, &size, MAX_ITERATIONS);
                     near.unwrap()
                 });
                 predictor.push(&z);
                 if report.guess == Guess::Other {
                     chosen += 1;
-                    let determinants = predictor.determinants();
-                    let expected = step.any().determinant(&z).in_units_of(determinants.unit);
+                    let determinants = &predictor.determinants;
+                    let expected = step.determinant(&z).in_units_of(determinants.unit);
                     let remembered = determinants.last[0];
                     assert!(
                         (remembered - expected).abs() <= 1e-9 * expected.abs(),
@@ -582,41 +583,40 @@ mod tests {
     #[test]
     fn a_root_beyond_the_legs_is_not_taken_for_another_one() {
         let h = 0.1;
-        let constants = Far.constants(&Far.parameters(), h);
+        let constants = constants_of(&Far, &[], h);
         let leg = Leg {
             t: 0.0,
             q: [0.0],
             d: [0.1],
         };
-        let step = Step::new(&Far, &constants, leg, h);
+        let step = Step::new((&Far, &[]), &constants, leg.any(), h);
         let far = |acceleration: f64| Root {
-            z: Far.unknown(&[h * h * acceleration], &[]),
+            z: step.unknown(&[h * h * acceleration], &[]),
             evaluations: 1,
             stop: Stop::Update,
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,
         };
-        let (size, legs) = (step.any().least(), Far.unknown(&leg.d, &[]));
+        let (size, legs) = (step.least(), step.unknown(&leg.d, &[]));
         let failure = step
-            .any()
-            .nearer(far(-3000.0), &mut Predictor::new(), [&size, &legs])
+            .nearer(far(-3000.0), &mut Predictor::new(1), [&size, &legs])
             .unwrap_err();
         assert_eq!(failure.reason, StepFailure::NotConverged);
         assert!(failure.other.is_empty());
         // where the legs are as long it is one
-        let longer = Far.unknown(&[10.0], &[]);
+        let longer = step.unknown(&[10.0], &[]);
         let (z, _) = step
-            .any()
-            .nearer(far(-3000.0), &mut Predictor::new(), [&size, &longer])
+            .nearer(far(-3000.0), &mut Predictor::new(1), [&size, &longer])
             .unwrap();
-        assert!((z.as_ref()[0].abs() / (h * h) - 1000.0).abs() < 1e-6, "{z:?}");
+        assert!((z[0].abs() / (h * h) - 1000.0).abs() < 1e-6, "{z:?}");
     }
 
     /// Which of two roots the last solutions, the last first, lead to.
     fn led(past: &[f64], found: f64, other: f64) -> Option<Candidate> {
-        let past: Vec<[f64; 1]> = past.iter().map(|z| [*z]).collect();
-        continued_unknowns(&past, &[found], &[other], &[1.0])
+        let one = |z: f64| Vector::of(&[z]);
+        let past: Vec<Vector> = past.iter().map(|z| one(*z)).collect();
+        continued_unknowns(&past, &one(found), &one(other), &one(1.0))
     }
 
     #[test]

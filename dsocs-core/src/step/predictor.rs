@@ -519,12 +519,12 @@ mod tests {
 
     #[test]
     fn turning_keeps_the_last_solution_only() {
-        let mut predictor = Predictor::new(1);
+        let mut predictor = Predictor::new(2);
         for k in 0..9 {
             predictor.push(&[f64::from(k), 1.0]);
         }
         predictor.turn();
-        assert_eq!(predictor.predict(), Some([8.0, 1.0]));
+        assert_eq!(predictor.predict(), Some(Vector::of(&[8.0, 1.0])));
         assert_eq!(predictor.size(), &[8.0, 1.0]);
     }
 
@@ -567,15 +567,15 @@ mod tests {
             predictor.push(&[*value]);
             let past = predictor.past();
             assert_eq!(past.len(), (count + 1).min(PAST));
-            for (k, [found]) in past.iter().enumerate() {
-                assert!((found - values[count - k]).abs() < 1e-12, "{past:?}");
+            for (k, found) in past.iter().enumerate() {
+                assert!((found[0] - values[count - k]).abs() < 1e-12, "{past:?}");
             }
         }
     }
 
     #[test]
     fn what_is_foreseen_is_near_the_prediction() {
-        let mut predictor = Predictor::new(1);
+        let mut predictor = Predictor::new(2);
         assert!(!predictor.foresees(&[1.0, 1.0], 0.1));
         for _ in 0..6 {
             predictor.push(&[1.0, 2.0]);

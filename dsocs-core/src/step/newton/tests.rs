@@ -2,22 +2,25 @@
 
 use super::*;
 
+/// One unknown.
+fn one(x: f64) -> Vector {
+    Vector::of(&[x])
+}
+
 /// One equation for one unknown: value, slope and rounding bound.
 struct Scalar<F: Fn(f64) -> (f64, f64, f64)>(F);
 
 impl<F: Fn(f64) -> (f64, f64, f64)> Equations for Scalar<F> {
-    type Z = [f64; 1];
-
-    fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
+    fn linearize(&self, z: &[f64]) -> Linearized {
         let (row, slope, _) = (self.0)(z[0]);
-        Linearization {
-            rows: [row],
-            jacobian: [[slope]],
+        Linearized {
+            rows: one(row),
+            jacobian: Square::from_fn(1, |_, _| slope),
         }
     }
 
-    fn rounding(&self, z: &[f64; 1]) -> [f64; 1] {
-        [(self.0)(z[0]).2]
+    fn rounding(&self, z: &[f64]) -> Vector {
+        one((self.0)(z[0]).2)
     }
 }
 
@@ -25,8 +28,8 @@ fn run(
     function: impl Fn(f64) -> (f64, f64, f64),
     start: f64,
     size: f64,
-) -> Result<Root<[f64; 1]>, StepFailure> {
-    solve(&Scalar(function), [start], &[size], 60, &mut ()).map_err(|failed| failed.reason)
+) -> Result<Root<Vector>, StepFailure> {
+    solve(&Scalar(function), &one(start), &one(size), 60, &mut ()).map_err(|failed| failed.reason)
 }
 
 #[test]
@@ -105,7 +108,7 @@ fn a_double_root_is_found_to_half_the_digits_and_said_to_be_rounding() {
 #[test]
 fn an_exact_root_is_a_root_although_the_jacobian_is_singular() {
     let root = run(|x| (x * x, 2.0 * x, 0.0), 0.0, 0.0).unwrap();
-    assert_eq!((root.z, root.stop), ([0.0], Stop::Exact));
+    assert_eq!((root.z, root.stop), (one(0.0), Stop::Exact));
 }
 
 #[test]
@@ -122,7 +125,12 @@ fn failures_say_why() {
         run(|x| (x.sqrt(), 0.5 / x.sqrt(), 1e-16), -1.0, 0.0).unwrap_err(),
         StepFailure::NotFinite
     );
-    let failure = explain(&Scalar(|x: f64| (x.exp(), x.exp(), 0.0)), [1.0], &[0.0], 20);
+    let failure = explain(
+        &Scalar(|x: f64| (x.exp(), x.exp(), 0.0)),
+        &one(1.0),
+        &one(0.0),
+        20,
+    );
     assert_eq!(failure.reason, StepFailure::NotConverged);
     assert!(failure.updates.len() > 3 && failure.residual[0] > 0.0 && failure.unknowns[0] < 0.0);
 }
@@ -165,11 +173,8 @@ fn nothing_settles_after_an_update_that_is_none() {
 }
 
 /// The path to a root from a guess: the root, the fold where it ends, or neither.
-fn path(
-    function: impl Fn(f64) -> (f64, f64, f64),
-    start: f64,
-) -> Result<Root<[f64; 1]>, Option<Fold<[f64; 1]>>> {
-    follow(&Scalar(function), [start], &[1.0], 60, &mut 0)
+fn path(function: impl Fn(f64) -> (f64, f64, f64), start: f64) -> Result<Root<Vector>, Option<Fold>> {
+    follow(&Scalar(function), one(start), &one(1.0), 60, &mut 0)
 }
 
 #[test]
@@ -254,20 +259,18 @@ fn a_fold_that_may_be_a_root_is_none() {
 struct Declared;
 
 impl Equations for Declared {
-    type Z = [f64; 1];
-
-    fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
-        Linearization {
-            rows: [z[0] * (z[0] - 1.0)],
-            jacobian: [[2.0 * z[0] - 1.0]],
+    fn linearize(&self, z: &[f64]) -> Linearized {
+        Linearized {
+            rows: one(z[0] * (z[0] - 1.0)),
+            jacobian: Square::from_fn(1, |_, _| 2.0 * z[0] - 1.0),
         }
     }
 
-    fn rounding(&self, z: &[f64; 1]) -> [f64; 1] {
-        [f64::EPSILON * (z[0] * z[0]).max(1e-3)]
+    fn rounding(&self, z: &[f64]) -> Vector {
+        one(f64::EPSILON * (z[0] * z[0]).max(1e-3))
     }
 
-    fn is_declared(&self, z: &[f64; 1], _: &[f64; 1]) -> bool {
+    fn is_declared(&self, z: &[f64], _: &[f64]) -> bool {
         z[0].abs() > 0.1
     }
 }
@@ -276,20 +279,24 @@ impl Equations for Declared {
 fn another_root_is_one_of_the_declared_rows_and_farther_than_rounding() {
     let pair = Scalar(|z: f64| (z * z - 1.0, 2.0 * z, f64::EPSILON * (z * z + 1.0)));
     for guess in [-3.0, -0.5, 0.3, 4.0] {
-        let other = other_root(&pair, &[guess], &[1.0], &[1.0]).unwrap();
+        let other = other_root(&pair, &one(guess), &one(1.0), &one(1.0)).unwrap();
         assert!((other[0] + 1.0).abs() < 1e-15, "{guess}: {other:?}");
     }
-    assert_eq!(other_root(&Declared, &[0.4], &[1.0], &[1.0]), None);
+    assert_eq!(other_root(&Declared, &one(0.4), &one(1.0), &one(1.0)), None);
     // two roots that are one to rounding
     let double = Scalar(|z: f64| ((z - 1.0).powi(2), 2.0 * (z - 1.0), 8.0 * f64::EPSILON));
     for guess in [3.0, 0.2] {
-        assert_eq!(other_root(&double, &[guess], &[1.0], &[1.0]), None, "{guess}");
+        assert_eq!(
+            other_root(&double, &one(guess), &one(1.0), &one(1.0)),
+            None,
+            "{guess}"
+        );
     }
     // beyond the fold the rows have the other orientation; without a fold nothing is looked for
-    let near = nearby(&pair, &[0.7], &[1.0], &[1.0]).unwrap();
+    let near = nearby(&pair, &one(0.7), &one(1.0), &one(1.0)).unwrap();
     assert!((near[0] + 1.0).abs() < 1e-15, "{near:?}");
     let straight = Scalar(|z: f64| (z + 0.01 * z.powi(3) - 1.01, 1.0 + 0.03 * z * z, f64::EPSILON));
-    assert_eq!(nearby(&straight, &[0.9], &[1.0], &[1.0]), None);
+    assert_eq!(nearby(&straight, &one(0.9), &one(1.0), &one(1.0)), None);
 }
 
 #[test]
@@ -297,8 +304,6 @@ fn a_root_tells_whether_another_one_may_be_close() {
     /// A parabola that is watched.
     struct Watched<const SHORT: bool>(f64);
     impl<const SHORT: bool> Equations for Watched<SHORT> {
-        type Z = [f64; 1];
-
         fn are_watched(&self) -> bool {
             true
         }
@@ -307,21 +312,21 @@ fn a_root_tells_whether_another_one_may_be_close() {
             SHORT
         }
 
-        fn linearize(&self, z: &[f64; 1]) -> Linearization<f64, [f64; 1]> {
+        fn linearize(&self, z: &[f64]) -> Linearized {
             // roots at 1 and at 1 + the distance
-            let (one, other) = (z[0] - 1.0, z[0] - 1.0 - self.0);
-            Linearization {
-                rows: [one * other],
-                jacobian: [[one + other]],
+            let (first, other) = (z[0] - 1.0, z[0] - 1.0 - self.0);
+            Linearized {
+                rows: one(first * other),
+                jacobian: Square::from_fn(1, |_, _| first + other),
             }
         }
 
-        fn rounding(&self, _: &[f64; 1]) -> [f64; 1] {
-            [f64::EPSILON]
+        fn rounding(&self, _: &[f64]) -> Vector {
+            one(f64::EPSILON)
         }
     }
     let solved = |distance: f64, start: f64| {
-        let root = solve(&Watched::<false>(distance), [start], &[1.0], 60, &mut ());
+        let root = solve(&Watched::<false>(distance), &one(start), &one(1.0), 60, &mut ());
         root.unwrap_or_else(|failed| panic!("{}", failed.reason))
     };
     // the other one is nearer than the unknown is large, and the way to this one is bent
@@ -333,7 +338,7 @@ fn a_root_tells_whether_another_one_may_be_close() {
     // far away, and straight
     let far = solved(1e3, 0.999);
     assert!(!far.close, "{far:?}");
-    let short = solve(&Watched::<true>(20.0), [0.7], &[1.0], 60, &mut ());
+    let short = solve(&Watched::<true>(20.0), &one(0.7), &one(1.0), 60, &mut ());
     let short = short.unwrap_or_else(|failed| panic!("{}", failed.reason));
     assert!(!short.close && short.bend > BENT, "{short:?}");
 }
