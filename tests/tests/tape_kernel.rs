@@ -1,7 +1,7 @@
 //! A declaration that no compiler has seen is the same system: its tape, walked, gives the same bits as the code that the attribute writes.
 
-use dsocs_core::__private::{AnyLeg, At, Kernel, Tape, TapeError, TapeKernel, Told};
-use dsocs_core::System;
+use dsocs_core::__private::{AnyLeg, At, Tape, TapeError, TapeKernel, Told};
+use dsocs_core::{Flow, Kernel, Node, Start, System};
 use dsocs_systems::systems::*;
 
 /// The system of a compiled one's tape and shape, which are copied as if they had been read from a file.
@@ -118,6 +118,40 @@ fn same_bits<S: System<N>, const N: usize>(system: &S) -> [usize; 2] {
     counts
 }
 
+/// Hands the systems without functions to a macro.
+macro_rules! with_all {
+    ($check:ident) => {
+        $check!(
+            Arm,
+            CartPole,
+            PlanarChain2,
+            PlanarChain8,
+            Clothoid,
+            ContactOscillator,
+            Crane,
+            ExactDecrease,
+            FrictionPendulum,
+            StalledPendulum,
+            GravityTurn,
+            HeavyTop,
+            Kapitza,
+            KnifeEdge,
+            MagneticParticle,
+            NonholonomicParticle,
+            InertiaWheelPendulum,
+            PlanarPendulum,
+            RodAndWheel,
+            RollingDisk,
+            Sleigh,
+            Snakeboard,
+            Sphere,
+            SphericalPendulum,
+            Train,
+            Vehicle
+        )
+    };
+}
+
 #[test]
 fn a_tape_gives_the_bits_of_the_compiled_system() {
     let mut finite = 0.0_f64;
@@ -132,34 +166,7 @@ fn a_tape_gives_the_bits_of_the_compiled_system() {
             })*
         };
     }
-    check!(
-        Arm,
-        CartPole,
-        PlanarChain2,
-        PlanarChain8,
-        Clothoid,
-        ContactOscillator,
-        Crane,
-        ExactDecrease,
-        FrictionPendulum,
-        StalledPendulum,
-        GravityTurn,
-        HeavyTop,
-        Kapitza,
-        KnifeEdge,
-        MagneticParticle,
-        NonholonomicParticle,
-        InertiaWheelPendulum,
-        PlanarPendulum,
-        RodAndWheel,
-        RollingDisk,
-        Sleigh,
-        Snakeboard,
-        Sphere,
-        SphericalPendulum,
-        Train,
-        Vehicle
-    );
+    with_all!(check);
     // what is not finite compares nothing
     assert!(finite > 0.5 * f64::from(systems), "{finite} of {systems}");
 }
@@ -168,4 +175,74 @@ fn a_tape_gives_the_bits_of_the_compiled_system() {
 fn a_tape_that_calls_functions_is_refused() {
     let particle = CurvedParticle::default();
     assert_eq!(of_tape(particle.kernel()).unwrap_err(), TapeError::Functions);
+}
+
+/// The start of a system's own run, and its step.
+fn start<S: System<N>, const N: usize>() -> Option<(Start<N>, f64)> {
+    let entries = all();
+    let entry = entries
+        .iter()
+        .find(|entry| entry.description().itself.name == S::NAME)?;
+    let array = |vector: &[f64]| <[f64; N]>::try_from(vector).ok();
+    let [q, v] = entry.default_start()?;
+    let (q, v) = (array(q)?, array(v)?);
+    let start = match (entry.default_acceleration(), entry.default_near()) {
+        (Some(a), _) => Start::third_order(q, v, array(a)?),
+        (None, Some(near)) => Start::second_order(q, v).near_acceleration(array(near)?),
+        (None, None) => Start::second_order(q, v),
+    };
+    Some((start, entry.default_step()))
+}
+
+/// All numbers of a node.
+fn bits<const N: usize>(node: &Node<N>) -> Vec<u64> {
+    let vectors = [&node.q, &node.v, &node.a, &node.force];
+    let numbers = vectors.into_iter().flatten().chain([&node.t, &node.energy]);
+    numbers
+        .map(|x| if x.is_nan() { 0 } else { x.to_bits() })
+        .collect()
+}
+
+/// Compares the discrete motion of a compiled system with that of its tape. Returns how many nodes are the same.
+fn same_steps<S: System<N>, const N: usize>(system: &S) -> u32 {
+    let Some((start, h)) = start::<S, N>() else {
+        return 0;
+    };
+    let kernel = of_tape(system.kernel()).unwrap();
+    let compiled = Flow::new(system, h, start);
+    let of_tape = Flow::<N>::of(&kernel, h, start);
+    let (mut compiled, mut of_tape) = match (compiled, of_tape) {
+        (Ok(compiled), Ok(of_tape)) => (compiled, of_tape),
+        (one, other) => panic!("{}: {:?} {:?}", S::NAME, one.err(), other.err()),
+    };
+    for step in 0..1000 {
+        match (compiled.next(), of_tape.next()) {
+            (Some(Ok(one)), Some(Ok(other))) => {
+                assert_eq!(bits(&one), bits(&other), "{}: {one:?} {other:?}", S::NAME);
+                assert_eq!((one.iterations, one.stop), (other.iterations, other.stop));
+            }
+            (Some(Err(one)), Some(Err(other))) => {
+                assert_eq!(one.to_string(), other.to_string());
+                return step;
+            }
+            (one, other) => panic!("{}: {one:?} {other:?}", S::NAME),
+        }
+    }
+    1000
+}
+
+#[test]
+fn a_tape_makes_the_steps_of_the_compiled_system() {
+    let mut nodes = 0;
+    macro_rules! check {
+        ($($system:ty),*) => {
+            $({
+                let same = same_steps(&<$system>::default());
+                println!("{:>30}: {same} nodes", stringify!($system));
+                nodes += same;
+            })*
+        };
+    }
+    with_all!(check);
+    assert!(nodes > 20_000, "{nodes}");
 }
