@@ -207,13 +207,3 @@ pub(crate) fn sized<T: Number, const N: usize>(numbers: &[T]) -> [T; N] {
     }
     vector
 }
-
-/// The continuous system's constraint force at a point. Nothing is allocated.
-pub(crate) fn continuous_force<const N: usize>(
-    declaration: &Declaration<'_>,
-    point: &Point<f64, N>,
-) -> [f64; N] {
-    let mut force = [f64::NAN; N];
-    declaration.continuous_force_into(point.any(), &mut force);
-    force
-}

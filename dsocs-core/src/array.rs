@@ -5,29 +5,6 @@
 
 #![allow(clippy::inline_always)] // that is what it is for
 
-/// The array whose components are what a function makes of their places.
-#[inline(always)]
-pub(crate) fn from_fn<T: Copy + Default, const N: usize>(mut component: impl FnMut(usize) -> T) -> [T; N] {
-    let mut array = [T::default(); N];
-    for (i, place) in array.iter_mut().enumerate() {
-        *place = component(i);
-    }
-    array
-}
-
-/// The array of what a function makes of each component.
-#[inline(always)]
-pub(crate) fn map<T: Copy, U: Copy + Default, const N: usize>(
-    array: &[T; N],
-    mut component: impl FnMut(T) -> U,
-) -> [U; N] {
-    let mut mapped = [U::default(); N];
-    for (place, &x) in mapped.iter_mut().zip(array) {
-        *place = component(x);
-    }
-    mapped
-}
-
 /// An array of a literal size, whose size is kept out of signatures that do not need it.
 pub trait Array<T>: Copy + Send + Sync + AsRef<[T]> + AsMut<[T]> {
     /// How many components it has.

@@ -143,6 +143,14 @@ impl<const N: usize> From<&Sum> for Compensated<N> {
     }
 }
 
+/// Adds numbers of plain double precision to sums.
+#[inline]
+pub(crate) fn add_all(hi: &mut [f64], lo: &mut [f64], term: &[f64]) {
+    for ((hi, lo), &term) in hi.iter_mut().zip(lo).zip(term) {
+        (*hi, *lo) = add((*hi, *lo), term);
+    }
+}
+
 /// Adds a number of plain double precision to a sum.
 #[inline(always)]
 fn add<T: Scalar>((hi, lo): (T, T), term: T) -> (T, T) {

@@ -105,17 +105,18 @@ impl<S: System<N>, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
 }
 
 /// The place of a parameter, and its values, one for each start.
-pub(crate) fn one_each<S: System<N>, const N: usize>(
+pub(crate) fn one_each(
+    shape: &Shape,
     parameter: &str,
     values: impl IntoIterator<Item = f64>,
     starts: usize,
 ) -> Result<(usize, Vec<f64>), RunError> {
     let refused = |error| RunError::Input(Box::new(error));
-    let place = inputs::known(const { &Shape::of::<S, N>() }, parameter).map_err(refused)?;
+    let place = inputs::known(shape, parameter).map_err(refused)?;
     let values: Vec<f64> = values.into_iter().collect();
     if values.len() != starts {
         return Err(refused(InputError::Count {
-            parameter: S::PARAMETERS[place].name.clone(),
+            parameter: shape.parameters[place].name.clone(),
             values: values.len(),
             starts,
         }));
@@ -199,7 +200,12 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     where
         S: Clone,
     {
-        let values = one_each::<S, N>(parameter, values, self.starts.len())?;
+        let values = one_each(
+            const { &Shape::of::<S, N>() },
+            parameter,
+            values,
+            self.starts.len(),
+        )?;
         self.varied.push(values);
         Ok(self)
     }

@@ -100,7 +100,6 @@ mod ensemble;
 mod error;
 mod flow;
 pub mod geometry;
-mod held;
 mod instructions;
 mod kernel;
 mod lanes;

@@ -4,7 +4,6 @@ use core::fmt;
 use core::ops::ControlFlow;
 
 use super::{Node, Observer, RunError, Verdict};
-use crate::system::System;
 use crate::taylor::GlobalError;
 
 /// An observer that hands on each node with its distance from the continuous motion, coordinate by coordinate
@@ -30,9 +29,9 @@ use crate::taylor::GlobalError;
 /// assert!(worst > 1e-3 && worst < 1e-2 && known_to < 1e-14);
 /// # Ok::<(), dsocs_core::RunError>(())
 /// ```
-pub struct Estimates<'s, S: System<N>, F, const N: usize> {
+pub struct Estimates<'s, F, const N: usize> {
     /// What measures the distance.
-    error: GlobalError<'s, S, N>,
+    error: GlobalError<'s, N>,
     /// What takes it.
     observer: F,
     /// Why it cannot be told any more.
@@ -40,7 +39,7 @@ pub struct Estimates<'s, S: System<N>, F, const N: usize> {
 }
 
 // by hand, because a derivation would ask for as much of the closure
-impl<S: System<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
+impl<F, const N: usize> fmt::Debug for Estimates<'_, F, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Estimates")
             .field("uncertainty", &self.error.uncertainty())
@@ -49,9 +48,9 @@ impl<S: System<N>, F, const N: usize> fmt::Debug for Estimates<'_, S, F, N> {
     }
 }
 
-impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
+impl<'s, F, const N: usize> Estimates<'s, F, N> {
     /// Hands nodes and their errors to a closure, which returns nothing or whether to go on.
-    pub fn new<R: Verdict>(error: GlobalError<'s, S, N>, observer: F) -> Self
+    pub fn new<R: Verdict>(error: GlobalError<'s, N>, observer: F) -> Self
     where
         F: FnMut(&Node<N>, &[f64; N]) -> R,
     {
@@ -67,7 +66,7 @@ impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
     /// # Errors
     ///
     /// [`RunError`] if the continuous motion could not be computed as far as the run.
-    pub fn finish(self) -> Result<GlobalError<'s, S, N>, RunError> {
+    pub fn finish(self) -> Result<GlobalError<'s, N>, RunError> {
         match self.failed {
             None => Ok(self.error),
             Some(error) => Err(error),
@@ -75,7 +74,7 @@ impl<'s, S: System<N>, F, const N: usize> Estimates<'s, S, F, N> {
     }
 }
 
-impl<S: System<N>, F, R, const N: usize> Observer<N> for Estimates<'_, S, F, N>
+impl<F, R, const N: usize> Observer<N> for Estimates<'_, F, N>
 where
     F: FnMut(&Node<N>, &[f64; N]) -> R,
     R: Verdict,

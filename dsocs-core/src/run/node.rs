@@ -46,8 +46,16 @@ impl<const N: usize> Node<N> {
     /// The current node of a run.
     #[inline]
     pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
+        let mut node = Self::unknown();
+        run.tell(node.room());
+        node
+    }
+
+    /// Room for a node.
+    #[inline]
+    pub(crate) fn unknown() -> Self {
         let unknown = [f64::NAN; N];
-        let mut node = Self {
+        Self {
             index: 0,
             t: f64::NAN,
             q: unknown,
@@ -57,9 +65,7 @@ impl<const N: usize> Node<N> {
             energy: f64::NAN,
             iterations: 0,
             stop: Stop::Start,
-        };
-        run.tell(node.room());
-        node
+        }
     }
 
     /// Where a run writes its current node.

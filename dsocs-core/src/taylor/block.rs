@@ -3,28 +3,26 @@
 use core::ops::ControlFlow;
 
 use super::control::Tolerance;
-use super::ensemble::Varied;
-use super::flow::TaylorFlow;
+use super::ensemble::{SeriesKernels, Varied};
+use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::integrator::{Integrator, SHORTER};
-use super::jets::Recurrences;
 use super::kernel::ROWS;
-use super::lanes::{self, Ends, Engine};
+use super::lanes::{Ends, LaneSeries};
 use super::switch::Reach;
 use crate::compensated::Compensated;
 use crate::ensemble::Observed;
 use crate::instructions::Instructions;
 use crate::lanes::LANES;
 use crate::run::roots::Crossing;
-use crate::run::{End, Observer, RunError, Stepper as _};
+use crate::run::{End, Node, Observer, RunError, Stepper as _};
 use crate::start::Start;
-use crate::system::System;
 
 /// What all motions have in common.
-pub(super) struct Run<'s, S: System<N>, const N: usize> {
+pub(super) struct Run<'s> {
     /// The system.
-    pub system: &'s S,
+    pub system: &'s dyn SeriesKernels,
     /// The parameters that vary.
-    pub varied: &'s Varied<S>,
+    pub varied: &'s Varied,
     /// The tolerance.
     pub tolerance: Tolerance,
     /// How many steps are allowed.
@@ -40,8 +38,8 @@ pub(super) struct Run<'s, S: System<N>, const N: usize> {
 }
 
 /// A motion.
-struct Member<'s, S: System<N>, O, const N: usize> {
-    flow: TaylorFlow<'s, S, N>,
+struct Member<'s, O, const N: usize> {
+    flow: TaylorFlow<'s, N>,
     /// Its place among the starts.
     place: usize,
     observer: O,
@@ -93,9 +91,9 @@ enum Goes {
     Ended(Result<(), RunError>),
 }
 
-impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
+impl<'s> Run<'s> {
     /// Runs some motions, the first of which has this place among all, and returns them in their order.
-    pub fn block<O: Observer<N>>(
+    pub fn block<O: Observer<N>, const N: usize>(
         &self,
         first: usize,
         starts: &[Start<N>],
@@ -103,10 +101,10 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     ) -> Vec<Observed<O, N>> {
         let mut ended: Vec<Option<Observed<O, N>>> = starts.iter().map(|_| None).collect();
         let mut queue = (first..).zip(starts);
-        let mut members: [Option<Member<'s, S, O, N>>; LANES] = [const { None }; LANES];
+        let mut members: [Option<Member<'s, O, N>>; LANES] = [const { None }; LANES];
         let mut lanes = Lanes {
-            engine: lanes::engine(self.instructions, self.system),
-            ends: Ends::new(),
+            engine: self.system.lanes(self.instructions),
+            ends: Ends::new(N),
             crossings: Vec::with_capacity(ROWS),
         };
         let mut idle = 0_u32;
@@ -124,8 +122,10 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
                         };
                         match self.begin(place, start, observer(place)) {
                             Ok(member) => {
-                                if self.varied.is_some() {
-                                    lanes.engine.set_parameters(lane, member.flow.system());
+                                if !self.varied.is_empty() {
+                                    lanes
+                                        .engine
+                                        .set_parameters(lane, member.flow.any.equations.values());
                                 }
                                 members[lane] = Some(member);
                             }
@@ -140,7 +140,7 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
                     };
                     match member.propose(lane, &mut lanes, self.observes) {
                         Goes::On => {
-                            (h[lane], orders[lane]) = (member.step.h(), member.flow.motion.next.order());
+                            (h[lane], orders[lane]) = (member.step.h(), member.flow.any.motion.next.order());
                             active |= 1 << lane;
                             break;
                         }
@@ -167,25 +167,30 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     }
 
     /// A motion at its start, whose first step is made.
-    fn begin<O: Observer<N>>(
+    fn begin<O: Observer<N>, const N: usize>(
         &self,
         place: usize,
         start: Start<N>,
         observer: O,
-    ) -> Result<Member<'s, S, O, N>, Observed<O, N>> {
-        let begun = || -> Result<(TaylorFlow<'s, S, N>, End), RunError> {
+    ) -> Result<Member<'s, O, N>, Observed<O, N>> {
+        let begun = || -> Result<(TaylorFlow<'s, N>, End), RunError> {
             if !self.t.is_finite() {
                 return Err(RunError::Until { until: self.t });
             }
-            let equations = Recurrences::held(self.varied.system(self.system, place)).rounded();
-            let mut flow = TaylorFlow::of(equations, start, self.tolerance)?.max_steps(self.max_steps);
-            flow.motion.rounded = true;
+            let mut equations = self.system.single();
+            if !self.varied.is_empty() {
+                let mut values = equations.values().to_vec();
+                self.varied.set(place, &mut values);
+                equations.set_values(&values);
+            }
+            let any = AnyTaylorFlow::new(equations, &start.given(), &self.tolerance)?;
+            let mut flow = TaylorFlow { any }.max_steps(self.max_steps);
             match self.every {
                 Some(h) => flow = flow.every(h)?,
                 None if self.t < flow.time() => flow.reverse()?,
                 None => {}
             }
-            let end = flow.motion.clock.until(self.t)?;
+            let end = flow.any.motion.clock.until(self.t)?;
             Ok((flow, end))
         };
         match begun() {
@@ -208,10 +213,10 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
 }
 
 /// Puts a motion that has ended where it belongs.
-fn put<S: System<N>, O, const N: usize>(
+fn put<O, const N: usize>(
     ended: &mut [Option<Observed<O, N>>],
     first: usize,
-    member: Option<Member<'_, S, O, N>>,
+    member: Option<Member<'_, O, N>>,
     result: Result<(), RunError>,
 ) {
     if let Some(member) = member {
@@ -223,18 +228,18 @@ fn put<S: System<N>, O, const N: usize>(
 }
 
 /// The lanes of a block.
-struct Lanes<'s, S, const N: usize> {
-    engine: Box<dyn Engine<S, N> + 's>,
-    ends: Ends<N>,
+struct Lanes<'s> {
+    engine: Box<dyn LaneSeries + 's>,
+    ends: Ends,
     /// What the search for switches fills.
     crossings: Vec<Crossing>,
 }
 
-impl<S: System<N>, const N: usize> Lanes<'_, S, N> {
+impl Lanes<'_> {
     /// Tries a step of every lane that is active.
-    fn step<O: Observer<N>>(
+    fn step<O: Observer<N>, const N: usize>(
         &mut self,
-        members: &mut [Option<Member<'_, S, O, N>>; LANES],
+        members: &mut [Option<Member<'_, O, N>>; LANES],
         h: &[f64; LANES],
         mut orders: [usize; LANES],
         active: u32,
@@ -246,9 +251,9 @@ impl<S: System<N>, const N: usize> Lanes<'_, S, N> {
         for lane in 0..LANES {
             let from = if active >> lane & 1 == 1 { lane } else { living };
             orders[lane] = orders[from];
-            if let Some(member) = &members[from] {
-                let Integrator { t, q, v, .. } = &member.flow.motion;
-                self.ends.set(lane, t.hi[0], q, v);
+            if let Some(member) = &mut members[from] {
+                let Integrator { t, now, .. } = &mut member.flow.any.motion;
+                self.ends.set(lane, t.hi[0], now);
             }
         }
         self.engine.arrive(h, &mut self.ends);
@@ -271,19 +276,19 @@ impl<S: System<N>, const N: usize> Lanes<'_, S, N> {
         for (lane, member) in members.iter_mut().enumerate() {
             if let Some(member) = member
                 && back >> lane & 1 == 0
-                && member.flow.motion.on_grid.is_some()
-                && member.flow.motion.reaches_node()
+                && member.flow.any.motion.on_grid.is_some()
+                && member.flow.any.motion.reaches_node()
             {
-                self.engine.last(lane, &mut member.flow.motion.series);
+                self.engine.last(lane, &mut member.flow.any.motion.series);
             }
         }
     }
 }
 
-impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
+impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
     /// The lowest order whose coefficient the control of the step asks for, beyond order 1.
     fn first_asked(&self) -> usize {
-        let motion = &self.flow.motion;
+        let motion = &self.flow.any.motion;
         let current = motion.order.current();
         if motion.next.order() > current {
             motion.order.below() - 1
@@ -293,13 +298,20 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
     }
 
     /// The next step; nodes on the way are observed if asked for.
-    fn propose(&mut self, lane: usize, lanes: &mut Lanes<'_, S, N>, observes: bool) -> Goes {
-        let TaylorFlow { motion, equations } = &mut self.flow;
+    fn propose(&mut self, lane: usize, lanes: &mut Lanes<'_>, observes: bool) -> Goes {
+        let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         if core::mem::take(&mut self.again) {
             return Goes::On;
         }
-        let observer: Option<&mut dyn Observer<N>> = if observes { Some(&mut self.observer) } else { None };
-        let until = match motion.hand_nodes_out(equations, &self.end, observer) {
+        let observer = &mut self.observer;
+        let mut node = |motion: &Integrator| {
+            let mut node = Node::unknown();
+            motion.tell(&**equations, node.room());
+            observer.node(&node)
+        };
+        let node: Option<&mut dyn FnMut(&Integrator) -> ControlFlow<()>> =
+            if observes { Some(&mut node) } else { None };
+        let until = match motion.hand_nodes_out(&**equations, &self.end, node) {
             ControlFlow::Continue(until) => until,
             ControlFlow::Break(()) => return Goes::Ended(Ok(())),
         };
@@ -316,7 +328,7 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         let mut alone = wanted.is_nan() || wanted < smallest || !motion.series.is_finite();
         let (order, limits) = (motion.series.order(), motion.control.limits);
         let switches = if self.is_complete {
-            equations.steep()
+            equations.group(0)
         } else {
             lanes.engine.switches(lane)
         };
@@ -342,21 +354,21 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
 
     /// Makes a step in a single flow, as at the start and where its lane does not know enough.
     #[cold]
-    fn go_alone(&mut self, lane: usize, lanes: &mut Lanes<'_, S, N>) -> Result<(), RunError> {
-        let TaylorFlow { motion, equations } = &mut self.flow;
+    fn go_alone(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> Result<(), RunError> {
+        let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         if !self.is_complete {
-            motion.begin(equations);
+            motion.begin(&mut **equations);
         }
         let until = motion.towards(&self.end);
-        motion.go(equations, until)?;
+        motion.go(&mut **equations, until)?;
         self.is_complete = true;
         lanes.engine.take(lane, &motion.next);
         Ok(())
     }
 
     /// Brings the end of a step back onto the constraints.
-    fn arrive(&mut self, lane: usize, ends: &mut Ends<N>) {
-        let TaylorFlow { motion, equations } = &mut self.flow;
+    fn arrive(&mut self, lane: usize, ends: &mut Ends) {
+        let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         let t = if self.step.is_whole() {
             self.step.until
         } else {
@@ -364,16 +376,16 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         };
         ends.t[lane] = t;
         if let Some(projection) = &mut motion.projection {
-            let (mut q, mut v, _) = ends.get(lane);
-            projection.apply(equations, t, &mut q, &mut v);
-            ends.set(lane, t, &q, &v);
+            ends.get(lane, &mut motion.tried);
+            projection.apply(&**equations, t, &mut motion.tried);
+            ends.set(lane, t, &mut motion.tried);
         }
     }
 
     /// Whether the step was good. If so it is taken, else it will be tried again.
-    fn judge(&mut self, lane: usize, lanes: &mut Lanes<'_, S, N>) -> bool {
+    fn judge(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> bool {
         let asked = self.first_asked();
-        let TaylorFlow { motion, .. } = &mut self.flow;
+        let AnyTaylorFlow { motion, .. } = &mut self.flow.any;
         let Trial {
             until,
             size,
@@ -386,12 +398,17 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
             (self.stays_alone, self.is_complete) = (true, false);
             return false;
         }
-        let (q, v, a) = lanes.ends.get(lane);
-        motion.next.begin(lanes.ends.t[lane], &q.hi, &v.hi);
+        lanes.ends.get(lane, &mut motion.tried);
+        motion
+            .next
+            .begin(lanes.ends.t[lane], motion.tried.q(), motion.tried.v());
         lanes.engine.tell(lane, asked, &mut motion.next);
         // a velocity that jumps where no expansion shows a switch
         let jumps = motion.moved(self.step.h()).is_some();
-        let good = !jumps && motion.control.good(&motion.series, &motion.next, &a, size);
+        let good = !jumps
+            && motion
+                .control
+                .good(&motion.series, &motion.next, motion.tried.a(), size);
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);
@@ -412,7 +429,7 @@ impl<S: System<N>, O: Observer<N>, const N: usize> Member<'_, S, O, N> {
         } else {
             motion.t.add(&[self.step.h()]);
         }
-        (motion.q, motion.v) = (q, v);
+        core::mem::swap(&mut motion.now, &mut motion.tried);
         motion.steps += 1;
         self.is_complete = false;
         motion.expansions = motion.expansions.saturating_add(1);

@@ -75,8 +75,8 @@ const DEFECT: f64 = 100.0;
 const LEAST_DEFECT: f64 = 1e-12;
 
 /// What is computed once of a tolerance.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Control<const N: usize> {
+#[derive(Clone, Debug)]
+pub(super) struct Control {
     relative: f64,
     absolute: f64,
     /// The velocity to which the absolute part belongs.
@@ -84,19 +84,19 @@ pub(super) struct Control<const N: usize> {
     /// The binary logarithm of the relative part.
     log: f64,
     /// What the components are multiplied with before they are compared.
-    weights: [f64; N],
+    weights: Box<[f64]>,
     /// For steps that end at switches.
     pub(super) limits: Limits,
 }
 
-impl<const N: usize> Control<N> {
-    pub(super) fn new(tolerance: &Tolerance) -> Self {
+impl Control {
+    pub(super) fn new(tolerance: &Tolerance, dimension: usize) -> Self {
         Self {
             relative: tolerance.relative,
             absolute: tolerance.absolute,
             floor: tolerance.absolute / tolerance.relative,
             log: tolerance.relative.log2(),
-            weights: [1.0; N],
+            weights: vec![1.0; dimension].into_boxed_slice(),
             limits: Limits::new(tolerance.relative),
         }
     }
@@ -107,13 +107,15 @@ impl<const N: usize> Control<N> {
     }
 
     /// Sets in what units the components compare.
-    pub(super) fn scales(&mut self, scales: &[f64; N]) {
-        self.weights = scales.map(f64::recip);
+    pub(super) fn scales(&mut self, scales: &[f64]) {
+        for (weight, scale) in self.weights.iter_mut().zip(scales) {
+            *weight = scale.recip();
+        }
     }
 
     /// The size of a vector; NaN if a component is.
     #[inline(always)]
-    fn size(&self, x: &[f64; N]) -> f64 {
+    fn size(&self, x: &[f64]) -> f64 {
         let mut size = 0.0_f64;
         for (x, weight) in x.iter().zip(&self.weights) {
             let x = (x * weight).abs();
@@ -122,19 +124,30 @@ impl<const N: usize> Control<N> {
         size
     }
 
+    /// The size of a difference; NaN if a component is.
+    #[inline(always)]
+    fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut size = 0.0_f64;
+        for ((x, y), weight) in x.iter().zip(y).zip(&self.weights) {
+            let x = ((x - y) * weight).abs();
+            size = if x <= size { size } else { x };
+        }
+        size
+    }
+
     /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
     pub(super) fn log_size(&self, series: &Series, last: f64) -> f64 {
-        let v = series.velocity::<N>();
-        log2(self.size(&v[0]).max(self.size(&v[1]) * last.abs()) + self.floor)
+        let [v, a] = [0, 1].map(|k| self.size(series.velocity_of(k)));
+        log2(v.max(a * last.abs()) + self.floor)
     }
 
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
     /// NaN where they are not finite.
     #[inline(always)]
     pub(super) fn log_step(&self, series: &Series, p: usize, log_size: f64) -> f64 {
-        let v = series.velocity::<N>();
-        let radius = |k: usize| (log_size - log2(self.size(&v[k]))) * RECIPROCALS[k];
+        let size = |k: usize| self.size(series.velocity_of(k));
+        let radius = |k: usize| (log_size - log2(size(k))) * RECIPROCALS[k];
         let (before, last) = (radius(p - 1), radius(p));
         let radius = if before < last { before } else { last };
         radius + self.log * RECIPROCALS[p]
@@ -143,33 +156,29 @@ impl<const N: usize> Control<N> {
     /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
     /// of the system, with which the series `next` begins.
     #[inline(always)]
-    pub(super) fn good(&self, series: &Series, next: &Series, a: &[f64; N], h: f64) -> bool {
-        let (v, end) = (series.velocity::<N>(), next.velocity::<N>());
-        let mut defect = end[1];
-        for (defect, a) in defect.iter_mut().zip(a) {
-            *defect -= a;
-        }
-        let way = self.size(&v[1]).max(self.size(&end[1])) * h;
-        let size = self.size(&v[0]).max(way);
+    pub(super) fn good(&self, series: &Series, next: &Series, a: &[f64], h: f64) -> bool {
+        let end = next.velocity_of(1);
+        let way = self.size(series.velocity_of(1)).max(self.size(end)) * h;
+        let size = self.size(series.velocity_of(0)).max(way);
         let allowed = (DEFECT * self.relative).max(LEAST_DEFECT) * size + DEFECT * self.absolute;
-        self.size(&defect) * h <= allowed
+        self.distance(end, a) * h <= allowed
     }
 
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
     /// step makes, so that a motion may begin at rest.
     #[cold]
     pub(super) fn first_step(&self, series: &Series, p: usize) -> f64 {
-        let v = series.velocity::<N>();
+        let size = |k: usize| self.size(series.velocity_of(k));
         let mut step = f64::INFINITY;
         for last in [p - 1, p] {
-            let coefficient = self.size(&v[last]);
+            let coefficient = size(last);
             if coefficient == 0.0 {
                 continue;
             }
             let mut longest = 0.0_f64;
             for k in 0..=2.min(last - 1) {
                 let floor = if k == 0 { self.floor } else { 0.0 };
-                let ratio = (self.size(&v[k]) + floor) / coefficient;
+                let ratio = (size(k) + floor) / coefficient;
                 longest = longest.max((self.relative * ratio).powf(1.0 / (last - k) as f64));
             }
             if longest.is_nan() || coefficient.is_nan() {

@@ -5,11 +5,13 @@ use core::fmt;
 use super::block::Run;
 use super::control::Tolerance;
 use super::integrator::MAX_STEPS;
+use super::jets::{Recurrences, SeriesKernel};
+use super::lanes::{self, LaneSeries};
 use crate::declaration::Declaration;
 use crate::ensemble::{Observed, one_each};
 use crate::error::SetupError;
-use crate::held::Held;
 use crate::instructions::Instructions;
+use crate::kernel::Kernel;
 use crate::lanes::LANES;
 use crate::run::{Failure, Node, Observer, RunError, Trajectory};
 use crate::start::{self, Start};
@@ -55,15 +57,15 @@ const BLOCK: usize = 32 * LANES;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[must_use]
-pub struct TaylorEnsemble<'a, S: System<N>, const N: usize> {
+pub struct TaylorEnsemble<'a, const N: usize> {
     /// The system.
-    system: &'a S,
+    system: Box<dyn SeriesKernels + 'a>,
     /// The tolerance of all.
     tolerance: Tolerance,
     /// The starts.
     starts: Vec<Start<N>>,
     /// The parameters that vary.
-    varied: Varied<S>,
+    varied: Varied,
     /// The distance of the nodes in time, if they lie on a grid.
     every: Option<f64>,
     /// How many steps each may take.
@@ -74,39 +76,56 @@ pub struct TaylorEnsemble<'a, S: System<N>, const N: usize> {
     threads: Threads,
 }
 
-/// Parameters that vary, by their places, each with a value for every start.
-pub(super) struct Varied<S> {
-    values: Vec<(usize, Vec<f64>)>,
-    /// Copies a system.
-    copy: Option<fn(&S) -> S>,
+/// What makes the kernels that an ensemble needs of a system.
+pub(super) trait SeriesKernels: Sync {
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// Series of one motion, with the instructions of all machines.
+    fn single(&self) -> Box<dyn SeriesKernel + '_>;
+
+    /// Series of eight motions, with the instructions that are asked for, or the widest that there are below them.
+    fn lanes(&self, instructions: Instructions) -> Box<dyn LaneSeries + '_>;
 }
 
-impl<S> Varied<S> {
-    /// Whether there are any.
-    pub fn is_some(&self) -> bool {
-        self.copy.is_some()
+/// Those of a declared type.
+struct Compiled<'a, S, const N: usize>(&'a S);
+
+impl<S: System<N>, const N: usize> SeriesKernels for Compiled<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.0.kernel()
     }
 
-    /// The system of one motion.
-    pub fn system<'s, const N: usize>(&self, system: &'s S, place: usize) -> Held<'s, S>
-    where
-        S: System<N>,
-    {
-        let Some(copy) = self.copy else {
-            return Held::new(system);
-        };
-        let mut own = copy(system);
-        for (parameter, values) in &self.values {
-            if let (Some(parameter), Some(&value)) = (own.parameter_mut(*parameter), values.get(place)) {
-                *parameter = value;
+    fn single(&self) -> Box<dyn SeriesKernel + '_> {
+        Box::new(Recurrences::new(self.0, true))
+    }
+
+    fn lanes(&self, instructions: Instructions) -> Box<dyn LaneSeries + '_> {
+        lanes::engine(instructions, self.0)
+    }
+}
+
+/// Parameters that vary, by their places, each with a value for every start.
+#[derive(Default)]
+pub(super) struct Varied(Vec<(usize, Vec<f64>)>);
+
+impl Varied {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Sets the values of one motion.
+    pub fn set(&self, place: usize, values: &mut [f64]) {
+        for (parameter, of_starts) in &self.0 {
+            if let (Some(own), Some(&value)) = (values.get_mut(*parameter), of_starts.get(place)) {
+                *own = value;
             }
         }
-        Held::owning(system, own)
     }
 }
 
-// by hand, because a derivation would ask for as much of the system
-impl<S: System<N>, const N: usize> fmt::Debug for TaylorEnsemble<'_, S, N> {
+impl<const N: usize> fmt::Debug for TaylorEnsemble<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TaylorEnsemble")
             .field("tolerance", &self.tolerance)
@@ -115,23 +134,20 @@ impl<S: System<N>, const N: usize> fmt::Debug for TaylorEnsemble<'_, S, N> {
     }
 }
 
-impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
+impl<'a, const N: usize> TaylorEnsemble<'a, N> {
     /// An ensemble without motions.
     ///
     /// # Errors
     ///
     /// [`SetupError`] if the tolerance or a parameter of the system cannot be used.
-    pub fn new(system: &'a S, tolerance: Tolerance) -> Result<Self, SetupError> {
+    pub fn new<S: System<N>>(system: &'a S, tolerance: Tolerance) -> Result<Self, SetupError> {
         tolerance.check()?;
         start::check_parameters(&Declaration::of(system))?;
         Ok(Self {
-            system,
+            system: Box::new(Compiled(system)),
             tolerance,
             starts: Vec::new(),
-            varied: Varied {
-                values: Vec::new(),
-                copy: None,
-            },
+            varied: Varied::default(),
             every: None,
             max_steps: MAX_STEPS,
             instructions: Instructions::best(),
@@ -152,13 +168,13 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
     ///
     /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
     /// begin with is the error of its own motion.
-    pub fn varied(mut self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError>
-    where
-        S: Clone,
-    {
-        let values = one_each::<S, N>(parameter, values, self.starts.len())?;
-        self.varied.values.push(values);
-        self.varied.copy = Some(S::clone);
+    pub fn varied(
+        mut self,
+        parameter: &str,
+        values: impl IntoIterator<Item = f64>,
+    ) -> Result<Self, RunError> {
+        let values = one_each(self.system.kernel().shape(), parameter, values, self.starts.len())?;
+        self.varied.0.push(values);
         Ok(self)
     }
 
@@ -241,7 +257,7 @@ impl<'a, S: System<N> + Sync, const N: usize> TaylorEnsemble<'a, S, N> {
         observer: impl Fn(usize) -> O + Sync,
     ) -> Vec<Observed<O, N>> {
         let run = Run {
-            system: self.system,
+            system: &*self.system,
             varied: &self.varied,
             tolerance: self.tolerance,
             max_steps: self.max_steps,

@@ -5,30 +5,19 @@ use core::ops::ControlFlow;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use super::integrator::Integrator;
-use super::jets::Equations;
+use super::flow::AnyTaylorFlow;
+use super::integrator::{Integrator, OnGrid};
+use super::jets::SeriesKernel;
 use crate::any::AnyPoint;
-use crate::compensated::Compensated;
 use crate::dispatch;
 use crate::kernel::Kernel;
-use crate::run::{
-    self, AnyPolynomial, AnyVisitor, Clock, End, NodeMut, Observer, Polynomial, Room, RunError, Traced,
-};
+use crate::run::{AnyPolynomial, AnyVisitor, Clock, End, NodeMut, Room, Run, RunError, Search, Traced};
 use crate::step::StepReport;
-use crate::system::Point;
 
 /// So many points are worked out before they are handed on: whole groups of registers of any size.
 const BUFFER: usize = 8 * REGISTERS;
 
-/// A motion in progress, whatever the system's type.
-pub(super) struct Run<'a, const N: usize> {
-    /// The motion.
-    pub(super) motion: &'a mut Integrator<N>,
-    /// The system.
-    pub(super) equations: &'a mut dyn Equations<N>,
-}
-
-impl<const N: usize> run::Run for Run<'_, N> {
+impl Run for AnyTaylorFlow<'_> {
     fn kernel(&self) -> &dyn Kernel {
         self.equations.kernel()
     }
@@ -42,13 +31,13 @@ impl<const N: usize> run::Run for Run<'_, N> {
         if self.motion.on_grid.is_some() {
             return self.step_on_grid(end);
         }
-        self.motion.go(self.equations, end)?;
+        self.motion.go(&mut *self.equations, end)?;
         self.motion.clock.arrive(self.motion.time());
         Ok(self.motion.report())
     }
 
     fn tell(&self, node: NodeMut<'_>) {
-        node.write(&self.motion.node(self.equations).any());
+        self.motion.tell(&*self.equations, node);
     }
 
     fn clock(&self) -> &Clock {
@@ -59,11 +48,13 @@ impl<const N: usize> run::Run for Run<'_, N> {
         &mut self.motion.clock
     }
 
+    /// Turns round in time. The motion back is computed to the tolerance, too, so it returns to its start to the tolerance, not to
+    /// rounding.
     fn reverse(&mut self) -> Result<(), RunError> {
         self.motion.clock.turn();
         // at a knot or a switch the motion back is that of the other piece
         if !self.motion.knots.is_empty() || self.motion.watch.is_some() {
-            self.motion.begin(self.equations);
+            self.motion.begin(&mut *self.equations);
         }
         Ok(())
     }
@@ -73,13 +64,13 @@ impl<const N: usize> run::Run for Run<'_, N> {
         if self.motion.on_grid.is_some() {
             return self.trace_on_grid(end, visit);
         }
-        self.motion.go(self.equations, end)?;
+        self.motion.go(&mut *self.equations, end)?;
         let stop = match self.motion.polynomial() {
             Some(polynomial) => visit(&self.equations.declaration(), &polynomial),
             None => Ok(None),
         };
         if let Ok(Some(s)) = stop {
-            self.motion.stop_at(self.equations, s);
+            self.motion.stop_at(&mut *self.equations, s);
         }
         self.motion.clock.arrive(self.motion.time());
         Ok(if stop?.is_some() {
@@ -87,6 +78,14 @@ impl<const N: usize> run::Run for Run<'_, N> {
         } else {
             Traced::Whole
         })
+    }
+
+    fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
+        let mut values = self.equations.values().to_vec();
+        if let Some(own) = values.get_mut(place) {
+            *own = value;
+        }
+        self.go_on_with(&values)
     }
 
     fn sample_at_once(
@@ -102,11 +101,12 @@ impl<const N: usize> run::Run for Run<'_, N> {
         };
         self.motion.clock.hand_out(true);
         let forward = self.motion.clock.is_forward();
-        let mut buffer = [self.motion.point(); BUFFER];
+        let n = self.motion.series.dimension();
+        let mut buffer = vec![0.0; BUFFER * 3 * n];
         let mut rest = times;
         while let Some(&t) = rest.first() {
             if t == self.motion.time() {
-                observer(t, self.motion.point().any());
+                observer(t, self.motion.point());
                 rest = &rest[1..];
                 continue;
             }
@@ -117,7 +117,7 @@ impl<const N: usize> run::Run for Run<'_, N> {
                 continue;
             };
             loop {
-                let next = &rest[..rest.len().min(buffer.len())];
+                let next = &rest[..rest.len().min(BUFFER)];
                 let (eights, _) = next.as_chunks::<8>();
                 let first = 8 * eights.iter().take_while(|times| inside(times[7])).count();
                 let others = next[first..].iter().take_while(|&&t| inside(t)).count();
@@ -125,11 +125,13 @@ impl<const N: usize> run::Run for Run<'_, N> {
                 if !within.is_empty() {
                     points(&polynomial, within, &mut buffer);
                 }
-                for (&t, point) in within.iter().zip(&buffer) {
-                    observer(t, point.any());
+                for (&t, numbers) in within.iter().zip(buffer.chunks_exact(3 * n.max(1))) {
+                    let (q, rest) = numbers.split_at(n);
+                    let (v, a) = rest.split_at(n);
+                    observer(t, AnyPoint { t, q, v, a });
                 }
                 rest = &rest[within.len()..];
-                if within.len() < buffer.len() {
+                if within.len() < BUFFER {
                     break;
                 }
             }
@@ -138,14 +140,14 @@ impl<const N: usize> run::Run for Run<'_, N> {
     }
 }
 
-impl<const N: usize> Run<'_, N> {
+impl AnyTaylorFlow<'_> {
     /// Goes to the next node of the grid.
     fn step_on_grid(&mut self, end: f64) -> Result<StepReport, RunError> {
         let (target, end) = self.motion.target(end);
         while !self.motion.covers(target) {
-            self.motion.go(self.equations, end)?;
+            self.motion.go(&mut *self.equations, end)?;
         }
-        self.motion.arrive_on_grid(self.equations, target);
+        self.motion.arrive_on_grid(&*self.equations, target);
         Ok(self.motion.report())
     }
 
@@ -156,13 +158,13 @@ impl<const N: usize> Run<'_, N> {
             if let Some(part) = self.motion.part(target) {
                 let stop = visit(&self.equations.declaration(), &part)?;
                 if let Some(s) = stop {
-                    self.motion.stop_at(self.equations, s);
+                    self.motion.stop_at(&mut *self.equations, s);
                     self.motion.shown = self.motion.time();
                     return Ok(Traced::There);
                 }
             }
             if self.motion.covers(target) {
-                self.motion.arrive_on_grid(self.equations, target);
+                self.motion.arrive_on_grid(&*self.equations, target);
                 return Ok(Traced::Whole);
             }
             self.motion.shown = if self.motion.last_covers(self.motion.shown) {
@@ -170,19 +172,19 @@ impl<const N: usize> Run<'_, N> {
             } else {
                 self.motion.shown
             };
-            self.motion.go(self.equations, end)?;
+            self.motion.go(&mut *self.equations, end)?;
         }
     }
 }
 
-impl<const N: usize> Integrator<N> {
+impl Integrator {
     /// Hands out the nodes that the steps have come to, and returns the time that the next ones go towards; breaks at the last node, and
     /// where an observer ends the run.
     pub(super) fn hand_nodes_out(
         &mut self,
-        equations: &dyn Equations<N>,
+        equations: &dyn SeriesKernel,
         end: &End,
-        mut observer: Option<&mut dyn Observer<N>>,
+        mut observer: Option<&mut dyn FnMut(&Self) -> ControlFlow<()>>,
     ) -> ControlFlow<(), f64> {
         loop {
             if !self.clock.is_handed_out() {
@@ -199,7 +201,7 @@ impl<const N: usize> Integrator<N> {
                 self.clock.arrive(self.time());
             }
             if let Some(observer) = &mut observer {
-                observer.node(&self.node(equations))?;
+                observer(self)?;
             }
             if self.clock.has_reached(end) {
                 return ControlFlow::Break(());
@@ -263,29 +265,36 @@ impl<const N: usize> Integrator<N> {
         (part.from != part.to).then_some(part)
     }
 
-    /// Stands at the next node of the grid.
-    fn arrive_on_grid(&mut self, equations: &dyn Equations<N>, target: f64) {
-        let mut point = self.polynomial().map_or_else(
-            || self.point(),
-            |polynomial| Polynomial::of(polynomial).at(target),
-        );
-        if let Some(projection) = &mut self.projection {
-            let (mut q, mut v) = (Compensated::exact(point.q), Compensated::exact(point.v));
-            projection.apply(equations, target, &mut q, &mut v);
-            (point.q, point.v) = (q.hi, v.hi);
+    /// Stands at the next node of the grid. Nothing is allocated.
+    fn arrive_on_grid(&mut self, equations: &dyn SeriesKernel, target: f64) {
+        if let (Some(polynomial), Some(OnGrid { state, point })) = (
+            self.last.map(|(t, h)| AnyPolynomial {
+                series: &self.series,
+                t,
+                from: 0.0,
+                to: h,
+                search: Search::SERIES,
+            }),
+            &mut self.on_grid,
+        ) {
+            polynomial.at(target, point);
+            let AnyPoint { q, v, a, .. } = point.any();
+            state.set_position(q);
+            state.set_velocity(v);
+            state.parts().a.copy_from_slice(a);
+        } else {
+            self.stand_here();
         }
-        self.on_grid = Some(point);
+        if let (Some(projection), Some(OnGrid { state, .. })) = (&mut self.projection, &mut self.on_grid) {
+            projection.apply(equations, target, state);
+        }
         self.shown = target;
         self.clock.tick();
     }
 }
 
-/// The motion at some times, worked out several at a time. Nothing is allocated.
-fn points<const N: usize>(
-    polynomial: &AnyPolynomial<'_>,
-    times: &[f64],
-    points: &mut [Point<f64, N>; BUFFER],
-) {
+/// The motion at some times, worked out several at a time: position, velocity and acceleration of each, one after the other. Nothing is allocated.
+fn points(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
     dispatch::registers(Values {
         polynomial: *polynomial,
         times,
@@ -294,29 +303,31 @@ fn points<const N: usize>(
 }
 
 /// The motion at up to [`BUFFER`] times.
-struct Values<'a, 'f, const N: usize> {
+struct Values<'a, 'f> {
     polynomial: AnyPolynomial<'f>,
     times: &'a [f64],
-    points: &'a mut [Point<f64, N>; BUFFER],
+    points: &'a mut [f64],
 }
 
-impl<const N: usize> WithSimd for Values<'_, '_, N> {
+impl WithSimd for Values<'_, '_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let (mut times, mut points) = (self.times, self.points.as_mut_slice());
+        let each = 3 * self.polynomial.series.dimension();
+        let (mut times, mut points) = (self.times, self.points);
         while !times.is_empty() {
             let registers = if times.len() > S::F64_LANES { REGISTERS } else { 1 };
             // with a buffer of whole groups there is always room
-            let Some((group, beyond)) = points.split_at_mut_checked(registers * S::F64_LANES) else {
+            let lanes = registers * S::F64_LANES;
+            let Some((group, beyond)) = points.split_at_mut_checked(lanes * each) else {
                 return;
             };
-            let (now, later) = times.split_at(group.len().min(times.len()));
+            let (now, later) = times.split_at(lanes.min(times.len()));
             if registers == 1 {
-                fill::<S, N, 1>(simd, &self.polynomial, now, group);
+                fill::<S, 1>(simd, &self.polynomial, now, group);
             } else {
-                fill::<S, N, REGISTERS>(simd, &self.polynomial, now, group);
+                fill::<S, REGISTERS>(simd, &self.polynomial, now, group);
             }
             (times, points) = (later, beyond);
         }
@@ -328,27 +339,17 @@ const REGISTERS: usize = 3;
 
 /// The motion at up to as many times as `R` registers hold, where there is room for all of them.
 #[inline(always)]
-fn fill<S: Simd, const N: usize, const R: usize>(
-    simd: S,
-    polynomial: &AnyPolynomial<'_>,
-    times: &[f64],
-    points: &mut [Point<f64, N>],
-) {
+fn fill<S: Simd, const R: usize>(simd: S, polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
+    let n = polynomial.series.dimension();
     let mut since = [simd.splat_f64s(0.0); R];
     for (since, &t) in cast_slice_mut::<_, f64>(&mut since).iter_mut().zip(times) {
         *since = polynomial.since(t);
     }
-    // all lanes, since loops of a known length need no checks
-    let lanes = R * S::F64_LANES;
-    let points = &mut points[..lanes];
-    for i in 0..N {
+    for i in 0..n {
         let [q, v, a] = polynomial.series.values(simd, i, &since);
         let [q, v, a] = [&q, &v, &a].map(|x| cast_slice::<_, f64>(x));
-        for lane in 0..lanes {
-            (points[lane].q[i], points[lane].v[i], points[lane].a[i]) = (q[lane], v[lane], a[lane]);
+        for (lane, point) in points.chunks_exact_mut(3 * n).enumerate() {
+            (point[i], point[n + i], point[2 * n + i]) = (q[lane], v[lane], a[lane]);
         }
-    }
-    for (point, &t) in points.iter_mut().zip(times) {
-        point.t = t;
     }
 }

@@ -5,23 +5,21 @@ use std::borrow::Cow;
 
 use super::control::{Control, Tolerance, exp2};
 use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
-use super::jets::Equations;
+use super::jets::SeriesKernel;
 use super::order::Order;
 use super::projection::{Projection, size};
 use super::series::Series;
+use super::state::State;
 use super::watch::{self, End, Watch};
-use crate::any::{AnyPoint, continuous_force, sized};
-use crate::array;
+use crate::any::{AnyPoint, OwnedPoint};
 use crate::compensated::Compensated;
 use crate::declaration::Declaration;
 use crate::deficiency;
-use crate::dispatch::{self, Work};
 use crate::error::SetupError;
-use crate::run::{AnyPolynomial, Clock, Node, RunError, Search};
+use crate::run::{AnyPolynomial, Clock, NodeMut, RunError, Search};
 use crate::start::Phase;
 use crate::step::newton::Stop;
 use crate::step::{Guess, StepReport};
-use crate::system::Point;
 use crate::undefined;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
@@ -46,23 +44,23 @@ const BESIDE: [f64; 2] = [1e-8, 1e-5];
 pub(super) const SHORTER: f64 = 0.5;
 
 /// Where a motion is, and how it goes on. What needs the system is given it.
-pub(super) struct Integrator<const N: usize> {
+pub(crate) struct Integrator {
     /// The series of the last step.
-    pub(super) series: Box<Series>,
+    pub(super) series: Series,
     /// The series at the current point; both change places with every step.
-    pub(super) next: Box<Series>,
+    pub(super) next: Series,
     /// The control of the steps.
-    pub(super) control: Control<N>,
+    pub(super) control: Control,
     /// The choice of the order.
     pub(super) order: Order,
     /// The time where the last step began, and its length.
     pub(super) last: Option<(Compensated<1>, f64)>,
     /// The current time.
     pub(super) t: Compensated<1>,
-    /// The current position.
-    pub(super) q: Compensated<N>,
-    /// The current velocity.
-    pub(super) v: Compensated<N>,
+    /// The current position and velocity.
+    pub(super) now: State,
+    /// Those at the end of a step that is tried.
+    pub(super) tried: State,
     /// The number of steps so far.
     pub(super) steps: u64,
     /// The number of steps that were not good.
@@ -76,7 +74,7 @@ pub(super) struct Integrator<const N: usize> {
     /// Times at which steps end, in ascending order: those where the motion has no series.
     pub(super) knots: Vec<f64>,
     /// What brings it back onto constraints of lower order.
-    pub(super) projection: Option<Projection<N>>,
+    pub(super) projection: Option<Projection>,
     /// What a system with switches needs.
     pub(super) watch: Option<Box<Watch>>,
     /// What makes the velocity jump at the current point, and at which switch.
@@ -90,55 +88,53 @@ pub(super) struct Integrator<const N: usize> {
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
     /// The motion at the current node, where nodes lie on a grid.
-    pub(super) on_grid: Option<Point<f64, N>>,
+    pub(super) on_grid: Option<OnGrid>,
     /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
     pub(super) shown: f64,
-    /// Whether the instructions of all machines are used, so that the results are the same on all.
-    pub(super) rounded: bool,
 }
 
-impl<const N: usize> fmt::Debug for Integrator<N> {
+impl fmt::Debug for Integrator {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("TaylorFlow")
             .field("time", &self.time())
-            .field("position", &self.q.hi)
-            .field("velocity", &self.v.hi)
+            .field("position", &self.now.q())
+            .field("velocity", &self.now.v())
             .field("order", &self.order())
             .field("steps", &self.steps)
             .finish_non_exhaustive()
     }
 }
 
-impl<const N: usize> Integrator<N> {
+impl Integrator {
     /// A motion from a time, a position and a velocity, with an acceleration near the one that is expected.
     ///
     /// # Errors
     ///
     /// [`SetupError`] if the system has no Taylor series there.
     pub(super) fn new(
-        equations: &mut dyn Equations<N>,
+        equations: &mut dyn SeriesKernel,
         phase: &Phase,
         tolerance: &Tolerance,
     ) -> Result<Self, SetupError> {
-        let (t0, q0, v0) = (phase.t0, sized(&phase.q0), sized(&phase.v0));
+        let (t0, q0, v0) = (phase.t0, &phase.q0[..], &phase.v0[..]);
         equations.declaration().prepare();
-        let order = tolerance.first_order();
+        let (order, n) = (tolerance.first_order(), q0.len());
         let mut motion = Self {
-            series: Box::new(Series::new(N, order)),
-            next: Box::new(Series::new(N, order)),
-            control: Control::new(tolerance),
+            series: Series::new(n, order),
+            next: Series::new(n, order),
+            control: Control::new(tolerance, n),
             order: Order::new(tolerance),
             last: None,
             t: Compensated::exact([t0]),
-            q: Compensated::exact(q0),
-            v: Compensated::exact(v0),
+            now: State::exact(q0, v0),
+            tried: State::exact(q0, v0),
             steps: 0,
             rejected: 0,
             max_steps: MAX_STEPS,
             smallest: 0.0,
             clock: Clock::free(t0),
             knots: Vec::new(),
-            projection: Projection::new(&equations.declaration(), (t0, &q0, &v0)),
+            projection: Projection::new(&equations.declaration(), (t0, q0, v0)),
             watch: Watch::new(equations),
             jump: None,
             is_new: true,
@@ -147,10 +143,9 @@ impl<const N: usize> Integrator<N> {
             expansions: 0,
             on_grid: None,
             shown: t0,
-            rounded: false,
         };
         if let Some(a0) = &phase.near {
-            motion.next.expect(&a0);
+            motion.next.expect(a0);
         }
         motion.begin(equations);
         let mut coefficients = motion.next.velocities().iter();
@@ -163,9 +158,9 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Expands the motion at the current point.
-    pub(super) fn begin(&mut self, equations: &mut dyn Equations<N>) {
+    pub(super) fn begin(&mut self, equations: &mut dyn SeriesKernel) {
         let t = self.side(self.t.hi[0], true);
-        self.next.begin(t, &self.q.hi, &self.v.hi);
+        self.next.begin(t, self.now.q(), self.now.v());
         self.jump = None;
         if self.watch.is_some() {
             watch::each(equations, |_, _, switch| {
@@ -189,7 +184,7 @@ impl<const N: usize> Integrator<N> {
             return Err(SetupError::Step { h });
         }
         let handed = self.clock.is_handed_out();
-        self.on_grid = Some(self.point());
+        self.stand_here();
         self.shown = self.time();
         self.clock = Clock::even(self.time(), h);
         self.clock.hand_out(handed);
@@ -207,18 +202,27 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Position, velocity and acceleration there.
-    pub(super) fn point(&self) -> Point<f64, N> {
-        Point {
+    pub(super) fn point(&self) -> AnyPoint<'_, f64> {
+        AnyPoint {
             t: self.time(),
-            q: self.q.hi,
-            v: self.v.hi,
-            a: *self.acceleration(),
+            q: self.now.q(),
+            v: self.now.v(),
+            a: self.acceleration(),
         }
     }
 
+    /// Puts the current node of a grid there.
+    pub(super) fn stand_here(&mut self) {
+        let n = self.next.dimension();
+        let mut grid = self.on_grid.take().unwrap_or_else(|| OnGrid::new(n));
+        grid.state.copy(&self.now);
+        grid.state.parts().a.copy_from_slice(self.acceleration());
+        self.on_grid = Some(grid);
+    }
+
     /// The acceleration there.
-    pub(super) fn acceleration(&self) -> &[f64; N] {
-        self.next.velocity_of(1).first_chunk().unwrap_or(&[f64::NAN; N])
+    pub(super) fn acceleration(&self) -> &[f64] {
+        self.next.velocity_of(1)
     }
 
     /// The last step as a polynomial; `None` before the first.
@@ -241,48 +245,53 @@ impl<const N: usize> Integrator<N> {
         }
     }
 
-    /// The current node.
-    pub(super) fn node(&self, equations: &dyn Equations<N>) -> Node<N> {
+    /// Writes the current node.
+    pub(super) fn tell(&self, equations: &dyn SeriesKernel, node: NodeMut<'_>) {
         let declaration = equations.declaration();
         let t = self.clock.time();
-        let Point { q, v, a, .. } = self.on_grid.unwrap_or_else(|| self.point());
-        Node {
-            index: self.clock.index(),
-            t,
-            q,
-            v,
-            a,
-            force: continuous_force(&declaration, &Point { t, q, v, a }),
-            energy: declaration.energy(t, &q, &v),
-            iterations: self.expansions,
-            stop: Stop::Start,
+        let (q, v, a) = match &self.on_grid {
+            Some(OnGrid { state, .. }) => (state.q(), state.v(), state.a()),
+            None => (self.now.q(), self.now.v(), self.acceleration()),
+        };
+        for (room, x) in [(node.q, q), (node.v, v), (node.a, a)] {
+            for (room, x) in room.iter_mut().zip(x) {
+                *room = *x;
+            }
         }
+        declaration.continuous_force_into(AnyPoint { t, q, v, a }, node.force);
+        (*node.index, *node.t) = (self.clock.index(), t);
+        *node.energy = declaration.energy(t, q, v);
+        (*node.iterations, *node.stop) = (self.expansions, Stop::Start);
     }
 
     /// Goes back to a point of the last step, a time `s` after its start.
-    pub(super) fn stop_at(&mut self, equations: &mut dyn Equations<N>, s: f64) {
+    pub(super) fn stop_at(&mut self, equations: &mut dyn SeriesKernel, s: f64) {
         let Some((t, _)) = self.last else {
             return;
         };
-        let ((q, v), [dq, dv, a]) = (self.series.start(), self.series.increments::<false, N>(s));
-        let (q, v) = (sized(q), sized(v));
+        let n = self.series.dimension();
+        let mut moves = vec![0.0; 3 * n];
+        let (dq, rest) = moves.split_at_mut(n);
+        let (dv, a) = rest.split_at_mut(n);
+        self.series.increments(s, [&mut *dq, &mut *dv, &mut *a]);
         self.t = t;
         self.t.add(&[s]);
-        (self.q, self.v) = (Compensated::exact(q), Compensated::exact(v));
-        self.q.add(&dq);
-        self.v.add(&dv);
-        let now = self.t.hi[0];
+        let (q, v) = self.series.start();
+        self.now.set_position(q);
+        self.now.set_velocity(v);
+        self.now.move_position(dq);
+        self.now.move_velocity(dv);
         if let Some(projection) = &mut self.projection {
-            projection.apply(equations, now, &mut self.q, &mut self.v);
+            projection.apply(equations, self.t.hi[0], &mut self.now);
         }
-        self.next.expect(&a);
+        self.next.expect(a);
         self.last = Some((t, s));
         self.begin(equations);
     }
 
     /// Makes one step towards a time, as long as the tolerance allows, but not beyond it. An infinite time is one that lies
     /// in the direction of the run, and never reached.
-    pub(super) fn go(&mut self, equations: &mut dyn Equations<N>, until: f64) -> Result<(), RunError> {
+    pub(super) fn go(&mut self, equations: &mut dyn SeriesKernel, until: f64) -> Result<(), RunError> {
         let until = self.before_knot(until);
         let smallest = self.smallest_step(until);
         let until = if !until.is_infinite() {
@@ -305,15 +314,7 @@ impl<const N: usize> Integrator<N> {
             return Err(self.failed(equations, SeriesFailure::Jumps { switch, by }).into());
         }
         let rejected = self.rejected;
-        let rounded = self.rounded;
-        let step = Advance {
-            motion: self,
-            equations: &mut *equations,
-            until,
-            left,
-            smallest,
-        };
-        match dispatch::run_as(rounded, step) {
+        match self.advance(equations, (until, left), smallest) {
             Outcome::Good => {
                 self.steps += 1;
                 self.expansions += 1 + u32::try_from(self.rejected - rejected).unwrap_or(u32::MAX - 1);
@@ -397,7 +398,7 @@ impl<const N: usize> Integrator<N> {
 
     /// The velocity at the end of a step of the length `h` that has been tried, if the constraints of lower order move it by more than the tolerance explains.
     #[inline(always)]
-    pub(super) fn moved(&self, h: f64) -> Option<[f64; N]> {
+    pub(super) fn moved(&self, h: f64) -> Option<&[f64]> {
         let projection = self.projection.as_ref()?;
         projection.moved(self.least_jump(), self.pace(h))
     }
@@ -405,10 +406,8 @@ impl<const N: usize> Integrator<N> {
     /// How fast the motion is in a step of the length `h`.
     #[inline(always)]
     fn pace(&self, h: f64) -> f64 {
-        match self.series.velocity::<N>() {
-            [v, a, ..] => size(v).max(size(a) * h.abs()),
-            _ => f64::NAN,
-        }
+        let [v, a] = [0, 1].map(|k| size(self.series.velocity_of(k)));
+        v.max(a * h.abs())
     }
 
     /// The least part of a velocity or of a position that is a jump, where constraints move it.
@@ -422,21 +421,22 @@ impl<const N: usize> Integrator<N> {
     #[inline(never)]
     fn jump_after(
         &mut self,
-        equations: &mut dyn Equations<N>,
+        equations: &mut dyn SeriesKernel,
         h: f64,
     ) -> Option<(Option<Cow<'static, str>>, Jump)> {
         let way = self.pace(h) * h.abs();
         let shifted = self
             .projection
             .as_ref()
-            .and_then(|projection| projection.shifted(self.least_jump(), way));
-        let by = if let Some(before) = shifted {
+            .and_then(|projection| projection.shifted(self.least_jump(), way))
+            .map(<[f64]>::to_vec);
+        let by = if let Some(before) = &shifted {
             // and at the place where it is
-            self.q = Compensated::exact(before);
+            self.now.set_position(before);
             Jump::Position
-        } else if let Some(before) = self.moved(h) {
+        } else if let Some(before) = self.moved(h).map(<[f64]>::to_vec) {
             // the motion ends with the velocity that it has
-            self.v = Compensated::exact(before);
+            self.now.set_velocity(&before);
             Jump::Constraint
         } else if self.jumps_in_action(&equations.declaration(), h) {
             Jump::Lagrangian
@@ -457,14 +457,18 @@ impl<const N: usize> Integrator<N> {
     fn jumps_in_action(&self, declaration: &Declaration<'_>, h: f64) -> bool {
         let [part, least] = BESIDE;
         let beside = part * h;
-        let [_, _, a] = self.series.increments::<false, N>(h);
+        let n = self.series.dimension();
+        let (mut a, mut rest) = (vec![0.0; n], vec![0.0; 2 * n]);
+        let (q, v) = rest.split_at_mut(n);
+        self.series.increments(h, [q, v, &mut a]);
         let at = |s: f64| {
-            let v: [f64; N] = array::from_fn(|i| self.v.hi[i] + s * a[i]);
-            let q: [f64; N] = array::from_fn(|i| self.q.hi[i] + s * self.v.hi[i]);
-            (q, v)
+            let [q, v] = [self.now.q(), self.now.v()];
+            let after: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + s * a).collect();
+            let q: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + s * v).collect();
+            (q, after)
         };
         // the Lagrangian, and the power of the momentum
-        let values = |t: f64, (q, v): &([f64; N], [f64; N])| {
+        let values = |t: f64, (q, v): &(Vec<f64>, Vec<f64>)| {
             let [l, e] = [declaration.lagrangian(t, q, v), declaration.energy(t, q, v)];
             [l, l + e, l.abs().max(e.abs())]
         };
@@ -511,31 +515,24 @@ impl<const N: usize> Integrator<N> {
     }
 
     #[cold]
-    pub(super) fn failed(&self, equations: &dyn Equations<N>, cause: SeriesFailure) -> SeriesError {
+    pub(super) fn failed(&self, equations: &dyn SeriesKernel, cause: SeriesFailure) -> SeriesError {
         let undefined = || {
-            let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
-            undefined::of_point(
-                &equations.declaration(),
-                AnyPoint {
-                    t,
-                    q,
-                    v,
-                    a: &[0.0; N],
-                },
-            )
+            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
+            let a = &vec![0.0; q.len()];
+            undefined::of_point(&equations.declaration(), AnyPoint { t, q, v, a })
         };
         let open = || {
-            let (t, q, v) = (self.t.hi[0], &self.q.hi[..], &self.v.hi[..]);
+            let (t, q, v) = (self.t.hi[0], self.now.q(), self.now.v());
             let a = self.series.velocity_of(1);
-            let zero = [0.0; N];
+            let zero = vec![0.0; q.len()];
             let a = if a.iter().all(|a| a.is_finite()) { a } else { &zero };
             deficiency::near_point(&equations.declaration(), AnyPoint { t, q, v, a })
         };
         SeriesError::new(FailedSeries {
             step: self.steps,
             time: self.t.hi[0],
-            q: self.q.hi.to_vec(),
-            v: self.v.hi.to_vec(),
+            q: self.now.q().to_vec(),
+            v: self.now.v().to_vec(),
             coordinates: equations
                 .kernel()
                 .shape()
@@ -554,6 +551,85 @@ impl<const N: usize> Integrator<N> {
             cause,
         })
     }
+
+    /// Makes one step to a time, or as far as the tolerance allows. `left` is the way there.
+    fn advance(
+        &mut self,
+        equations: &mut dyn SeriesKernel,
+        (until, left): (f64, f64),
+        smallest: f64,
+    ) -> Outcome {
+        core::mem::swap(&mut self.series, &mut self.next);
+        if !self.series.is_in_range() {
+            self.cut_to_range();
+        }
+        let wanted = self.wanted();
+        self.next.set_order(self.order.next());
+        let mut size = wanted.min(left.abs());
+        if wanted.is_nan() || wanted < smallest {
+            core::mem::swap(&mut self.series, &mut self.next);
+            return if wanted > 0.0 {
+                Outcome::TooSmall(wanted)
+            } else {
+                Outcome::NotFinite
+            };
+        }
+        let mut at_switch = false;
+        let mut has_pieces = false;
+        if let Some(watch) = &self.watch {
+            has_pieces = watch.has_pieces;
+            End { size, at_switch } = self.foresee(equations, size.copysign(left));
+        }
+        loop {
+            let whole = size == left.abs();
+            let h = if whole { left } else { size.copysign(left) };
+            let t = if whole { until } else { self.t.hi[0] + h };
+            self.arrive(equations, h, t);
+            if has_pieces && !at_switch && Self::is_beyond(equations, size) {
+                End { size, at_switch } = self.locate(equations, left.signum(), [0.0, size]);
+                continue;
+            }
+            let is_knot = self.side(t, true) != self.side(t, false);
+            // a velocity that jumps where no expansion shows a switch
+            let jumps = !at_switch && !is_knot && self.moved(h).is_some();
+            let good = !jumps && self.control.good(&self.series, &self.next, self.tried.a(), size);
+            // a jump of the acceleration is passed in a step that no clock would see
+            if good || (size <= smallest && self.next.is_finite()) {
+                self.last = Some((self.t, h));
+                if whole {
+                    self.t = Compensated::exact([until]);
+                } else {
+                    self.t.add(&[h]);
+                }
+                core::mem::swap(&mut self.now, &mut self.tried);
+                let jump = if at_switch || is_knot || size <= smallest {
+                    self.jump_after(equations, h)
+                } else {
+                    None
+                };
+                if at_switch {
+                    let tau = if wanted < 1e100 { wanted } else { size };
+                    self.go_over(equations, tau.copysign(left), size <= smallest);
+                } else if self.is_new || has_pieces {
+                    self.go_on(equations);
+                }
+                // beyond a knot the system may be another
+                if is_knot {
+                    self.begin(equations);
+                }
+                self.jump = jump;
+                return Outcome::Good;
+            }
+            self.rejected += 1;
+            if size <= smallest {
+                // back to where it was
+                core::mem::swap(&mut self.series, &mut self.next);
+                return Outcome::NotFinite;
+            }
+            size = (SHORTER * size).max(smallest);
+            at_switch = false;
+        }
+    }
 }
 
 /// How a step ended.
@@ -563,96 +639,21 @@ enum Outcome {
     TooSmall(f64),
 }
 
-/// One step.
-struct Advance<'a, const N: usize> {
-    motion: &'a mut Integrator<N>,
-    equations: &'a mut dyn Equations<N>,
-    until: f64,
-    left: f64,
-    smallest: f64,
+/// The motion at a node of a grid.
+pub(super) struct OnGrid {
+    /// Position, velocity and acceleration.
+    pub(super) state: State,
+    /// Room for a point of a polynomial.
+    pub(super) point: OwnedPoint<f64>,
 }
 
-impl<const N: usize> Work for Advance<'_, N> {
-    type Output = Outcome;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Outcome {
-        let Self {
-            motion,
-            equations,
-            until,
-            left,
-            smallest,
-        } = self;
-        core::mem::swap(&mut motion.series, &mut motion.next);
-        if !motion.series.is_in_range() {
-            motion.cut_to_range();
-        }
-        let wanted = motion.wanted();
-        motion.next.set_order(motion.order.next());
-        let mut size = wanted.min(left.abs());
-        if wanted.is_nan() || wanted < smallest {
-            core::mem::swap(&mut motion.series, &mut motion.next);
-            return if wanted > 0.0 {
-                Outcome::TooSmall(wanted)
-            } else {
-                Outcome::NotFinite
-            };
-        }
-        let mut at_switch = false;
-        let mut has_pieces = false;
-        if let Some(watch) = &motion.watch {
-            has_pieces = watch.has_pieces;
-            End { size, at_switch } = motion.foresee::<FUSED>(equations, size.copysign(left));
-        }
-        loop {
-            let whole = size == left.abs();
-            let h = if whole { left } else { size.copysign(left) };
-            let t = if whole { until } else { motion.t.hi[0] + h };
-            let (q, v, a) = motion.arrive::<FUSED>(equations, h, t);
-            if has_pieces && !at_switch && Integrator::is_beyond(equations, size) {
-                End { size, at_switch } = motion.locate::<FUSED>(equations, left.signum(), [0.0, size]);
-                continue;
-            }
-            let is_knot = motion.side(t, true) != motion.side(t, false);
-            // a velocity that jumps where no expansion shows a switch
-            let jumps = !at_switch && !is_knot && motion.moved(h).is_some();
-            let good = !jumps && motion.control.good(&motion.series, &motion.next, &a, size);
-            // a jump of the acceleration is passed in a step that no clock would see
-            if good || (size <= smallest && motion.next.is_finite()) {
-                motion.last = Some((motion.t, h));
-                if whole {
-                    motion.t = Compensated::exact([until]);
-                } else {
-                    motion.t.add(&[h]);
-                }
-                (motion.q, motion.v) = (q, v);
-                let jump = if at_switch || is_knot || size <= smallest {
-                    motion.jump_after(equations, h)
-                } else {
-                    None
-                };
-                if at_switch {
-                    let tau = if wanted < 1e100 { wanted } else { size };
-                    motion.go_over(equations, tau.copysign(left), size <= smallest);
-                } else if motion.is_new || has_pieces {
-                    motion.go_on(equations);
-                }
-                // beyond a knot the system may be another
-                if is_knot {
-                    motion.begin(equations);
-                }
-                motion.jump = jump;
-                return Outcome::Good;
-            }
-            motion.rejected += 1;
-            if size <= smallest {
-                // back to where it was
-                core::mem::swap(&mut motion.series, &mut motion.next);
-                return Outcome::NotFinite;
-            }
-            size = (SHORTER * size).max(smallest);
-            at_switch = false;
+impl OnGrid {
+    /// Room for `n` coordinates.
+    fn new(n: usize) -> Self {
+        let zero = vec![0.0; n];
+        Self {
+            state: State::exact(&zero, &zero),
+            point: OwnedPoint::zero(n),
         }
     }
 }

@@ -1,17 +1,17 @@
 //! What the attribute generates for a system, and the same with the system's type erased.
 //!
-//! Only the expansion is compiled for each system, for each kind of machine. The integrator, the grid of output times, events and
-//! errors know the dimension alone and reach the expansion by one virtual call, which costs some nanoseconds of a microsecond.
+//! Only the expansion, and the step along it, are compiled for each system, for each kind of machine. The integrator, the grid of output times,
+//! events and errors are compiled once and reach them by virtual calls, which cost some nanoseconds of a microsecond.
 
 use std::borrow::Cow;
 
 use super::coefficient::Coefficient;
 use super::series::{Rows, Series};
+use super::state::State;
 use super::switch::{Switch, Switches};
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
 use crate::dispatch::{self, Work};
-use crate::held::Held;
 use crate::kernel::Kernel;
 use crate::scalar::Scalar;
 use crate::system::System;
@@ -53,43 +53,79 @@ pub trait Jets<const N: usize>: Compiled<N> {
     }
 }
 
-/// A system of dimension `N` of any type, as the integrator asks it.
-pub(super) trait Equations<const N: usize> {
-    /// The Taylor coefficients of the motion from the point where the series begins.
-    fn expand(&mut self, series: &mut Series);
-
-    /// How many groups of switches there are.
-    fn groups(&self) -> usize;
-
-    /// A group of switches.
-    fn group(&mut self, group: usize) -> &mut [Switch];
-
-    /// Whether a sign may decide between pieces.
-    fn has_pieces(&self) -> bool;
-
-    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
-    fn enter(&mut self) -> bool;
-
-    /// What a switch is.
-    fn switch(&self, group: usize, place: usize) -> Cow<'static, str>;
-
-    /// The declaration.
-    fn declaration(&self) -> Declaration<'_>;
-
-    /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
-    fn phase_slopes(&self, of_velocity: bool, point: (f64, &[f64; N], &[f64; N]), out: &mut [f64]);
-
+/// The series of a declared system without its type, and what its recurrences keep: what the integrator asks of it. All vectors are slices.
+pub(crate) trait SeriesKernel {
     /// The system.
     fn kernel(&self) -> &dyn Kernel;
 
     /// The values of its parameters.
     fn values(&self) -> &[f64];
+
+    /// Gives the parameters other values. The next series begins anew.
+    fn set_values(&mut self, values: &[f64]);
+
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    fn expand(&mut self, series: &mut Series);
+
+    /// Goes a time `h` along a series: adds the increments to the sums of a state, and takes the acceleration there.
+    fn along(&self, series: &Series, h: f64, from: &State, to: &mut State);
+
+    /// What the switches are: those of the declaration, then one for each group of the user's functions. Those where a smooth function is steep
+    /// have no names.
+    fn switches(&self) -> &[&'static str];
+
+    /// How many groups of switches there are.
+    fn groups(&self) -> usize;
+
+    /// A group of switches: those of the declaration, which are the places of steep functions if there are no pieces, then those of each call.
+    fn group(&mut self, group: usize) -> &mut [Switch];
+
+    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    fn enter(&mut self) -> bool;
+
+    /// The declaration, with the values of the parameters.
+    fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel()).with(self.values())
+    }
+
+    /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
+    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64], &[f64]), out: &mut [f64]) {
+        self.declaration().phase_slopes(of_velocity, t, q, v, out);
+    }
 }
 
-/// The recurrences of a system, and what they keep.
+impl dyn SeriesKernel + '_ {
+    /// Whether a sign may decide between pieces.
+    pub(super) fn has_pieces(&self) -> bool {
+        self.switches().iter().any(|name| !name.is_empty())
+    }
+
+    /// The same of the declaration, or of a function of the user's at the last point of expansion.
+    pub(super) fn has_pieces_here(&mut self) -> bool {
+        let groups = self.groups();
+        let names = self.switches();
+        let declared = names.len().saturating_sub(groups.saturating_sub(1));
+        names[..declared].iter().any(|name| !name.is_empty())
+            || (1..groups).any(|group| !self.group(group).is_empty())
+    }
+
+    /// What a switch is.
+    pub(super) fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
+        // functions stand at the end, one for each group but the first
+        let functions = self.groups().saturating_sub(1);
+        let names = self.switches();
+        let place = match group {
+            0 => place,
+            _ => names.len().saturating_sub(functions) + group - 1,
+        };
+        Cow::Borrowed(names.get(place).copied().unwrap_or("an expression"))
+    }
+}
+
+/// The recurrences that the attribute writes, and what they keep.
 pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
-    pub(super) system: Held<'s, S>,
+    system: &'s S,
     /// The values of its parameters.
     values: S::Parameters<f64>,
     /// What they decide.
@@ -101,45 +137,36 @@ pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
 }
 
 impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
-    /// The recurrences of a system with the values that its parameters have now.
-    pub(super) fn new(system: &'s S) -> Self {
-        Self::held(Held::new(system))
-    }
-
-    /// The same of a system that may be a copy.
-    pub(super) fn held(system: Held<'s, S>) -> Self {
+    /// The recurrences of a system with the values that its parameters have now; the results are the same on all machines if `rounded`.
+    pub(super) fn new(system: &'s S, rounded: bool) -> Self {
+        let values = system.parameters();
         Self {
-            fixed: system.fixed(&system.parameters()),
-            values: system.parameters(),
+            fixed: system.fixed(&values),
+            values,
             system,
             table: Default::default(),
-            rounded: false,
+            rounded,
         }
     }
 }
 
-impl<S: System<N>, const N: usize> Recurrences<'_, S, N> {
-    /// Uses the instructions of all machines.
-    pub(super) fn rounded(mut self) -> Self {
-        self.rounded = true;
-        self
+impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
     }
 
-    /// Whether a sign decides between pieces: in the declaration, or in a function of the user's at the last point of expansion.
-    pub(super) fn has_pieces_here(&mut self) -> bool {
-        let groups = S::Table::<f64>::GROUPS;
-        let declared = S::SWITCHES.len().saturating_sub(groups.saturating_sub(1));
-        S::SWITCHES[..declared].iter().any(|name| !name.is_empty())
-            || (1..groups).any(|group| !self.table.group(0, group).is_empty())
+    fn values(&self) -> &[f64] {
+        self.values.as_ref()
     }
 
-    /// The switches of the declaration, which are the places of steep functions if there are no pieces.
-    pub(super) fn steep(&mut self) -> &mut [Switch] {
-        self.table.group(0, 0)
+    fn set_values(&mut self, values: &[f64]) {
+        for (own, value) in self.values.as_mut().iter_mut().zip(values) {
+            *own = *value;
+        }
+        self.fixed = self.system.fixed(&self.values);
+        self.table = Default::default();
     }
-}
 
-impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
     fn expand(&mut self, series: &mut Series) {
         let rounded = self.rounded;
         let Some(series) = &mut series.rows() else {
@@ -152,6 +179,14 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
         dispatch::run_as(rounded, expansion);
     }
 
+    fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
+        dispatch::run_as(self.rounded, Along::<N> { series, h, from, to });
+    }
+
+    fn switches(&self) -> &[&'static str] {
+        S::SWITCHES
+    }
+
     fn groups(&self) -> usize {
         S::Table::<f64>::GROUPS
     }
@@ -160,43 +195,40 @@ impl<S: System<N>, const N: usize> Equations<N> for Recurrences<'_, S, N> {
         self.table.group(0, group)
     }
 
-    fn has_pieces(&self) -> bool {
-        S::SWITCHES.iter().any(|name| !name.is_empty())
-    }
-
     fn enter(&mut self) -> bool {
         self.table.enter(0)
     }
 
-    fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
-        // functions stand at the end, one for each group but the first
-        let functions = S::Table::<f64>::GROUPS.saturating_sub(1);
-        let place = match group {
-            0 => place,
-            _ => S::SWITCHES.len().saturating_sub(functions) + group - 1,
-        };
-        Cow::Borrowed(S::SWITCHES.get(place).copied().unwrap_or("an expression"))
-    }
-
-    fn declaration(&self) -> Declaration<'_> {
-        Declaration::of(&*self.system)
-    }
-
-    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64; N], &[f64; N]), out: &mut [f64]) {
-        if const { S::PHASE_SLOPES } {
-            let parameters = self.system.parameters();
-            Jets::phase_slopes(&*self.system, of_velocity, &parameters, (t, q, v), out);
-        } else {
-            self.declaration().phase_slopes(of_velocity, t, q, v, out);
+    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64], &[f64]), out: &mut [f64]) {
+        match (q.first_chunk(), v.first_chunk()) {
+            (Some(q), Some(v)) if const { S::PHASE_SLOPES } => {
+                Jets::phase_slopes(self.system, of_velocity, &self.values, (t, q, v), out);
+            }
+            _ => self.declaration().phase_slopes(of_velocity, t, q, v, out),
         }
     }
+}
 
-    fn kernel(&self) -> &dyn Kernel {
-        self.system.kernel()
-    }
+/// A step along a series.
+struct Along<'a, const N: usize> {
+    series: &'a Series,
+    h: f64,
+    from: &'a State,
+    to: &'a mut State,
+}
 
-    fn values(&self) -> &[f64] {
-        self.values.as_ref()
+impl<const N: usize> Work for Along<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { series, h, from, to } = self;
+        let [dq, dv, a] = series.increments_of::<FUSED, N>(h);
+        if let Some([mut q, mut v]) = from.sized::<N>() {
+            q.add(&dq);
+            v.add(&dv);
+            to.take(&q, &v, &a);
+        }
     }
 }
 

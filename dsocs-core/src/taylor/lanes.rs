@@ -1,11 +1,10 @@
 //! Expansions of several motions side by side, which are compiled for each kind of register.
 
-use core::array;
-
 use wide::f64x8;
 
 use super::kernel::{MAX_ORDER, ROWS};
 use super::series::Series;
+use super::state::{Parts, State};
 use super::switch::{Switch, Switches as _};
 use crate::compensated::Compensated;
 use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
@@ -17,62 +16,68 @@ use crate::system::System;
 type Vectors<const N: usize> = [[f64; LANES]; N];
 
 /// Where motions are, by lanes.
-pub(super) struct Ends<const N: usize> {
+pub(super) struct Ends {
     /// Times.
     pub t: [f64; LANES],
-    /// Positions.
-    pub q: Compensated<N, [f64; LANES]>,
+    /// Positions, and what rounding took from them.
+    q: [Box<[[f64; LANES]]>; 2],
     /// Velocities.
-    pub v: Compensated<N, [f64; LANES]>,
+    v: [Box<[[f64; LANES]]>; 2],
     /// Accelerations by the series that lead there.
-    pub a: Vectors<N>,
+    a: Box<[[f64; LANES]]>,
 }
 
-impl<const N: usize> Ends<N> {
+impl Ends {
     /// At zero.
-    pub fn new() -> Self {
-        let zero = Compensated {
-            hi: [[0.0; LANES]; N],
-            lo: [[0.0; LANES]; N],
-        };
+    pub fn new(dimension: usize) -> Self {
+        let zero = || vec![[0.0; LANES]; dimension].into_boxed_slice();
         Self {
             t: [0.0; LANES],
-            q: zero,
-            v: zero,
-            a: [[0.0; LANES]; N],
+            q: [zero(), zero()],
+            v: [zero(), zero()],
+            a: zero(),
         }
     }
 
-    /// Puts one motion into its lane.
-    pub fn set(&mut self, lane: usize, t: f64, q: &Compensated<N>, v: &Compensated<N>) {
+    /// Puts the position and the velocity of one motion into its lane.
+    pub fn set(&mut self, lane: usize, t: f64, state: &mut State) {
         self.t[lane] = t;
+        let Parts { q, v, .. } = state.parts();
         for (to, from) in [(&mut self.q, q), (&mut self.v, v)] {
-            for i in 0..N {
-                (to.hi[i][lane], to.lo[i][lane]) = (from.hi[i], from.lo[i]);
+            for (to, from) in to.iter_mut().zip(from) {
+                for (to, from) in to.iter_mut().zip(from) {
+                    to[lane] = *from;
+                }
             }
         }
     }
 
-    /// Position, velocity and acceleration in one lane.
-    pub fn get(&self, lane: usize) -> (Compensated<N>, Compensated<N>, [f64; N]) {
-        let one = |x: &Compensated<N, [f64; LANES]>| Compensated {
-            hi: array::from_fn(|i| x.hi[i][lane]),
-            lo: array::from_fn(|i| x.lo[i][lane]),
-        };
-        (one(&self.q), one(&self.v), array::from_fn(|i| self.a[i][lane]))
+    /// Takes position, velocity and acceleration out of one lane.
+    pub fn get(&self, lane: usize, state: &mut State) {
+        let Parts { q, v, a } = state.parts();
+        for (from, to) in [(&self.q, q), (&self.v, v)] {
+            for (from, to) in from.iter().zip(to) {
+                for (from, to) in from.iter().zip(to) {
+                    *to = from[lane];
+                }
+            }
+        }
+        for (from, to) in self.a.iter().zip(a) {
+            *to = from[lane];
+        }
     }
 }
 
 /// The series of eight motions, in any kind of register. Each has an order of its own: beyond it its coefficients are zero.
-pub(super) trait Engine<S, const N: usize> {
-    /// Gives the motion in a lane the parameters of `system`.
-    fn set_parameters(&mut self, lane: usize, system: &S);
+pub(super) trait LaneSeries {
+    /// Gives the parameters of the motion in a lane other values.
+    fn set_parameters(&mut self, lane: usize, values: &[f64]);
 
     /// Goes a time `h` along each series, from the points of expansion.
-    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends<N>);
+    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends);
 
     /// Expands the motions there, to the order of each. Coefficients from the order `first` on will be asked for.
-    fn expand(&mut self, ends: &Ends<N>, orders: &[usize; LANES], first: usize);
+    fn expand(&mut self, ends: &Ends, orders: &[usize; LANES], first: usize);
 
     /// The new series take the place of the old ones, but for the lanes whose bits are set.
     fn go_on(&mut self, back: u32);
@@ -83,7 +88,7 @@ pub(super) trait Engine<S, const N: usize> {
     /// Takes a series for a lane.
     fn take(&mut self, lane: usize, series: &Series);
 
-    /// The series before the last [`Engine::go_on`].
+    /// The series before the last [`LaneSeries::go_on`].
     fn last(&self, lane: usize, series: &mut Series);
 
     /// Lets a lane be idle.
@@ -100,7 +105,7 @@ pub(super) trait Engine<S, const N: usize> {
 pub(super) fn engine<'s, S: System<N>, const N: usize>(
     instructions: Instructions,
     system: &'s S,
-) -> Box<dyn Engine<S, N> + 's> {
+) -> Box<dyn LaneSeries + 's> {
     #[cfg(target_arch = "x86_64")]
     if const { OTHERS } {
         use crate::lanes::x86::{Avx2, Avx512};
@@ -132,9 +137,9 @@ struct Expansions<'s, R: Chosen, S: System<N>, const N: usize> {
     /// What is kept of the orders before.
     table: S::Table<Lanes<R>>,
     /// The series at the current points.
-    series: Box<Series<Lanes<R>>>,
+    series: Series<Lanes<R>>,
     /// The series at the ends of the steps that are tried.
-    next: Box<Series<Lanes<R>>>,
+    next: Series<Lanes<R>>,
     /// Coefficients of their velocities, taken out of registers.
     told: Box<[Vectors<N>; ROWS]>,
 }
@@ -148,8 +153,8 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
             fixed: system.fixed(&parameters),
             parameters,
             table: S::Table::default(),
-            series: Box::new(Series::new(N, 2)),
-            next: Box::new(Series::new(N, 2)),
+            series: Series::new(N, 2),
+            next: Series::new(N, 2),
             told: Box::new([[[0.0; LANES]; N]; ROWS]),
         }
     }
@@ -157,7 +162,7 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Expansions<'s, R, S, N> {
 
 /// Vectors in registers.
 #[inline(always)]
-fn loaded<R: Chosen, const N: usize>(x: &Vectors<N>) -> [Lanes<R>; N] {
+fn loaded<R: Chosen, const N: usize>(x: &[[f64; LANES]]) -> [Lanes<R>; N] {
     let mut lanes = [Lanes::splat(0.0); N];
     for (lanes, &x) in lanes.iter_mut().zip(x) {
         *lanes = x.into();
@@ -167,7 +172,7 @@ fn loaded<R: Chosen, const N: usize>(x: &Vectors<N>) -> [Lanes<R>; N] {
 
 /// The same taken out of them.
 #[inline(always)]
-fn stored<R: Chosen, const N: usize>(lanes: &[Lanes<R>; N], x: &mut Vectors<N>) {
+fn stored<R: Chosen, const N: usize>(lanes: &[Lanes<R>; N], x: &mut [[f64; LANES]]) {
     for (x, &lanes) in x.iter_mut().zip(lanes) {
         *x = lanes.into();
     }
@@ -187,7 +192,7 @@ fn lanes_where(orders: &[usize; LANES], least: usize) -> u32 {
 struct Arrival<'a, R: Chosen, const N: usize> {
     series: &'a Series<Lanes<R>>,
     h: &'a [f64; LANES],
-    ends: &'a mut Ends<N>,
+    ends: &'a mut Ends,
 }
 
 impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
@@ -196,15 +201,15 @@ impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
     #[inline(always)]
     fn run(self) {
         let Self { series, h, ends } = self;
-        let [dq, dv, a] = series.increments::<false, N>(Lanes::from(*h));
-        for (x, dx) in [(&mut ends.q, dq), (&mut ends.v, dv)] {
+        let [dq, dv, a] = series.increments_of::<false, N>(Lanes::from(*h));
+        for ([hi, lo], dx) in [(&mut ends.q, dq), (&mut ends.v, dv)] {
             let mut sum = Compensated::<N, Lanes<R>> {
-                hi: loaded(&x.hi),
-                lo: loaded(&x.lo),
+                hi: loaded(hi),
+                lo: loaded(lo),
             };
             sum.add(&dx);
-            stored(&sum.hi, &mut x.hi);
-            stored(&sum.lo, &mut x.lo);
+            stored(&sum.hi, hi);
+            stored(&sum.lo, lo);
         }
         stored(&a, &mut ends.a);
     }
@@ -213,7 +218,7 @@ impl<R: Chosen, const N: usize> InLanes for Arrival<'_, R, N> {
 /// Work for the registers: expansions.
 struct Expansion<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     expansions: &'a mut Expansions<'s, R, S, N>,
-    ends: &'a Ends<N>,
+    ends: &'a Ends,
     orders: &'a [usize; LANES],
     first: usize,
 }
@@ -242,8 +247,12 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
             (least, most) = (least.min(order), most.max(order));
         }
         next.set_order(most);
-        next.begin(ends.t.into(), &loaded(&ends.q.hi), &loaded(&ends.v.hi));
-        next.expect(&loaded(&ends.a));
+        next.begin(
+            ends.t.into(),
+            &loaded::<R, N>(&ends.q[0]),
+            &loaded::<R, N>(&ends.v[0]),
+        );
+        next.expect(&loaded::<R, N>(&ends.a));
         if let Some(mut rows) = next.rows() {
             system.expand::<Lanes<R>, false>(fixed, &mut rows, table);
         }
@@ -263,20 +272,20 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Expansion<'_, '_, R, S
     }
 }
 
-impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Expansions<'_, R, S, N> {
-    fn set_parameters(&mut self, lane: usize, system: &S) {
-        for (place, parameter) in self.parameters.as_mut().iter_mut().enumerate() {
-            parameter.set_lane(lane, system.parameter(place).unwrap_or(f64::NAN));
+impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S, N> {
+    fn set_parameters(&mut self, lane: usize, values: &[f64]) {
+        for (parameter, value) in self.parameters.as_mut().iter_mut().zip(values) {
+            parameter.set_lane(lane, *value);
         }
         self.fixed = self.system.fixed(&self.parameters);
     }
 
-    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends<N>) {
-        let series = &*self.series;
-        R::run(self.token, Arrival { series, h, ends });
+    fn arrive(&mut self, h: &[f64; LANES], ends: &mut Ends) {
+        let series = &self.series;
+        R::run(self.token, Arrival::<'_, R, N> { series, h, ends });
     }
 
-    fn expand(&mut self, ends: &Ends<N>, orders: &[usize; LANES], first: usize) {
+    fn expand(&mut self, ends: &Ends, orders: &[usize; LANES], first: usize) {
         R::run(
             self.token,
             Expansion {

@@ -1,9 +1,8 @@
 //! The continuous motion at times that come one by one, and how far another motion is from it.
 
 use super::Tolerance;
-use super::flow::TaylorFlow;
-use super::grid::Run;
-use crate::run::{Behind, Polynomial, Run as _, RunError};
+use super::flow::{AnyTaylorFlow, TaylorFlow};
+use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
 use crate::start::Start;
 use crate::system::{Point, System};
 
@@ -11,27 +10,32 @@ use crate::system::{Point, System};
 ///
 /// The flow chooses its own steps. Within a step the motion is evaluated from the polynomial of the step.
 #[derive(Debug)]
-pub struct Motion<'s, S: System<N>, const N: usize> {
+pub struct Motion<'s, const N: usize> {
     /// The flow.
-    flow: TaylorFlow<'s, S, N>,
+    flow: AnyTaylorFlow<'s>,
     /// The start.
     start: (f64, Point<f64, N>),
     /// The last time that will be asked for.
     until: f64,
 }
 
-impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
+impl<'s, const N: usize> Motion<'s, N> {
     /// The motion from a start to the time `until`, which may lie before the start.
     ///
     /// # Errors
     ///
     /// As [`TaylorFlow::new`]; [`RunError::Until`] if `until` is not finite.
-    pub fn new(system: &'s S, start: Start<N>, until: f64, tolerance: Tolerance) -> Result<Self, RunError> {
+    pub fn new<S: System<N>>(
+        system: &'s S,
+        start: Start<N>,
+        until: f64,
+        tolerance: Tolerance,
+    ) -> Result<Self, RunError> {
         if !until.is_finite() {
             return Err(RunError::Until { until });
         }
-        let mut flow = TaylorFlow::new(system, start, tolerance)?;
-        let start = (flow.time(), flow.motion.point());
+        let mut flow = TaylorFlow::new(system, start, tolerance)?.any;
+        let start = (flow.motion.time(), Point::of(flow.motion.point()));
         if until < start.0 {
             flow.reverse()?;
         }
@@ -44,22 +48,23 @@ impl<'s, S: System<N>, const N: usize> Motion<'s, S, N> {
     ///
     /// [`RunError`] if the motion cannot be computed up to `t`, or if `t` lies outside of the allowed range.
     pub fn at(&mut self, t: f64) -> Result<Point<f64, N>, RunError> {
-        at(self.flow.here(), self.start, self.until, t)
+        let polynomial = reach(&mut self.flow, self.start.0, self.until, t)?;
+        Ok(polynomial.map_or(self.start.1, |step| Polynomial::of(step).at(t)))
     }
 }
 
-/// Position, velocity and acceleration at a time on the way from a start to the time `until`.
-fn at<const N: usize>(
-    mut run: Run<'_, N>,
-    (start, point): (f64, Point<f64, N>),
+/// The step in which a time lies on the way from a start to the time `until`; `None` for the start.
+fn reach<'f>(
+    flow: &'f mut AnyTaylorFlow<'_>,
+    start: f64,
     until: f64,
     t: f64,
-) -> Result<Point<f64, N>, RunError> {
+) -> Result<Option<AnyPolynomial<'f>>, RunError> {
     let forward = until >= start;
     let behind = |t: f64, other: f64| if forward { t < other } else { t > other };
     loop {
-        let (from, to) = match run.motion.polynomial() {
-            Some(step) => (step.start(), run.motion.time()),
+        let (from, to) = match flow.motion.polynomial() {
+            Some(step) => (step.start(), flow.motion.time()),
             None => (start, start),
         };
         if !(behind(to, t)) {
@@ -70,15 +75,12 @@ fn at<const N: usize>(
                     h: None,
                 }));
             }
-            return Ok(run
-                .motion
-                .polynomial()
-                .map_or(point, |step| Polynomial::of(step).at(t)));
+            return Ok(flow.motion.polynomial());
         }
-        if !behind(run.motion.time(), until) {
+        if !behind(flow.motion.time(), until) {
             return Err(RunError::Until { until: t });
         }
-        run.step(until)?;
+        flow.step(until)?;
     }
 }
 
@@ -110,14 +112,14 @@ fn at<const N: usize>(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct GlobalError<'s, S: System<N>, const N: usize> {
+pub struct GlobalError<'s, const N: usize> {
     /// The motions, the one that counts first.
-    motions: [Motion<'s, S, N>; 2],
+    motions: [Motion<'s, N>; 2],
     /// The largest distance of the two so far.
     uncertainty: f64,
 }
 
-impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
+impl<'s, const N: usize> GlobalError<'s, N> {
     /// Tolerances and orders of the two continuous motions against which errors are measured. Their distance is the uncertainty of the
     /// continuous motion. Rounding errors are smaller with a low order.
     pub const REFERENCES: [Tolerance; 2] = [
@@ -130,7 +132,7 @@ impl<'s, S: System<N>, const N: usize> GlobalError<'s, S, N> {
     /// # Errors
     ///
     /// As [`Motion::new`].
-    pub fn new(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
+    pub fn new<S: System<N>>(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
         let [first, second] = Self::REFERENCES;
         Ok(Self {
             motions: [

@@ -96,13 +96,13 @@ impl Order {
 
     /// Learns from an expansion that is longer than it would have to be.
     #[inline(always)]
-    pub(super) fn learn<const N: usize>(&mut self, control: &Control<N>, series: &Series, log_size: f64) {
+    pub(super) fn learn(&mut self, control: &Control, series: &Series, log_size: f64) {
         if !self.fixed && series.order() >= self.current + CHANGE {
             self.weigh(control, series, log_size);
         }
     }
 
-    fn weigh<const N: usize>(&mut self, control: &Control<N>, series: &Series, log_size: f64) {
+    fn weigh(&mut self, control: &Control, series: &Series, log_size: f64) {
         let order = self.current;
         let worth = |p: usize| control.log_step(series, p, log_size) - log_work(p);
         let here = worth(order);

@@ -3,9 +3,8 @@
 //! Series keep these constraints to the tolerance, and what is missing would add up. The correction is the shortest one by a mass
 //! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
 
-use super::jets::Equations;
-use crate::array;
-use crate::compensated::Compensated;
+use super::jets::SeriesKernel;
+use super::state::State;
 use crate::declaration::Declaration;
 use crate::start;
 
@@ -23,33 +22,48 @@ const DEPENDENT: f64 = 1e-8;
 
 /// The constraints of a motion, with room for what is computed of them.
 #[derive(Clone, Debug)]
-pub(super) struct Projection<const N: usize> {
+pub(super) struct Projection {
+    /// How many coordinates there are.
+    n: usize,
     /// How many rows there are of positions and of velocities.
     counts: [usize; 2],
     /// The inverse of the mass matrix at the start, row by row.
-    inverse: [[f64; N]; N],
+    inverse: Vec<f64>,
     /// Rows, and their slopes.
     rows: Vec<f64>,
     /// Whether the rows are affine in the velocity, so that one correction of it is all.
     is_affine: bool,
-    /// Directions of correction, orthonormal by the mass matrix, and the same as forms.
-    directions: Vec<[[f64; N]; 2]>,
+    /// How a correction is found.
+    shortest: Shortest,
     /// The last velocity before it was corrected, and by how much that was.
-    corrected: ([f64; N], f64),
+    corrected: (Vec<f64>, f64),
     /// The same of the last position.
-    shifted: ([f64; N], f64),
+    shifted: (Vec<f64>, f64),
 }
 
-impl<const N: usize> Projection<N> {
+/// Room for the shortest correction.
+#[derive(Clone, Debug)]
+struct Shortest {
+    /// What is to be added.
+    by: Vec<f64>,
+    /// The form of a row, its displacement, and room for another one.
+    form: Vec<f64>,
+    direction: Vec<f64>,
+    raised: Vec<f64>,
+    /// Directions of correction, orthonormal by the mass matrix, each followed by the same as a form.
+    directions: Vec<f64>,
+}
+
+impl Projection {
     /// The constraints of a declaration; `None` if it has none of lower order.
-    pub fn new(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64; N], &[f64; N])) -> Option<Self> {
-        let (holonomic, lower) = (declaration.holonomic(), declaration.lower());
+    pub fn new(declaration: &Declaration<'_>, (t, q, v): (f64, &[f64], &[f64])) -> Option<Self> {
+        let (holonomic, lower, n) = (declaration.holonomic(), declaration.lower(), q.len());
         if lower == 0 {
             return None;
         }
         let inverse = start::inverse_mass(declaration, (t, q, v));
-        let mut rows = vec![0.0; lower * (1 + N)];
-        let mut slopes = |v: &[f64; N]| {
+        let mut rows = vec![0.0; lower * (1 + n)];
+        let mut slopes = |v: &[f64]| {
             declaration.phase_slopes(true, t, q, v, &mut rows);
             rows[lower..].to_vec()
         };
@@ -57,17 +71,28 @@ impl<const N: usize> Projection<N> {
         // of rows that are affine in the velocity they have the same bits at any velocity
         let is_affine = OTHERS.iter().all(|[scale, shift]| {
             let size = v.iter().fold(1.0_f64, |size, v| size.max(v.abs()));
-            let other = array::from_fn(|i| scale * v[i] + shift * size / (i as f64 + 1.3));
+            let others = v.iter().enumerate();
+            let other: Vec<f64> = others
+                .map(|(i, v)| scale * v + shift * size / (i as f64 + 1.3))
+                .collect();
             slopes(&other) == here
         });
+        let zero = vec![0.0; n];
         Some(Self {
+            n,
             counts: [holonomic, lower],
-            inverse: core::array::from_fn(|i| core::array::from_fn(|j| inverse[(i, j)])),
+            inverse: (0..n * n).map(|place| inverse[(place / n, place % n)]).collect(),
             is_affine,
             rows,
-            directions: Vec::with_capacity(lower),
-            corrected: (*v, 0.0),
-            shifted: (*q, 0.0),
+            shortest: Shortest {
+                by: zero.clone(),
+                form: zero.clone(),
+                direction: zero.clone(),
+                raised: zero,
+                directions: Vec::with_capacity(2 * n * lower),
+            },
+            corrected: (v.to_vec(), 0.0),
+            shifted: (q.to_vec(), 0.0),
         })
     }
 
@@ -77,127 +102,135 @@ impl<const N: usize> Projection<N> {
     }
 
     /// Brings a position and a velocity at a time back. Nothing is allocated.
-    pub fn apply(
-        &mut self,
-        equations: &dyn Equations<N>,
-        t: f64,
-        q: &mut Compensated<N>,
-        v: &mut Compensated<N>,
-    ) {
+    pub fn apply(&mut self, equations: &dyn SeriesKernel, t: f64, state: &mut State) {
         if self.counts[0] > 0 {
-            let before = q.hi;
+            self.shifted.0.copy_from_slice(state.q());
             for _ in 0..CORRECTIONS {
                 let count = self.counts[0];
-                equations.phase_slopes(false, (t, &q.hi, &v.hi), &mut self.rows[..count * (1 + N)]);
-                let correction = self.correction(count, &q.hi);
-                q.add(&correction.by);
-                if correction.is_last {
+                let rows = &mut self.rows[..count * (1 + self.n)];
+                equations.phase_slopes(false, (t, state.q(), state.v()), rows);
+                let is_last = self.correct(count, state.q());
+                state.move_position(&self.shortest.by);
+                if is_last {
                     break;
                 }
             }
-            let by: [f64; N] = array::from_fn(|i| q.hi[i] - before[i]);
-            self.shifted = (before, size(&by));
+            self.shifted.1 = distance(state.q(), &self.shifted.0);
         }
-        let before = v.hi;
+        self.corrected.0.copy_from_slice(state.v());
         for _ in 0..CORRECTIONS {
-            equations.phase_slopes(true, (t, &q.hi, &v.hi), &mut self.rows);
-            let correction = self.correction(self.counts[1], &v.hi);
-            v.add(&correction.by);
-            if correction.is_last || self.is_affine {
+            equations.phase_slopes(true, (t, state.q(), state.v()), &mut self.rows);
+            let is_last = self.correct(self.counts[1], state.v());
+            state.move_velocity(&self.shortest.by);
+            if is_last || self.is_affine {
                 break;
             }
         }
-        let by: [f64; N] = array::from_fn(|i| v.hi[i] - before[i]);
-        self.corrected = (before, size(&by));
+        self.corrected.1 = distance(state.v(), &self.corrected.0);
     }
 
     /// The last velocity as it was before its correction, if that was by more than a part of its size or of another one: a motion may turn
     /// round where it is corrected.
-    pub fn moved(&self, part: f64, other: f64) -> Option<[f64; N]> {
-        let (before, by) = self.corrected;
-        (by > part * size(&before).max(other)).then_some(before)
+    pub fn moved(&self, part: f64, other: f64) -> Option<&[f64]> {
+        let (before, by) = &self.corrected;
+        (*by > part * size(before).max(other)).then_some(before)
     }
 
     /// The last position as it was before its correction, if that was by more than a part of its size or of another one: the way to it may lead
     /// to zero.
-    pub fn shifted(&self, part: f64, other: f64) -> Option<[f64; N]> {
-        let (before, by) = self.shifted;
-        (by > part * size(&before).max(other)).then_some(before)
+    pub fn shifted(&self, part: f64, other: f64) -> Option<&[f64]> {
+        let (before, by) = &self.shifted;
+        (*by > part * size(before).max(other)).then_some(before)
     }
 
-    /// The shortest correction that makes the rows vanish to first order: their slopes are made orthonormal one by one.
-    fn correction(&mut self, count: usize, x: &[f64; N]) -> Correction<N> {
-        let (values, slopes) = self.rows.split_at(count);
-        let mut by = [0.0; N];
-        self.directions.clear();
-        for (value, slope) in values.iter().zip(slopes.as_chunks::<N>().0) {
-            let mut form = *slope;
+    /// The shortest correction that makes the rows vanish to first order: their slopes are made orthonormal one by one. Whether what is left
+    /// after it is rounding.
+    fn correct(&mut self, count: usize, x: &[f64]) -> bool {
+        let Self {
+            n,
+            inverse,
+            rows,
+            shortest,
+            ..
+        } = self;
+        let n = *n;
+        let Shortest {
+            by,
+            form,
+            direction,
+            raised: room,
+            directions,
+        } = shortest;
+        let (values, slopes) = rows.split_at(count);
+        by.fill(0.0);
+        directions.clear();
+        for (value, slope) in values.iter().zip(slopes.chunks_exact(n.max(1))) {
+            form.copy_from_slice(slope);
             if let [value] = values {
                 // one row alone has nothing to be made orthogonal to
-                let direction = self.raised(&form);
-                let square = product(&form, &direction);
+                raise(inverse, form, direction);
+                let square = product(form, direction);
                 if square > 0.0 {
                     let left = value / square;
-                    by = array::map(&direction, |x| -left * x);
+                    for (by, x) in by.iter_mut().zip(&*direction) {
+                        *by = -left * x;
+                    }
                 }
                 break;
             }
-            let mut left = *value + product(&form, &by);
-            let whole = product(&form, &self.raised(&form));
-            for [direction, other] in &self.directions {
-                let along = product(&form, direction);
+            let mut left = *value + product(form, by);
+            raise(inverse, form, room);
+            let whole = product(form, room);
+            for pair in directions.chunks_exact(2 * n.max(1)) {
+                let (direction, other) = pair.split_at(n);
+                let along = product(form, direction);
                 for (form, other) in form.iter_mut().zip(other) {
                     *form -= along * other;
                 }
             }
-            let direction = self.raised(&form);
-            let square = product(&form, &direction);
+            raise(inverse, form, direction);
+            let square = product(form, direction);
             if square.is_nan() || square <= DEPENDENT * DEPENDENT * whole {
                 continue;
             }
             left /= square;
             let length = square.sqrt();
-            for (by, direction) in by.iter_mut().zip(&direction) {
+            for (by, direction) in by.iter_mut().zip(&*direction) {
                 *by -= left * direction;
             }
-            self.directions.push([
-                array::map(&direction, |x| x / length),
-                array::map(&form, |x| x / length),
-            ]);
+            directions.extend(direction.iter().map(|x| x / length));
+            directions.extend(form.iter().map(|x| x / length));
         }
         // what is no number is left to the step's own error
         if by.iter().any(|x| !x.is_finite()) {
-            return Correction {
-                by: [0.0; N],
-                is_last: true,
-            };
+            by.fill(0.0);
+            return true;
         }
-        Correction {
-            is_last: size(&by) <= LAST * size(x),
-            by,
-        }
-    }
-
-    /// The displacement that belongs to a form.
-    fn raised(&self, form: &[f64; N]) -> [f64; N] {
-        array::from_fn(|i| product(&self.inverse[i], form))
+        size(by) <= LAST * size(x)
     }
 }
 
-/// A correction.
-struct Correction<const N: usize> {
-    /// What is added.
-    by: [f64; N],
-    /// Whether what is left after it is rounding.
-    is_last: bool,
+/// The displacement that belongs to a form.
+fn raise(inverse: &[f64], form: &[f64], displacement: &mut [f64]) {
+    let rows = inverse.chunks_exact(form.len().max(1));
+    for (x, row) in displacement.iter_mut().zip(rows) {
+        *x = product(row, form);
+    }
 }
 
 /// The largest component.
-pub(super) fn size<const N: usize>(x: &[f64; N]) -> f64 {
+#[inline]
+pub(super) fn size(x: &[f64]) -> f64 {
     x.iter().fold(0.0_f64, |size, x| size.max(x.abs()))
 }
 
+/// The largest component of a difference.
+fn distance(x: &[f64], y: &[f64]) -> f64 {
+    let differences = x.iter().zip(y);
+    differences.fold(0.0_f64, |size, (x, y)| size.max((x - y).abs()))
+}
+
 /// The sum of products.
-fn product<const N: usize>(x: &[f64; N], y: &[f64; N]) -> f64 {
+fn product(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

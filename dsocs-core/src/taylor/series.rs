@@ -181,7 +181,7 @@ impl<T: Coefficient> Series<T> {
 
     /// How far the position and the velocity move in a time `h`, and the acceleration then.
     #[inline(always)]
-    pub(super) fn increments<const FUSED: bool, const N: usize>(&self, h: T) -> [[T; N]; 3] {
+    pub(super) fn increments_of<const FUSED: bool, const N: usize>(&self, h: T) -> [[T; N]; 3] {
         let (mut q, mut v, mut a) = ([T::splat(0.0); N], [T::splat(0.0); N], [T::splat(0.0); N]);
         for row in self.position::<N>().get(1..).unwrap_or_default().iter().rev() {
             for i in 0..N {
@@ -396,8 +396,8 @@ impl Series {
         [q, v, a]
     }
 
-    /// Position, velocity and acceleration a time `s` after the point of expansion.
-    pub(crate) fn point(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+    /// How far the position and the velocity move in a time `s`, and the acceleration then.
+    pub(crate) fn increments(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
         let n = self.dimension;
         for i in 0..n {
             let [mut position, mut velocity, mut acceleration] = [0.0; 3];
@@ -408,9 +408,16 @@ impl Series {
                 acceleration = velocity + acceleration * s;
                 velocity = self.v[k * n + i] + velocity * s;
             }
-            q[i] = self.q[i] + position * s;
-            v[i] = self.v[i] + velocity * s;
+            (q[i], v[i]) = (position * s, velocity * s);
             a[i] = velocity + acceleration * s;
+        }
+    }
+
+    /// Position, velocity and acceleration a time `s` after the point of expansion.
+    pub(crate) fn point(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+        self.increments(s, [&mut *q, &mut *v, a]);
+        for ((q, v), (start, rate)) in q.iter_mut().zip(v).zip(self.q.iter().zip(&self.v)) {
+            (*q, *v) = (start + *q, rate + *v);
         }
     }
 }

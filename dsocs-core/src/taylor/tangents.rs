@@ -48,17 +48,16 @@ use crate::system::{Point, System};
 ///
 /// There are no derivatives across jumps and corners, of systems with constraints on positions or velocities (their starts are not free), and
 /// of moving functions of your own.
-pub struct TaylorTangents<'s, S: System<N>, const N: usize> {
+pub struct TaylorTangents<'s, const N: usize> {
     /// The motion.
-    flow: TaylorFlow<'s, S, N>,
+    flow: TaylorFlow<'s, N>,
     /// Some variables each.
-    groups: Vec<Group<S, N>>,
+    groups: Vec<Group<'s>>,
     /// How many variables there are.
     count: usize,
 }
 
-// by hand, because a derivation would ask the system for as much
-impl<S: System<N>, const N: usize> core::fmt::Debug for TaylorTangents<'_, S, N> {
+impl<const N: usize> core::fmt::Debug for TaylorTangents<'_, N> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("TaylorTangents")
             .field("flow", &self.flow)
@@ -68,15 +67,32 @@ impl<S: System<N>, const N: usize> core::fmt::Debug for TaylorTangents<'_, S, N>
 }
 
 /// The derivatives by up to [`DIRECTIONS`] variables.
-struct Group<S: System<N>, const N: usize> {
+struct Group<'s> {
+    /// The variational equations.
+    kernel: Box<dyn TangentKernel + 's>,
+    /// The derivatives of position, velocity and acceleration at the current point, one after the other, each by direction.
+    now: Vec<[f64; DIRECTIONS]>,
+}
+
+/// The series of a declared system with derivatives, without its type.
+trait TangentKernel {
+    /// Takes the derivatives of position and velocity along a step whose plain series this is, and sets those of the acceleration.
+    fn step(&mut self, plain: &Series, h: f64, now: &mut [[f64; DIRECTIONS]]);
+
+    /// Whether a value of the user's functions moves.
+    fn moves(&self) -> bool;
+}
+
+/// The recurrences that the attribute writes, with derivatives.
+struct Recurrences<'s, S: System<N>, const N: usize> {
+    /// The system.
+    system: &'s S,
     /// What the parameters decide.
     fixed: S::Fixed<Moved>,
     /// What is kept of the orders before.
     table: S::Table<Moved>,
     /// The series.
-    series: Box<Series<Moved>>,
-    /// The derivatives of position, velocity and acceleration at the current point, `[component][direction]`.
-    now: [[[f64; DIRECTIONS]; N]; 3],
+    series: Series<Moved>,
 }
 
 /// A variable after its name and index were looked up.
@@ -116,13 +132,13 @@ impl Moving {
     }
 }
 
-impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
+impl<'s, const N: usize> TaylorTangents<'s, N> {
     /// A motion from a start, with its derivatives by some variables.
     ///
     /// # Errors
     ///
     /// [`DerivativeError::Run`] as [`TaylorFlow::new`]; the others if a variable is unknown or the motion has no derivatives.
-    pub fn new(
+    pub fn new<S: System<N>>(
         system: &'s S,
         start: Start<N>,
         tolerance: Tolerance,
@@ -143,7 +159,9 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
             .iter()
             .map(|variable| Moving::find::<S, N>(*variable))
             .collect::<Result<_, _>>()?;
-        let groups = found.chunks(DIRECTIONS).map(|some| Group::new(system, some));
+        let groups = found
+            .chunks(DIRECTIONS)
+            .map(|some| Group::new::<S, N>(system, some));
         let mut tangents = Self {
             groups: groups.collect(),
             count: found.len(),
@@ -155,7 +173,7 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
 
     /// The motion.
     #[must_use]
-    pub fn flow(&self) -> &TaylorFlow<'s, S, N> {
+    pub fn flow(&self) -> &TaylorFlow<'s, N> {
         &self.flow
     }
 
@@ -185,16 +203,16 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
         let end = self.flow.clock().until(t)?;
         while self.flow.time() != end.time() {
             self.flow.step(end.time())?;
-            let Some((_, h)) = self.flow.motion.last else {
+            let Some((_, h)) = self.flow.any.motion.last else {
                 break;
             };
-            if self.flow.motion.is_new {
+            if self.flow.any.motion.is_new {
                 return Err(DerivativeError::Continuous {
                     reason: "it meets a jump or a corner; differences of whole runs have no such limit",
                 });
             }
             self.step_along(h)?;
-            visit(&self.flow.motion.point(), &self.tangents());
+            visit(&Point::of(self.flow.any.motion.point()), &self.tangents());
         }
         Ok(())
     }
@@ -203,12 +221,12 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
     #[must_use]
     pub fn tangents(&self) -> Vec<NodeTangent<N>> {
         let one = |place: usize| {
-            let [q, v, a] = &self.groups[place / DIRECTIONS].now;
-            let of = |x: &[[f64; DIRECTIONS]; N]| x.map(|x| x[place % DIRECTIONS]);
+            let now = &self.groups[place / DIRECTIONS].now;
+            let of = |kind: usize| core::array::from_fn(|i| now[kind * N + i][place % DIRECTIONS]);
             NodeTangent {
-                q: of(q),
-                v: of(v),
-                a: of(a),
+                q: of(0),
+                v: of(1),
+                a: of(2),
             }
         };
         (0..self.count).map(one).collect()
@@ -216,11 +234,11 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
 
     /// Takes the derivatives along a step of the length `h`, which has just been made; with 0 at the start.
     fn step_along(&mut self, h: f64) -> Result<(), DerivativeError> {
-        let motion = &self.flow.motion;
+        let motion = &self.flow.any.motion;
         let series = if h == 0.0 { &motion.next } else { &motion.series };
         for group in &mut self.groups {
-            group.step(&*self.flow.equations.system, series, h);
-            if group.table.moves() {
+            group.kernel.step(series, h, &mut group.now);
+            if group.kernel.moves() {
                 return Err(DerivativeError::Continuous {
                     reason: "it depends on a function of yours, whose series have no derivatives; `Path` differentiates the discrete motion",
                 });
@@ -230,14 +248,14 @@ impl<'s, S: System<N>, const N: usize> TaylorTangents<'s, S, N> {
     }
 }
 
-impl<S: System<N>, const N: usize> Group<S, N> {
-    fn new(system: &S, variables: &[Moving]) -> Self {
+impl<'s> Group<'s> {
+    fn new<S: System<N>, const N: usize>(system: &'s S, variables: &[Moving]) -> Self {
         let mut parameters = system.parameters::<Moved>();
-        let mut now = [[[0.0; DIRECTIONS]; N]; 3];
+        let mut now = vec![[0.0; DIRECTIONS]; 3 * N];
         for (direction, variable) in variables.iter().enumerate() {
             match *variable {
-                Moving::Position(i) => now[0][i][direction] = 1.0,
-                Moving::Velocity(i) => now[1][i][direction] = 1.0,
+                Moving::Position(i) => now[i][direction] = 1.0,
+                Moving::Velocity(i) => now[N + i][direction] = 1.0,
                 Moving::Parameter(place) => {
                     if let Some(parameter) = parameters.as_mut().get_mut(place) {
                         parameter.by[direction] = 1.0;
@@ -245,23 +263,25 @@ impl<S: System<N>, const N: usize> Group<S, N> {
                 }
             }
         }
-        Self {
+        let kernel = Box::new(Recurrences {
+            system,
             fixed: system.fixed(&parameters),
             table: S::Table::default(),
-            series: Box::new(Series::new(N, 2)),
-            now,
-        }
+            series: Series::new(N, 2),
+        });
+        Self { kernel, now }
     }
+}
 
-    /// Goes along a step whose plain series this is.
-    fn step(&mut self, system: &S, plain: &Series, h: f64) {
+impl<S: System<N>, const N: usize> TangentKernel for Recurrences<'_, S, N> {
+    fn step(&mut self, plain: &Series, h: f64, now: &mut [[f64; DIRECTIONS]]) {
         let Self {
+            system,
             fixed,
             table,
             series,
-            now,
         } = self;
-        let with = |values: &[f64], by: &[[f64; DIRECTIONS]; N]| -> [Moved; N] {
+        let with = |values: &[f64], by: &[[f64; DIRECTIONS]]| -> [Moved; N] {
             core::array::from_fn(|i| Moved {
                 value: values[i],
                 by: by[i],
@@ -269,20 +289,28 @@ impl<S: System<N>, const N: usize> Group<S, N> {
         };
         let (q, v) = plain.start();
         series.set_order(plain.order());
-        series.begin(Moved::splat(plain.time()), &with(q, &now[0]), &with(v, &now[1]));
+        series.begin(
+            Moved::splat(plain.time()),
+            &with(q, &now[..N]),
+            &with(v, &now[N..]),
+        );
         for (a, &plain) in series.velocity_mut(1).iter_mut().zip(plain.velocity_of(1)) {
             *a = Moved::splat(plain);
         }
         if let Some(mut rows) = series.rows() {
             system.expand::<Moved, false>(fixed, &mut rows, table);
         }
-        let [dq, dv, a] = series.increments::<false, N>(Moved::splat(h));
+        let [dq, dv, a] = series.increments_of::<false, N>(Moved::splat(h));
         for i in 0..N {
             for direction in 0..DIRECTIONS {
-                now[0][i][direction] += dq[i].by[direction];
-                now[1][i][direction] += dv[i].by[direction];
-                now[2][i][direction] = a[i].by[direction];
+                now[i][direction] += dq[i].by[direction];
+                now[N + i][direction] += dv[i].by[direction];
+                now[2 * N + i][direction] = a[i].by[direction];
             }
         }
+    }
+
+    fn moves(&self) -> bool {
+        self.table.moves()
     }
 }

@@ -181,7 +181,7 @@ impl TapeSeries {
 mod tests {
     use dsocs_macros::dsocs;
 
-    use super::super::jets::{Equations as _, Recurrences};
+    use super::super::jets::{Recurrences, SeriesKernel as _};
     use super::*;
     use crate::system::System;
 
@@ -202,7 +202,7 @@ mod tests {
         let system = Everything { mass: 1.5 };
         let declaration = Declaration::of(&system);
         let mut of_tape = TapeSeries::new(&declaration);
-        let mut generated = Recurrences::<_, 3>::new(&system);
+        let mut generated = Recurrences::<_, 3>::new(&system, false);
         for (q, v) in [
             ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
             ([0.1, -0.7, 0.5], [0.2, 0.3, 0.38]),

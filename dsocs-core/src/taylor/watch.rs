@@ -7,10 +7,9 @@
 use std::borrow::Cow;
 
 use super::integrator::Integrator;
-use super::jets::Equations;
+use super::jets::SeriesKernel;
 use super::kernel::ROWS;
 use super::switch::{Reach, Switch};
-use crate::compensated::Compensated;
 use crate::run::roots::Crossing;
 
 /// So many switches at one place are tried in all combinations.
@@ -40,7 +39,7 @@ pub(super) struct Watch {
 
 impl Watch {
     /// For a system; `None` if it has no switches.
-    pub(super) fn new<const N: usize>(equations: &dyn Equations<N>) -> Option<Box<Self>> {
+    pub(super) fn new(equations: &dyn SeriesKernel) -> Option<Box<Self>> {
         (equations.groups() > 0).then(|| {
             Box::new(Self {
                 has_pieces: equations.has_pieces(),
@@ -77,10 +76,7 @@ impl Touched {
 
 /// Asks something of every switch.
 #[inline]
-pub(super) fn each<const N: usize>(
-    equations: &mut dyn Equations<N>,
-    mut ask: impl FnMut(usize, usize, &mut Switch),
-) {
+pub(super) fn each(equations: &mut dyn SeriesKernel, mut ask: impl FnMut(usize, usize, &mut Switch)) {
     for group in 0..equations.groups() {
         for (place, switch) in equations.group(group).iter_mut().enumerate() {
             ask(group, place, switch);
@@ -89,7 +85,7 @@ pub(super) fn each<const N: usize>(
 }
 
 /// How far the nearest switch is a time `s` after the beginning of a step, in units of the size of its argument; negative beyond.
-fn margin<const N: usize>(equations: &mut dyn Equations<N>, s: f64) -> f64 {
+fn margin(equations: &mut dyn SeriesKernel, s: f64) -> f64 {
     let mut least = f64::INFINITY;
     each(equations, |_, _, switch| least = least.min(switch.margin(s)));
     least
@@ -102,35 +98,26 @@ pub(super) struct End {
     pub at_switch: bool,
 }
 
-impl<const N: usize> Integrator<N> {
-    /// The position, the velocity and the acceleration of the series a time `h` later, where the next series begins.
-    #[inline(always)]
-    pub(super) fn arrive<const FUSED: bool>(
-        &mut self,
-        equations: &mut dyn Equations<N>,
-        h: f64,
-        t: f64,
-    ) -> (Compensated<N>, Compensated<N>, [f64; N]) {
-        let [dq, dv, a] = self.series.increments::<FUSED, N>(h);
-        let (mut q, mut v) = (self.q, self.v);
-        q.add(&dq);
-        v.add(&dv);
+impl Integrator {
+    /// Tries the position, the velocity and the acceleration of the series a time `h` later, where the next series begins.
+    pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) {
+        equations.along(&self.series, h, &self.now, &mut self.tried);
         if let Some(projection) = &mut self.projection {
-            projection.apply(equations, t, &mut q, &mut v);
+            projection.apply(equations, t, &mut self.tried);
         }
-        self.next.begin(self.side(t, false), &q.hi, &v.hi);
-        self.next.expect(&a);
+        let t = self.side(t, false);
+        self.next.begin(t, self.tried.q(), self.tried.v());
+        self.next.expect(self.tried.a());
         equations.expand(&mut self.next);
-        (q, v, a)
     }
 
     /// Whether an argument is beyond zero at the end of the step that has been tried.
-    pub(super) fn is_beyond(equations: &mut dyn Equations<N>, size: f64) -> bool {
+    pub(super) fn is_beyond(equations: &mut dyn SeriesKernel, size: f64) -> bool {
         margin(equations, size) < 0.0
     }
 
     /// How far a step of the length `|h|` may go. From here on the pieces are held.
-    pub(super) fn foresee<const FUSED: bool>(&mut self, equations: &mut dyn Equations<N>, h: f64) -> End {
+    pub(super) fn foresee(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> End {
         let (order, limits) = (self.series.order(), self.control.limits);
         let mut watch = self.watch.take().unwrap_or_default();
         let (mut part, mut at_switch) = (1.0, false);
@@ -145,25 +132,20 @@ impl<const N: usize> Integrator<N> {
         self.watch = Some(watch);
         let (whole, size) = (h.abs(), part * h.abs());
         if at_switch {
-            self.near::<FUSED>(equations, h.signum(), [size, whole])
+            self.near(equations, h.signum(), [size, whole])
         } else {
             End { size, at_switch }
         }
     }
 
     /// The place of a switch, looked for near a place that the series of an argument tells.
-    fn near<const FUSED: bool>(
-        &mut self,
-        equations: &mut dyn Equations<N>,
-        direction: f64,
-        [place, whole]: [f64; 2],
-    ) -> End {
+    fn near(&mut self, equations: &mut dyn SeriesKernel, direction: f64, [place, whole]: [f64; 2]) -> End {
         let farthest = (place + BEYOND * whole).min(whole);
         let mut width = 64.0 * f64::EPSILON * place + f64::EPSILON * BEYOND * whole;
         let (mut before, mut beyond) = ((place - width).max(0.0), (place + width).min(farthest));
         let mut left = EVALUATIONS;
         loop {
-            if self.margin_at::<FUSED>(equations, direction * beyond) < 0.0 {
+            if self.margin_at(equations, direction * beyond) < 0.0 {
                 break;
             }
             if beyond >= farthest {
@@ -176,23 +158,23 @@ impl<const N: usize> Integrator<N> {
             width *= 8.0;
             (before, beyond) = (beyond, (beyond + width).min(farthest));
         }
-        while before > 0.0 && left > 0 && self.margin_at::<FUSED>(equations, direction * before) < 0.0 {
+        while before > 0.0 && left > 0 && self.margin_at(equations, direction * before) < 0.0 {
             width *= 8.0;
             left -= 1;
             (before, beyond) = ((before - width).max(0.0), before);
         }
-        self.locate::<FUSED>(equations, direction, [before, beyond])
+        self.locate(equations, direction, [before, beyond])
     }
 
     /// The first time at which an argument is beyond zero, between one at which none is and one at which one is.
-    pub(super) fn locate<const FUSED: bool>(
+    pub(super) fn locate(
         &mut self,
-        equations: &mut dyn Equations<N>,
+        equations: &mut dyn SeriesKernel,
         direction: f64,
         [mut before, mut beyond]: [f64; 2],
     ) -> End {
         let order = self.next.order();
-        let mut values = [before, beyond].map(|s| self.margin_at::<FUSED>(equations, direction * s));
+        let mut values = [before, beyond].map(|s| self.margin_at(equations, direction * s));
         let mut left = EVALUATIONS;
         while left > 0 && beyond - before > f64::EPSILON * beyond {
             left -= 1;
@@ -204,7 +186,7 @@ impl<const N: usize> Integrator<N> {
             if middle <= before || middle >= beyond {
                 break;
             }
-            let value = self.margin_at::<FUSED>(equations, direction * middle);
+            let value = self.margin_at(equations, direction * middle);
             if value < 0.0 {
                 (beyond, values) = (middle, [0.5 * a, value]);
             } else {
@@ -219,16 +201,16 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// How far the nearest switch is a time `h` later.
-    fn margin_at<const FUSED: bool>(&mut self, equations: &mut dyn Equations<N>, h: f64) -> f64 {
+    fn margin_at(&mut self, equations: &mut dyn SeriesKernel, h: f64) -> f64 {
         let order = self.next.order();
         self.next.set_order(2);
-        self.arrive::<FUSED>(equations, h, self.time() + h);
+        self.arrive(equations, h, self.time() + h);
         self.next.set_order(order);
         margin(equations, h.abs())
     }
 
     /// Goes on after a step: its end belongs to the same pieces.
-    pub(super) fn go_on(&mut self, equations: &mut dyn Equations<N>) {
+    pub(super) fn go_on(&mut self, equations: &mut dyn SeriesKernel) {
         each(equations, |_, _, switch| switch.begins_with(0));
         self.is_new = false;
         if let Some(watch) = &mut self.watch {
@@ -237,7 +219,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Goes over to other pieces at a switch; `tau` is a time in which the motion changes, in its direction.
-    pub(super) fn go_over(&mut self, equations: &mut dyn Equations<N>, tau: f64, is_short: bool) {
+    pub(super) fn go_over(&mut self, equations: &mut dyn SeriesKernel, tau: f64, is_short: bool) {
         let order = self.next.order();
         let Some(mut watch) = self.watch.take() else {
             return;
@@ -258,7 +240,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Begins at a point where nothing is known of what led there.
-    pub(super) fn begin_at_switch(&mut self, equations: &mut dyn Equations<N>) {
+    pub(super) fn begin_at_switch(&mut self, equations: &mut dyn SeriesKernel) {
         let Some(mut watch) = self.watch.take() else {
             return;
         };
@@ -289,7 +271,7 @@ impl<const N: usize> Integrator<N> {
     }
 
     /// Finds the pieces whose motion goes on in them, first those where the motion so far leads to.
-    fn decide(&mut self, equations: &mut dyn Equations<N>, watch: &mut Watch, tau: f64) {
+    fn decide(&mut self, equations: &mut dyn SeriesKernel, watch: &mut Watch, tau: f64) {
         let order = self.next.order();
         let count = watch.touched.len().min(TOGETHER);
         let first = watch
@@ -330,7 +312,7 @@ impl<const N: usize> Integrator<N> {
     /// Expands the motion on the other side of some switches; tells whether it stays there.
     fn goes_over(
         &mut self,
-        equations: &mut dyn Equations<N>,
+        equations: &mut dyn SeriesKernel,
         touched: &[Touched],
         over: &[bool],
         tau: f64,

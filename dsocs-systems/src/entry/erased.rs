@@ -211,8 +211,8 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         tolerance: Tolerance,
         beginning: &Beginning,
     ) -> Result<Box<dyn Run + 's>, SetupError> {
-        let flow: TaylorFlow<'s, S, N> = TaylorFlow::new(&self.system, start(beginning), tolerance)?;
-        Ok(Box::new(flow.every(h)?))
+        let flow: TaylorFlow<'s, N> = TaylorFlow::new(&self.system, start(beginning), tolerance)?;
+        Ok(Box::new(flow.every(h)?.any()))
     }
 
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError> {
@@ -220,7 +220,7 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
     }
 
     fn references(&self) -> [Tolerance; 2] {
-        GlobalError::<S, N>::REFERENCES
+        GlobalError::<N>::REFERENCES
     }
 
     fn probe<'s>(&'s self) -> Box<dyn Probe + 's> {

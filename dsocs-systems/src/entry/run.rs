@@ -196,7 +196,7 @@ pub(super) trait Errors {
     fn uncertainty(&self) -> f64;
 }
 
-impl<S: System<N>, const N: usize> Errors for GlobalError<'_, S, N> {
+impl<const N: usize> Errors for GlobalError<'_, N> {
     fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
         let q = q.first_chunk().unwrap_or(&[f64::NAN; N]);
         Ok(Self::at(self, t, q)?.to_vec())

@@ -41,7 +41,7 @@ struct Allowed {
 }
 
 /// A motion that owes its digits to no step.
-fn reference() -> TaylorFlow<'static, Pendulum, 1> {
+fn reference() -> TaylorFlow<'static, 1> {
     TaylorFlow::new(&PENDULUM, START, Tolerance::relative(1e-16).order(18)).unwrap()
 }
 

@@ -65,7 +65,7 @@ impl Friction {
     }
 }
 
-fn flow<S: System<1>>(system: &S, start: [f64; 2], tolerance: f64) -> TaylorFlow<'_, S, 1> {
+fn flow<S: System<1>>(system: &S, start: [f64; 2], tolerance: f64) -> TaylorFlow<'_, 1> {
     let [q, v] = start;
     TaylorFlow::new(
         system,
