@@ -2,6 +2,7 @@
 
 use core::fmt;
 use core::num::NonZeroU64;
+use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::declaration::Declaration;
@@ -9,10 +10,10 @@ use crate::error::SetupError;
 use crate::flow::MAX_ITERATIONS;
 use crate::flow::discrete::check;
 use crate::instructions::Instructions;
-use crate::kernel::Shape;
+use crate::kernel::{Kernel, Shape};
 use crate::lanes::LANES;
-use crate::run::{Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
-use crate::start::Start;
+use crate::run::{AnyNode, Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
+use crate::start::{Given, Start};
 use crate::system::System;
 use crate::threads::Threads;
 
@@ -20,12 +21,14 @@ mod block;
 mod determinants;
 mod engine;
 mod held;
+mod kept;
 mod newton;
 mod state;
 #[cfg(test)]
 mod tests;
 
-use block::Run;
+use block::{Audience, Run};
+use engine::{Declared, LaneKernel};
 use held::HeldInputs;
 
 /// Many trajectories of one system with one step `h`, each from a start of its own.
@@ -73,9 +76,11 @@ use held::HeldInputs;
 ///
 /// Parameters that vary ([`Ensemble::varied`]) lie in lanes like the nodes, and have no additional cost.
 #[must_use]
-pub struct Ensemble<'a, S: System<N>, const N: usize> {
+pub struct Ensemble<'a, const N: usize> {
     /// The system.
-    system: &'a S,
+    kernel: &'a dyn Kernel,
+    /// Its steps in lanes.
+    lanes: Box<dyn LaneKernel + 'a>,
     /// The step.
     h: f64,
     /// The starts.
@@ -94,8 +99,8 @@ pub struct Ensemble<'a, S: System<N>, const N: usize> {
     threads: Threads,
 }
 
-// by hand, because a derivation would ask for as much of the system and of the closure
-impl<S: System<N>, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
+// by hand, because a derivation would ask for as much of the closure
+impl<const N: usize> fmt::Debug for Ensemble<'_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Ensemble")
             .field("h", &self.h)
@@ -108,20 +113,25 @@ impl<S: System<N>, const N: usize> fmt::Debug for Ensemble<'_, S, N> {
 pub(crate) fn one_each(
     shape: &Shape,
     parameter: &str,
-    values: impl IntoIterator<Item = f64>,
+    values: Vec<f64>,
     starts: usize,
 ) -> Result<(usize, Vec<f64>), RunError> {
     let refused = |error| RunError::Input(Box::new(error));
     let place = inputs::known(shape, parameter).map_err(refused)?;
-    let values: Vec<f64> = values.into_iter().collect();
-    if values.len() != starts {
-        return Err(refused(InputError::Count {
-            parameter: shape.parameters[place].name.clone(),
-            values: values.len(),
-            starts,
-        }));
-    }
+    check_count(shape, place, values.len(), starts)?;
     Ok((place, values))
+}
+
+/// Checks that there is one value, or one plan, for each start.
+fn check_count(shape: &Shape, place: usize, values: usize, starts: usize) -> Result<(), RunError> {
+    if values == starts {
+        return Ok(());
+    }
+    Err(RunError::Input(Box::new(InputError::Count {
+        parameter: shape.parameters[place].name.clone(),
+        values,
+        starts,
+    })))
 }
 
 /// One observed trajectory of an ensemble.
@@ -133,21 +143,23 @@ pub struct Observed<O, const N: usize> {
     pub last: Result<Node<N>, RunError>,
 }
 
-impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
+impl<'a, const N: usize> Ensemble<'a, N> {
     /// An ensemble without trajectories, for the step `h` (negative to run back in time).
     ///
     /// # Errors
     ///
     /// [`SetupError`] if the step or a parameter of the system is not usable.
-    pub fn new(system: &'a S, h: f64) -> Result<Self, SetupError> {
-        if const { S::ORDER > 2 } {
+    pub fn new<S: System<N>>(system: &'a S, h: f64) -> Result<Self, SetupError> {
+        let kernel = system.kernel();
+        if kernel.shape().is_of_third_order() {
             return Err(SetupError::ThirdOrder {
                 method: "an ensemble (Ensemble)",
             });
         }
-        check(&Declaration::of(system.kernel()), h)?;
+        check(&Declaration::of(kernel), h)?;
         Ok(Self {
-            system,
+            kernel,
+            lanes: Box::new(Declared(system)),
             h,
             starts: Vec::new(),
             varied: Vec::new(),
@@ -196,16 +208,13 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
     ///
     /// [`RunError::Input`] if there is no such parameter, or if there are not as many values as starts. A value that a run cannot
     /// begin with is the error of its own trajectory.
-    pub fn varied(mut self, parameter: &str, values: impl IntoIterator<Item = f64>) -> Result<Self, RunError>
-    where
-        S: Clone,
-    {
-        let values = one_each(
-            const { &Shape::of::<S, N>() },
-            parameter,
-            values,
-            self.starts.len(),
-        )?;
+    pub fn varied(
+        mut self,
+        parameter: &str,
+        values: impl IntoIterator<Item = f64>,
+    ) -> Result<Self, RunError> {
+        let values = values.into_iter().collect();
+        let values = one_each(self.kernel.shape(), parameter, values, self.starts.len())?;
         self.varied.push(values);
         Ok(self)
     }
@@ -254,19 +263,11 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         mut self,
         parameter: &str,
         plans: impl IntoIterator<Item = Vec<[f64; 2]>>,
-    ) -> Result<Self, RunError>
-    where
-        S: Clone,
-    {
-        let place = inputs::place(const { &Shape::of::<S, N>() }, parameter, 0.0)?;
+    ) -> Result<Self, RunError> {
+        let shape = self.kernel.shape();
+        let place = inputs::place(shape, parameter, 0.0)?;
         let plans: Vec<Vec<[f64; 2]>> = plans.into_iter().collect();
-        if plans.len() != self.starts.len() {
-            return Err(RunError::Input(Box::new(InputError::Count {
-                parameter: S::PARAMETERS[place].name.clone(),
-                values: plans.len(),
-                starts: self.starts.len(),
-            })));
-        }
+        check_count(shape, place, plans.len(), self.starts.len())?;
         self.held.push(HeldInputs { place, plans });
         Ok(self)
     }
@@ -362,7 +363,8 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         observer: impl Fn(usize) -> O + Sync,
     ) -> Vec<Observed<O, N>> {
         let run = Run {
-            system: self.system,
+            kernel: self.kernel,
+            lanes: &*self.lanes,
             varied: &self.varied,
             held: &self.held,
             h: self.h,
@@ -373,13 +375,49 @@ impl<'a, S: System<N> + Sync, const N: usize> Ensemble<'a, S, N> {
         };
         let finished = AtomicUsize::new(0);
         self.threads.gather(&self.starts, LANES, &|first, starts| {
-            let observers = (0..starts.len()).map(|lane| observer(first + lane)).collect();
-            let ended = run.block(first, starts, observers);
+            let given: Vec<Given> = starts.iter().map(Start::given).collect();
+            let mut observers = Observers {
+                observers: (0..starts.len()).map(|lane| observer(first + lane)).collect(),
+                ends: starts.iter().map(|_| None).collect(),
+            };
+            run.block(first, &given, &mut observers);
             let total = finished.fetch_add(starts.len(), Ordering::Relaxed) + starts.len();
             if let Some(progress) = self.progress {
                 progress(total);
             }
-            ended
+            observers.observed()
         })
+    }
+}
+
+/// The observers of a block, and how its trajectories ended.
+struct Observers<O, const N: usize> {
+    /// The observers.
+    observers: Vec<O>,
+    /// The last nodes, or why a trajectory ended early.
+    ends: Vec<Option<Result<Node<N>, RunError>>>,
+}
+
+impl<O, const N: usize> Observers<O, N> {
+    /// What was observed. All trajectories of a block end.
+    fn observed(self) -> Vec<Observed<O, N>> {
+        let both = self.observers.into_iter().zip(self.ends);
+        both.filter_map(|(observer, last)| last.map(|last| Observed { observer, last }))
+            .collect()
+    }
+}
+
+impl<O: Observer<N>, const N: usize> Audience for Observers<O, N> {
+    fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()> {
+        match self.observers.get_mut(place) {
+            Some(observer) => observer.node(&node.sized()),
+            None => ControlFlow::Continue(()),
+        }
+    }
+
+    fn end(&mut self, place: usize, last: Result<&AnyNode<'_>, RunError>) {
+        if let Some(end) = self.ends.get_mut(place) {
+            *end = Some(last.map(AnyNode::sized));
+        }
     }
 }

@@ -366,24 +366,52 @@ fn along(
     e: &mut [f64],
     moved: &mut [Eight],
 ) {
-    let n = by_fixed.len();
+    let all = (state, block.slopes(), by_fixed, count, e, moved);
+    // short loops of a length that the compiler knows
+    match by_fixed.len() {
+        1 => along_of(1, all),
+        2 => along_of(2, all),
+        3 => along_of(3, all),
+        4 => along_of(4, all),
+        n => along_of(n, all),
+    }
+}
+
+/// The same with `n` coordinates.
+#[allow(clippy::inline_always, clippy::type_complexity)] // see there
+#[inline(always)]
+fn along_of(
+    n: usize,
+    (state, slopes, by_fixed, count, e, moved): (
+        &mut State,
+        &[Eight],
+        &[Eight],
+        usize,
+        &mut [f64],
+        &mut [Eight],
+    ),
+) {
     moved.fill(Eight::ZERO);
     let (nodes, rest) = moved.split_at_mut(n);
     let (increments, differences) = rest.split_at_mut(n);
+    let (q, d, e) = (&mut state.q[..n], &mut state.d[..n], &mut e[..n]);
+    let (differences, by_fixed, slopes) = (&mut differences[..n], &by_fixed[..n], &slopes[..2 * n * n]);
     for lane in 0..count.min(Eight::COUNT) {
-        let (q, d) = (&state.q[..n], &state.d[..n]);
-        for (i, row) in block.slopes().chunks_exact(2 * n).enumerate() {
-            let (by_node, by_increment) = row.split_at(n);
+        for i in 0..n {
+            let row = &slopes[2 * n * i..2 * n * (i + 1)];
             let mut sum = by_fixed[i].0[lane];
             for j in 0..n {
-                sum += by_node[j].0[lane] * q[j] + by_increment[j].0[lane] * d[j];
+                sum += row[j].0[lane] * q[j] + row[n + j].0[lane] * d[j];
             }
             e[i] = sum;
             nodes[i].0[lane] = q[i];
             increments[i].0[lane] = d[i];
             differences[i].0[lane] = sum;
         }
-        state.go_on(e);
+        for i in 0..n {
+            d[i] += e[i];
+            q[i] += d[i];
+        }
     }
 }
 

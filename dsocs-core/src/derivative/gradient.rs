@@ -344,25 +344,46 @@ fn weigh(
 
 /// Goes back through a block, to the derivatives by the second differences.
 fn back(adjoint: &mut Adjoint, block: &Block, of_nodes: &[Eight], count: usize, all: &mut [Eight]) {
-    let (n, slopes) = (all.len(), block.slopes());
+    // short loops of a length that the compiler knows
+    match all.len() {
+        1 => back_of(1, adjoint, block.slopes(), of_nodes, count, all),
+        2 => back_of(2, adjoint, block.slopes(), of_nodes, count, all),
+        3 => back_of(3, adjoint, block.slopes(), of_nodes, count, all),
+        4 => back_of(4, adjoint, block.slopes(), of_nodes, count, all),
+        n => back_of(n, adjoint, block.slopes(), of_nodes, count, all),
+    }
+}
+
+/// The same with `n` coordinates.
+#[allow(clippy::inline_always)] // see there
+#[inline(always)]
+fn back_of(
+    n: usize,
+    adjoint: &mut Adjoint,
+    slopes: &[Eight],
+    of_nodes: &[Eight],
+    count: usize,
+    all: &mut [Eight],
+) {
     all.fill(Eight::ZERO);
-    let (by_nodes, rest) = of_nodes.split_at(n);
-    let (by_increments, by_differences) = rest.split_at(n);
+    let Adjoint { q, d, e, .. } = adjoint;
+    let (q, d, e, all) = (&mut q[..n], &mut d[..n], &mut e[..n], &mut all[..n]);
+    let (slopes, of_nodes) = (&slopes[..2 * n * n], &of_nodes[..3 * n]);
     for lane in (0..count.min(Eight::COUNT)).rev() {
-        adjoint.by_e(by_differences, lane);
-        let Adjoint { q, d, e, .. } = &mut *adjoint;
-        let (q, d, e) = (&mut q[..n], &mut d[..n], &e[..n]);
+        for i in 0..n {
+            d[i] += q[i];
+            e[i] = d[i] + of_nodes[2 * n + i].0[lane];
+            all[i].0[lane] = e[i];
+        }
         for j in 0..n {
-            let (mut by_q, mut by_d) = (by_nodes[j].0[lane], by_increments[j].0[lane]);
-            let (mut of_q, mut of_d) = (j, n + j);
+            let (mut by_q, mut by_d) = (of_nodes[j].0[lane], of_nodes[n + j].0[lane]);
             for i in 0..n {
-                by_q += e[i] * slopes[of_q].0[lane];
-                by_d += e[i] * slopes[of_d].0[lane];
-                (of_q, of_d) = (of_q + 2 * n, of_d + 2 * n);
+                let row = &slopes[2 * n * i..2 * n * (i + 1)];
+                by_q += e[i] * row[j].0[lane];
+                by_d += e[i] * row[n + j].0[lane];
             }
             q[j] += by_q;
             d[j] += by_d;
-            all[j].0[lane] = e[j];
         }
     }
 }

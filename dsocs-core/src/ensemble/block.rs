@@ -2,23 +2,25 @@
 
 use core::array;
 use core::num::NonZeroU64;
+use core::ops::ControlFlow;
 
-use super::Observed;
-use super::engine::{Common, Engine, Kept, Task, Told, engine};
+use super::engine::{Common, Engine, LaneKernel, Task, Told};
 use super::held::{self, Change, HeldInputs};
+use super::kept::Kept;
 use crate::declaration::Declaration;
-use crate::flow::Flow;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::instructions::Instructions;
+use crate::kernel::{Kernel, Shape};
 use crate::lanes::LANES;
-use crate::run::{Inputs as _, Node, Observer, RunError, Stepper as _};
-use crate::start::Start;
-use crate::system::System;
+use crate::run::{AnyNode, OwnedNode, Run as _, RunError, inputs};
+use crate::start::Given;
 
 /// What all blocks have in common.
-pub(super) struct Run<'s, S: System<N>, const N: usize> {
+pub(super) struct Run<'s> {
     /// The system.
-    pub system: &'s S,
+    pub kernel: &'s dyn Kernel,
+    /// Its steps in lanes.
+    pub lanes: &'s dyn LaneKernel,
     /// The parameters that vary, by their places, each with a value for every start.
     pub varied: &'s [(usize, Vec<f64>)],
     /// The parameters that change.
@@ -35,34 +37,43 @@ pub(super) struct Run<'s, S: System<N>, const N: usize> {
     pub instructions: Instructions,
 }
 
+/// Who is told of the trajectories of a block, by their places among its starts.
+pub(super) trait Audience {
+    /// Gets a node that is observed, and may end the trajectory with it.
+    fn node(&mut self, place: usize, node: &AnyNode<'_>) -> ControlFlow<()>;
+
+    /// Gets the last node, or why the trajectory ended early.
+    fn end(&mut self, place: usize, last: Result<&AnyNode<'_>, RunError>);
+}
+
 /// A trajectory with its lane.
-struct Member<'s, O, const N: usize> {
+struct Member<'s> {
     /// The trajectory for itself, where it begins and where its lane cannot go on.
-    flow: Flow<'s, N>,
+    flow: Discrete<'s>,
     /// The number of its last node.
     last: u64,
     /// Its place among the starts of the block.
     place: usize,
     /// The changes of its parameters that are left, the first one last.
     changes: Vec<Change>,
-    /// Its observer.
-    observer: O,
 }
 
 /// Up to eight trajectories that have begun, and what their lanes hold.
-struct Block<'r, 's, S: System<N>, O, const N: usize> {
+struct Block<'r, 's> {
     /// What all blocks have in common.
-    run: &'r Run<'s, S, N>,
+    run: &'r Run<'s>,
     /// The trajectories, by lane.
-    members: Vec<Member<'s, O, N>>,
-    /// How they ended.
-    ended: Vec<Option<Result<Node<N>, RunError>>>,
+    members: Vec<Member<'s>>,
     /// The lanes whose trajectories go on, as bits.
     active: u32,
     /// What their next steps depend on.
-    kept: Kept<S, N>,
+    kept: Kept,
+    /// What the steps tell of their last node.
+    told: Told,
+    /// Room for a node.
+    node: OwnedNode,
     /// The steps.
-    engine: Box<dyn Engine<S, N> + 's>,
+    engine: Box<dyn Engine + 'r>,
     /// The number of the next step's middle node.
     index: u64,
     /// In each lane, the position at which the past begins.
@@ -74,93 +85,78 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
 }
 
-impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
+impl<'s> Run<'s> {
+    /// What is known of the system.
+    fn shape(&self) -> &'s Shape {
+        self.kernel.shape()
+    }
+
     /// Runs one block, whose first start has this place among all.
-    pub fn block<O: Observer<N>>(
-        &self,
-        first: usize,
-        starts: &[Start<N>],
-        observers: Vec<O>,
-    ) -> Vec<Observed<O, N>> {
+    pub fn block(&self, first: usize, starts: &[Given], audience: &mut dyn Audience) {
         let mut members = Vec::with_capacity(starts.len());
-        let mut ended: Vec<(usize, Observed<O, N>)> = Vec::with_capacity(starts.len());
-        for (place, (&start, mut observer)) in starts.iter().zip(observers).enumerate() {
-            match self.begin(first + place, start, &mut observer) {
-                Ok(Begun::Going { flow, last, changes }) => members.push(Member {
-                    flow: *flow,
-                    last,
-                    place,
-                    changes,
-                    observer,
-                }),
-                Ok(Begun::Ended(node)) => ended.push((
-                    place,
-                    Observed {
-                        observer,
-                        last: Ok(node),
-                    },
-                )),
-                Err(error) => ended.push((
-                    place,
-                    Observed {
-                        observer,
-                        last: Err(error),
-                    },
-                )),
+        let mut node = OwnedNode::new(self.shape().dimension());
+        for (place, start) in starts.iter().enumerate() {
+            match self.begin((first, place), start, &mut node, audience) {
+                Ok(Some(member)) => members.push(member),
+                Ok(None) => audience.end(place, Ok(&node.any())),
+                Err(error) => audience.end(place, Err(error)),
             }
         }
         if !members.is_empty() {
-            ended.extend(Block::new(self, members).run());
+            Block::new(self, members, node).run(audience);
         }
-        ended.sort_by_key(|(place, _)| *place);
-        ended.into_iter().map(|(_, observed)| observed).collect()
     }
 
-    /// The nodes 0 and 1, which need a guess without a past.
-    fn begin<O: Observer<N>>(
+    /// The nodes 0 and 1, which need a guess without a past. `None` if the trajectory ends with `node`.
+    fn begin(
         &self,
-        place: usize,
-        start: Start<N>,
-        observer: &mut O,
-    ) -> Result<Begun<'s, N>, RunError> {
-        let values = self.values_of(place, start.time());
-        let flow = Discrete::new(self.system.kernel(), values, self.h, &start.given())?;
-        let mut flow = Flow::<N>(flow).max_iterations(self.max_iterations);
+        (first, place): (usize, usize),
+        start: &Given,
+        node: &mut OwnedNode,
+        audience: &mut dyn Audience,
+    ) -> Result<Option<Member<'s>>, RunError> {
+        let values = self.values_of(first + place, start.t0);
+        let mut flow = Discrete::new(self.kernel, values, self.h, start)?;
+        flow.course.max_iterations = self.max_iterations;
         let end = flow.clock().until(self.t)?;
         if self.t.is_infinite() && self.every.is_none() {
             return Err(RunError::Until { until: self.t });
         }
         let last = end.index().unwrap_or(u64::MAX);
-        let mut changes = held::changes(self.held, place, (flow.clock(), self.h), |parameter| {
-            let values = self.values_of(place, f64::NEG_INFINITY);
+        let mut changes = held::changes(self.held, first + place, (flow.clock(), self.h), |parameter| {
+            let values = self.values_of(first + place, f64::NEG_INFINITY);
             values.get(parameter).copied().unwrap_or(f64::NAN)
         });
         for index in 0..2 {
             self.change(&mut flow, index, &mut changes)?;
-            flow.run_mut().go_on(&end)?;
-            let node = flow.node();
-            if self.observes(index) && observer.node(&node).is_break() || index == last {
-                return Ok(Begun::Ended(node));
+            flow.go_on(&end)?;
+            node.take(&flow);
+            if self.observes(index) && audience.node(place, &node.any()).is_break() || index == last {
+                return Ok(None);
             }
         }
-        Ok(Begun::Going {
-            flow: Box::new(flow),
+        Ok(Some(Member {
+            flow,
             last,
+            place,
             changes,
-        })
+        }))
     }
 
     /// Gives a flow the parameters that hold from a position on.
-    fn change(&self, flow: &mut Flow<'s, N>, index: u64, changes: &mut Vec<Change>) -> Result<(), RunError> {
-        while let Some(change) = changes.pop_if(|change| change.index == index) {
-            flow.set_input(&S::PARAMETERS[change.place].name, change.value)?;
+    fn change(&self, flow: &mut Discrete<'s>, index: u64, changes: &mut Vec<Change>) -> Result<(), RunError> {
+        while let Some(Change { place, value, .. }) = changes.pop_if(|change| change.index == index) {
+            if let Some(parameter) = self.shape().parameters.get(place) {
+                inputs::place(self.shape(), &parameter.name, value)?;
+            }
+            flow.set_value(place, value)?;
         }
         Ok(())
     }
 
     /// The values of the parameters of one trajectory at a time.
     fn values_of(&self, place: usize, t: f64) -> Vec<f64> {
-        let mut values = values_of(self.system.kernel());
+        let mut values = values_of(self.kernel);
         let varied = self
             .varied
             .iter()
@@ -184,52 +180,38 @@ impl<'s, S: System<N>, const N: usize> Run<'s, S, N> {
     }
 }
 
-/// A trajectory at node 1.
-enum Begun<'s, const N: usize> {
-    /// It goes on, to node `last`.
-    Going {
-        /// The trajectory.
-        flow: Box<Flow<'s, N>>,
-        /// The number of its last node.
-        last: u64,
-        /// The changes that are left.
-        changes: Vec<Change>,
-    },
-    /// It ends with this node.
-    Ended(Node<N>),
-}
-
-impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N> {
+impl<'r, 's> Block<'r, 's> {
     /// Puts trajectories into lanes. Lanes that are left over repeat them.
-    fn new(run: &'r Run<'s, S, N>, members: Vec<Member<'s, O, N>>) -> Self {
+    fn new(run: &'r Run<'s>, members: Vec<Member<'s>>, node: OwnedNode) -> Self {
+        let shape = run.shape();
         let of_lane = |lane: usize| &members[lane % members.len()].flow;
         let common = Common {
-            system: run.system,
             h: run.h,
             max_iterations: run.max_iterations,
-            may_stick: S::JUMPS && Declaration::of(run.system).sides() > 0,
+            may_stick: shape.jumps && Declaration::of(run.kernel).sides() > 0,
             clocks: array::from_fn(|lane| *of_lane(lane).clock()),
         };
-        let mut engine = engine(run.instructions, common);
-        let mut kept = Kept::<S, N>::new();
+        let values: [&[f64]; LANES] = array::from_fn(|lane| of_lane(lane).values());
+        let engine = run.lanes.engine(run.instructions, common, &values);
+        let mut kept = Kept::new(shape);
         for lane in 0..LANES {
-            engine.set_parameters(lane, &of_lane(lane).0.values);
-            kept.set_lane(lane, &of_lane(lane).0.course);
+            kept.set_lane(lane, &of_lane(lane).course);
         }
         Self {
             run,
-            ended: members.iter().map(|_| None).collect(),
             active: (1 << members.len()) - 1,
             kept,
+            told: Told::new(shape.dimension()),
+            node,
             engine,
             index: 2,
-            since: array::from_fn(|lane| of_lane(lane).0.course.since),
+            since: array::from_fn(|lane| of_lane(lane).course.since),
             members,
         }
     }
 
-    /// Runs all trajectories to their ends; each comes with its place among the starts.
-    fn run(mut self) -> impl Iterator<Item = (usize, Observed<O, N>)> {
+    /// Runs all trajectories to their ends.
+    fn run(mut self, audience: &mut dyn Audience) {
         let mut wanted = self.next_node_wanted();
         while self.active != 0 {
             let task = Task {
@@ -239,15 +221,15 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 elsewhere: self.elsewhere(),
                 since: self.since,
             };
-            let made = self.engine.steps(&mut self.kept, &task);
+            let made = self.engine.steps(&mut self.kept, &mut self.told, &task);
             self.index = made.index;
-            if let Some(held_back) = &made.held_back {
-                self.solve_alone(made.alone);
-                self.kept.take(held_back);
+            if made.alone != 0 {
+                self.solve_alone(made.alone, audience);
+                self.kept.take();
                 self.take_back(made.alone);
             }
-            if let Some(told) = made.told.as_ref().filter(|_| self.index == wanted) {
-                self.hand_out(told, made.alone);
+            if made.told && self.index == wanted {
+                self.hand_out(made.alone, audience);
             }
             self.index += 1;
             // where a lane has failed, what was wanted may lie behind
@@ -255,22 +237,15 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
                 wanted = self.next_node_wanted();
             }
         }
-        self.members
-            .into_iter()
-            .zip(self.ended)
-            .filter_map(|(member, last)| {
-                let Member { place, observer, .. } = member;
-                last.map(|last| (place, Observed { observer, last }))
-            })
     }
 
     /// The lanes whose parameters change at the middle node of the next step, or in which something rests where a function jumps, as bits.
     fn elsewhere(&self) -> u32 {
+        let jumps = self.run.shape().jumps;
         let changes = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];
             let next = changes.last();
-            next.is_some_and(|change| change.index == self.index)
-                || S::JUMPS && flow.0.is_stuck_at(self.index)
+            next.is_some_and(|change| change.index == self.index) || jumps && flow.is_stuck_at(self.index)
         };
         lanes(self.active)
             .filter(|&lane| changes(lane))
@@ -302,20 +277,23 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     /// Solves the step in single lanes, from every guess and with damping.
     #[cold]
     #[inline(never)]
-    fn solve_alone(&mut self, alone: u32) {
+    fn solve_alone(&mut self, alone: u32, audience: &mut dyn Audience) {
         for lane in lanes(alone) {
-            let Member { flow, changes, .. } = &mut self.members[lane];
-            self.kept.put(lane, &mut flow.0.course);
-            flow.0.course.resume(self.index);
+            let Member {
+                flow, changes, place, ..
+            } = &mut self.members[lane];
+            self.kept.put(lane, &mut flow.course);
+            flow.course.resume(self.index);
             let left = changes.len();
             let solved = self.run.change(flow, self.index, changes);
-            let solved = solved.and_then(|()| flow.advance().map(drop));
+            let solved = solved.and_then(|()| flow.step(f64::INFINITY).map(drop));
             if changes.len() < left {
-                self.engine.set_parameters(lane, &flow.0.values);
-                self.since[lane] = flow.0.course.since;
+                self.engine.set_parameters(lane, flow.values());
+                self.since[lane] = flow.course.since;
             }
             if let Err(error) = solved {
-                self.end(lane, Err(error));
+                audience.end(*place, Err(error));
+                self.active &= !(1 << lane);
             }
         }
     }
@@ -325,42 +303,39 @@ impl<'r, 's, S: System<N>, O: Observer<N>, const N: usize> Block<'r, 's, S, O, N
     #[inline(never)]
     fn take_back(&mut self, alone: u32) {
         for lane in lanes(alone & self.active) {
-            self.kept.set_lane(lane, &self.members[lane].flow.0.course);
+            self.kept.set_lane(lane, &self.members[lane].flow.course);
         }
         self.cover();
-    }
-
-    /// Ends a trajectory.
-    fn end(&mut self, lane: usize, last: Result<Node<N>, RunError>) {
-        self.active &= !(1 << lane);
-        self.ended[lane] = Some(last);
     }
 
     /// Lets the lanes whose trajectories have ended follow one that goes on: what is no number, or far from where a
     /// system has a solution, would cost time.
     fn cover(&mut self) {
         if let Some(living) = lanes(self.active).next() {
-            let course = &mut self.members[living].flow.0.course;
-            self.kept.put(living, course);
             for lane in lanes(!self.active) {
-                self.kept.set_lane(lane, course);
+                self.kept.repeat(living, lane);
             }
         }
     }
 
     /// Hands the middle nodes of a step out, to observers and to the trajectories that end there.
-    fn hand_out(&mut self, told: &Told<N>, alone: u32) {
+    fn hand_out(&mut self, alone: u32, audience: &mut dyn Audience) {
         let observed = self.run.observes(self.index);
         let going = self.active;
         for lane in lanes(going) {
-            let member = &mut self.members[lane];
-            let node = if alone >> lane & 1 == 1 {
-                member.flow.node()
+            let Member {
+                flow, place, last, ..
+            } = &self.members[lane];
+            if alone >> lane & 1 == 1 {
+                self.node.take(flow);
             } else {
-                told.node(lane, self.index, member.flow.clock().time_of(self.index))
-            };
-            if observed && member.observer.node(&node).is_break() || self.index == member.last {
-                self.end(lane, Ok(node));
+                let t = flow.clock().time_of(self.index);
+                self.told.write(lane, self.index, t, self.node.room());
+            }
+            let node = self.node.any();
+            if observed && audience.node(*place, &node).is_break() || self.index == *last {
+                audience.end(*place, Ok(&node));
+                self.active &= !(1 << lane);
             }
         }
         if self.active != going {

@@ -8,25 +8,37 @@ use core::marker::PhantomData;
 
 use wide::f64x8;
 
+use super::kept::Kept;
 use super::newton::{self, Roots};
 use super::state::{Found, Now};
-use crate::compiled::{Compiled, Report};
+use crate::compiled::Report;
 use crate::flow::FORESEEN;
 use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::lanes::{LANES, Lanes, Mask, Register};
-use crate::run::{Clock, Node};
+use crate::run::{Clock, NodeMut};
 use crate::scalar::Scalar;
 use crate::step::course::SHORT_PAST;
 use crate::step::newton::Stop;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::{Leg, Point, System};
+use crate::tape::Eight;
+
+/// The steps of a system in lanes: what only an ensemble asks of it, made where one is set up.
+pub(super) trait LaneKernel: Send + Sync {
+    /// The steps of a block, with the instructions that are asked for, or the widest that there are below them. The parameters have one
+    /// list of values for each lane.
+    fn engine<'k>(
+        &'k self,
+        instructions: Instructions,
+        common: Common,
+        values: &[&[f64]; LANES],
+    ) -> Box<dyn Engine + 'k>;
+}
 
 /// What all steps of a block have in common.
 #[derive(Clone, Copy)]
-pub(super) struct Common<'s, S> {
-    /// The system, for what is not a parameter.
-    pub system: &'s S,
+pub(super) struct Common {
     /// The step.
     pub h: f64,
     /// How often the rows of a step may be evaluated from one guess.
@@ -53,96 +65,97 @@ pub(super) struct Task {
 }
 
 /// The last step that was made.
-pub(super) struct Made<S: System<N>, const N: usize> {
+pub(super) struct Made {
     /// Its middle node.
     pub index: u64,
-    /// The lanes that have to be solved for themselves, as bits.
+    /// The lanes that have to be solved for themselves, as bits. Where there are such lanes, the step is not taken yet but held back.
     pub alone: u32,
-    /// The step, which is not taken yet where there are such lanes.
-    pub held_back: Option<HeldBack<S, N>>,
-    /// What is told of the node, if it was the last that was to be made.
-    pub told: Option<Told<N>>,
+    /// Whether the node was the last that was to be made: then it is told.
+    pub told: bool,
 }
 
 /// What is told of a node, by lanes.
-pub(super) struct Told<const N: usize> {
-    /// Position.
-    q: [[f64; LANES]; N],
-    /// Velocity.
-    v: [[f64; LANES]; N],
-    /// Acceleration.
-    a: [[f64; LANES]; N],
-    /// Constraint force.
-    force: [[f64; LANES]; N],
+pub(super) struct Told {
+    /// Position, velocity, acceleration and constraint force, one after the other.
+    vectors: Vec<Eight>,
     /// Energy.
-    energy: [f64; LANES],
+    energy: Eight,
     /// How often the rows were evaluated.
     evaluations: [u32; LANES],
 }
 
-impl<const N: usize> Told<N> {
-    /// The node of one lane.
-    pub fn node(&self, lane: usize, index: u64, t: f64) -> Node<N> {
-        let one = |x: &[[f64; LANES]; N]| array::from_fn(|i| x[i][lane]);
-        Node {
-            index,
-            t,
-            q: one(&self.q),
-            v: one(&self.v),
-            a: one(&self.a),
-            force: one(&self.force),
-            energy: self.energy[lane],
-            iterations: self.evaluations[lane],
-            stop: Stop::Update,
+impl Told {
+    /// Room for a node of so many coordinates.
+    pub fn new(coordinates: usize) -> Self {
+        Self {
+            vectors: vec![Eight::ZERO; 4 * coordinates],
+            energy: Eight::ZERO,
+            evaluations: [0; LANES],
         }
+    }
+
+    /// Writes the node of one lane.
+    pub fn write(&self, lane: usize, index: u64, t: f64, node: NodeMut<'_>) {
+        let vectors = [node.q, node.v, node.a, node.force];
+        let count = self.vectors.len() / vectors.len();
+        for (to, from) in vectors.into_iter().zip(self.vectors.chunks_exact(count.max(1))) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from.0[lane];
+            }
+        }
+        (*node.index, *node.t) = (index, t);
+        *node.energy = self.energy.0[lane];
+        (*node.iterations, *node.stop) = (self.evaluations[lane], Stop::Update);
     }
 }
 
-/// What a block keeps between its steps, whatever their registers are.
-pub(super) type Kept<S, const N: usize> = Now<<S as Compiled<N>>::Unknown<Lanes>, f64x8, N>;
-
-/// A step that is held back, in the same.
-pub(super) type HeldBack<S, const N: usize> = Found<<S as Compiled<N>>::Unknown<Lanes>, f64x8, N>;
-
 /// The steps of eight trajectories, in any kind of register.
-pub(super) trait Engine<S: System<N>, const N: usize> {
+pub(super) trait Engine {
     /// Makes steps up to the last one, or to one in which some lane has to be solved for itself.
-    fn steps(&mut self, kept: &mut Kept<S, N>, task: &Task) -> Made<S, N>;
+    fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made;
 
-    /// Gives the parameters of one lane other values, those of `system`.
+    /// Gives the parameters of one lane other values.
     fn set_parameters(&mut self, lane: usize, values: &[f64]);
 }
 
-/// The steps with the instructions that are asked for, or the widest that there are below them.
-pub(super) fn engine<'s, S: System<N>, const N: usize>(
-    instructions: Instructions,
-    common: Common<'s, S>,
-) -> Box<dyn Engine<S, N> + 's> {
-    // sparse elimination is a function of its own, which is compiled for no other registers
-    #[cfg(target_arch = "x86_64")]
-    if const { !S::SPARSE && OTHERS } {
-        use crate::lanes::x86::{Avx2, Avx512};
-        if instructions >= Instructions::Avx512
-            && let Some(token) = Avx512::token()
-        {
-            return Box::new(Steps::<Avx512, S, N>::new(token, common));
+/// The steps of a declared system in lanes.
+pub(super) struct Declared<'s, S, const N: usize>(pub &'s S);
+
+impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
+    fn engine<'k>(
+        &'k self,
+        instructions: Instructions,
+        common: Common,
+        values: &[&[f64]; LANES],
+    ) -> Box<dyn Engine + 'k> {
+        // sparse elimination is a function of its own, which is compiled for no other registers
+        #[cfg(target_arch = "x86_64")]
+        if const { !S::SPARSE && OTHERS } {
+            use crate::lanes::x86::{Avx2, Avx512};
+            if instructions >= Instructions::Avx512
+                && let Some(token) = Avx512::token()
+            {
+                return Box::new(Steps::<Avx512, S, N>::new(token, self.0, common, values));
+            }
+            if instructions >= Instructions::Avx2
+                && let Some(token) = Avx2::token()
+            {
+                return Box::new(Steps::<Avx2, S, N>::new(token, self.0, common, values));
+            }
         }
-        if instructions >= Instructions::Avx2
-            && let Some(token) = Avx2::token()
-        {
-            return Box::new(Steps::<Avx2, S, N>::new(token, common));
-        }
+        let _ = instructions;
+        Box::new(Steps::<f64x8, S, N>::new((), self.0, common, values))
     }
-    let _ = instructions;
-    Box::new(Steps::<f64x8, S, N>::new((), common))
 }
 
 /// The steps in registers of one kind.
 struct Steps<'s, R: Chosen, S: System<N>, const N: usize> {
     /// What tells that the machine has them.
     token: R::Token,
+    /// The system, for what is not a parameter.
+    system: &'s S,
     /// What does not change.
-    common: Common<'s, S>,
+    common: Common,
     /// The parameters.
     parameters: S::Parameters<Lanes<R>>,
     /// What is known since the run began.
@@ -224,12 +237,16 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
     /// Whether roots are watched for others nearby.
     const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
 
-    /// Lanes without trajectories.
-    fn new(token: R::Token, common: Common<'s, S>) -> Self {
-        let parameters = common.system.parameters::<Lanes<R>>();
+    /// Steps with parameters.
+    fn new(token: R::Token, system: &'s S, common: Common, values: &[&[f64]; LANES]) -> Self {
+        let mut parameters = system.parameters::<Lanes<R>>();
+        for (lane, values) in values.iter().enumerate() {
+            set_lane(parameters.as_mut(), lane, values);
+        }
         Self {
             token,
-            constants: common.system.constants(&parameters, Lanes::splat(common.h)),
+            system,
+            constants: system.constants(&parameters, Lanes::splat(common.h)),
             parameters,
             common,
             coordinates: PhantomData,
@@ -250,19 +267,26 @@ struct Making<'a, 's, R: Chosen, S: System<N>, const N: usize> {
     /// The steps.
     steps: &'a Steps<'s, R, S, N>,
     /// What they depend on.
-    kept: &'a mut Kept<S, N>,
+    kept: &'a mut Kept,
+    /// Where the last node is told.
+    told: &'a mut Told,
     /// Which are to be made.
     task: &'a Task,
 }
 
 impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N> {
-    type Output = Made<S, N>;
+    type Output = Made;
 
     #[inline(always)]
-    fn run(self) -> Made<S, N> {
-        let Self { steps, kept, task } = self;
-        let (system, constants) = (steps.common.system, &steps.constants);
-        let mut now: Now<S::Unknown<Lanes<R>>, R, N> = kept.moved();
+    fn run(self) -> Made {
+        let Self {
+            steps,
+            kept,
+            told,
+            task,
+        } = self;
+        let (system, constants) = (steps.system, &steps.constants);
+        let mut now: Now<S::Unknown<Lanes<R>>, R, N> = Now::load(kept);
         let (mut index, mut elsewhere) = (task.index, task.elsewhere);
         let mut short = u32::MAX;
         loop {
@@ -308,23 +332,24 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
             if Steps::<R, S, N>::WATCHED {
                 alone |= now.determinants.take(roots.determinants, task.active & !alone);
             }
-            let mut told = None;
-            if index == task.last {
+            let is_told = index == task.last;
+            if is_told {
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);
-                told = Some(tell(&point, &force, energy, roots.evaluations));
+                tell(&point, &force, energy, roots.evaluations, told);
             }
             let found = Found { q, d, z: roots.z };
-            let held_back = (alone != 0).then(|| found.moved());
-            if held_back.is_none() {
+            if alone == 0 {
                 now.take(&found);
             }
-            if held_back.is_some() || told.is_some() {
-                *kept = now.moved();
+            if alone != 0 || is_told {
+                now.store(kept);
+                if alone != 0 {
+                    found.store(kept);
+                }
                 return Made {
                     index,
                     alone,
-                    held_back,
-                    told,
+                    told: is_told,
                 };
             }
             index += 1;
@@ -357,41 +382,42 @@ fn tell<R: Register, const N: usize>(
     force: &[Lanes<R>; N],
     energy: Lanes<R>,
     evaluations: [u32; LANES],
-) -> Told<N> {
-    let mut told = Told {
-        q: [[0.0; LANES]; N],
-        v: [[0.0; LANES]; N],
-        a: [[0.0; LANES]; N],
-        force: [[0.0; LANES]; N],
-        energy: energy.into(),
-        evaluations,
-    };
-    let parts = [
-        (&mut told.q, &point.q),
-        (&mut told.v, &point.v),
-        (&mut told.a, &point.a),
-        (&mut told.force, force),
-    ];
-    for (to, from) in parts {
+    told: &mut Told,
+) {
+    let parts = [&point.q, &point.v, &point.a, force];
+    for (to, from) in told.vectors.chunks_exact_mut(N).zip(parts) {
         for (to, &from) in to.iter_mut().zip(from) {
-            *to = from.into();
+            to.0 = from.into();
         }
     }
-    told
+    told.energy.0 = energy.into();
+    told.evaluations = evaluations;
 }
 
-impl<R: Chosen, S: System<N>, const N: usize> Engine<S, N> for Steps<'_, R, S, N> {
-    fn steps(&mut self, kept: &mut Kept<S, N>, task: &Task) -> Made<S, N> {
+/// Gives one lane of parameters values; those beyond the last are NaN.
+fn set_lane<R: Register>(parameters: &mut [Lanes<R>], lane: usize, values: &[f64]) {
+    for (place, parameter) in parameters.iter_mut().enumerate() {
+        parameter.set_lane(lane, values.get(place).copied().unwrap_or(f64::NAN));
+    }
+}
+
+impl<R: Chosen, S: System<N>, const N: usize> Engine for Steps<'_, R, S, N> {
+    fn steps(&mut self, kept: &mut Kept, told: &mut Told, task: &Task) -> Made {
         let steps = &*self;
-        R::run(self.token, Making { steps, kept, task })
+        R::run(
+            self.token,
+            Making {
+                steps,
+                kept,
+                told,
+                task,
+            },
+        )
     }
 
     fn set_parameters(&mut self, lane: usize, values: &[f64]) {
-        for (parameter, value) in self.parameters.as_mut().iter_mut().zip(values) {
-            parameter.set_lane(lane, *value);
-        }
+        set_lane(self.parameters.as_mut(), lane, values);
         self.constants = self
-            .common
             .system
             .constants(&self.parameters, Lanes::splat(self.common.h));
     }

@@ -1,18 +1,16 @@
-//! What the next step of a block depends on, and how a lane of it is exchanged with a flow.
+//! What the next step of a block depends on, in registers.
 
 // loaded into registers and stored in code that is compiled for them, see [`crate::instructions`]
 #![allow(clippy::inline_always)]
 
-use wide::f64x8;
-
 use super::determinants::Determinants;
+use super::kept::Kept;
 use crate::compensated::Compensated;
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar;
-use crate::step::convergence::Remembered;
-use crate::step::course::Course;
 use crate::step::predictor::Differences;
 use crate::step::unknown::Unknown;
+use crate::tape::Eight;
 
 /// What the next step depends on.
 #[derive(Clone, Copy)]
@@ -40,7 +38,7 @@ pub(super) struct Found<U, R, const N: usize> {
     pub z: U,
 }
 
-/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`].
+/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`](crate::step::convergence::Remembered).
 #[derive(Clone, Copy)]
 struct Natural<U, R> {
     /// The lanes, as bits.
@@ -77,7 +75,8 @@ impl<R: Register, U: Unknown<Lanes<R>>> Natural<U, R> {
 
 impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
     /// Without a past.
-    pub fn new() -> Self {
+    #[inline(always)]
+    fn new() -> Self {
         let zero = Compensated::exact([Lanes::splat(0.0); N]);
         Self {
             q: zero,
@@ -108,112 +107,70 @@ impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Now<U, R, N> {
         self.determinants.push();
     }
 
-    /// The same in other registers.
+    /// As it is kept, in registers.
     #[inline(always)]
-    pub fn moved<Q: Register, V: Unknown<Lanes<Q>>>(&self) -> Now<V, Q, N> {
-        let mut now = Now::<V, Q, N>::new();
-        now.q = moved_sums(&self.q);
-        now.d = moved_sums(&self.d);
-        self.predictor
-            .convert(&mut now.predictor, |to, from| *to = moved_unknown(from));
-        now.determinants = self.determinants.moved();
-        now.natural = Natural {
-            known: self.natural.known,
-            part: moved_unknown(&self.natural.part),
-            inverse: moved_unknown(&self.natural.inverse),
-            level: self.natural.level.moved(),
-        };
+    pub fn load(kept: &Kept) -> Self {
+        let mut now = Self::new();
+        // there may be nothing left to solve for
+        let m = now.predictor.size().as_ref().len().max(1);
+        let sums = [&mut now.q.hi, &mut now.q.lo, &mut now.d.hi, &mut now.d.lo];
+        for (to, from) in sums.into_iter().zip(kept.sums.chunks_exact(N)) {
+            load(to, from);
+        }
+        for (to, from) in now.predictor.vectors_mut().zip(kept.past.chunks_exact(m)) {
+            load(to.as_mut(), from);
+        }
+        now.determinants = kept.determinants.moved();
+        now.natural.known = kept.known;
+        let natural = [&mut now.natural.part, &mut now.natural.inverse];
+        for (to, from) in natural.into_iter().zip(kept.natural.chunks_exact(m)) {
+            load(to.as_mut(), from);
+        }
+        now.natural.level = kept.level.0.into();
         now
+    }
+
+    /// Puts it back; natural sizes do not change in a step.
+    #[inline(always)]
+    pub fn store(&self, kept: &mut Kept) {
+        // there may be nothing left to solve for
+        let m = self.predictor.size().as_ref().len().max(1);
+        let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];
+        for (to, from) in kept.sums.chunks_exact_mut(N).zip(sums) {
+            store(to, from);
+        }
+        for (to, from) in kept.past.chunks_exact_mut(m).zip(self.predictor.vectors()) {
+            store(to, from.as_ref());
+        }
+        kept.determinants = self.determinants.moved();
     }
 }
 
 impl<R: Register, U: Unknown<Lanes<R>>, const N: usize> Found<U, R, N> {
-    /// The same in other registers.
+    /// Keeps the step, which is held back.
     #[inline(always)]
-    pub fn moved<Q: Register, V: Unknown<Lanes<Q>>>(&self) -> Found<V, Q, N> {
-        Found {
-            q: moved_sums(&self.q),
-            d: moved_sums(&self.d),
-            z: moved_unknown(&self.z),
+    pub fn store(&self, kept: &mut Kept) {
+        let sums = [&self.q.hi, &self.q.lo, &self.d.hi, &self.d.lo];
+        let (to, z) = kept.found.split_at_mut(4 * N);
+        for (to, from) in to.chunks_exact_mut(N).zip(sums) {
+            store(to, from);
         }
+        store(z, self.z.as_ref());
     }
 }
 
-/// Unknowns in other registers.
+/// Loads numbers into registers.
 #[inline(always)]
-fn moved_unknown<R: Register, Q: Register, U: Unknown<Lanes<R>>, V: Unknown<Lanes<Q>>>(from: &U) -> V {
-    let mut to = V::zero();
-    for (to, from) in to.as_mut().iter_mut().zip(from.as_ref()) {
-        *to = from.moved();
+fn load<R: Register>(to: &mut [Lanes<R>], from: &[Eight]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = from.0.into();
     }
-    to
 }
 
-/// Sums in other registers.
+/// Stores numbers.
 #[inline(always)]
-fn moved_sums<R: Register, Q: Register, const N: usize>(
-    from: &Compensated<N, Lanes<R>>,
-) -> Compensated<N, Lanes<Q>> {
-    let mut to = Compensated::exact([Lanes::splat(0.0); N]);
-    for i in 0..N {
-        to.hi[i] = from.hi[i].moved();
-        to.lo[i] = from.lo[i].moved();
-    }
-    to
-}
-
-/// What a block keeps between its steps, whatever their registers are.
-impl<U: Unknown<Lanes>, const N: usize> Now<U, f64x8, N> {
-    /// Puts what one lane holds into a run.
-    pub fn put(&self, lane: usize, course: &mut Course) {
-        for (sums, one) in [(&self.q, &mut course.q), (&self.d, &mut course.d)] {
-            let parts = one.hi.iter_mut().zip(one.lo.iter_mut()).enumerate();
-            for (i, (hi, lo)) in parts {
-                (*hi, *lo) = (sums.hi[i].lane(lane), sums.lo[i].lane(lane));
-            }
-        }
-        let predictor = &mut course.predictor;
-        for (place, vector) in self.predictor.vectors().enumerate() {
-            for (i, x) in vector.as_ref().iter().enumerate() {
-                predictor.set(place, i, x.lane(lane));
-            }
-        }
-        predictor.determinants = self.determinants.lane(lane);
-        let one = |from: &U| from.as_ref().iter().map(|x| x.lane(lane)).collect();
-        let natural = (self.natural.known >> lane & 1 == 1).then(|| Remembered {
-            part: one(&self.natural.part),
-            inverse: one(&self.natural.inverse),
-            level: self.natural.level.lane(lane),
-        });
-        predictor.set_natural(natural);
-    }
-
-    /// Fills one lane with what a run holds.
-    pub fn set_lane(&mut self, lane: usize, course: &Course) {
-        let fill = |to: &mut U, from: &[f64]| {
-            for (to, from) in to.as_mut().iter_mut().zip(from) {
-                to.set_lane(lane, *from);
-            }
-        };
-        let predictor = &course.predictor;
-        let unknowns = predictor.size().len();
-        self.determinants
-            .set_lane(lane, &predictor.determinants, unknowns);
-        for (sums, one) in [(&mut self.q, &course.q), (&mut self.d, &course.d)] {
-            for (i, (hi, lo)) in one.hi.iter().zip(one.lo.iter()).enumerate() {
-                sums.hi[i].set_lane(lane, *hi);
-                sums.lo[i].set_lane(lane, *lo);
-            }
-        }
-        for (to, from) in self.predictor.vectors_mut().zip(predictor.vectors()) {
-            fill(to, from);
-        }
-        self.natural.known &= !(1 << lane);
-        if let Some(natural) = predictor.natural() {
-            self.natural.known |= 1 << lane;
-            fill(&mut self.natural.part, &natural.part);
-            fill(&mut self.natural.inverse, &natural.inverse);
-            self.natural.level.set_lane(lane, natural.level);
-        }
+fn store<R: Register>(to: &mut [Eight], from: &[Lanes<R>]) {
+    for (to, &from) in to.iter_mut().zip(from) {
+        to.0 = from.into();
     }
 }

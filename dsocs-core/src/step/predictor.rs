@@ -1,6 +1,7 @@
 //! Where Newton's iteration begins: a polynomial through the last solutions.
 
 use core::marker::PhantomData;
+use core::ops::Sub;
 
 use super::convergence::{NaturalSizes, Remembered};
 use super::elimination::Determinant;
@@ -170,6 +171,27 @@ fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
     *size = size.zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
 }
 
+/// Takes in the solution of a step where the past lies as in a [`Predictor`]; `size_after` says what becomes of a size.
+pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size_after: impl Fn(T, T) -> T) {
+    let m = z.len();
+    let Some((differences, sizes)) = past.split_at_mut_checked(DIFFERENCES * m) else {
+        return;
+    };
+    for (i, (&z, size)) in z.iter().zip(sizes).enumerate() {
+        let mut difference = z;
+        for entry in differences.iter_mut().skip(i).step_by(m) {
+            let last = core::mem::replace(entry, difference);
+            difference = difference - last;
+        }
+        *size = size_after(*size, z);
+    }
+}
+
+/// How large an unknown has been lately, after a solution.
+pub(crate) fn size_after(size: f64, z: f64) -> f64 {
+    (MEMORY * size).larger(z.abs())
+}
+
 /// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
 #[allow(clippy::inline_always)] // part of every step
 #[inline(always)]
@@ -261,26 +283,16 @@ impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
         extrapolate(last, [d1, d2, d3, d4, d5])
     }
 
-    /// Converts every vector into one of another kind: differences first, then sizes.
+    /// All vectors, in the order of [`Predictor::vectors`].
     #[allow(clippy::inline_always)] // for the machine's own instructions
     #[inline(always)]
-    pub fn convert<R: Scalar, V: Unknown<R>>(
-        &self,
-        into: &mut Differences<V, R>,
-        mut convert: impl FnMut(&mut V, &U),
-    ) {
-        for (to, from) in into.differences.iter_mut().zip(&self.differences) {
-            convert(to, from);
-        }
-        convert(&mut into.size, &self.size);
-    }
-
-    /// All vectors, in the order of [`Predictor::vectors`].
     pub fn vectors(&self) -> impl Iterator<Item = &U> {
         self.differences.iter().chain([&self.size])
     }
 
     /// The same, to be changed.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
     pub fn vectors_mut(&mut self) -> impl Iterator<Item = &mut U> {
         self.differences.iter_mut().chain([&mut self.size])
     }
@@ -339,16 +351,7 @@ impl Predictor {
 
     /// Takes in the solution of a step.
     pub fn push(&mut self, z: &[f64]) {
-        let m = self.unknowns;
-        let (differences, sizes) = self.past.split_at_mut(DIFFERENCES * m);
-        for (i, (&z, size)) in z.iter().zip(sizes).enumerate() {
-            let mut difference = z;
-            for entry in differences.iter_mut().skip(i).step_by(m) {
-                let last = core::mem::replace(entry, difference);
-                difference -= last;
-            }
-            *size = (MEMORY * *size).larger(z.abs());
-        }
+        push_past(&mut self.past, z, size_after);
         self.determinants.push();
     }
 

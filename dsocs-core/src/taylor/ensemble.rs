@@ -173,6 +173,7 @@ impl<'a, const N: usize> TaylorEnsemble<'a, N> {
         parameter: &str,
         values: impl IntoIterator<Item = f64>,
     ) -> Result<Self, RunError> {
+        let values = values.into_iter().collect();
         let values = one_each(self.system.kernel().shape(), parameter, values, self.starts.len())?;
         self.varied.0.push(values);
         Ok(self)

@@ -391,7 +391,7 @@ fn parameters_vary_from_lane_to_lane() {
         assert!(run.iter().zip(&alone).all(|(x, y)| bits(x) == bits(y)), "{k}");
     }
     let ensemble = |starts: u32| Ensemble::new(&base, 0.05).unwrap().starts((0..starts).map(start));
-    let refused = |result: Result<Ensemble<'_, Sliding, 2>, RunError>| match result {
+    let refused = |result: Result<Ensemble<'_, 2>, RunError>| match result {
         Err(RunError::Input(error)) => *error,
         other => panic!("{other:?}"),
     };

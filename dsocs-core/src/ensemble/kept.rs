@@ -1,0 +1,137 @@
+//! What a block keeps between its steps, whatever their registers are, and how a lane of it is exchanged with a run.
+
+use wide::f64x8;
+
+use super::determinants::Determinants;
+use crate::kernel::Shape;
+use crate::solve::Vector;
+use crate::step::convergence::Remembered;
+use crate::step::course::Course;
+use crate::step::predictor::{DIFFERENCES, push_past, size_after};
+use crate::tape::Eight;
+
+/// What the next steps of a block depend on. Vectors lie one after the other, each number eight times, once for each lane.
+#[derive(Clone)]
+pub(super) struct Kept {
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// How many unknowns a step has.
+    unknowns: usize,
+    /// The last nodes and the increments that led to them, as sums: the numbers, then what rounding took away.
+    pub sums: Vec<Eight>,
+    /// The past solutions: their backward differences, then their sizes (see [`crate::step::predictor`]).
+    pub past: Vec<Eight>,
+    /// The determinants there.
+    pub determinants: Determinants<f64x8>,
+    /// The natural sizes of the unknowns: the part of them that counts, then their inverse.
+    pub natural: Vec<Eight>,
+    /// How large the unknowns were in units of these.
+    pub level: Eight,
+    /// The lanes where they are known, as bits.
+    pub known: u32,
+    /// The step that is held back: its nodes and increments as above, then the solutions.
+    pub found: Vec<Eight>,
+}
+
+impl Kept {
+    /// Without a past.
+    pub fn new(shape: &Shape) -> Self {
+        let (n, m) = (shape.increments, shape.unknowns);
+        let zeros = |count: usize| vec![Eight::ZERO; count];
+        Self {
+            coordinates: n,
+            unknowns: m,
+            sums: zeros(4 * n),
+            past: zeros((DIFFERENCES + 1) * m),
+            determinants: Determinants::new(),
+            natural: zeros(2 * m),
+            level: Eight::ZERO,
+            known: 0,
+            found: zeros(4 * n + m),
+        }
+    }
+
+    /// Takes the step that was held back.
+    pub fn take(&mut self) {
+        let (sums, z) = self.found.split_at(4 * self.coordinates);
+        self.sums.copy_from_slice(sums);
+        push_past(&mut self.past, z, |size, z| size.zip(z, size_after));
+        self.determinants.push();
+    }
+
+    /// Lets one lane hold what another does.
+    pub fn repeat(&mut self, from: usize, to: usize) {
+        for numbers in [&mut self.sums, &mut self.past, &mut self.natural] {
+            for x in numbers {
+                x.0[to] = x.0[from];
+            }
+        }
+        self.level.0[to] = self.level.0[from];
+        self.known = self.known & !(1 << to) | (self.known >> from & 1) << to;
+        let determinants = self.determinants.lane(from);
+        self.determinants.set_lane(to, &determinants, self.unknowns);
+    }
+
+    /// Puts what one lane holds into a run.
+    pub fn put(&self, lane: usize, course: &mut Course) {
+        let Course { q, d, predictor, .. } = course;
+        let sums = [&mut q.hi, &mut q.lo, &mut d.hi, &mut d.lo];
+        for (one, sums) in sums.into_iter().zip(self.sums.chunks_exact(self.coordinates)) {
+            read(one, sums, lane);
+        }
+        for (place, vector) in self.past.chunks_exact(self.unknowns.max(1)).enumerate() {
+            for (i, x) in vector.iter().enumerate() {
+                predictor.set(place, i, x.0[lane]);
+            }
+        }
+        predictor.determinants = self.determinants.lane(lane);
+        let one = |from: &[Eight]| Vector::from_fn(from.len(), |i| from[i].0[lane]);
+        let (part, inverse) = self.natural.split_at(self.unknowns);
+        let natural = (self.known >> lane & 1 == 1).then(|| Remembered {
+            part: one(part),
+            inverse: one(inverse),
+            level: self.level.0[lane],
+        });
+        predictor.set_natural(natural);
+    }
+
+    /// Fills one lane with what a run holds.
+    pub fn set_lane(&mut self, lane: usize, course: &Course) {
+        let Course { q, d, predictor, .. } = course;
+        self.determinants
+            .set_lane(lane, &predictor.determinants, self.unknowns);
+        let sums = [&q.hi, &q.lo, &d.hi, &d.lo];
+        for (one, sums) in sums.into_iter().zip(self.sums.chunks_exact_mut(self.coordinates)) {
+            write(sums, lane, one);
+        }
+        for (to, from) in self
+            .past
+            .chunks_exact_mut(self.unknowns.max(1))
+            .zip(predictor.vectors())
+        {
+            write(to, lane, from);
+        }
+        self.known &= !(1 << lane);
+        if let Some(natural) = predictor.natural() {
+            self.known |= 1 << lane;
+            let (part, inverse) = self.natural.split_at_mut(self.unknowns);
+            write(part, lane, &natural.part);
+            write(inverse, lane, &natural.inverse);
+            self.level.0[lane] = natural.level;
+        }
+    }
+}
+
+/// Reads one lane.
+fn read(to: &mut [f64], from: &[Eight], lane: usize) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = from.0[lane];
+    }
+}
+
+/// Writes one lane.
+fn write(to: &mut [Eight], lane: usize, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to.0[lane] = *from;
+    }
+}
