@@ -71,7 +71,7 @@ fn largest_error<S: System<2>>(
         for _ in 0..parts {
             flow.advance().unwrap();
         }
-        largest = largest.max(measure(*flow.position(), *truth));
+        largest = largest.max(measure(flow.position(), *truth));
     }
     largest
 }
@@ -160,7 +160,7 @@ fn there_and_back<S: System<2>>(
         flow.advance().unwrap();
     }
     assert!(flow.time().abs() < 1e-12);
-    let back = distance(*flow.position(), start.0).max(distance(*flow.velocity(), start.1));
+    let back = distance(flow.position(), start.0).max(distance(flow.velocity(), start.1));
     println!("{method}: {steps} steps of {h} there and back: {back:.1e}");
     back
 }

@@ -16,7 +16,7 @@ use dsocs_systems::{
 
 /// The triples of a motion's first steps.
 fn triples<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, steps: usize) -> Vec<Triple> {
-    let map = DiscreteFlow::new(system, h).unwrap();
+    let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let mut flow = Flow::new(system, h, start).unwrap();
     (0..steps)
         .map(|_| {
@@ -30,7 +30,7 @@ fn triples<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, st
 
 /// The largest defect of `F*Ω = Ω + dξ`, and the smallest and the largest `dξ`, along a motion.
 fn law<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>, steps: usize) -> [f64; 3] {
-    let map = DiscreteFlow::new(system, h).unwrap();
+    let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let mut all = [0.0_f64, f64::INFINITY, 0.0];
     for triple in triples(system, h, start, steps) {
         let law = Evolution::of(&map, &triple).unwrap();
@@ -80,7 +80,7 @@ fn tangent_is_the_derivative<S: System<N>, const N: usize>(
     shift: f64,
     bar: f64,
 ) {
-    let map = DiscreteFlow::new(system, h).unwrap();
+    let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let triple = map.forward(leg.any()).unwrap();
     let tangent = map.tangent(&triple).unwrap();
     for k in 0..2 * N {
@@ -291,7 +291,7 @@ struct OneSided;
 
 /// How far `F⁻¹∘F` and `F∘F⁻¹` are from the identity, in legs.
 fn inverted<S: System<N>, const N: usize>(system: &S, h: f64, leg: Leg<f64, N>, e: [f64; N]) -> f64 {
-    let map = DiscreteFlow::new(system, h).unwrap();
+    let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let triple = map.forward_near(leg.any(), &e).unwrap();
     let back = map.backward(triple.last(h).any()).unwrap();
     let again = map.forward_near(back.leg.any(), &back.e).unwrap();
@@ -458,7 +458,7 @@ struct Nonholonomic;
 
 /// The largest `dξ` along the pairs that are allowed, the largest defect of the law, and how many directions are allowed.
 fn allowed<S: System<N>, const N: usize>(system: &S, h: f64, start: Start<N>) -> ([f64; 2], usize) {
-    let map = DiscreteFlow::new(system, h).unwrap();
+    let map = DiscreteFlow::new(system.kernel(), h).unwrap();
     let (mut figures, mut count) = ([0.0_f64; 2], 0);
     for triple in triples(system, h, start, 60) {
         let directions = pair_displacements(system.kernel(), h, triple.leg.any());

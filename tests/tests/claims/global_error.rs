@@ -53,7 +53,7 @@ fn positions<S: System<2>>(
         for _ in 0..parts {
             flow.advance().unwrap();
         }
-        positions.push(*flow.position());
+        positions.push(flow.position());
     }
     positions
 }

@@ -135,7 +135,7 @@ fn corrections<S: System<N>, const N: usize>(system: &S, q: [f64; N], v: [f64; N
         let polynomial = flow.polynomial().unwrap();
         for part in [0.0, 0.3, 0.7, 1.0] {
             let point = polynomial.at(polynomial.start() + part * polynomial.length());
-            let asked = motion(system, point.t, &point.q, &point.v)
+            let asked = motion(system.kernel(), point.t, &point.q, &point.v)
                 .unwrap()
                 .sized::<N>()
                 .a;
