@@ -260,6 +260,16 @@ pub enum SetupError {
         /// The start time.
         t0: f64,
     },
+    /// A vector of the start has not one component for each coordinate.
+    #[error("the start's {vector} has {found} components, but there are {coordinates} coordinates")]
+    StartLength {
+        /// Which vector.
+        vector: &'static str,
+        /// How many components it has.
+        found: usize,
+        /// How many coordinates there are.
+        coordinates: usize,
+    },
     /// A component of the start is infinite or not a number.
     #[error("component `{coordinate}` of the start's {vector} is {value}; it must be finite")]
     Start {

@@ -138,12 +138,14 @@ impl<const N: usize> Iterator for Flow<'_, N> {
 
 impl<const N: usize> FusedIterator for Flow<'_, N> {}
 
+mod any;
 mod choose;
 pub(crate) mod discrete;
 mod forces;
 mod inputs;
 mod stick;
 mod unresolved;
+pub use any::AnyFlow;
 pub use choose::Roots;
 pub(crate) use discrete::MAX_ITERATIONS;
 use discrete::{Discrete, values_of};

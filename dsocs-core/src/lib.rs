@@ -135,7 +135,7 @@ pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
 pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
-pub use flow::{Flow, Roots, Unresolved, multipliers};
+pub use flow::{AnyFlow, Flow, Roots, Unresolved, multipliers};
 pub use instructions::Instructions;
 pub use kernel::{At, Kernel, Shape, Told};
 pub use real::Real;
@@ -147,7 +147,7 @@ pub use run::{
     Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
-pub use start::Start;
+pub use start::{AnyStart, Start};
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
 pub use system::{Leg, Point, Quantity, System};

@@ -1,10 +1,12 @@
 //! What a run begins with.
 
+mod any;
 mod begin;
 mod consistency;
 mod rest;
 pub(crate) mod third;
 
+pub use any::AnyStart;
 pub(crate) use begin::{
     Beginning, Given, Phase, StartOrder, acceleration, arriving_on_constraints, check_parameters,
     inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_after, velocity_of,

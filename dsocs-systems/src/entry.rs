@@ -58,6 +58,7 @@ pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
+pub(crate) use erased::{Motions, Typed};
 pub use error::{CheckFailure, EntryError, Mistake};
 pub use held::HeldInput;
 #[cfg(feature = "sweep")]
@@ -479,16 +480,16 @@ impl Entry {
         let coordinates = &self.description.coordinates;
         run::fits("q0", settings.q0, coordinates)?;
         run::fits("v0", settings.v0, coordinates)?;
-        if let Some(probe) = self.system.third_order_probe() {
+        if self.system.kernel().shape().is_of_third_order() {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
             run::fits("a0", a0, coordinates)?;
-            return check::third::check_to(&*probe, self.expected(), settings, own);
+            return check::third::check_to(self.system.kernel(), self.expected(), settings, own);
         }
         if let Some(a0) = settings.a0 {
             run::fits("a0", a0, coordinates)?;
         }
-        let probe = self.system.probe();
-        check::check_to(&*probe, &self.symmetries, self.expected(), settings, own)
+        let motions: &dyn Motions = &*self.system;
+        check::check_to(motions, &self.symmetries, self.expected(), settings, own)
     }
 
     /// Looks for mistakes in what the entry adds to the declaration.

@@ -10,7 +10,6 @@ use crate::kernel::Kernel;
 use crate::multipliers;
 use crate::scalar::Scalar as _;
 use crate::start;
-use crate::system::System;
 use crate::tangent::{Tangent, Tangent2};
 
 /// The Legendre transform `FL(t, q, v) = ∂L/∂v`: the momentum.

@@ -1,7 +1,5 @@
 //! The discrete flow as a map of pairs, and its tangent map.
 
-use std::sync::Arc;
-
 use super::array::{along, minus, moving_leg, plus, slopes, square};
 use super::error::GeometryError;
 use super::form::Displacement;
@@ -14,7 +12,6 @@ use crate::error::NewtonFailure;
 use crate::kernel::Kernel;
 use crate::regularity;
 use crate::scalar::Scalar as _;
-use crate::system::System;
 use crate::tangent::Tangent;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.

@@ -155,9 +155,10 @@ impl<T: Coefficient> Series<T> {
         &mut self.v[k * self.dimension..(k + 1) * self.dimension]
     }
 
-    /// The coefficients of the position of all orders, one order after the other.
+    /// The coefficients of the position of all orders, one order after the other, each with one number for each coordinate.
     #[inline]
-    pub(crate) fn positions(&self) -> &[T] {
+    #[must_use]
+    pub fn positions(&self) -> &[T] {
         &self.q[..(self.order() + 2) * self.dimension]
     }
 

@@ -7,6 +7,7 @@
 use dsocs_core::geometry::{Triple, constraint_force, constraint_multipliers, legendre_plus};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg};
 
+use super::probe::series;
 use super::{Measured, Report, Subject, larger, order::fitted};
 use crate::stability::Bar;
 
@@ -98,7 +99,7 @@ fn telling(states: &[Left]) -> Left {
 fn measure(subject: &Subject<'_>) -> Measured<[Left; 3]> {
     let mut groups: [Vec<Left>; 3] = Default::default();
     for state in &subject.states {
-        let (series, reach) = subject.system.series(state)?;
+        let (series, reach) = series(subject.system, state)?;
         let (Some(q), Some(v), Some(half)) = (series.first(), series.get(1), series.get(2)) else {
             continue;
         };

@@ -12,7 +12,7 @@ mod flow;
 mod momentum;
 mod order;
 mod power;
-pub(crate) mod probe;
+mod probe;
 mod roots;
 mod symplectic;
 pub(crate) mod third;
@@ -22,10 +22,10 @@ use std::error::Error;
 use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg, System, Unresolved};
 
-use crate::entry::{CheckFailure, Kind, Symmetry};
+use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, told};
 
-use probe::{First, Of, Probe, State, less};
+use probe::{First, State, less};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -157,7 +157,7 @@ impl Report {
 /// A system with the motion that it is checked on.
 struct Subject<'a> {
     /// The system with its motions.
-    system: &'a dyn Probe,
+    system: &'a dyn Motions,
     /// The system.
     kernel: &'a dyn Kernel,
     /// Its step as a map.
@@ -226,13 +226,13 @@ pub fn check<S: System<N>, const N: usize>(
         a0: None,
         ..*settings
     };
-    check_to(&Of::new(system), symmetries, expected, &settings, own)
+    check_to(&Typed::new(system), symmetries, expected, &settings, own)
 }
 
 /// The same from the start of the settings, with the acceleration near one where there are several, and to the end `own` unless the settings
 /// say another.
 pub(crate) fn check_to(
-    system: &dyn Probe,
+    system: &dyn Motions,
     symmetries: &[Symmetry],
     expected: Expected,
     settings: &Settings<'_>,
@@ -240,9 +240,10 @@ pub(crate) fn check_to(
 ) -> Result<Vec<Finding>, CheckFailure> {
     let start = State::of(settings);
     let (h, asked) = (settings.h, settings.until.unwrap_or(settings.t0 + own));
-    let flow = system.flow(h)?;
+    let kernel = system.kernel();
+    let flow = DiscreteFlow::new(kernel, h)?;
     let start = if settings.begin.projected {
-        system.projected(h, &start)?
+        probe::projected(kernel, h, &start)?
     } else {
         start
     };
@@ -251,14 +252,14 @@ pub(crate) fn check_to(
     } else {
         First::SecondOrder
     };
-    let walked = probe::legs(system, h, (&start, first), asked)?;
+    let walked = probe::legs(kernel, h, (&start, first), asked)?;
     let (places, spread) = places(&walked.legs);
     let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
     let of = |places: &[usize]| triples(&flow, &walked.legs, places);
     let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
     let subject = Subject {
         system,
-        kernel: system.kernel(),
+        kernel,
         triples: at_places,
         spread: at_spread,
         early: at_early,
@@ -383,7 +384,7 @@ fn triples(
 }
 
 /// States of the continuous motion: the start, and others if the motion is known so far.
-fn states(system: &dyn Probe, h: f64, start: &State, until: f64) -> Vec<State> {
+fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
     let mut states = vec![start.clone()];
     let times: Vec<f64> = (1..STATES)
         .map(|k| start.t + (until - start.t) * k as f64 / STATES as f64)

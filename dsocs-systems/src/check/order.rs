@@ -267,7 +267,7 @@ fn errors(subject: &Subject<'_>) -> Measured<(Vec<f64>, Errors)> {
         let parts = 1_u32 << halving;
         let h = h / f64::from(parts);
         let nodes = probe::nodes(
-            subject.system,
+            subject.kernel,
             h,
             (&subject.start, subject.first),
             (part * parts, count),

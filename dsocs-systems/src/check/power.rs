@@ -8,8 +8,9 @@ use dsocs_core::geometry::{Triple, discrete_power, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg, OwnedPoint};
 
 use super::order::{above, fitted};
-use super::probe::{Probe, State, less};
+use super::probe::{State, less, series, walk};
 use super::{Measured, Report, Subject, larger, largest};
+use crate::entry::Motions;
 use crate::stability::Bar;
 
 /// The identity may be missed by this much, relative to the energy's terms: what the series and the quadrature leave.
@@ -73,8 +74,8 @@ pub fn balance(subject: &Subject<'_>, report: &mut Report) {
 
 /// By how much a power misses the change of the energy along a piece of the continuous motion from a state, relative to the
 /// terms: about a step, or as far as the series reaches.
-fn defect(system: &dyn Probe, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
-    let (series, reach) = system.series(state)?;
+fn defect(system: &dyn Motions, state: &State, h: f64, power: &dyn Fn(AnyPoint<'_, f64>) -> f64) -> Measured {
+    let (series, reach) = series(system, state)?;
     // a series knows its second derivative to fewer digits at its end
     let span = h.signum() * (0.5 * reach).min(h.abs());
     let middle = span / 2.0;
@@ -128,35 +129,33 @@ fn discrete_defect(subject: &Subject<'_>, h: f64) -> Measured {
     let (mut before, mut last): (Option<OwnedLeg<f64>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut first = 0.0;
-    let (_, walked) = subject
-        .system
-        .walk(h, (&subject.start, subject.first), &mut |_, time, leg| {
-            if let Some(middle) = before.take() {
-                let e = less(leg.d, &middle.d);
-                let triple = Triple { leg: middle, e };
-                let point = declaration.point(h, triple.leg.any(), &triple.e);
-                let AnyPoint { t, q, v, .. } = point.any();
-                let energy = declaration.energy(t, q, v);
-                let power = discrete_power(system, h, &triple);
-                if let Some([_, earlier]) = last {
-                    change += h * (earlier + power) / 2.0;
-                    missed = larger(missed, (energy - first - change).abs());
-                } else {
-                    first = energy;
-                }
-                terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
-                last = Some([energy, power]);
+    let (_, walked) = walk(system, h, (&subject.start, subject.first), &mut |_, time, leg| {
+        if let Some(middle) = before.take() {
+            let e = less(leg.d, &middle.d);
+            let triple = Triple { leg: middle, e };
+            let point = declaration.point(h, triple.leg.any(), &triple.e);
+            let AnyPoint { t, q, v, .. } = point.any();
+            let energy = declaration.energy(t, q, v);
+            let power = discrete_power(system, h, &triple);
+            if let Some([_, earlier]) = last {
+                change += h * (earlier + power) / 2.0;
+                missed = larger(missed, (energy - first - change).abs());
+            } else {
+                first = energy;
             }
-            before = Some(leg.to_owned());
-            (time - subject.start.t).abs() < span
-        });
+            terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
+            last = Some([energy, power]);
+        }
+        before = Some(leg.to_owned());
+        (time - subject.start.t).abs() < span
+    });
     walked?;
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::probe::Of;
+    use crate::entry::Typed;
     use dsocs_core::{System, dsocs};
 
     use super::*;
@@ -183,9 +182,9 @@ mod tests {
             v: vec![u, u * t.sin() / 2.0 + x * t.cos() / 2.0],
             near: None,
         };
-        let of = Of::new(&system);
-        let probe: &dyn Probe = &of;
-        let found = |power: &dyn Fn(AnyPoint<'_, f64>) -> f64| defect(probe, &state, 0.1, power).unwrap();
+        let of = Typed::new(&system);
+        let motions: &dyn Motions = &of;
+        let found = |power: &dyn Fn(AnyPoint<'_, f64>) -> f64| defect(motions, &state, 0.1, power).unwrap();
         let right = found(&|point| power(&system, point));
         assert!(right < 1e-14, "{right:e}");
         // without the drive, without the friction, without the constraint's force

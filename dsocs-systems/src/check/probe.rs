@@ -1,17 +1,15 @@
 //! What the checks ask of a system beside its geometry: motions, discrete and continuous.
-//!
-//! This is made anew for every system, and the checks are not.
 
 use std::ops::ControlFlow;
 
-use dsocs_core::geometry::{DiscreteFlow, GeometryError, Triple};
+use dsocs_core::geometry::Triple;
 use dsocs_core::{
-    AnyLeg, AnyPoint, Flow, Kernel, Node, OwnedLeg, OwnedPoint, Regularity, SetupError, Start, Stepper,
-    System, TaylorFlow, Tolerance, Unresolved,
+    AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, OwnedLeg, OwnedNode, OwnedPoint, Regularity, Room, Run,
+    SetupError, Tolerance, Unresolved,
 };
 
 use super::{Measured, Settings};
-use crate::entry::CheckFailure;
+use crate::entry::{Beginning, CheckFailure, Motions};
 
 /// A state of the continuous motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,75 +47,6 @@ pub struct Passed {
     pub v: Vec<f64>,
 }
 
-/// A system whose motions can be computed.
-pub trait Probe {
-    /// The system.
-    fn kernel(&self) -> &dyn Kernel;
-
-    /// Its step as a map.
-    fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError>;
-
-    /// Walks along the discrete motion from a state, from the second node on. Gives the steps that were too long for the external forces.
-    fn walk(
-        &self,
-        h: f64,
-        start: (&State, First),
-        walker: Walker<'_>,
-    ) -> (Option<Unresolved>, Result<(), CheckFailure>);
-
-    /// A state on the constraints of positions and velocities, near to one that may violate them.
-    fn projected(&self, h: f64, state: &State) -> Result<State, CheckFailure>;
-
-    /// Shows the continuous motion from a state at some times, to a tolerance, back in time if asked for.
-    fn sample(
-        &self,
-        start: &State,
-        tolerance: Tolerance,
-        times: (&[f64], bool),
-        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
-    ) -> Measured<()>;
-
-    /// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
-    fn series(&self, start: &State) -> Measured<(Vec<Vec<f64>>, f64)>;
-}
-
-/// A system of third order whose motions can be computed.
-pub trait ThirdOrderProbe {
-    /// The system.
-    fn kernel(&self) -> &dyn Kernel;
-
-    /// The nodes of the motion from a state, which says the acceleration, up to a time, with the regularity of each step.
-    fn certified(
-        &self,
-        h: f64,
-        start: &State,
-        until: f64,
-    ) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure>;
-
-    /// The nodes of the motion with a step.
-    fn nodes(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>>;
-
-    /// The nodes of the way back from the end.
-    fn back(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>>;
-}
-
-/// A system of a type.
-pub struct Of<'s, S, const N: usize> {
-    system: &'s S,
-}
-
-impl<'s, S, const N: usize> Of<'s, S, N> {
-    /// The system, without its type.
-    pub fn new(system: &'s S) -> Self {
-        Self { system }
-    }
-}
-
-/// A vector with its number of coordinates; NaN where it has another one.
-fn sized<const N: usize>(vector: &[f64]) -> [f64; N] {
-    vector.try_into().unwrap_or([f64::NAN; N])
-}
-
 impl State {
     /// The start of the motion to check.
     pub fn of(settings: &Settings<'_>) -> Self {
@@ -129,136 +58,127 @@ impl State {
         }
     }
 
-    /// As the start of a run.
-    fn start<const N: usize>(&self) -> Start<N> {
-        self.meant(Start::second_order(sized(&self.q), sized(&self.v)))
-    }
-
-    /// A start from here, with the time and the acceleration that is meant.
-    fn meant<const N: usize>(&self, start: Start<N>) -> Start<N> {
-        let start = start.at(self.t);
+    /// The beginning of a run, with another rule for the second node if that is the first.
+    fn beginning(&self, first: First) -> Beginning {
+        let (q0, v0) = (self.q.clone(), self.v.clone());
+        let start = match first {
+            First::SecondOrder => Beginning::SecondOrder { q0, v0 },
+            First::Paper => Beginning::Paper { q0, v0 },
+        };
+        let start = Beginning::At(self.t, Box::new(start));
         match &self.near {
-            Some(near) => start.near_acceleration(sized(near)),
+            Some(near) => Beginning::Near(near.clone(), Box::new(start)),
             None => start,
         }
     }
 
+    /// The same moved onto the constraints of positions and velocities.
+    fn moved(&self) -> Beginning {
+        Beginning::Projected(Box::new(self.beginning(First::SecondOrder)))
+    }
+
     /// The start of a run of third order, with the acceleration that is said.
-    fn third_order<const N: usize>(&self) -> Result<Start<N>, SetupError> {
+    fn third_order(&self) -> Result<AnyStart, SetupError> {
         let a0 = self.near.as_ref().ok_or(SetupError::FreeAcceleration)?;
-        Ok(Start::third_order(sized(&self.q), sized(&self.v), sized(a0)).at(self.t))
+        Ok(AnyStart::third_order(&self.q, &self.v, a0).at(self.t))
     }
 }
 
-impl<S: System<N>, const N: usize> Probe for Of<'_, S, N> {
-    fn kernel(&self) -> &dyn Kernel {
-        self.system.kernel()
-    }
-
-    fn flow(&self, h: f64) -> Result<DiscreteFlow<'_>, GeometryError> {
-        DiscreteFlow::new(self.system.kernel(), h)
-    }
-
-    fn walk(
-        &self,
-        h: f64,
-        (state, first): (&State, First),
-        walker: Walker<'_>,
-    ) -> (Option<Unresolved>, Result<(), CheckFailure>) {
-        let start = match first {
-            First::SecondOrder => state.start(),
-            First::Paper => state.meant(Start::paper(sized(&state.q), sized(&state.v))),
-        };
-        let mut flow = match Flow::new(self.system, h, start) {
-            Ok(flow) => flow,
-            Err(error) => return (None, Err(error.into())),
-        };
-        while walker(flow.index(), flow.time(), flow.leg().any()) {
-            if let Err(error) = flow.advance() {
-                return (flow.unresolved(), Err(error.into()));
-            }
+/// Walks along the discrete motion from a state, from the second node on. Gives the steps that were too long for the external forces.
+pub fn walk(
+    system: &dyn Kernel,
+    h: f64,
+    (state, first): (&State, First),
+    walker: Walker<'_>,
+) -> (Option<Unresolved>, Result<(), CheckFailure>) {
+    let mut flow = match AnyFlow::new(system, h, &state.beginning(first).start()) {
+        Ok(flow) => flow,
+        Err(error) => return (None, Err(error.into())),
+    };
+    while walker(flow.index(), flow.time(), flow.leg()) {
+        if let Err(error) = flow.run_mut().advance() {
+            return (flow.run().unresolved(), Err(error.into()));
         }
-        (flow.unresolved(), Ok(()))
     }
-
-    fn projected(&self, h: f64, state: &State) -> Result<State, CheckFailure> {
-        let node = Flow::new(self.system, h, state.start().projected())?.node();
-        Ok(State {
-            t: state.t,
-            q: node.q.to_vec(),
-            v: node.v.to_vec(),
-            near: state.near.clone(),
-        })
-    }
-
-    fn sample(
-        &self,
-        start: &State,
-        tolerance: Tolerance,
-        (times, back): (&[f64], bool),
-        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
-    ) -> Measured<()> {
-        let mut flow = TaylorFlow::new(self.system, start.start(), tolerance)?;
-        if back {
-            flow.reverse()?;
-        }
-        Ok(Stepper::sample(&mut flow, times, &mut |t, point| {
-            observer(t, point.any());
-        })?)
-    }
-
-    fn series(&self, start: &State) -> Measured<(Vec<Vec<f64>>, f64)> {
-        let start = start.start().projected();
-        let mut flow = TaylorFlow::new(self.system, start, Tolerance::relative(1e-15))?;
-        flow.advance()?;
-        let polynomial = flow.polynomial().ok_or("the motion has no series")?;
-        let position = polynomial.series().position::<N>().iter();
-        Ok((position.map(|c| c.to_vec()).collect(), polynomial.length().abs()))
-    }
+    (flow.run().unresolved(), Ok(()))
 }
 
-impl<S: System<N>, const N: usize> ThirdOrderProbe for Of<'_, S, N> {
-    fn kernel(&self) -> &dyn Kernel {
-        self.system.kernel()
-    }
-
-    fn certified(
-        &self,
-        h: f64,
-        start: &State,
-        until: f64,
-    ) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure> {
-        let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
-        let mut flow = Flow::new(self.system, h, start.third_order()?)?;
-        flow.certify(until, &mut |node, found| {
-            nodes.push(passed(node));
-            regularity.extend(found);
-            ControlFlow::Continue(())
-        })?;
-        Ok((nodes, regularity))
-    }
-
-    fn nodes(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>> {
-        let nodes = Flow::new(self.system, h, start.third_order()?)?
-            .until(until)?
-            .nodes;
-        Ok(nodes.iter().map(passed).collect())
-    }
-
-    fn back(&self, h: f64, start: &State, until: f64) -> Measured<Vec<Passed>> {
-        let mut flow = Flow::new(self.system, h, start.third_order()?)?;
-        flow.until(until)?;
-        flow.reverse()?;
-        Ok(flow.until(start.t)?.nodes.iter().map(passed).collect())
-    }
+/// A state on the constraints of positions and velocities, near to one that may violate them.
+pub fn projected(system: &dyn Kernel, h: f64, state: &State) -> Result<State, CheckFailure> {
+    let flow = AnyFlow::new(system, h, &state.moved().start())?;
+    let Passed { q, v, .. } = passed(flow.run());
+    Ok(State {
+        t: state.t,
+        q,
+        v,
+        near: state.near.clone(),
+    })
 }
 
-/// What the checks look at of a node.
-fn passed<const N: usize>(node: &Node<N>) -> Passed {
+/// The Taylor coefficients of the continuous position at a state, by order, and how far they reach.
+pub fn series(system: &dyn Motions, start: &State) -> Measured<(Vec<Vec<f64>>, f64)> {
+    let n = system.kernel().shape().dimension().max(1);
+    let mut motion = system.continuous(&start.moved(), Tolerance::relative(1e-15), None)?;
+    let mut found = None;
+    motion.trace(f64::INFINITY, &mut Room::new(), &mut |_, polynomial| {
+        let orders = polynomial.series().positions().chunks(n);
+        found = Some((orders.map(<[f64]>::to_vec).collect(), polynomial.length().abs()));
+        Ok(None)
+    })?;
+    Ok(found.ok_or("the motion has no series")?)
+}
+
+/// The nodes of the motion of third order from a state, which says the acceleration, up to a time, with the regularity of each step.
+pub fn certified(
+    system: &dyn Kernel,
+    h: f64,
+    start: &State,
+    until: f64,
+) -> Result<(Vec<Passed>, Vec<Regularity>), CheckFailure> {
+    let (mut nodes, mut regularity) = (Vec::new(), Vec::new());
+    let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
+    flow.run_mut().walk(until, &mut |run| {
+        nodes.push(passed(run));
+        regularity.extend(run.regularity());
+        Ok(ControlFlow::Continue(()))
+    })?;
+    Ok((nodes, regularity))
+}
+
+/// The nodes of the motion of third order with a step; or those of the way back from the end.
+pub fn passed_nodes(
+    system: &dyn Kernel,
+    h: f64,
+    start: &State,
+    until: f64,
+    back: bool,
+) -> Measured<Vec<Passed>> {
+    let mut flow = AnyFlow::new(system, h, &start.third_order()?)?;
+    let run = flow.run_mut();
+    let until = if back {
+        run.walk_to(until, &mut |_| Ok(ControlFlow::Continue(())))?;
+        run.reverse()?;
+        start.t
+    } else {
+        until
+    };
+    let mut nodes = Vec::new();
+    run.walk_to(until, &mut |run| {
+        nodes.push(passed(run));
+        Ok(ControlFlow::Continue(()))
+    })?;
+    Ok(nodes)
+}
+
+/// What the checks look at of the node where a run stands.
+fn passed(run: &dyn Run) -> Passed {
+    let mut node = OwnedNode::new(run.kernel().shape().dimension());
+    node.take(run);
+    let AnyNode { t, q, v, .. } = node.any();
     Passed {
-        t: node.t,
-        q: node.q.to_vec(),
-        v: node.v.to_vec(),
+        t,
+        q: q.to_vec(),
+        v: v.to_vec(),
     }
 }
 
@@ -275,11 +195,11 @@ pub struct Walked {
 }
 
 /// The legs of the motion from a state up to the time `until`, or as far as it goes.
-pub fn legs(probe: &dyn Probe, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
+pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
     let (mut legs, mut reached) = (Vec::new(), start.0.t);
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
-    let (unresolved, walked) = probe.walk(h, start, &mut |_, time, leg| {
+    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg| {
         legs.push(leg.to_owned());
         reached = time;
         (time - last) * h.signum() < 0.0 || legs.len() < 3
@@ -304,14 +224,14 @@ pub fn less(x: &[f64], y: &[f64]) -> Vec<f64> {
 
 /// Nodes of the motion from a state with the step `h`, at `count` multiples of `part` steps: each as the triple about it.
 pub fn nodes(
-    probe: &dyn Probe,
+    system: &dyn Kernel,
     h: f64,
     start: (&State, First),
     (part, count): (u32, usize),
 ) -> Measured<Vec<Triple>> {
     let mut nodes: Vec<Triple> = Vec::with_capacity(count);
     let mut before: Option<OwnedLeg<f64>> = None;
-    let (_, walked) = probe.walk(h, start, &mut |index, _, leg| {
+    let (_, walked) = walk(system, h, start, &mut |index, _, leg| {
         if let Some(first) = before.take() {
             let e = less(leg.d, &first.d);
             nodes.push(Triple { leg: first, e });
@@ -332,16 +252,18 @@ pub fn nodes(
 
 /// The continuous motion from a state at some times, in the direction of `h`, to a tolerance.
 pub fn exact(
-    probe: &dyn Probe,
+    system: &dyn Motions,
     h: f64,
     start: &State,
     times: &[f64],
     tolerance: f64,
 ) -> Measured<Vec<OwnedPoint<f64>>> {
     let mut motion = Vec::with_capacity(times.len());
-    let tolerance = Tolerance::relative(tolerance);
-    probe.sample(start, tolerance, (times, h < 0.0), &mut |_, point| {
-        motion.push(point.to_owned());
-    })?;
+    let beginning = start.beginning(First::SecondOrder);
+    let mut run = system.continuous(&beginning, Tolerance::relative(tolerance), None)?;
+    if h < 0.0 {
+        run.reverse()?;
+    }
+    run.sample(times, &mut |_, point| motion.push(point.to_owned()))?;
     Ok(motion)
 }

@@ -2,6 +2,7 @@
 
 use dsocs_core::geometry::{DiscreteFlow, Triple, pair_displacements};
 
+use super::probe::series;
 use super::{Measured, Report, Subject, contact::about, larger};
 use crate::stability::Bar;
 
@@ -101,7 +102,7 @@ fn other(flow: &DiscreteFlow<'_>, triple: &Triple) -> Option<f64> {
 fn parasitic(subject: &Subject<'_>) -> Measured {
     let mut most = 0.0;
     for state in &subject.states {
-        let (series, reach) = subject.system.series(state)?;
+        let (series, reach) = series(subject.system, state)?;
         let mut found = f64::NAN;
         for quarter in 0..=QUARTERS {
             let h = subject.h.signum() * subject.h.abs().min(reach) * 0.25_f64.powi(quarter);

@@ -1,10 +1,10 @@
 //! The checks of a system with constraints of third order: what needs no flow as a map of pairs of nodes, and no Taylor series.
 
 use dsocs_core::geometry::{Triple, discrete_power, rows_of_four_written, rows_of_written};
-use dsocs_core::{AnyPoint, Declaration, OwnedLeg, Regularity};
+use dsocs_core::{AnyPoint, Declaration, Kernel, OwnedLeg, Regularity};
 
 use super::order::{above, fitted};
-use super::probe::{Passed, State, ThirdOrderProbe, less};
+use super::probe::{Passed, State, certified, less, passed_nodes};
 use super::{Expected, Finding, Measured, Report, Settings, larger, smallest};
 use crate::entry::CheckFailure;
 use crate::stability::Bar;
@@ -26,7 +26,7 @@ const APART: f64 = 0.1;
 
 /// A motion of third order, with what is expected of it.
 struct Subject<'a> {
-    system: &'a dyn ThirdOrderProbe,
+    system: &'a dyn Kernel,
     h: f64,
     until: f64,
     start: State,
@@ -39,7 +39,7 @@ struct Subject<'a> {
 ///
 /// [`CheckFailure`] if the motion cannot be computed.
 pub fn check_to(
-    system: &dyn ThirdOrderProbe,
+    system: &dyn Kernel,
     expected: Expected,
     settings: &Settings<'_>,
     own: f64,
@@ -52,7 +52,7 @@ pub fn check_to(
         start,
         expected,
     };
-    let (nodes, regularity) = system.certified(subject.h, &subject.start, subject.until)?;
+    let (nodes, regularity) = certified(system, subject.h, &subject.start, subject.until)?;
     let mut findings = Vec::new();
     let mut of = |check: &'static str, measure: &dyn Fn(&mut Report)| {
         let mut report = Report {
@@ -114,7 +114,7 @@ fn certificates(regularity: &[Regularity], report: &mut Report) {
 
 /// The equations at the nodes as they are written: all of them from the fourth on, and those of lower order at the first three.
 fn equations(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
-    let kernel = subject.system.kernel();
+    let kernel = subject.system;
     let most = |rows: Vec<[f64; 2]>| {
         rows.iter().fold(0.0, |most, &[row, explained]| {
             larger(most, if row == 0.0 { 0.0 } else { row.abs() / explained })
@@ -165,7 +165,7 @@ fn balance(subject: &Subject<'_>, report: &mut Report) {
 
 /// By how much the energy misses what it is at the first node and what the power has changed since, relative to its terms.
 fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
-    let kernel = subject.system.kernel();
+    let kernel = subject.system;
     let declaration = Declaration::of(kernel);
     let nodes = walked(subject, h)?;
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
@@ -197,7 +197,7 @@ fn missed_power(subject: &Subject<'_>, h: f64) -> Measured {
 /// The way back from the last node.
 fn reversibility(subject: &Subject<'_>, nodes: &[Passed], report: &mut Report) {
     let measured = || -> Measured {
-        let back = subject.system.back(subject.h, &subject.start, subject.until)?;
+        let back = passed_nodes(subject.system, subject.h, &subject.start, subject.until, true)?;
         let mut worst = 0.0;
         for (found, known) in back.iter().zip(nodes.iter().rev().skip(1)) {
             let leg = known.v.iter().fold(0.0_f64, |sum, v| sum.hypot(v * subject.h));
@@ -258,7 +258,7 @@ fn order(subject: &Subject<'_>, report: &mut Report) {
 
 /// The nodes of the motion with a step.
 fn walked(subject: &Subject<'_>, h: f64) -> Measured<Vec<Passed>> {
-    subject.system.nodes(h, &subject.start, subject.until)
+    passed_nodes(subject.system, h, &subject.start, subject.until, false)
 }
 
 /// Fits a slope to what is above rounding.

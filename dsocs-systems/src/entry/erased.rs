@@ -2,7 +2,7 @@
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    ComposedFlow, Composition, Flow, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
+    ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
     Tolerance,
 };
 
@@ -10,13 +10,63 @@ use super::run::Errors;
 use super::{Beginning, Description};
 #[cfg(feature = "sweep")]
 use super::{Plan, Row, lanes};
-use crate::check::probe::{Of, Probe, ThirdOrderProbe};
 
-/// A system with its parameters, and the motions that it begins. A [`Beginning`] has to [fit](Beginning::fits).
-pub(super) trait AnySystem: Send {
+/// A system, and its continuous motions.
+pub trait Motions {
     /// The system with the present values of its parameters.
     fn kernel(&self) -> &dyn Kernel;
 
+    /// The continuous motion from a beginning that [fits](Beginning::fits), to a tolerance. If `every` is said, nodes lie so far apart.
+    fn continuous<'s>(
+        &'s self,
+        beginning: &Beginning,
+        tolerance: Tolerance,
+        every: Option<f64>,
+    ) -> Result<Box<dyn Run + 's>, SetupError>;
+}
+
+/// A system of a type.
+#[derive(Clone, Copy, Debug)]
+pub struct Typed<'a, S, const N: usize>(&'a S);
+
+impl<'a, S: System<N>, const N: usize> Typed<'a, S, N> {
+    /// The system with its motions.
+    pub fn new(system: &'a S) -> Self {
+        Self(system)
+    }
+}
+
+impl<S: System<N>, const N: usize> Motions for Typed<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.0.kernel()
+    }
+
+    fn continuous<'s>(
+        &'s self,
+        beginning: &Beginning,
+        tolerance: Tolerance,
+        every: Option<f64>,
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        continuous(self.0, start(beginning), tolerance, every)
+    }
+}
+
+/// The continuous motion of a system from a start.
+fn continuous<'s, S: System<N>, const N: usize>(
+    system: &'s S,
+    start: Start<N>,
+    tolerance: Tolerance,
+    every: Option<f64>,
+) -> Result<Box<dyn Run + 's>, SetupError> {
+    let flow: TaylorFlow<'s, N> = TaylorFlow::new(system, start, tolerance)?;
+    Ok(match every {
+        Some(h) => Box::new(flow.every(h)?.any()),
+        None => Box::new(flow.any()),
+    })
+}
+
+/// A system with its parameters, and the motions that it begins. A [`Beginning`] has to [fit](Beginning::fits).
+pub(super) trait AnySystem: Motions + Send {
     /// The parameters that its declaration does not list.
     fn extra(&self) -> Vec<Quantity>;
 
@@ -26,9 +76,6 @@ pub(super) trait AnySystem: Send {
     /// The same system once more, with parameters of its own.
     fn copy(&self) -> Box<dyn AnySystem>;
 
-    /// The motion by the paper's step.
-    fn steps<'s>(&'s self, h: f64, beginning: &Beginning) -> Result<Box<dyn Run + 's>, SetupError>;
-
     /// The motion by a composition of it.
     fn composed<'s>(
         &'s self,
@@ -37,25 +84,8 @@ pub(super) trait AnySystem: Send {
         beginning: &Beginning,
     ) -> Result<Box<dyn Run + 's>, SetupError>;
 
-    /// The continuous motion, to a tolerance, with nodes `h` apart.
-    fn series<'s>(
-        &'s self,
-        h: f64,
-        tolerance: Tolerance,
-        beginning: &Beginning,
-    ) -> Result<Box<dyn Run + 's>, SetupError>;
-
     /// How far motions up to the time `until` are from the continuous one.
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError>;
-
-    /// The tolerances and orders of two continuous motions against which errors are measured.
-    fn references(&self) -> [Tolerance; 2];
-
-    /// The system as it is checked.
-    fn probe<'s>(&'s self) -> Box<dyn Probe + 's>;
-
-    /// The same where a constraint is of third order.
-    fn third_order_probe<'s>(&'s self) -> Option<Box<dyn ThirdOrderProbe + 's>>;
 
     /// Runs several points side by side to their ends, if the system was asked to and can; see [`lanes::ends`].
     #[cfg(feature = "sweep")]
@@ -159,11 +189,22 @@ fn start<const N: usize>(beginning: &Beginning) -> Start<N> {
     }
 }
 
-impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
+impl<S: System<N>, const N: usize> Motions for Erased<S, N> {
     fn kernel(&self) -> &dyn Kernel {
         self.system.kernel()
     }
 
+    fn continuous<'s>(
+        &'s self,
+        beginning: &Beginning,
+        tolerance: Tolerance,
+        every: Option<f64>,
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        continuous(&self.system, start(beginning), tolerance, every)
+    }
+}
+
+impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased<S, N> {
     fn extra(&self) -> Vec<Quantity> {
         let extra = self.extra.iter();
         extra
@@ -190,11 +231,6 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         })
     }
 
-    fn steps<'s>(&'s self, h: f64, beginning: &Beginning) -> Result<Box<dyn Run + 's>, SetupError> {
-        let flow: Flow<'s, N> = Flow::new(&self.system, h, start(beginning))?;
-        Ok(flow.into_run())
-    }
-
     fn composed<'s>(
         &'s self,
         h: f64,
@@ -205,35 +241,8 @@ impl<S: System<N> + Clone + Send + 'static, const N: usize> AnySystem for Erased
         Ok(flow.into_run())
     }
 
-    fn series<'s>(
-        &'s self,
-        h: f64,
-        tolerance: Tolerance,
-        beginning: &Beginning,
-    ) -> Result<Box<dyn Run + 's>, SetupError> {
-        let flow: TaylorFlow<'s, N> = TaylorFlow::new(&self.system, start(beginning), tolerance)?;
-        Ok(Box::new(flow.every(h)?.any()))
-    }
-
     fn errors<'s>(&'s self, beginning: &Beginning, until: f64) -> Result<Box<dyn Errors + 's>, RunError> {
         Ok(Box::new(GlobalError::new(&self.system, start(beginning), until)?))
-    }
-
-    fn references(&self) -> [Tolerance; 2] {
-        GlobalError::<N>::REFERENCES
-    }
-
-    fn probe<'s>(&'s self) -> Box<dyn Probe + 's> {
-        Box::new(Of::new(&self.system))
-    }
-
-    fn third_order_probe<'s>(&'s self) -> Option<Box<dyn ThirdOrderProbe + 's>> {
-        // what is not asked for is not compiled
-        if const { S::ORDER > 2 } {
-            Some(Box::new(Of::new(&self.system)))
-        } else {
-            None
-        }
     }
 
     #[cfg(feature = "sweep")]

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use dsocs_core::__private::held_value;
+use dsocs_core::taylor::GlobalError;
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
 use super::Beginning;
@@ -58,12 +59,13 @@ impl<'s> HeldErrors<'s> {
         beginning: &Beginning,
         inputs: &'s [HeldInput],
     ) -> Result<Self, SetupError> {
-        let [first, second] = system.references();
+        // they are the same for any number of coordinates
+        let [first, second] = GlobalError::<1>::REFERENCES;
         let node = || OwnedNode::new(system.kernel().shape().dimension());
         Ok(Self {
             motions: [
-                system.series(h, first, beginning)?,
-                system.series(h, second, beginning)?,
+                system.continuous(beginning, first, Some(h))?,
+                system.continuous(beginning, second, Some(h))?,
             ],
             nodes: [node(), node()],
             inputs,

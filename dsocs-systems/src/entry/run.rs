@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{
-    AnyNode, Composition, Declaration, OwnedNode, Quantity, Regularity, Run, RunError, SetupError, System,
-    Tolerance,
+    AnyFlow, AnyNode, AnyStart, Composition, Declaration, OwnedNode, Quantity, Regularity, Run, RunError,
+    SetupError, System, Tolerance,
 };
 use thiserror::Error;
 
@@ -96,6 +96,21 @@ impl Beginning {
         others
             .iter()
             .try_for_each(|(vector, components)| fits(vector, components, coordinates))
+    }
+
+    /// The start of a run.
+    pub(crate) fn start(&self) -> AnyStart {
+        match self {
+            Self::Paper { q0, v0 } => AnyStart::paper(q0, v0),
+            Self::SecondOrder { q0, v0 } => AnyStart::second_order(q0, v0),
+            Self::ThirdOrder { q0, v0, a0 } => AnyStart::third_order(q0, v0, a0),
+            Self::ThirdOrderByForce { q0, v0, force } => AnyStart::third_order_by_force(q0, v0, force),
+            Self::Nodes { q0, q1 } => AnyStart::nodes(q0, q1),
+            Self::ThreeNodes { q0, q1, q2 } => AnyStart::three_nodes(q0, q1, q2),
+            Self::Projected(beginning) => beginning.start().projected(),
+            Self::Near(a0, beginning) => beginning.start().near_acceleration(a0),
+            Self::At(t0, beginning) => beginning.start().at(*t0),
+        }
     }
 
     /// The time of the start.
@@ -292,11 +307,13 @@ pub(super) fn begin(
     }
     let system = &*begun;
     // whatever the method: step, parameters and start are to be usable
-    let step = system.steps(h, beginning)?;
+    let step = AnyFlow::new(system.kernel(), h, &beginning.start())?;
     let mut run = match method {
-        Method::Step => step,
+        Method::Step => step.into_run(),
         Method::Composed(composition) => system.composed(h, composition, beginning)?,
-        Method::Tolerance(tolerance) => system.series(h, Tolerance::relative(tolerance), beginning)?,
+        Method::Tolerance(tolerance) => {
+            system.continuous(beginning, Tolerance::relative(tolerance), Some(h))?
+        }
     };
     then(&mut *run, system)
 }

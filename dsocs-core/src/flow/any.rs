@@ -1,0 +1,95 @@
+//! The discrete flow of a system without its type.
+
+use core::fmt;
+
+use super::discrete::{Discrete, values_of};
+use crate::any::AnyLeg;
+use crate::error::SetupError;
+use crate::kernel::Kernel;
+use crate::run::Run;
+use crate::start::AnyStart;
+
+/// A [`Flow`](crate::Flow) with any number of coordinates, of a system without its type.
+///
+/// ```
+/// use dsocs_core::prelude::*;
+/// use dsocs_core::{AnyFlow, AnyStart, Kernel};
+///
+/// /// A pendulum.
+/// #[dsocs {
+///     coordinates(theta);
+///     lagrangian = dot(theta).powi(2) / 2 + theta.cos();
+/// }]
+/// struct Pendulum;
+///
+/// let system: &dyn Kernel = &Pendulum;
+/// let mut flow = AnyFlow::new(system, 0.1, &AnyStart::second_order(&[1.0], &[0.0]))?;
+/// flow.run_mut().to(10.0)?;
+/// assert_eq!(flow.run().clock().index(), 100);
+/// assert!(flow.leg().q[0].abs() < 1.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct AnyFlow<'s>(Discrete<'s>);
+
+impl fmt::Debug for AnyFlow<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("AnyFlow")
+            .field("index", &self.index())
+            .field("time", &self.time())
+            .field("leg", &self.leg())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'s> AnyFlow<'s> {
+    /// Sets up a run with the step `h`, which is negative to run back in time.
+    ///
+    /// # Errors
+    ///
+    /// As [`Flow::new`](crate::Flow::new); and [`SetupError::StartLength`] if the start has another number of coordinates.
+    pub fn new(system: &'s dyn Kernel, h: f64, start: &AnyStart) -> Result<Self, SetupError> {
+        start.fits(system.shape())?;
+        Ok(Self(Discrete::new(system, values_of(system), h, &start.0)?))
+    }
+
+    /// The number of the last position that is known: one more than that of the node where the run stands.
+    #[must_use]
+    pub fn index(&self) -> u64 {
+        self.0.course.index()
+    }
+
+    /// The time of that position.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.0.course.time()
+    }
+
+    /// The leg that the next step begins with: the last position that is known and the increment that led to it.
+    #[must_use]
+    pub fn leg(&self) -> AnyLeg<'_, f64> {
+        AnyLeg {
+            t: self.time(),
+            q: &self.0.course.q.hi,
+            d: &self.0.course.d.hi,
+        }
+    }
+
+    /// The run.
+    #[must_use]
+    pub fn run(&self) -> &(dyn Run + 's) {
+        &self.0
+    }
+
+    /// The run, to make steps.
+    #[must_use]
+    pub fn run_mut(&mut self) -> &mut (dyn Run + 's) {
+        &mut self.0
+    }
+
+    /// The run by itself.
+    #[must_use]
+    pub fn into_run(self) -> Box<dyn Run + 's> {
+        Box::new(self.0)
+    }
+}

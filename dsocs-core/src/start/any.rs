@@ -1,0 +1,109 @@
+//! A start with any number of coordinates.
+
+use super::begin::{Given, Rule};
+use super::third::Free;
+use crate::error::SetupError;
+use crate::kernel::Shape;
+use crate::solve::Vector;
+
+/// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each.
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct AnyStart(pub(crate) Given);
+
+impl AnyStart {
+    /// A start at the time 0 by a rule.
+    fn by(q0: &[f64], rule: Rule) -> Self {
+        Self(Given {
+            q0: Vector::of(q0),
+            rule,
+            t0: 0.0,
+            projected: false,
+            near: None,
+        })
+    }
+
+    /// As [`Start::paper`](crate::Start::paper), `q1 = q0 + h v0`.
+    pub fn paper(q0: &[f64], v0: &[f64]) -> Self {
+        let v0 = Vector::of(v0);
+        Self::by(q0, Rule::Paper { v0 })
+    }
+
+    /// As [`Start::second_order`](crate::Start::second_order), `q1 = q0 + h v0 + h²/2 a0`.
+    pub fn second_order(q0: &[f64], v0: &[f64]) -> Self {
+        let v0 = Vector::of(v0);
+        Self::by(q0, Rule::SecondOrder { v0 })
+    }
+
+    /// As [`Start::third_order`](crate::Start::third_order), where constraints of third order leave the acceleration free.
+    pub fn third_order(q0: &[f64], v0: &[f64], a0: &[f64]) -> Self {
+        let (v0, free) = (Vector::of(v0), Free::Acceleration(Vector::of(a0)));
+        Self::by(q0, Rule::ThirdOrder { v0, free })
+    }
+
+    /// As [`Start::third_order_by_force`](crate::Start::third_order_by_force), with the constraint force at the start.
+    pub fn third_order_by_force(q0: &[f64], v0: &[f64], force: &[f64]) -> Self {
+        let (v0, free) = (Vector::of(v0), Free::Force(Vector::of(force)));
+        Self::by(q0, Rule::ThirdOrder { v0, free })
+    }
+
+    /// As [`Start::nodes`](crate::Start::nodes).
+    pub fn nodes(q0: &[f64], q1: &[f64]) -> Self {
+        let q1 = Vector::of(q1);
+        Self::by(q0, Rule::Nodes { q1 })
+    }
+
+    /// As [`Start::three_nodes`](crate::Start::three_nodes).
+    pub fn three_nodes(q0: &[f64], q1: &[f64], q2: &[f64]) -> Self {
+        let [q1, q2] = [q1, q2].map(Vector::of);
+        Self::by(q0, Rule::ThreeNodes { q1, q2 })
+    }
+
+    /// The same at another time than 0.
+    pub fn at(mut self, t0: f64) -> Self {
+        self.0.t0 = t0;
+        self
+    }
+
+    /// Moved onto the constraints on positions and velocities, as [`Start::projected`](crate::Start::projected).
+    pub fn projected(mut self) -> Self {
+        self.0.projected = true;
+        self
+    }
+
+    /// With the acceleration near `a0` where there are several, as [`Start::near_acceleration`](crate::Start::near_acceleration).
+    pub fn near_acceleration(mut self, a0: &[f64]) -> Self {
+        self.0.near = Some(Vector::of(a0));
+        self
+    }
+
+    /// Checks that each vector has one component for each coordinate.
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::StartLength`] for the first that has not.
+    pub(crate) fn fits(&self, shape: &Shape) -> Result<(), SetupError> {
+        let Given { q0, rule, near, .. } = &self.0;
+        let others: [Option<(_, &Vector)>; 2] = match rule {
+            Rule::Paper { v0 } | Rule::SecondOrder { v0 } => [Some(("v0", v0)), None],
+            Rule::Nodes { q1 } => [Some(("q1", q1)), None],
+            Rule::ThreeNodes { q1, q2 } => [Some(("q1", q1)), Some(("q2", q2))],
+            Rule::ThirdOrder { v0, free } => match free {
+                Free::Acceleration(a0) => [Some(("v0", v0)), Some(("a0", a0))],
+                Free::Force(force) => [Some(("v0", v0)), Some(("force", force))],
+            },
+            Rule::Exact { v0, a0, .. } => [Some(("v0", v0)), Some(("a0", a0))],
+        };
+        let near = near.iter().map(|near| ("a0", near));
+        let all = [("q0", q0)].into_iter().chain(others.into_iter().flatten());
+        let coordinates = shape.dimension();
+        match all.chain(near).find(|(_, vector)| vector.len() != coordinates) {
+            None => Ok(()),
+            Some((vector, found)) => Err(SetupError::StartLength {
+                vector,
+                found: found.len(),
+                coordinates,
+            }),
+        }
+    }
+}
