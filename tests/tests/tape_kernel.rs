@@ -1,7 +1,7 @@
 //! A declaration that no compiler has seen is the same system: its tape, walked, gives the same bits as the code that the attribute writes.
 
 use dsocs_core::__private::{AnyLeg, At, Tape, TapeError, TapeKernel, Told};
-use dsocs_core::{Flow, Kernel, Node, Start, System};
+use dsocs_core::{Flow, Kernel, Node, SetupError, Start, Stepper, System, TaylorFlow, Tolerance, dsocs};
 use dsocs_systems::systems::*;
 
 /// The system of a compiled one's tape and shape, which are copied as if they had been read from a file.
@@ -245,4 +245,94 @@ fn a_tape_makes_the_steps_of_the_compiled_system() {
     }
     with_all!(check);
     assert!(nodes > 20_000, "{nodes}");
+}
+
+/// The tolerance of series.
+const TOLERANCE: f64 = 1e-11;
+
+/// How far the Taylor series of a compiled system and that of its tape are apart in a run from a start, in units of the tolerance; `None` where there
+/// is no series. Both make the same number of steps.
+fn apart_by_series<S: System<N>, const N: usize>(system: &S, start: Start<N>) -> Option<f64> {
+    let tolerance = Tolerance::relative(TOLERANCE);
+    let kernel = of_tape(system.kernel()).unwrap();
+    let compiled = TaylorFlow::new(system, start, tolerance);
+    let of_tape = TaylorFlow::<N>::of(&kernel, start, tolerance);
+    let (mut compiled, mut of_tape) = match (compiled, of_tape) {
+        (Ok(compiled), Ok(of_tape)) => (compiled, of_tape),
+        (Err(one @ SetupError::ThirdOrder { .. }), Err(other)) => {
+            assert_eq!(one.to_string(), other.to_string());
+            return None;
+        }
+        (one, other) => panic!("{}: {:?} {:?}", S::NAME, one.err(), other.err()),
+    };
+    let (mut apart, mut size) = (0.0_f64, 1.0_f64);
+    for t in [0.1, 0.5, 2.0, 4.0] {
+        let one = compiled.to(t).unwrap();
+        let other = of_tape.to(t).unwrap();
+        let numbers = |node: &Node<N>| [node.q, node.v].concat();
+        for (one, other) in numbers(&one).iter().zip(&numbers(&other)) {
+            size = size.max(one.abs());
+            apart = apart.max((one - other).abs());
+        }
+        let energy = one.energy.abs().max(1.0);
+        assert!((one.energy - other.energy).abs() <= 1e-10 * energy, "{}", S::NAME);
+    }
+    assert_eq!(compiled.steps(), of_tape.steps(), "{}", S::NAME);
+    Some(apart / (TOLERANCE * size))
+}
+
+#[test]
+fn a_tape_has_the_motion_of_the_compiled_system() {
+    let mut compared = 0;
+    macro_rules! check {
+        ($($system:ty),*) => {
+            $({
+                let system = <$system>::default();
+                let found = start_of(&system).and_then(|start| apart_by_series(&system, start));
+                println!("{:>30}: {found:?} tolerances", stringify!($system));
+                compared += usize::from(found.is_some());
+                assert!(found.is_none_or(|apart| apart < 1.0), "{found:?}");
+            })*
+        };
+    }
+    with_all!(check);
+    assert!(compared > 18, "{compared}");
+}
+
+/// The start of a system's own run.
+fn start_of<S: System<N>, const N: usize>(_: &S) -> Option<Start<N>> {
+    start::<S, N>().map(|(start, _)| start)
+}
+
+/// Dry friction, and a spring with a corner: functions that jump, which the motion crosses.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2) - x.powi(2)) / 2 - y.abs();
+    external_forces = (-dry * dot(x).signum(), -(steep * dot(y)).tanh() / 10);
+}]
+struct Jumping {
+    dry: f64,
+    steep: f64,
+}
+
+#[test]
+fn a_tape_passes_switches_as_the_compiled_system_does() {
+    let system = Jumping {
+        dry: 0.05,
+        steep: 3.0,
+    };
+    let start = Start::second_order([1.0, 0.5], [0.0, 0.3]);
+    let apart = apart_by_series(&system, start).unwrap();
+    assert!(apart < 10.0, "{apart}");
+    // and both get stuck where the spring cannot pull the mass on
+    let kernel = of_tape(&system).unwrap();
+    let tolerance = Tolerance::relative(TOLERANCE);
+    let ends = [
+        TaylorFlow::new(&system, start, tolerance).unwrap().to(50.0),
+        TaylorFlow::<2>::of(&kernel, start, tolerance).unwrap().to(50.0),
+    ];
+    for end in ends {
+        let error = end.unwrap_err().to_string();
+        assert!(error.contains("sticks"), "{error}");
+    }
 }

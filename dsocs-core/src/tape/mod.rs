@@ -264,6 +264,12 @@ impl Tape {
         ops.any(|op| matches!(op, read::Op::Call(..)))
     }
 
+    /// Whether a segment has a sign or a comparison.
+    pub(crate) fn branches(&self, segment: Segment) -> bool {
+        let body = self.bodies().get(segment as usize);
+        body.is_some_and(|body| body.ops.iter().any(read::Op::branches))
+    }
+
     /// How many results a part of a segment has.
     pub fn count(&self, segment: Segment, part: Part) -> usize {
         self.bodies()

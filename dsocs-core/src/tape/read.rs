@@ -111,6 +111,14 @@ const LEAVES: [fn(usize) -> Leaf; 16] = [
 ];
 
 impl Op {
+    /// Whether a sign or a comparison decides what it is.
+    pub(super) fn branches(&self) -> bool {
+        matches!(
+            self,
+            Self::Select(..) | Self::Function(Function::Abs | Function::Signum, _)
+        )
+    }
+
     /// The operations that are read, by their places.
     pub(super) fn parts(&self) -> &[usize] {
         match self {

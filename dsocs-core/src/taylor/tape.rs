@@ -4,20 +4,31 @@
 //! orders only. So every order takes two evaluations: one with `x_k = 0`, which gives `r_k`, and one with `x_k = -J⁻¹ r_k`, which leaves what the
 //! operations keep for the orders that follow. Generated recurrences need neither the second nor the interpreter, and are several times as fast.
 
+use core::cell::Cell;
+
+use super::Tolerance;
+use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::jet::{Call, Jet};
+use super::jets::SeriesKernel;
 use super::series::Series;
+use super::state::State;
 use super::switch::Switch;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::error::SetupError;
+use crate::kernel::{Kernel, TapeKernel};
+use crate::start::Start;
 use crate::step::convergence::LAST_UPDATE;
 use crate::tape::{Leaf, Number as _, Part, Segment};
 
 /// How often the accelerations of order 0 are improved.
 const MAX_ITERATIONS: u32 = 50;
 
-/// What a series of a tape needs from order to order.
-#[derive(Debug)]
-pub(super) struct TapeSeries {
+/// The series of a tape, with what it needs from order to order.
+pub(super) struct TapeSeries<'s> {
+    kernel: &'s dyn Kernel,
+    /// The values of the parameters.
+    values: Vec<f64>,
     /// The rows as a function of time.
     rows: Call,
     /// How many coordinates there are.
@@ -30,6 +41,10 @@ pub(super) struct TapeSeries {
     results: Vec<Jet>,
     /// The inverse of the Jacobian.
     inverse: Matrix,
+    /// What the switches are: none has a name, and without signs they are places of steep functions.
+    names: &'static [&'static str],
+    /// Room for a step.
+    room: Cell<Vec<f64>>,
 }
 
 /// The order that is computed, and a point of expansion.
@@ -64,23 +79,33 @@ impl Place<'_> {
     }
 }
 
-impl TapeSeries {
-    /// The series of a declaration.
-    pub(super) fn new(declaration: &Declaration<'_>) -> Self {
-        let tape = declaration.source().tape();
+impl<'s> TapeSeries<'s> {
+    /// The series of a kernel with the values that its parameters have. It may call no functions of the user's.
+    pub(super) fn new(kernel: &'s dyn Kernel) -> Self {
+        let (tape, shape) = (kernel.tape(), kernel.shape());
         let size = tape.count(Segment::Continuous, Part::Head);
         Self {
             rows: Call::default(),
-            coordinates: declaration.dimension(),
+            kernel,
+            values: (0..shape.parameters.len())
+                .map(|place| kernel.value(place))
+                .collect(),
+            coordinates: shape.dimension(),
             unknowns: [vec![0.0; size], vec![0.0; size]],
             update: vec![0.0; size],
             results: vec![Jet::from(f64::NAN); size * (1 + size)],
             inverse: Matrix::zeros(size, size),
+            names: if tape.branches(Segment::Continuous) {
+                &["an expression"]
+            } else {
+                &[""]
+            },
+            room: Cell::default(),
         }
     }
 
     /// The Taylor coefficients of the motion from the point where the series begins.
-    pub(super) fn expand(&mut self, declaration: &Declaration<'_>, series: &mut Series) {
+    fn expand_with(&mut self, declaration: &Declaration<'_>, series: &mut Series) {
         let n = self.coordinates;
         for (x, &guess) in self.unknowns[0].iter_mut().zip(series.velocity_of(1)) {
             *x = if guess.is_finite() { guess } else { 0.0 };
@@ -165,15 +190,74 @@ impl TapeSeries {
             (_, true) => self.rows.again(k, function),
         };
     }
+}
 
-    /// What decides between pieces of the rows.
-    pub(super) fn switches(&mut self) -> &mut [Switch] {
-        self.rows.switches()
+impl SeriesKernel for TapeSeries<'_> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.kernel
     }
 
-    /// Begins the pieces that choices have gone over to. Returns whether there are any.
-    pub(super) fn enter(&mut self) -> bool {
+    fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    fn set_values(&mut self, values: &[f64]) {
+        for (own, value) in self.values.iter_mut().zip(values) {
+            *own = *value;
+        }
+        self.rows = Call::default();
+    }
+
+    fn expand(&mut self, series: &mut Series) {
+        let values = core::mem::take(&mut self.values);
+        self.expand_with(&Declaration::of(self.kernel).with(&values), series);
+        self.values = values;
+    }
+
+    fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
+        let n = self.coordinates;
+        let mut room = self.room.take();
+        room.resize(2 * n, 0.0);
+        let (q, v) = room.split_at_mut(n);
+        to.copy(from);
+        series.increments(h, [&mut *q, &mut *v, to.parts().a]);
+        to.move_position(q);
+        to.move_velocity(v);
+        self.room.set(room);
+    }
+
+    fn switches(&self) -> &[&'static str] {
+        self.names
+    }
+
+    // the rows are one function, with all switches in its group; the declaration's own group is empty
+    fn groups(&self) -> usize {
+        2
+    }
+
+    fn group(&mut self, group: usize) -> &mut [Switch] {
+        match group {
+            1 => self.rows.switches(),
+            _ => &mut [],
+        }
+    }
+
+    fn enter(&mut self) -> bool {
         self.rows.enter_pieces()
+    }
+}
+
+impl<'s, const N: usize> TaylorFlow<'s, N> {
+    /// As [`TaylorFlow::new`], for a system that was not compiled and has `N` coordinates.
+    ///
+    /// # Errors
+    ///
+    /// As [`TaylorFlow::new`].
+    #[doc(hidden)]
+    pub fn of(kernel: &'s TapeKernel, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
+        let equations = Box::new(TapeSeries::new(kernel));
+        let any = AnyTaylorFlow::new(equations, &start.given(), &tolerance)?;
+        Ok(Self { any })
     }
 }
 
@@ -181,7 +265,7 @@ impl TapeSeries {
 mod tests {
     use dsocs_macros::dsocs;
 
-    use super::super::jets::{Recurrences, SeriesKernel as _};
+    use super::super::jets::Recurrences;
     use super::*;
     use crate::system::System;
 
@@ -200,8 +284,7 @@ mod tests {
     #[test]
     fn a_tape_has_the_series_of_the_generated_recurrences() {
         let system = Everything { mass: 1.5 };
-        let declaration = Declaration::of(&system);
-        let mut of_tape = TapeSeries::new(&declaration);
+        let mut of_tape = TapeSeries::new(&system);
         let mut generated = Recurrences::<_, 3>::new(&system, false);
         for (q, v) in [
             ([0.5, 0.25, 0.6875], [1.0, -0.5, -0.75]),
@@ -211,7 +294,7 @@ mod tests {
                 let mut series = Series::new(3, 24);
                 series.begin(0.75, &q, &v);
                 if is_tape {
-                    of_tape.expand(&declaration, &mut series);
+                    of_tape.expand(&mut series);
                 } else {
                     generated.expand(&mut series);
                 }
