@@ -1,7 +1,5 @@
 //! A system of any type, for what is done seldom.
 
-use crate::declaration::Declaration;
-
 use crate::system::{Leg, Point};
 use crate::tangent::Tangent;
 use crate::tape::Number;

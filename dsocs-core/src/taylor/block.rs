@@ -322,7 +322,8 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let left = (until - motion.t.hi[0]) - motion.t.lo[0];
         let smallest = motion.smallest_step(until);
         core::mem::swap(&mut motion.series, &mut motion.next);
-        let wanted = motion.wanted();
+        let sizes = motion.sizes(&**equations);
+        let wanted = motion.wanted(&sizes);
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
         let mut alone = wanted.is_nan() || wanted < smallest || !motion.series.is_finite();
@@ -385,7 +386,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
     /// Whether the step was good. If so it is taken, else it will be tried again.
     fn judge(&mut self, lane: usize, lanes: &mut Lanes<'_>) -> bool {
         let asked = self.first_asked();
-        let AnyTaylorFlow { motion, .. } = &mut self.flow.any;
+        let AnyTaylorFlow { motion, equations } = &mut self.flow.any;
         let Trial {
             until,
             size,
@@ -405,10 +406,10 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         lanes.engine.tell(lane, asked, &mut motion.next);
         // a velocity that jumps where no expansion shows a switch
         let jumps = motion.moved(self.step.h()).is_some();
-        let good = !jumps
-            && motion
-                .control
-                .good(&motion.series, &motion.next, motion.tried.a(), size);
+        let weights = motion.control.weights();
+        let sizes = motion.sizes(&**equations);
+        let end = equations.defect(&motion.next, motion.tried.a(), weights);
+        let good = !jumps && motion.control.good(&sizes, end, size);
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);

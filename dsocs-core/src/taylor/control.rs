@@ -1,6 +1,7 @@
 //! Order and step: À. Jorba and M. Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
+use super::jets::Sizes;
 use super::kernel::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
 use super::switch::Limits;
@@ -113,55 +114,47 @@ impl Control {
         }
     }
 
-    /// The size of a vector; NaN if a component is.
-    #[inline(always)]
-    fn size(&self, x: &[f64]) -> f64 {
-        let mut size = 0.0_f64;
-        for (x, weight) in x.iter().zip(&self.weights) {
-            let x = (x * weight).abs();
-            size = if x <= size { size } else { x };
-        }
-        size
+    /// What components are multiplied by before they are compared.
+    #[inline]
+    pub(super) fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
-    /// The size of a difference; NaN if a component is.
-    #[inline(always)]
-    fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
-        let mut size = 0.0_f64;
-        for ((x, y), weight) in x.iter().zip(y).zip(&self.weights) {
-            let x = ((x - y) * weight).abs();
-            size = if x <= size { size } else { x };
-        }
-        size
+    /// The size of a vector; NaN if a component is.
+    fn size(&self, x: &[f64]) -> f64 {
+        size(x, &self.weights)
     }
 
     /// The binary logarithm of the velocity's size in a step of the last one's length.
     #[inline(always)]
-    pub(super) fn log_size(&self, series: &Series, last: f64) -> f64 {
-        let [v, a] = [0, 1].map(|k| self.size(series.velocity_of(k)));
-        log2(v.max(a * last.abs()) + self.floor)
+    pub(super) fn log_size(&self, sizes: &Sizes, last: f64) -> f64 {
+        log2(sizes.velocity.max(sizes.acceleration * last.abs()) + self.floor)
     }
 
     /// The binary logarithm of the step of order `p`, from two coefficients of the velocity: infinite where they vanish,
     /// NaN where they are not finite.
     #[inline(always)]
-    pub(super) fn log_step(&self, series: &Series, p: usize, log_size: f64) -> f64 {
-        let size = |k: usize| self.size(series.velocity_of(k));
-        let radius = |k: usize| (log_size - log2(size(k))) * RECIPROCALS[k];
-        let (before, last) = (radius(p - 1), radius(p));
+    pub(super) fn log_step(&self, [before, last]: [f64; 2], p: usize, log_size: f64) -> f64 {
+        let radius = |k: usize, size: f64| (log_size - log2(size)) * RECIPROCALS[k];
+        let (before, last) = (radius(p - 1, before), radius(p, last));
         let radius = if before < last { before } else { last };
         radius + self.log * RECIPROCALS[p]
     }
 
-    /// Whether a step was as good as its series promised: at its end the acceleration `a` of its series has to be that
-    /// of the system, with which the series `next` begins.
+    /// The same by a series.
+    pub(super) fn log_step_by(&self, series: &Series, p: usize, log_size: f64) -> f64 {
+        let last = [p - 1, p].map(|k| self.size(series.velocity_of(k)));
+        self.log_step(last, p, log_size)
+    }
+
+    /// Whether a step of the length `h` was as good as its series promised: at its end the acceleration of its series has to be that
+    /// of the system, with which the next series begins. `end` is the size of that, and of the difference.
     #[inline(always)]
-    pub(super) fn good(&self, series: &Series, next: &Series, a: &[f64], h: f64) -> bool {
-        let end = next.velocity_of(1);
-        let way = self.size(series.velocity_of(1)).max(self.size(end)) * h;
-        let size = self.size(series.velocity_of(0)).max(way);
+    pub(super) fn good(&self, sizes: &Sizes, [end, defect]: [f64; 2], h: f64) -> bool {
+        let way = sizes.acceleration.max(end) * h;
+        let size = sizes.velocity.max(way);
         let allowed = (DEFECT * self.relative).max(LEAST_DEFECT) * size + DEFECT * self.absolute;
-        self.distance(end, a) * h <= allowed
+        defect * h <= allowed
     }
 
     /// The first step, of which no step is known before: the velocity's size is the largest term of its series that the
@@ -188,6 +181,28 @@ impl Control {
         }
         step
     }
+}
+
+/// The size of a vector, with components multiplied by weights; NaN if a component is.
+#[inline(always)]
+pub(super) fn size(x: &[f64], weights: &[f64]) -> f64 {
+    let mut size = 0.0_f64;
+    for (x, weight) in x.iter().zip(weights) {
+        let x = (x * weight).abs();
+        size = if x <= size { size } else { x };
+    }
+    size
+}
+
+/// The size of a difference; NaN if a component is.
+#[inline(always)]
+pub(super) fn distance(x: &[f64], y: &[f64], weights: &[f64]) -> f64 {
+    let mut size = 0.0_f64;
+    for ((x, y), weight) in x.iter().zip(y).zip(weights) {
+        let x = ((x - y) * weight).abs();
+        size = if x <= size { size } else { x };
+    }
+    size
 }
 
 /// The bits of the smallest normal number, and of infinity.

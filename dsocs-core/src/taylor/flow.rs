@@ -162,8 +162,8 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
 
     /// The run without its number of coordinates.
     #[must_use]
-    pub fn any(self) -> AnyTaylorFlow<'s> {
-        self.any
+    pub fn into_run(self) -> Box<dyn Run + 's> {
+        Box::new(self.any)
     }
 
     /// The order of the velocity's series; the position's is one more.

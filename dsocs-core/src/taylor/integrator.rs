@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use super::control::{Control, Tolerance, exp2};
 use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
-use super::jets::SeriesKernel;
+use super::jets::{SeriesKernel, Sizes};
 use super::order::Order;
 use super::projection::{Projection, size};
 use super::series::Series;
@@ -367,8 +367,8 @@ impl Integrator {
     }
 
     /// The length of the step that the tolerance allows, by the series of its beginning.
-    #[inline(always)]
-    pub(super) fn wanted(&mut self) -> f64 {
+    #[inline]
+    pub(super) fn wanted(&mut self, sizes: &Sizes) -> f64 {
         let Self {
             control,
             order,
@@ -377,12 +377,23 @@ impl Integrator {
         } = self;
         match self.last {
             Some((_, last)) if !self.is_new => {
-                let log_size = control.log_size(series, last);
+                let (log_size, before) = (control.log_size(sizes, last), order.current());
                 order.learn(control, series, log_size);
-                exp2(control.log_step(series, order.current(), log_size))
+                let p = order.current();
+                exp2(if p == before {
+                    control.log_step(sizes.last, p, log_size)
+                } else {
+                    control.log_step_by(series, p, log_size)
+                })
             }
             _ => control.first_step(series, order.current()),
         }
+    }
+
+    /// What the control of the step asks of the series of its beginning.
+    #[inline]
+    pub(super) fn sizes(&self, equations: &dyn SeriesKernel) -> Sizes {
+        equations.sizes(&self.series, self.control.weights(), self.order.current())
     }
 
     /// The smallest step on the way to a time.
@@ -560,10 +571,12 @@ impl Integrator {
         smallest: f64,
     ) -> Outcome {
         core::mem::swap(&mut self.series, &mut self.next);
-        if !self.series.is_in_range() {
+        let mut sizes = self.sizes(equations);
+        if !sizes.is_in_range {
             self.cut_to_range();
+            sizes = self.sizes(equations);
         }
-        let wanted = self.wanted();
+        let wanted = self.wanted(&sizes);
         self.next.set_order(self.order.next());
         let mut size = wanted.min(left.abs());
         if wanted.is_nan() || wanted < smallest {
@@ -592,7 +605,8 @@ impl Integrator {
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
-            let good = !jumps && self.control.good(&self.series, &self.next, self.tried.a(), size);
+            let end = equations.defect(&self.next, self.tried.a(), self.control.weights());
+            let good = !jumps && self.control.good(&sizes, end, size);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
                 self.last = Some((self.t, h));

@@ -6,7 +6,9 @@
 use std::borrow::Cow;
 
 use super::coefficient::Coefficient;
-use super::series::{Rows, Series};
+use super::control;
+use super::kernel::MAX_ORDER;
+use super::series::{self, Rows, Series};
 use super::state::State;
 use super::switch::{Switch, Switches};
 use crate::compiled::Compiled;
@@ -70,6 +72,30 @@ pub(crate) trait SeriesKernel {
     /// Goes a time `h` along a series: adds the increments to the sums of a state, and takes the acceleration there.
     fn along(&self, series: &Series, h: f64, from: &State, to: &mut State);
 
+    /// Begins a series at a time and a state, and expands it there.
+    fn begin(&mut self, series: &mut Series, t: f64, state: &State) {
+        series.begin(t, state.q(), state.v());
+        series.expect(state.a());
+        self.expand(series);
+    }
+
+    /// What the control of a step of the order `p` asks of its series, with components multiplied by weights.
+    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
+        let size = |k: usize| control::size(series.velocity_of(k), weights);
+        Sizes {
+            velocity: size(0),
+            acceleration: size(1),
+            last: [size(p - 1), size(p)],
+            is_in_range: series.is_in_range(),
+        }
+    }
+
+    /// The size of the acceleration with which a series begins, and of its difference from another one.
+    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
+        let own = series.velocity_of(1);
+        [control::size(own, weights), control::distance(own, a, weights)]
+    }
+
     /// What the switches are: those of the declaration, then one for each group of the user's functions. Those where a smooth function is steep
     /// have no names.
     fn switches(&self) -> &[&'static str];
@@ -120,6 +146,29 @@ impl dyn SeriesKernel + '_ {
         };
         Cow::Borrowed(names.get(place).copied().unwrap_or("an expression"))
     }
+}
+
+/// What the control of a step asks of its series.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// The size of the velocity.
+    pub velocity: f64,
+    /// The size of the acceleration.
+    pub acceleration: f64,
+    /// The sizes of the last two coefficients of the velocity.
+    pub last: [f64; 2],
+    /// Whether the highest coefficients that are known are in the range of doubles.
+    pub is_in_range: bool,
+}
+
+impl Sizes {
+    /// Those of no series.
+    const NONE: Self = Self {
+        velocity: f64::NAN,
+        acceleration: f64::NAN,
+        last: [f64::NAN; 2],
+        is_in_range: false,
+    };
 }
 
 /// The recurrences that the attribute writes, and what they keep.
@@ -181,6 +230,49 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
 
     fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
         dispatch::run_as(self.rounded, Along::<N> { series, h, from, to });
+    }
+
+    fn begin(&mut self, series: &mut Series, t: f64, state: &State) {
+        let rounded = self.rounded;
+        if let (Some(series), Some([q, v])) = (&mut series.rows(), state.sized::<N>()) {
+            series.begin(t, &q.hi, &v.hi);
+            series.expect(state.a());
+            let expansion = Expansion {
+                recurrences: self,
+                series,
+            };
+            dispatch::run_as(rounded, expansion);
+        }
+        series.set_time(t);
+    }
+
+    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
+        let mut sizes = Sizes::NONE;
+        if let (Some(weights), Some(v)) = (weights.first_chunk::<N>(), series.velocity_table::<N>()) {
+            let (p, order) = (p.clamp(2, MAX_ORDER), series.order());
+            let size = |k: usize| control::size(&v[k], weights);
+            sizes = Sizes {
+                velocity: size(0),
+                acceleration: size(1),
+                last: [size(p - 1), size(p)],
+                is_in_range: series::is_in_range(&v[order - 1], &v[order]),
+            };
+        }
+        sizes
+    }
+
+    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
+        match (
+            weights.first_chunk::<N>(),
+            a.first_chunk::<N>(),
+            series.velocity_table::<N>(),
+        ) {
+            (Some(weights), Some(a), Some(v)) => [
+                control::size(&v[1], weights),
+                control::distance(&v[1], a, weights),
+            ],
+            _ => [f64::NAN; 2],
+        }
     }
 
     fn switches(&self) -> &[&'static str] {

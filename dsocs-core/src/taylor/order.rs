@@ -104,7 +104,7 @@ impl Order {
 
     fn weigh(&mut self, control: &Control, series: &Series, log_size: f64) {
         let order = self.current;
-        let worth = |p: usize| control.log_step(series, p, log_size) - log_work(p);
+        let worth = |p: usize| control.log_step_by(series, p, log_size) - log_work(p);
         let here = worth(order);
         let below = self.below();
         for (gain, other) in self.gains.iter_mut().zip([order + CHANGE, below]) {

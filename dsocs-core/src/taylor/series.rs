@@ -115,6 +115,18 @@ impl<T: Coefficient> Series<T> {
         self.t
     }
 
+    /// Sets the time of the point of expansion.
+    #[inline]
+    pub(super) fn set_time(&mut self, t: T) {
+        self.t = t;
+    }
+
+    /// The velocity by order, also of orders that are not known; `None` with another number of coordinates.
+    #[inline]
+    pub(super) fn velocity_table<const N: usize>(&self) -> Option<&[[T; N]; ROWS]> {
+        self.v.as_chunks().0.try_into().ok()
+    }
+
     /// Position and velocity at the point of expansion.
     #[inline]
     #[must_use]
@@ -220,6 +232,20 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
     #[must_use]
     pub fn time(&self) -> T {
         self.t
+    }
+
+    /// Sets the point of expansion.
+    #[inline(always)]
+    pub(super) fn begin(&mut self, t: T, q: &[T; N], v: &[T; N]) {
+        (self.t, self.q[0], self.v[0]) = (t, *q, *v);
+    }
+
+    /// Sets what the acceleration of order 0 is expected to be.
+    #[inline(always)]
+    pub(super) fn expect(&mut self, a: &[T]) {
+        if let Some(a) = a.first_chunk() {
+            self.v[1] = *a;
+        }
     }
 
     /// The point of expansion.
@@ -348,7 +374,7 @@ impl Series {
     #[inline(always)]
     pub(super) fn is_in_range(&self) -> bool {
         let last = self.order();
-        largest(self.velocity_of(last)).max(largest(self.velocity_of(last - 1))) >= TINY && self.is_finite()
+        is_in_range(self.velocity_of(last - 1), self.velocity_of(last))
     }
 
     /// Whether the highest coefficients are numbers.
@@ -421,6 +447,16 @@ impl Series {
             (*q, *v) = (start + *q, rate + *v);
         }
     }
+}
+
+/// Whether the last two coefficients are numbers, and not so small that products of theirs may be zero.
+#[inline(always)]
+pub(super) fn is_in_range(before: &[f64], last: &[f64]) -> bool {
+    let mut is_finite = true;
+    for (before, last) in before.iter().zip(last) {
+        is_finite &= before.is_finite() & last.is_finite();
+    }
+    largest(last).max(largest(before)) >= TINY && is_finite
 }
 
 /// The largest size of a component.

@@ -106,9 +106,7 @@ impl Integrator {
             projection.apply(equations, t, &mut self.tried);
         }
         let t = self.side(t, false);
-        self.next.begin(t, self.tried.q(), self.tried.v());
-        self.next.expect(self.tried.a());
-        equations.expand(&mut self.next);
+        equations.begin(&mut self.next, t, &self.tried);
     }
 
     /// Whether an argument is beyond zero at the end of the step that has been tried.

@@ -60,8 +60,8 @@ fn continuous<'s, S: System<N>, const N: usize>(
 ) -> Result<Box<dyn Run + 's>, SetupError> {
     let flow: TaylorFlow<'s, N> = TaylorFlow::new(system, start, tolerance)?;
     Ok(match every {
-        Some(h) => Box::new(flow.every(h)?.any()),
-        None => Box::new(flow.any()),
+        Some(h) => flow.every(h)?.into_run(),
+        None => flow.into_run(),
     })
 }
 
