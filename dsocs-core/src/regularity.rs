@@ -59,10 +59,14 @@ impl Regularity {
 
     /// The regularity of the step `h` from a leg with the second difference `e = q2 − 2 q1 + q0`.
     ///
-    /// The triple need not solve the equations. Leg and second difference have one component for each coordinate.
+    /// The triple need not solve the equations. Leg and second difference have one component for each coordinate; of others nothing is known.
     #[must_use]
     pub fn of(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Self {
-        Self::of_declaration(&Declaration::of(system), h, leg, e)
+        let declaration = Declaration::of(system);
+        if !fit(&declaration, &[leg.q, leg.d, e]) {
+            return Self::UNKNOWN;
+        }
+        Self::of_declaration(&declaration, h, leg, e)
     }
 
     /// The same of a declaration.
@@ -127,6 +131,13 @@ impl Regularity {
     pub fn condition(&self) -> f64 {
         self.largest_forward / self.forward
     }
+}
+
+/// Whether vectors have one component for each coordinate.
+pub(crate) fn fit(declaration: &Declaration<'_>, vectors: &[&[f64]]) -> bool {
+    vectors
+        .iter()
+        .all(|vector| vector.len() == declaration.dimension())
 }
 
 /// Whether a smallest singular value is more than rounding.

@@ -11,6 +11,14 @@ pub enum GeometryError {
     /// The step or a parameter cannot be used.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// A vector has not one component for each coordinate.
+    #[error("a leg or a second difference has {found} components, but there are {coordinates} coordinates")]
+    Length {
+        /// How many components it has.
+        found: usize,
+        /// How many coordinates there are.
+        coordinates: usize,
+    },
     /// No solution of the step was found.
     #[error("the step from q0 = {q0:?}, q1 = {q1:?} has no solution: {cause}")]
     Step {

@@ -42,8 +42,9 @@ impl DiscreteFlow<'_> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Inverse`] if no first node is found.
+    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates.
     pub fn backward(&self, last: AnyLeg<'_, f64>) -> Result<Triple, GeometryError> {
+        self.check(&[last.q, last.d])?;
         self.backward_near(last, &self.reversed(last).unwrap_or(zero(last.d.len())))
     }
 
@@ -52,8 +53,9 @@ impl DiscreteFlow<'_> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Inverse`] if no first node is found.
+    /// [`GeometryError::Inverse`] if no first node is found, [`GeometryError::Length`] if the pair has another number of coordinates.
     pub fn backward_near(&self, last: AnyLeg<'_, f64>, near: &[f64]) -> Result<Triple, GeometryError> {
+        self.check(&[last.q, last.d, near])?;
         let mut e = near.to_vec();
         let q1 = minus(last.q, last.d);
         let t = last.t - self.h;

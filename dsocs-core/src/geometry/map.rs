@@ -121,7 +121,7 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Step`] if no solution of the step is found.
+    /// [`GeometryError::Step`] if no solution of the step is found, [`GeometryError::Length`] if the pair has another number of coordinates.
     pub fn forward(&self, leg: AnyLeg<'_, f64>) -> Result<Triple, GeometryError> {
         let solution = self.solved(leg, Sought::Watched)?;
         Ok(Triple::new(leg, &solution.e))
@@ -132,14 +132,30 @@ impl<'s> DiscreteFlow<'s> {
     ///
     /// # Errors
     ///
-    /// [`GeometryError::Step`] if no solution of the step is found from there.
+    /// [`GeometryError::Step`] if no solution of the step is found from there, [`GeometryError::Length`] as [`DiscreteFlow::forward`].
     pub fn forward_near(&self, leg: AnyLeg<'_, f64>, e: &[f64]) -> Result<Triple, GeometryError> {
         let solution = self.solved(leg, Sought::Near(e))?;
         Ok(Triple::new(leg, &solution.e))
     }
 
+    /// Checks that vectors have one component for each coordinate.
+    pub(super) fn check(&self, vectors: &[&[f64]]) -> Result<(), GeometryError> {
+        let coordinates = self.system.shape().dimension();
+        match vectors.iter().find(|vector| vector.len() != coordinates) {
+            None => Ok(()),
+            Some(vector) => Err(GeometryError::Length {
+                found: vector.len(),
+                coordinates,
+            }),
+        }
+    }
+
     /// The solution of the step from `leg`.
     pub(super) fn solved(&self, leg: AnyLeg<'_, f64>, sought: Sought<'_>) -> Result<Solution, GeometryError> {
+        self.check(&[leg.q, leg.d])?;
+        if let Sought::Near(e) = sought {
+            self.check(&[e])?;
+        }
         match solvable::step(self.system, self.h, leg, sought) {
             Ok(solution) => Ok(solution),
             Err(cause) => Err(failed(leg, cause)),

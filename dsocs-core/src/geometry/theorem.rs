@@ -39,8 +39,13 @@ impl FlowTheorem {
     #[must_use]
     pub fn at(system: &dyn Kernel, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Self {
         let declaration = Declaration::of(system);
-        let regularity = Regularity::of_declaration(&declaration, h, leg, e);
-        let mut values = regularity::all_singular_values(&declaration, h, leg, e);
+        let fits = regularity::fit(&declaration, &[leg.q, leg.d, e]);
+        let regularity = Regularity::of(system, h, leg, e);
+        let mut values = if fits {
+            regularity::all_singular_values(&declaration, h, leg, e)
+        } else {
+            Vec::new()
+        };
         values.sort_by(|x, y| y.total_cmp(x));
         let largest = values.first().copied().unwrap_or(f64::NAN);
         let full = declaration.dimension() + count_unknown(&declaration);
@@ -50,7 +55,7 @@ impl FlowTheorem {
             full,
             margin: values.get(full - 1).map_or(f64::NAN, |value| value / largest),
             regularity,
-            declared: is_declared(&declaration, h, leg, e),
+            declared: fits && is_declared(&declaration, h, leg, e),
         }
     }
 

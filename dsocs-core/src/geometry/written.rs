@@ -7,6 +7,7 @@ use crate::dense::Matrix;
 use crate::double::Double;
 use crate::kernel::Kernel;
 use crate::multipliers::of_step;
+use crate::regularity::fit;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
@@ -33,7 +34,7 @@ const FOUR_NODES: [[f64; 4]; 4] = [
 /// to the nearest double; the second difference was known to one unit of rounding of itself or of a leg; and the row was solved in
 /// doubles. Rows that call your own Rust functions are evaluated in the precision of doubles only.
 ///
-/// Rows come in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to
+/// Nodes have one component for each coordinate; there are no rows of others. Rows come in the order of [`System::residual`](crate::System::residual). Unknown multipliers are fitted to
 /// the rows.
 #[must_use]
 pub fn rows_of_written(system: &dyn Kernel, t: f64, h: f64, nodes: [&[f64]; 3]) -> Vec<[f64; 2]> {
@@ -59,12 +60,10 @@ fn written(
     before: Option<&[f64]>,
     nodes: [&[f64]; 3],
 ) -> Vec<[f64; 2]> {
-    let n = nodes
-        .iter()
-        .copied()
-        .chain(before)
-        .map(<[f64]>::len)
-        .fold(declaration.dimension(), usize::min);
+    let n = declaration.dimension();
+    if !fit(&declaration, &nodes) || !fit(&declaration, before.as_slice()) {
+        return Vec::new();
+    }
     let [q0, q1, q2] = nodes;
     let exact = |x: &[f64]| x.iter().copied().map(Double::exact).collect();
     let mut leg: OwnedLeg<Double> = OwnedLeg {

@@ -6,9 +6,11 @@
 use dsocs_core::geometry::{
     DiscreteFlow, Displacement, Evolution, FlowTheorem, GeometryError, Triple, asymmetry, discrete_form,
     legendre_minus, legendre_plus, momentum_equation, momentum_map, momentum_minus, momentum_plus,
-    pair_displacements, theta_minus, theta_plus,
+    pair_displacements, rows_of_written, theta_minus, theta_plus,
 };
-use dsocs_core::{Flow, Leg, Real, Start, Stepper, System, dsocs};
+use dsocs_core::{
+    AnyFlow, AnyLeg, AnyStart, Flow, Leg, Real, Regularity, SetupError, Start, Stepper, System, dsocs,
+};
 use dsocs_systems::{
     Curvature, CurvedParticle, GravityTurn, InertiaWheelPendulum, MagneticParticle, PlanarChain2,
     SphericalPendulum, Wavy,
@@ -366,6 +368,28 @@ fn what_is_no_trajectory_is_refused() {
         DiscreteFlow::new(&particle, 0.0),
         Err(GeometryError::Setup(_))
     ));
+}
+
+#[test]
+fn vectors_of_another_number_of_coordinates_are_told() {
+    let particle = CurvedParticle::default();
+    let map = DiscreteFlow::new(&particle, 0.1).unwrap();
+    for count in [0, 1, 3] {
+        let (q, d) = (&vec![0.3; count], &vec![0.08; count]);
+        let leg = AnyLeg { t: 0.0, q, d };
+        let told = |error: GeometryError| matches!(error, GeometryError::Length { found, coordinates: 2 } if found == count);
+        assert!(told(map.forward(leg).unwrap_err()) && told(map.backward(leg).unwrap_err()));
+        assert!(told(map.tangent(&Triple::new(leg, d)).unwrap_err()));
+        assert!(!FlowTheorem::at(&particle, 0.1, leg, d).grants_flow());
+        assert!(!Regularity::of(&particle, 0.1, leg, d).grants_flow());
+        assert!(rows_of_written(&particle, 0.0, 0.1, [q, q, q]).is_empty());
+        let start = AnyStart::second_order(q, d);
+        let refused = AnyFlow::new(&particle, 0.1, &start).map(|_| ());
+        assert!(matches!(
+            refused,
+            Err(SetupError::StartLength { coordinates: 2, .. })
+        ));
+    }
 }
 
 #[test]
