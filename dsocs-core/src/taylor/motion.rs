@@ -2,6 +2,7 @@
 
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
+use crate::error::SetupError;
 use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
 use crate::start::Start;
 use crate::system::{Point, System};
@@ -31,10 +32,15 @@ impl<'s, const N: usize> Motion<'s, N> {
         until: f64,
         tolerance: Tolerance,
     ) -> Result<Self, RunError> {
+        Self::of(TaylorFlow::new(system, start, tolerance), until)
+    }
+
+    /// The motion of a flow that stands at its start, or why there is none.
+    fn of(flow: Result<TaylorFlow<'s, N>, SetupError>, until: f64) -> Result<Self, RunError> {
         if !until.is_finite() {
             return Err(RunError::Until { until });
         }
-        let mut flow = TaylorFlow::new(system, start, tolerance)?.any;
+        let mut flow = flow?.any;
         let start = (flow.motion.time(), Point::of(flow.motion.point()));
         if until < start.0 {
             flow.reverse()?;
@@ -133,11 +139,19 @@ impl<'s, const N: usize> GlobalError<'s, N> {
     ///
     /// As [`Motion::new`].
     pub fn new<S: System<N>>(system: &'s S, start: Start<N>, until: f64) -> Result<Self, RunError> {
+        Self::of(&|tolerance| TaylorFlow::new(system, start, tolerance), until)
+    }
+
+    /// The error of motions up to the time `until` from those that a function begins.
+    fn of(
+        begin: &dyn Fn(Tolerance) -> Result<TaylorFlow<'s, N>, SetupError>,
+        until: f64,
+    ) -> Result<Self, RunError> {
         let [first, second] = Self::REFERENCES;
         Ok(Self {
             motions: [
-                Motion::new(system, start, until, first)?,
-                Motion::new(system, start, until, second)?,
+                Motion::of(begin(first), until)?,
+                Motion::of(begin(second), until)?,
             ],
             uncertainty: 0.0,
         })
