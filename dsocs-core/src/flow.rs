@@ -5,7 +5,6 @@ use core::iter::FusedIterator;
 
 use crate::any::sized;
 use crate::error::SetupError;
-use crate::kernel::Kernel;
 use crate::run::{Inputs, Node, Run, RunError, Stepper};
 use crate::start::Start;
 use crate::system::{Leg, System};
@@ -44,16 +43,7 @@ impl<'s, const N: usize> Flow<'s, N> {
     /// [`SetupError`] if the step, the start or a parameter is not usable, or if the start needs the initial
     /// acceleration and the continuous system has none.
     pub fn new<S: System<N>>(system: &'s S, h: f64, start: Start<N>) -> Result<Self, SetupError> {
-        Self::of(system.kernel(), h, start)
-    }
-
-    /// The same for a system without its type, which has `N` coordinates.
-    ///
-    /// # Errors
-    ///
-    /// As [`Flow::new`].
-    #[doc(hidden)]
-    pub fn of(kernel: &'s dyn Kernel, h: f64, start: Start<N>) -> Result<Self, SetupError> {
+        let kernel = system.kernel();
         Ok(Self(Discrete::new(kernel, values_of(kernel), h, &start.given())?))
     }
 

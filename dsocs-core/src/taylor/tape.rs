@@ -7,7 +7,7 @@
 use core::cell::Cell;
 
 use super::Tolerance;
-use super::flow::{AnyTaylorFlow, TaylorFlow};
+use super::flow::AnyTaylorFlow;
 use super::jet::{Call, Jet};
 use super::jets::SeriesKernel;
 use super::series::Series;
@@ -17,9 +17,9 @@ use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::SetupError;
 use crate::kernel::{Kernel, TapeKernel};
-use crate::start::Start;
+use crate::start::AnyStart;
 use crate::step::convergence::LAST_UPDATE;
-use crate::tape::{Leaf, Number as _, Part, Segment};
+use crate::tape::{Leaf, Number as _, Part, Segment, Source as _};
 
 /// How often the accelerations of order 0 are improved.
 const MAX_ITERATIONS: u32 = 50;
@@ -247,17 +247,37 @@ impl SeriesKernel for TapeSeries<'_> {
     }
 }
 
-impl<'s, const N: usize> TaylorFlow<'s, N> {
-    /// As [`TaylorFlow::new`], for a system that was not compiled and has `N` coordinates.
+impl<'s> AnyTaylorFlow<'s> {
+    /// The motion of a system that was not compiled; see [`crate::TaylorFlow::new`].
     ///
     /// # Errors
     ///
-    /// As [`TaylorFlow::new`].
+    /// As [`crate::TaylorFlow::new`]; and [`SetupError::StartLength`] if the start has another number of coordinates.
     #[doc(hidden)]
-    pub fn of(kernel: &'s TapeKernel, start: Start<N>, tolerance: Tolerance) -> Result<Self, SetupError> {
-        let equations = Box::new(TapeSeries::new(kernel));
-        let any = AnyTaylorFlow::new(equations, &start.given(), &tolerance)?;
-        Ok(Self { any })
+    pub fn of_tape(
+        kernel: &'s TapeKernel,
+        start: &AnyStart,
+        tolerance: Tolerance,
+    ) -> Result<Self, SetupError> {
+        start.fits(kernel.shape())?;
+        Self::new(Box::new(TapeSeries::new(kernel)), &start.0, &tolerance)
+    }
+
+    /// Hands out nodes on a grid of times; see [`crate::TaylorFlow::every`].
+    ///
+    /// # Errors
+    ///
+    /// [`SetupError::Step`] if `h` is zero, infinite or not a number.
+    #[doc(hidden)]
+    pub fn every(mut self, h: f64) -> Result<Self, SetupError> {
+        self.put_on_grid(h)?;
+        Ok(self)
+    }
+
+    /// How many steps were made.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.motion.steps
     }
 }
 

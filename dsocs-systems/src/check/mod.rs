@@ -19,6 +19,7 @@ pub(crate) mod third;
 
 use std::error::Error;
 
+use dsocs_core::__private::TapeKernel;
 use dsocs_core::geometry::{DiscreteFlow, Triple};
 use dsocs_core::{AnyPoint, Kernel, OwnedLeg, System, Unresolved};
 
@@ -227,6 +228,21 @@ pub fn check<S: System<N>, const N: usize>(
         ..*settings
     };
     check_to(&Typed::new(system), symmetries, expected, &settings, own)
+}
+
+/// The same for a system that was not compiled, from the start of the settings.
+///
+/// # Errors
+///
+/// As [`check`].
+#[doc(hidden)]
+pub fn check_tape(
+    kernel: &TapeKernel,
+    symmetries: &[Symmetry],
+    expected: Expected,
+    settings: &Settings<'_>,
+) -> Result<Vec<Finding>, CheckFailure> {
+    check_to(kernel, symmetries, expected, settings, STEPS * settings.h)
 }
 
 /// The same from the start of the settings, with the acceleration near one where there are several, and to the end `own` unless the settings

@@ -1,6 +1,7 @@
 //! A system of any type: all code of the command line that is made anew for every system.
 
-use dsocs_core::taylor::GlobalError;
+use dsocs_core::__private::TapeKernel;
+use dsocs_core::taylor::{AnyTaylorFlow, GlobalError};
 use dsocs_core::{
     ComposedFlow, Composition, Kernel, Quantity, Run, RunError, SetupError, Start, System, TaylorFlow,
     Tolerance,
@@ -48,6 +49,26 @@ impl<S: System<N>, const N: usize> Motions for Typed<'_, S, N> {
         every: Option<f64>,
     ) -> Result<Box<dyn Run + 's>, SetupError> {
         continuous(self.0, start(beginning), tolerance, every)
+    }
+}
+
+// a system that was not compiled
+impl Motions for TapeKernel {
+    fn kernel(&self) -> &dyn Kernel {
+        self
+    }
+
+    fn continuous<'s>(
+        &'s self,
+        beginning: &Beginning,
+        tolerance: Tolerance,
+        every: Option<f64>,
+    ) -> Result<Box<dyn Run + 's>, SetupError> {
+        let flow = AnyTaylorFlow::of_tape(self, &beginning.start(), tolerance)?;
+        Ok(Box::new(match every {
+            Some(h) => flow.every(h)?,
+            None => flow,
+        }))
     }
 }
 
