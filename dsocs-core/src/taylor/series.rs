@@ -424,19 +424,48 @@ impl Series {
     }
 
     /// How far the position and the velocity move in a time `s`, and the acceleration then.
-    pub(crate) fn increments(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
-        let n = self.dimension;
-        for i in 0..n {
-            let [mut position, mut velocity, mut acceleration] = [0.0; 3];
-            for k in (1..=self.order() + 1).rev() {
-                position = self.q[k * n + i] + position * s;
+    pub(crate) fn increments(&self, s: f64, moves: [&mut [f64]; 3]) {
+        match self.dimension {
+            // few components stay in registers
+            1 => self.few_increments::<1>(s, moves),
+            2 => self.few_increments::<2>(s, moves),
+            3 => self.few_increments::<3>(s, moves),
+            4 => self.few_increments::<4>(s, moves),
+            n => self.many_increments(n.max(1), s, moves),
+        }
+    }
+
+    /// The same of `N` components.
+    fn few_increments<const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
+        let increments = self.increments_of::<false, N>(s);
+        for (to, from) in moves.into_iter().zip(&increments) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = *from;
             }
-            for k in (1..=self.order()).rev() {
-                acceleration = velocity + acceleration * s;
-                velocity = self.v[k * n + i] + velocity * s;
+        }
+    }
+
+    /// The same of any number of components.
+    fn many_increments(&self, n: usize, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+        let beyond = |table: &'_ [f64]| table.len().min(n);
+        let (positions, velocities) = (self.positions(), self.velocities());
+        for x in [&mut *q, &mut *v, &mut *a] {
+            x.fill(0.0);
+        }
+        for row in positions[beyond(positions)..].chunks_exact(n).rev() {
+            for (q, row) in q.iter_mut().zip(row) {
+                *q = row + *q * s;
             }
-            (q[i], v[i]) = (position * s, velocity * s);
-            a[i] = velocity + acceleration * s;
+        }
+        for row in velocities[beyond(velocities)..].chunks_exact(n).rev() {
+            for ((a, v), row) in a.iter_mut().zip(&mut *v).zip(row) {
+                *a = *v + *a * s;
+                *v = row + *v * s;
+            }
+        }
+        for ((q, v), a) in q.iter_mut().zip(v).zip(a) {
+            *a = *v + *a * s;
+            (*q, *v) = (*q * s, *v * s);
         }
     }
 
