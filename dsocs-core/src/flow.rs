@@ -108,15 +108,7 @@ impl<const N: usize> Stepper<N> for Flow<'_, N> {
     }
 }
 
-impl<const N: usize> Inputs<N> for Flow<'_, N> {
-    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        self.run_mut().set_input(parameter, value)
-    }
-
-    fn input(&self, parameter: &str) -> Option<f64> {
-        self.run().input(parameter)
-    }
-}
+impl<const N: usize> Inputs<N> for Flow<'_, N> {}
 
 impl<const N: usize> Iterator for Flow<'_, N> {
     type Item = Result<Node<N>, RunError>;

@@ -152,15 +152,7 @@ impl<const N: usize> Stepper<N> for ComposedFlow<'_, N> {
     }
 }
 
-impl<const N: usize> Inputs<N> for ComposedFlow<'_, N> {
-    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        self.run_mut().set_input(parameter, value)
-    }
-
-    fn input(&self, parameter: &str) -> Option<f64> {
-        self.run().input(parameter)
-    }
-}
+impl<const N: usize> Inputs<N> for ComposedFlow<'_, N> {}
 
 impl<const N: usize> Iterator for ComposedFlow<'_, N> {
     type Item = Result<Node<N>, RunError>;

@@ -20,7 +20,7 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
 
 /// Runs whose parameters can be given other values at nodes: the output of a digital controller, planned torques, a steering angle that is held.
 ///
-/// Every run of a system that is [`Clone`] has this trait, because the run changes its own copy. A new value holds from the last known
+/// Every run has this trait: it has its own values of the parameters. A new value holds from the last known
 /// position on. In a [`crate::TaylorFlow`] and a [`crate::ComposedFlow`] this is the current node. A [`crate::Flow`] is one position
 /// ahead of its node, because the velocity of a node depends on the next position. So a value that is set at the node `k` holds from the
 /// node `k + 1` on, like the output of a controller that needs one step to compute.
@@ -67,10 +67,14 @@ pub trait Inputs<const N: usize>: Stepper<N> {
     /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if a holonomic constraint depends on it;
     /// [`RunError::Setup`] if the motion cannot go on with the value, for example because no acceleration is found.
     /// The run then stays as it was.
-    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError>;
+    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
+        self.run_mut().set_input(parameter, value)
+    }
 
     /// The value of a parameter that holds from the last known position on; `None` if there is no such parameter.
-    fn input(&self, parameter: &str) -> Option<f64>;
+    fn input(&self, parameter: &str) -> Option<f64> {
+        self.run().input(parameter)
+    }
 
     /// Runs up to the last node at or before `t` and shows each node to a controller, which may set inputs.
     ///

@@ -4,18 +4,10 @@ use super::error::SeriesFailure;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::run::{Inputs, RunError, Stepper as _};
+use crate::run::{Inputs, RunError};
 use crate::start;
 
-impl<const N: usize> Inputs<N> for TaylorFlow<'_, N> {
-    fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
-        self.run_mut().set_input(parameter, value)
-    }
-
-    fn input(&self, parameter: &str) -> Option<f64> {
-        self.run().input(parameter)
-    }
-}
+impl<const N: usize> Inputs<N> for TaylorFlow<'_, N> {}
 
 impl AnyTaylorFlow<'_> {
     /// Begins anew at the current node with other values of the parameters.
