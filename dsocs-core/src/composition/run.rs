@@ -178,6 +178,7 @@ impl<'s> Composed<'s> {
                 constants: constants_of(self.kernel, &self.values, h),
                 predictor: Predictor::new(shape.unknowns),
                 past: core::array::from_fn(|_| leg.clone()),
+                last: 0,
                 found: Vector::zero(shape.unknowns),
                 leg: leg.clone(),
             }
@@ -244,7 +245,7 @@ impl<'s> Composed<'s> {
             if index == since {
                 step.begins = Some(Begins::Said(state.a.clone()));
             }
-            step.past = Some(&stage.past);
+            step.past = Some(stage.past());
             let solution = step
                 .solve(&mut predictor, self.course.max_iterations)
                 .map(|(z, report)| (step.second_difference(&z), z, report));

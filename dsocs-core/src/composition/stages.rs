@@ -1,6 +1,6 @@
 //! The stages of a composed step where all of them are smooth: compiled for every declared type that is composed, and for no other.
 
-use crate::any::OwnedLeg;
+use crate::any::{AnyLeg, OwnedLeg};
 use crate::array::Array;
 use crate::compensated::{Compensated, Sum};
 use crate::run::Clock;
@@ -9,7 +9,7 @@ use crate::step::course::past_is_short;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::question::Question;
-use crate::step::smooth::{Rows, Solved, copy, read, write};
+use crate::step::smooth::{Rows, read, write};
 use crate::step::{Guess, PAST, StepReport};
 use crate::system::{Leg, System};
 
@@ -39,8 +39,10 @@ pub(super) struct Stage {
     pub constants: Vec<f64>,
     /// The solutions of this stage in the last steps, which lie as far apart as the steps do.
     pub predictor: Predictor,
-    /// Their legs, the last first.
+    /// Their legs; the last is at the place `last`, those before it follow.
     pub past: [OwnedLeg<f64>; PAST],
+    /// The place of the last of them.
+    pub last: usize,
     /// The solution of the step that is being made.
     pub found: Vector,
     /// Its leg.
@@ -81,11 +83,14 @@ impl Course {
 impl Stage {
     /// Puts the leg of the step among those of the past.
     fn remember_leg(&mut self) {
-        self.past.rotate_right(1);
-        let [last, ..] = &mut self.past;
-        last.t = self.leg.t;
-        last.q.copy_from_slice(&self.leg.q);
-        last.d.copy_from_slice(&self.leg.d);
+        // backward in place: the oldest makes room
+        self.last = (self.last + PAST - 1) % PAST;
+        core::mem::swap(&mut self.past[self.last], &mut self.leg);
+    }
+
+    /// The legs of the last steps, the last first.
+    pub fn past(&self) -> [AnyLeg<'_, f64>; PAST] {
+        core::array::from_fn(|k| self.past[(self.last + k) % PAST].any())
     }
 }
 
@@ -105,13 +110,13 @@ impl<S: System<N>, const N: usize> Stages for Of<'_, S, N> {
 }
 
 fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result<(), Question> {
-    let (Some(mut q), Some(mut v), Some(mut a)) = (
-        read::<N>(&course.now.q),
-        read::<N>(&course.now.v),
-        course.now.a.first_chunk::<N>().copied(),
-    ) else {
+    let State { q, v, a } = &mut course.now;
+    let (Some((place_of_q, mut q)), Some((place_of_v, mut v)), Some(place_of_a)) =
+        (read::<N>(q), read::<N>(v), a.first_chunk_mut::<N>())
+    else {
         return Err(Question::Start);
     };
+    let mut a = *place_of_a;
     let index = course.clock.index();
     if index == course.since {
         // the acceleration with which the motion begins is said
@@ -139,43 +144,55 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
             q: q.hi,
             d: d.hi,
         };
-        stage.leg.t = leg.t;
-        copy(&mut stage.leg.q, &leg.q);
-        copy(&mut stage.leg.d, &leg.d);
+        let Stage {
+            leg:
+                OwnedLeg {
+                    t,
+                    q: leg_q,
+                    d: leg_d,
+                },
+            found,
+            ..
+        } = stage;
+        let (Some(leg_q), Some(leg_d), Some((found, _))) = (
+            leg_q.first_chunk_mut(),
+            leg_d.first_chunk_mut(),
+            Array::split(found),
+        ) else {
+            return Err(Question::Start);
+        };
+        (*t, *leg_q, *leg_d) = (leg.t, leg.q, leg.d);
         let constants = Array::read(&stage.constants).ok_or(Question::Start)?;
-        let (past, determinants, natural) = stage
-            .predictor
-            .arrays::<S::Unknown<f64>>()
-            .ok_or(Question::Start)?;
-        let rows = Rows::<S, N>::new(system, constants, &leg, past_is_short);
-        let Solved { root, e, .. } = rows.solve(&leg, &past, determinants, natural, course.max_iterations)?;
-        a = scaled(stage.per_square, &e);
+        let mut past = stage.predictor.arrays().ok_or(Question::Start)?;
+        let rows = Rows::<S, N>::new(system, constants, &leg, &past, past_is_short);
+        let solved = rows.solve(&leg, &mut past, course.max_iterations)?;
+        a = scaled(stage.per_square, &solved.e);
         left = half;
         if !kicked(&v.hi, half, &a).iter().all(|v| v.is_finite()) {
             return Err(Question::NotFinite);
         }
-        if stage.longest && rows.orientation(&root.z) != course.orientation {
+        if stage.longest && rows.orientation(&solved.root.z) != course.orientation {
             return Err(Question::Departs);
         }
-        for (found, z) in stage.found.iter_mut().zip(root.z.as_ref()) {
-            *found = *z;
-        }
-        iterations += root.evaluations;
+        *found = solved.root.z;
+        // also where another stage asks: the step that is then solved on slices forgets the scales
+        *past.scales = solved.scales;
+        past.learn(solved.root.enough);
+        iterations += solved.root.evaluations;
     }
     v.add(&scaled(left, &a));
     for stage in &mut course.stages {
-        if let (Some(z), Some((mut past, determinants, _))) = (
-            Array::read(&stage.found).copied(),
+        if let (Some(z), Some(mut past)) = (
+            Array::read(&stage.found),
             stage.predictor.arrays::<S::Unknown<f64>>(),
         ) {
-            past.push(&z);
-            determinants.push();
+            past.push(z);
         }
         stage.remember_leg();
     }
-    write(&mut course.now.q, &q);
-    write(&mut course.now.v, &v);
-    copy(&mut course.now.a, &a);
+    write(place_of_q, &q);
+    write(place_of_v, &v);
+    *place_of_a = a;
     course.report = StepReport {
         iterations,
         stop: Stop::Update,

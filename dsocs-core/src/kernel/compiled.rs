@@ -116,10 +116,17 @@ pub fn report<S: System<N>, const N: usize>(
     if let (Some(constants), Some(leg), Some(e)) = (Array::read(constants), leg(first), e.first_chunk()) {
         let known = system.known(constants, &leg);
         let Report { point, force, energy } = system.report(constants, &known, &leg, e);
-        write(told.q, &point.q);
-        write(told.v, &point.v);
-        write(told.a, &point.a);
-        write(told.force, &force);
+        let vectors = [
+            (told.q, point.q),
+            (told.v, point.v),
+            (told.a, point.a),
+            (told.force, force),
+        ];
+        for (place, vector) in vectors {
+            if let Some(place) = place.first_chunk_mut() {
+                *place = vector;
+            }
+        }
         (*told.t, *told.energy) = (point.t, energy);
     }
 }

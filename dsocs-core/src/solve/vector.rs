@@ -76,24 +76,28 @@ pub(crate) fn is_finite(numbers: &[f64]) -> bool {
 impl Deref for Vector {
     type Target = [f64];
 
+    #[inline]
     fn deref(&self) -> &[f64] {
         &self.0
     }
 }
 
 impl DerefMut for Vector {
+    #[inline]
     fn deref_mut(&mut self) -> &mut [f64] {
         &mut self.0
     }
 }
 
 impl AsRef<[f64]> for Vector {
+    #[inline]
     fn as_ref(&self) -> &[f64] {
         &self.0
     }
 }
 
 impl AsMut<[f64]> for Vector {
+    #[inline]
     fn as_mut(&mut self) -> &mut [f64] {
         &mut self.0
     }

@@ -144,6 +144,7 @@ impl Step<'_> {
             bend: 0.0,
             close: false,
             determinant: at.determinant,
+            enough: f64::NAN,
         })
     }
 

@@ -19,7 +19,7 @@ pub(crate) mod unknown;
 
 use smallvec::{SmallVec, smallvec};
 
-use crate::any::{AnyLeg, OwnedLeg};
+use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
 use crate::kernel::{At, Kernel, Shape};
@@ -105,7 +105,7 @@ pub(crate) struct Step<'a> {
     /// The acceleration with which the motion begins, where the step is the first.
     pub begins: Option<Begins>,
     /// The legs of the last solutions, the last first, where these do not lie one step apart.
-    pub past: Option<&'a [OwnedLeg<f64>; PAST]>,
+    pub past: Option<[AnyLeg<'a, f64>; PAST]>,
 }
 
 impl Equations for Step<'_> {

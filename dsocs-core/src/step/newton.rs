@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use super::convergence::{
-    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
+    LAST_UPDATE, NaturalSizes, Progress, REMAINDER, ROUNDINGS, Suspicion, Update, converges, is_last,
 };
 use super::elimination::Determinant;
 use crate::deficiency::null_directions;
@@ -182,6 +182,12 @@ pub(crate) trait Quick {
 
     /// See [`Equations::is_declared`].
     fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool;
+
+    /// A first update of this size, relative to the unknowns, is the last.
+    #[inline]
+    fn last_update(&self) -> f64 {
+        LAST_UPDATE
+    }
 }
 
 impl Quick for dyn Equations + '_ {
@@ -251,6 +257,9 @@ pub(crate) struct Root<Z> {
     pub close: bool,
     /// The determinant of the Jacobian from which the last update came, if it is known.
     pub determinant: Determinant,
+    /// How small the first update would have had to be to be the last, by what the second has shown; NaN where one evaluation was enough or
+    /// more than three were needed.
+    pub enough: f64,
 }
 
 /// The iteration ended without a root here.
@@ -383,7 +392,7 @@ pub(crate) fn quick<E: Quick + ?Sized>(
         if first.is_solution() && is_declared(equations, &first.next(), size) {
             return Ok(arrived(&first, 1));
         }
-    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &first.at.z, size) {
+    } else if first.is_small(size, equations.last_update()) && is_declared(equations, &first.at.z, size) {
         return Ok(arrived(&first, 1));
     }
     let second = Trial::new(equations, first.next());
@@ -391,11 +400,18 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     let declared =
         |z: &E::Z, nearby: &E::Z| equations.is_declared(z, nearby) || is_declared(equations, z, size);
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
-        return Ok(arrived(&second, 2));
+        return Ok(Root {
+            enough: enough([&first, &second], size),
+            ..arrived(&second, 2)
+        });
     }
     let third = Trial::new(equations, second.next());
     if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
-        return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
+        let root = Root {
+            enough: enough([&first, &second], size),
+            ..arrived(&third, 3)
+        };
+        return Ok(watched(equations, [&first, &second], size, root));
     }
     Err([first, second, third])
 }
@@ -501,7 +517,8 @@ fn bend(updates: [&[f64]; 2], at: [&[f64]; 2], size: &[f64]) -> (f64, bool) {
 }
 
 /// Whether a root at `z` is one of the declared rows, by comparison with a point as near as the last update leads.
-#[inline]
+#[inline(always)]
+#[allow(clippy::inline_always)] // part of every step
 fn is_declared<E: Quick + ?Sized>(equations: &E, z: &E::Z, size: &E::Z) -> bool {
     let nearby = z.with(size, |z, size| z + LAST_UPDATE * z.abs().max(size));
     equations.is_declared(z, &nearby)
@@ -517,6 +534,21 @@ fn arrived<Z: Components>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
         bend: 0.0,
         close: false,
         determinant: last.determinant,
+        enough: f64::NAN,
+    }
+}
+
+/// How small an update has to be to be the last where the second one is what the first has left: an update `ρ` leaves `C ρ²`, and a quarter of
+/// rounding may be left. Where the second is rounding already, the first was small enough.
+#[inline(always)]
+#[allow(clippy::inline_always)] // part of every step
+fn enough<Z: Components>([first, second]: [&Trial<Z>; 2], size: &Z) -> f64 {
+    let [before, after] =
+        [first, second].map(|trial| relative(trial.at.update.as_ref(), second.at.z.as_ref(), size.as_ref()));
+    if after <= 2.0 * f64::EPSILON {
+        before
+    } else {
+        before * (REMAINDER / (4.0 * after)).sqrt()
     }
 }
 
@@ -653,6 +685,7 @@ impl Newton<'_> {
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,
+            enough: f64::NAN,
         }
     }
 
@@ -772,6 +805,7 @@ impl Newton<'_> {
                         bend: 0.0,
                         close: false,
                         determinant: Determinant::UNKNOWN,
+                        enough: f64::NAN,
                     });
                 }
             }

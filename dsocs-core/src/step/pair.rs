@@ -316,7 +316,7 @@ impl Step<'_> {
         for (place, z) in past.iter().enumerate() {
             let rows;
             if let Some(past) = self.past {
-                (_, rows) = self.on_leg(past[place].any(), z);
+                (_, rows) = self.on_leg(past[place], z);
             } else {
                 (leg, rows) = self.former(leg.any(), z)?;
             }
@@ -597,6 +597,7 @@ mod tests {
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,
+            enough: f64::NAN,
         };
         let (size, legs) = (step.least(), step.unknown(&leg.d, &[]));
         let failure = step

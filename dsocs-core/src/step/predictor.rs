@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 use core::ops::Sub;
 
-use super::convergence::{NaturalSizes, Remembered};
+use super::convergence::{LAST_UPDATE, NaturalSizes, Remembered};
 use super::elimination::Determinant;
 use super::newton::Notes;
 use super::unknown::Unknown;
@@ -30,12 +30,14 @@ pub(crate) struct Predictor {
     /// How many unknowns there are.
     unknowns: usize,
     /// `∇⁰z, ∇¹z, … ∇⁵z`, NaN where the history is too short; then the largest absolute value of each unknown, forgotten at the rate
-    /// [`MEMORY`].
+    /// [`MEMORY`]; then what the rows of the last smooth step were multiplied by, NaN before it.
     past: Vec<f64>,
     /// Their natural sizes, where they were needed lately.
     natural: Option<Box<Remembered>>,
     /// The determinants at the last solutions.
     pub determinants: Determinants,
+    /// How small a first update has to be to be the last, as the contraction of past steps tells.
+    last_update: f64,
 }
 
 /// The backward differences and the sizes of a [`Predictor`] as arrays, where steps are made.
@@ -44,6 +46,14 @@ pub(crate) struct Arrays<'p, U> {
     pub differences: [&'p mut U; DIFFERENCES],
     /// The sizes.
     pub size: &'p mut U,
+    /// What the rows of the last smooth step were multiplied by; NaN before it.
+    pub scales: &'p mut U,
+    /// The determinants at the last solutions.
+    pub determinants: &'p mut Determinants,
+    /// The natural sizes, where they were needed lately.
+    pub natural: Option<&'p Remembered>,
+    /// How small a first update has to be to be the last.
+    pub last_update: &'p mut f64,
 }
 
 /// The same for numbers of any type, such as lanes.
@@ -227,6 +237,18 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
         .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
 }
 
+/// Where past updates have left less than their squares, a first update of this size leaves rounding.
+const LARGEST_LAST_UPDATE: f64 = 1e-8;
+
+/// No first update has to be smaller than this, however much of their squares past updates have left.
+const SMALLEST_LAST_UPDATE: f64 = 1e-11;
+
+/// How fast what past steps have shown is forgotten.
+const FORGOTTEN: f64 = 1.01;
+
+/// The same where the step shows it again.
+const FORGOTTEN_WHERE_SHOWN: f64 = 1.065;
+
 impl<U: Unknown<f64>> Arrays<'_, U> {
     /// Takes in the solution of a step.
     #[allow(clippy::inline_always)] // part of every step
@@ -237,6 +259,23 @@ impl<U: Unknown<f64>> Arrays<'_, U> {
             self.size,
             z,
         );
+        self.determinants.push();
+    }
+
+    /// Takes in how small a first update would have had to be to be the last, NaN where it was. What past steps have shown is forgotten little by
+    /// little.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn learn(&mut self, enough: f64) {
+        let last = *self.last_update;
+        let next = if enough.is_nan() {
+            FORGOTTEN * last
+        } else {
+            (FORGOTTEN_WHERE_SHOWN * last)
+                .min(enough)
+                .max(SMALLEST_LAST_UPDATE)
+        };
+        *self.last_update = next.min(LARGEST_LAST_UPDATE);
     }
 
     /// The unknowns of the next step; `None` without a past.
@@ -303,11 +342,13 @@ impl Predictor {
     pub fn new(unknowns: usize) -> Self {
         let mut past = vec![f64::NAN; DIFFERENCES * unknowns];
         past.resize((DIFFERENCES + 1) * unknowns, 0.0);
+        past.resize((DIFFERENCES + 2) * unknowns, f64::NAN);
         Self {
             unknowns,
             past,
             natural: None,
             determinants: Determinants::UNKNOWN,
+            last_update: LAST_UPDATE,
         }
     }
 
@@ -329,29 +370,36 @@ impl Predictor {
             .unwrap_or(&[])
     }
 
-    /// The vectors as arrays, the determinants and the natural sizes; `None` of another number of unknowns.
-    #[allow(clippy::inline_always, clippy::type_complexity)] // part of every step; used once
+    /// The same as arrays; `None` of another number of unknowns.
+    #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
-    pub fn arrays<U: Array<f64>>(
-        &mut self,
-    ) -> Option<(Arrays<'_, U>, &mut Determinants, Option<&Remembered>)> {
+    pub fn arrays<U: Array<f64>>(&mut self) -> Option<Arrays<'_, U>> {
         let (d0, rest) = U::split(&mut self.past)?;
         let (d1, rest) = U::split(rest)?;
         let (d2, rest) = U::split(rest)?;
         let (d3, rest) = U::split(rest)?;
         let (d4, rest) = U::split(rest)?;
         let (d5, rest) = U::split(rest)?;
-        let (size, _) = U::split(rest)?;
+        let (size, rest) = U::split(rest)?;
+        let (scales, _) = U::split(rest)?;
         let arrays = Arrays {
             differences: [d0, d1, d2, d3, d4, d5],
             size,
+            scales,
+            determinants: &mut self.determinants,
+            natural: self.natural.as_deref(),
+            last_update: &mut self.last_update,
         };
-        Some((arrays, &mut self.determinants, self.natural.as_deref()))
+        Some(arrays)
     }
 
     /// Takes in the solution of a step.
     pub fn push(&mut self, z: &[f64]) {
         push_past(&mut self.past, z, size_after);
+        // those of a step that was not smooth are not known
+        for scale in self.past.iter_mut().skip((DIFFERENCES + 1) * self.unknowns) {
+            *scale = f64::NAN;
+        }
         self.determinants.push();
     }
 
@@ -367,12 +415,12 @@ impl Predictor {
         if let Some(last) = last {
             turned.push(&last);
         }
-        for (to, from) in turned
+        let sizes = turned
             .past
             .iter_mut()
             .zip(&self.past)
-            .skip(DIFFERENCES * self.unknowns)
-        {
+            .skip(DIFFERENCES * self.unknowns);
+        for (to, from) in sizes.take(self.unknowns) {
             *to = *from;
         }
         turned.natural = self.natural.take();

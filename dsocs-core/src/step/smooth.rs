@@ -3,12 +3,13 @@
 //! It predicts, evaluates, solves, tests and commits, and nothing else. Where anything is odd it changes nothing and asks a
 //! [`Question`]; the step is then solved on slices, by code that is compiled once.
 
-use super::convergence::Remembered;
+use core::cell::Cell;
+
 use super::course::{Course, past_is_short};
 use super::elimination::Determinant;
 use super::newton::{self, Evaluation, Quick, Root};
 use super::pair;
-use super::predictor::{self, Arrays, Continuation, Determinants};
+use super::predictor::{self, Arrays, Continuation};
 use super::question::{Halt, Question};
 use super::sparse::{Product, Update};
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
@@ -18,12 +19,22 @@ use crate::flow::FORESEEN;
 use crate::step::unknown::Unknown;
 use crate::system::{Leg, System};
 
+/// What rows are multiplied by may change by this part of itself from one step to the next; where it changes by more, it is looked at
+/// beside the root, too.
+const AS_BEFORE: f64 = 0.5;
+
 /// The rows of a step as arrays.
 pub(crate) struct Rows<'a, S: System<N>, const N: usize> {
     system: &'a S,
     constants: &'a S::Constants<f64>,
     known: S::Known<f64>,
     past_is_short: bool,
+    /// How small a first update has to be to be the last.
+    last_update: f64,
+    /// What the rows of the last step were multiplied by; NaN where it is not known.
+    last_scales: S::Unknown<f64>,
+    /// What those of this step are multiplied by, where it was looked at.
+    scales: Cell<S::Unknown<f64>>,
 }
 
 impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
@@ -42,6 +53,11 @@ impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
     #[inline(always)]
     fn past_is_short(&self) -> bool {
         self.past_is_short
+    }
+
+    #[inline(always)]
+    fn last_update(&self) -> f64 {
+        self.last_update
     }
 
     #[inline(always)]
@@ -73,10 +89,18 @@ impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
             return true;
         }
         let here = self.system.scales(self.constants, &self.known, z);
-        let there = self.system.scales(self.constants, &self.known, nearby);
+        self.scales.set(here);
         // false also where one of them is no number
-        let mut scales = here.as_ref().iter().zip(there.as_ref());
-        scales.all(|(here, there)| (here - there).abs() < NEARLY_THE_SAME * here.abs())
+        let near = |there: &S::Unknown<f64>, part: f64| {
+            let mut scales = here.as_ref().iter().zip(there.as_ref());
+            scales.all(|(here, there)| (here - there).abs() < part * here.abs())
+        };
+        // what is nearly as it was at the step before has not vanished in between
+        near(&self.last_scales, AS_BEFORE)
+            || near(
+                &self.system.scales(self.constants, &self.known, nearby),
+                NEARLY_THE_SAME,
+            )
     }
 }
 
@@ -88,6 +112,18 @@ pub(crate) struct Solved<U, const N: usize> {
     pub root: Root<U>,
     /// The second difference.
     pub e: [f64; N],
+    /// What the rows are multiplied by.
+    pub scales: U,
+}
+
+impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
+    /// Puts the step among those of the past.
+    #[inline(always)]
+    pub fn push(&self, past: &mut Arrays<'_, U>) {
+        past.push(&self.root.z);
+        past.learn(self.root.enough);
+        *past.scales = self.scales;
+    }
 }
 
 impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
@@ -97,6 +133,7 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         system: &'a S,
         constants: &'a S::Constants<f64>,
         leg: &Leg<f64, N>,
+        past: &Arrays<'_, S::Unknown<f64>>,
         past_is_short: bool,
     ) -> Self {
         Self {
@@ -104,6 +141,9 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
             constants,
             known: system.known(constants, leg),
             past_is_short,
+            last_update: *past.last_update,
+            last_scales: *past.scales,
+            scales: Cell::new(*past.scales),
         }
     }
 
@@ -112,9 +152,7 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
     pub fn solve(
         &self,
         leg: &Leg<f64, N>,
-        past: &Arrays<'_, S::Unknown<f64>>,
-        determinants: &mut Determinants,
-        natural: Option<&Remembered>,
+        past: &mut Arrays<'_, S::Unknown<f64>>,
         max_iterations: u32,
     ) -> Result<Solved<S::Unknown<f64>, N>, Question> {
         let Some(guess) = past.predict() else {
@@ -124,15 +162,15 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         let mut size = past
             .size
             .zip(&increment, |size, d| size.max(SECOND_DIFFERENCE * d.abs()));
-        if let Some(natural) = natural {
+        if let Some(natural) = past.natural {
             natural.raise(size.as_mut(), past.size.as_ref());
         }
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
             return Err(Question::Unsettled);
         };
         if self.are_watched() {
-            let fits =
-                !root.determinant.value.is_nan() && determinants.take(root.determinant) == Continuation::Fits;
+            let fits = !root.determinant.value.is_nan()
+                && past.determinants.take(root.determinant) == Continuation::Fits;
             if !fits {
                 return Err(Question::Departs);
             }
@@ -143,7 +181,12 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         let e = self
             .system
             .second_difference(self.constants, &self.known, &root.z);
-        Ok(Solved { guess, root, e })
+        Ok(Solved {
+            guess,
+            root,
+            e,
+            scales: self.scales.get(),
+        })
     }
 
     /// The sign of the determinant of the rows, as they were declared.
@@ -184,28 +227,19 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
     }
 }
 
-/// A sum as arrays.
+/// A sum as arrays, which is written back with [`write`].
 #[inline(always)]
-pub(crate) fn read<const N: usize>(sum: &Sum) -> Option<Compensated<N>> {
-    Some(Compensated {
-        hi: *sum.hi.first_chunk()?,
-        lo: *sum.lo.first_chunk()?,
-    })
+pub(crate) fn read<const N: usize>(sum: &mut Sum) -> Option<([&mut [f64; N]; 2], Compensated<N>)> {
+    let (hi, lo) = (sum.hi.first_chunk_mut()?, sum.lo.first_chunk_mut()?);
+    let sums = Compensated { hi: *hi, lo: *lo };
+    Some(([hi, lo], sums))
 }
 
 /// Arrays back into a sum.
 #[inline(always)]
-pub(crate) fn write<const N: usize>(sum: &mut Sum, from: &Compensated<N>) {
-    copy(&mut sum.hi, &from.hi);
-    copy(&mut sum.lo, &from.lo);
-}
-
-/// Arrays back into a slice.
-#[inline(always)]
-pub(crate) fn copy<const N: usize>(to: &mut [f64], from: &[f64; N]) {
-    if let Some(to) = to.first_chunk_mut() {
-        *to = *from;
-    }
+pub(crate) fn write<const N: usize>(place: [&mut [f64; N]; 2], sum: &Compensated<N>) {
+    let [hi, lo] = place;
+    (*hi, *lo) = (sum.hi, sum.lo);
 }
 
 /// What a step knows of the run beside the past solutions.
@@ -224,19 +258,26 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
         return Halt::Asks(Question::Start);
     }
     let may_switch = S::ORDER == 2 && (S::EXTERNAL_FORCES || S::PIECEWISE);
-    let (Some(q), Some(d)) = (read::<N>(&course.q), read::<N>(&course.d)) else {
+    let (Some((place_of_q, q)), Some((place_of_d, d))) = (read::<N>(&mut course.q), read::<N>(&mut course.d))
+    else {
         return Halt::Asks(Question::Start);
     };
-    let third = if const { S::ORDER > 2 } {
-        read::<N>(&course.third.e).zip(course.third.before.first_chunk().copied())
-    } else {
-        None
-    };
+    let mut place_of_third = None;
+    let mut third = None;
+    if const { S::ORDER > 2 }
+        && let (Some((place, second)), Some(before)) = (
+            read::<N>(&mut course.third.e),
+            course.third.before.first_chunk_mut::<N>(),
+        )
+    {
+        third = Some((second, *before));
+        place_of_third = Some((place, before));
+    }
     let mut state = State { q, d, third };
     let Some((constants, _)) = <S::Constants<f64> as Array<f64>>::split(&mut course.constants) else {
         return Halt::Asks(Question::Start);
     };
-    let Some((mut past, determinants, natural)) = course.predictor.arrays::<S::Unknown<f64>>() else {
+    let Some(mut past) = course.predictor.arrays::<S::Unknown<f64>>() else {
         return Halt::Asks(Question::Start);
     };
     let (Some(e), Some(solved_q), Some(solved_d)) = (
@@ -264,19 +305,14 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             q: state.q.hi,
             d: state.d.hi,
         };
-        let rows = Rows::<S, N>::new(system, constants, &leg, past_is_short(index, course.since));
-        let solved = rows.solve(&leg, &past, determinants, natural, course.max_iterations);
-        let Solved {
-            guess,
-            root,
-            e: found,
-        } = match solved {
+        let short = past_is_short(index, course.since);
+        let rows = Rows::<S, N>::new(system, constants, &leg, &past, short);
+        let solved = rows.solve(&leg, &mut past, course.max_iterations);
+        let solved = match solved {
             Ok(solved) => solved,
             Err(question) => break Halt::Asks(question),
         };
-        let Root {
-            z, evaluations, stop, ..
-        } = root;
+        let (found, z) = (solved.e, &solved.root.z);
         let mut next = State { ..state };
         if let (true, Some((second, before))) = (S::ORDER > 2, &mut next.third) {
             *before = second.hi;
@@ -294,15 +330,14 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
                 // steps without unknowns have no prediction
                 course.has_solved && predictor::foresees(e, &found, FORESEEN)
             } else {
-                predictor::foresees(guess.as_ref(), z.as_ref(), FORESEEN)
+                predictor::foresees(solved.guess.as_ref(), z.as_ref(), FORESEEN)
             };
             if may_switch && !foreseen {
                 break Halt::Asks(Question::Unforeseen);
             }
             course.looked = false;
         }
-        past.push(&z);
-        determinants.push();
+        solved.push(&mut past);
         state = next;
         if let (true, Some((second, _))) = (S::ORDER > 2, &state.third) {
             S::remember(constants, &second.hi);
@@ -310,19 +345,19 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
         (*e, *solved_q, *solved_d) = (found, leg.q, leg.d);
         course.solved.t = leg.t;
         course.solved.report = StepReport {
-            iterations: evaluations,
-            stop,
+            iterations: solved.root.evaluations,
+            stop: solved.root.stop,
             guess: Guess::Predicted,
         };
         course.has_solved = true;
         course.clock.tick();
         made += 1;
     };
-    write(&mut course.q, &state.q);
-    write(&mut course.d, &state.d);
-    if let Some((second, before)) = &state.third {
-        write(&mut course.third.e, second);
-        copy(&mut course.third.before, before);
+    write(place_of_q, &state.q);
+    write(place_of_d, &state.d);
+    if let (Some((place, place_of_before)), Some((second, before))) = (place_of_third, &state.third) {
+        write(place, second);
+        *place_of_before = *before;
     }
     halt
 }
