@@ -260,18 +260,17 @@ impl Equations {
     }
 
     /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
-    pub fn points(&self, steps: &Steps<'_>, rooms: &mut Rooms, points: &mut Vec<Eight>) {
+    pub fn points(&self, steps: &Steps<'_>, rooms: &mut Rooms, points: &mut [Eight]) {
         self.set(&self.point, &self.of_point, steps, &mut rooms.point);
         let (source, count) = (steps.declaration.source(), steps.recorded.count());
         self.point.evaluate_again(source, &mut rooms.point, count);
-        points.clear();
-        points.extend((0..3 * self.coordinates).map(|k| self.point.result(&rooms.point, k)));
+        for (k, point) in points.iter_mut().enumerate() {
+            *point = self.point.result(&rooms.point, k);
+        }
     }
 
     /// The changes of the points that were evaluated last.
-    pub fn change_points(&self, rooms: &mut Rooms, change: &dyn Fn(Role) -> Eight, points: &mut Vec<Eight>) {
-        points.clear();
-        points.resize(3 * self.coordinates, Eight::ZERO);
+    pub fn change_points(&self, rooms: &mut Rooms, change: &dyn Fn(Role) -> Eight, points: &mut [Eight]) {
         let mut place = 0;
         let mut change = |_| {
             place += 1;

@@ -237,7 +237,7 @@ fn forward(
     let mut moved = vec![Eight::ZERO; width];
     let mut by_fixed = vec![Eight::ZERO; n];
     let mut e = vec![0.0; n];
-    let (mut points, mut changed_points) = (Vec::new(), Vec::new());
+    let (mut points, mut changed_points) = (vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]);
     let (mut shown, mut point) = (Vec::new(), vec![0.0; 3 * n]);
     let mut entered: Option<(usize, Vec<Option<Vec<f64>>>)> = None;
     for window in 0..motion.windows() {

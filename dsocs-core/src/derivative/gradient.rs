@@ -136,18 +136,17 @@ fn of_node<const N: usize>(
     let [still, unknown] = [[0.0; N], [f64::NAN; N]];
     let probe = at(&[still, still, unknown]);
     let parts = if probe.eps.is_nan() { 3 } else { 2 };
-    let mut depends = false;
-    for (part, slopes) in slopes.chunks_exact_mut(N).enumerate() {
-        if part >= parts {
-            slopes.fill(0.0);
-            continue;
-        }
-        for (i, slope) in slopes.iter_mut().enumerate() {
+    let (mut own, mut depends) = ([still; 3], false);
+    for part in 0..parts {
+        for i in 0..N {
             let mut rates = [still; 3];
             rates[part][i] = 1.0;
-            *slope = at(&rates).eps;
-            depends |= *slope != 0.0;
+            own[part][i] = at(&rates).eps;
+            depends |= own[part][i] != 0.0;
         }
+    }
+    for (slope, own) in slopes.iter_mut().zip(own.as_flattened()) {
+        *slope = *own;
     }
     (probe.re, depends)
 }
@@ -215,7 +214,7 @@ fn backward(recording: &Recording<'_>, cost: &mut Cost<'_>, from: usize) -> Resu
     };
     let mut current: Option<(usize, Vec<Eight>)> = None;
     // by position, velocity and acceleration: the points of a piece, and the derivatives of their costs
-    let (mut points, mut weights) = (Vec::new(), vec![Eight::ZERO; 3 * n]);
+    let (mut points, mut weights) = (vec![Eight::ZERO; 3 * n], vec![Eight::ZERO; 3 * n]);
     let mut point = vec![0.0; 3 * n];
     // the derivatives of the nodes' costs by node, increment and second difference
     let mut of_nodes = vec![Eight::ZERO; 3 * n];

@@ -5,15 +5,12 @@ use std::borrow::Cow;
 use super::block::{Equations, Fixed, Rooms, Steps};
 use super::changed::{Change, Changed};
 use super::error::DerivativeError;
-use super::kept::Kept;
+use super::kept::{Checkpoints, Kept};
 use super::start::{Accelerated, Begun, First};
 use crate::declaration::Declaration;
 use crate::run::Clock;
 use crate::system::Quantity;
 use crate::tape::{Eight, Source};
-
-/// Makes the steps from a checkpoint on again, by its number and the number of all steps.
-pub(super) type Again<'s> = dyn Fn(usize, usize) -> Result<Kept, DerivativeError> + Send + Sync + 's;
 
 /// A stretch of a path with constant inputs.
 pub(super) struct Stretch {
@@ -39,12 +36,10 @@ pub(super) struct Recording<'s> {
     pub inputs: Vec<usize>,
     /// How many steps there are.
     pub length: usize,
-    /// How many of them lie between two checkpoints.
-    pub every: usize,
     /// All of them, or those from the last checkpoint on.
     pub kept: Kept,
-    /// Makes the others again.
-    pub again: Box<Again<'s>>,
+    /// The states from which the others are made again.
+    pub checkpoints: Checkpoints<'s>,
 }
 
 impl Recording<'_> {
@@ -147,7 +142,7 @@ impl<'p> Motion<'p> {
 
     /// How many windows the steps are in.
     pub fn windows(&self) -> usize {
-        self.recording.length.div_ceil(self.recording.every)
+        self.recording.length.div_ceil(self.recording.checkpoints.every)
     }
 
     /// The steps of a window.
@@ -159,7 +154,11 @@ impl<'p> Motion<'p> {
         if window + 1 == self.windows() {
             return Ok(Cow::Borrowed(&self.recording.kept));
         }
-        Ok(Cow::Owned((self.recording.again)(window, self.recording.length)?))
+        let Recording {
+            length, checkpoints, ..
+        } = self.recording;
+        let sizes = [self.dimension(), self.equations.rows];
+        Ok(Cow::Owned(checkpoints.again(window, *length, sizes)?))
     }
 
     /// The pieces of a window, in order.

@@ -260,7 +260,6 @@ impl<'s> Recorder<'s> {
         if self.length == 0 {
             return Err(DerivativeError::NoSteps { h });
         }
-        let (checkpoints, sizes) = (self.checkpoints, self.sizes);
         let Beginning { q0, v0, a0, t0, .. } = self.beginning;
         Ok(Path {
             recording: Recording {
@@ -277,9 +276,8 @@ impl<'s> Recorder<'s> {
                 stretches: self.stretches,
                 inputs: Vec::new(),
                 length: self.length,
-                every: checkpoints.every,
                 kept: self.kept,
-                again: Box::new(move |window, count| checkpoints.again(window, count, sizes)),
+                checkpoints: self.checkpoints,
             },
             end: Node::of(flow),
         })
