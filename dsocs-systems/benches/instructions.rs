@@ -78,7 +78,7 @@ fn pendulum_by_hand(stepper: Pendulum) -> u32 {
 
 #[library_benchmark]
 #[bench::generated(warm(flow(&*LINKS, H_CHAIN, CHAIN)))]
-fn chain8(stepper: Flow<'static, PlanarChain8, 8>) -> u32 {
+fn chain8(stepper: Flow<'static, 8>) -> u32 {
     thousand(stepper)
 }
 

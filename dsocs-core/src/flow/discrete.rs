@@ -337,17 +337,24 @@ impl<'s> Discrete<'s> {
 
     /// Writes the middle node of the last step.
     fn tell_solved(&self, node: NodeMut<'_>) {
-        let Course { solved, clock, .. } = &self.course;
-        let mut remembered;
-        let constants = if self.shape().is_of_third_order() {
-            remembered = Vector::of(&self.course.constants);
-            self.kernel.remember(&mut remembered, &self.course.third.before);
-            &remembered[..]
+        if self.shape().is_of_third_order() {
+            // as it was before the step
+            let mut constants = Vector::of(&self.course.constants);
+            self.kernel.remember(&mut constants, &self.course.third.before);
+            self.tell_with(&constants, node);
         } else {
-            &self.course.constants
-        };
+            self.tell_with(&self.course.constants, node);
+        }
+    }
+
+    /// The same with what is known of the run.
+    #[inline]
+    fn tell_with(&self, constants: &[f64], node: NodeMut<'_>) {
+        let Course { solved, clock, .. } = &self.course;
+        // the node is the one between the legs, whatever the maps say
+        copy(node.q, &solved.q);
         let told = Told {
-            q: &mut *node.q,
+            q: &mut [],
             v: node.v,
             a: node.a,
             force: &mut *node.force,
@@ -355,7 +362,6 @@ impl<'s> Discrete<'s> {
             energy: node.energy,
         };
         self.kernel.report(constants, solved.leg(), &solved.e, told);
-        copy(node.q, &solved.q);
         (*node.index, *node.t) = (clock.index(), clock.time());
         (*node.iterations, *node.stop) = (solved.report.iterations, solved.report.stop);
         if self.stuck.is_some() {
@@ -541,6 +547,7 @@ const NOTHING: StepReport = StepReport {
 };
 
 /// As many numbers as there is room for.
+#[inline]
 pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = *from;

@@ -195,7 +195,12 @@ impl<const N: usize> Chain<N> {
         let size = std::array::from_fn(|i| self.history.size[i].max(SECOND_DIFFERENCE * d[i].abs()));
         let guess = self.history.predict();
         let guess = if guess[0].is_nan() { [0.0; N] } else { guess };
-        let (e, iterations) = solve(|e| constants.update(&known, e), guess, size)?;
+        let (e, iterations) = solve(
+            |e| constants.update(&known, e),
+            guess,
+            size,
+            &mut self.history.last_update,
+        )?;
         self.path.advance(e);
         if !self.path.q.iter().all(|q| q.is_finite()) {
             return None;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use dsocs_core::__private::Compiled as _;
 use dsocs_core::{Flow, Leg, Start, Stepper as _, System};
 
+use crate::handwritten::lean::{Kernel, Lean};
 use crate::handwritten::{chain, particle, pendulum};
 use crate::systems::{Constant, Curvature, CurvedParticle, InertiaWheelPendulum, PlanarChain8, Wavy};
 
@@ -365,6 +366,73 @@ fn chain_lines(batches: usize) -> [Line; 2] {
     [rows, run]
 }
 
+/// The step of a smooth motion, against a lean one with the same checks behind an object-safe trait (`handwritten/lean.rs`): all steps in one call,
+/// one step a call, and nodes against steps of one call.
+fn lean_lines<S: System<2>>(
+    name: &str,
+    system: &S,
+    start: ([f64; 2], [f64; 2]),
+    batches: usize,
+) -> [Line; 3] {
+    /// The step of these lines, for smooth motions.
+    const H_SMOOTH: f64 = 0.01;
+    const BATCH: u64 = 1000;
+    const LONG: u64 = 20;
+    let flow = || Flow::new(system, H_SMOOTH, Start::second_order(start.0, start.1)).expect("a start");
+    let lean = || {
+        let mut lean: Box<dyn Kernel + '_> = Box::new(Lean::new(system, H_SMOOTH, &flow().leg()));
+        assert!(lean.steps(100), "{name}: a smooth start");
+        lean
+    };
+    let (mut ours, mut theirs) = (flow(), lean());
+    for _ in 0..100 + LONG * BATCH {
+        ours.advance().expect("a step");
+    }
+    assert!(theirs.steps(LONG * BATCH), "{name}: a smooth motion");
+    for (ours, theirs) in ours.position().iter().zip(theirs.place()) {
+        assert!((ours - theirs).abs() <= 1e-9, "{name}: {ours} {theirs}");
+    }
+    // each run begins again after a while
+    fn again<T>(start: impl Fn() -> T, mut batch: impl FnMut(&mut T)) -> impl FnMut() -> u32 {
+        let (mut run, mut done) = (start(), 0);
+        move || {
+            if done == LONG {
+                (run, done) = (start(), 0);
+            }
+            batch(&mut run);
+            done += 1;
+            BATCH as u32
+        }
+    }
+    let one_call = || again(lean, |lean| assert!(black_box(lean).steps(BATCH)));
+    let single = || {
+        again(lean, |lean| {
+            for _ in 0..BATCH {
+                assert!(black_box(&mut *lean).steps(1));
+            }
+        })
+    };
+    let to = again(flow, |flow| {
+        let end = flow.clock().time_of(flow.clock().index() + BATCH);
+        black_box(flow.to(end)).expect("steps");
+    });
+    let advance = again(flow, |flow| {
+        for _ in 0..BATCH {
+            black_box(black_box(&mut *flow).advance()).expect("a step");
+        }
+    });
+    let nodes = again(flow, |flow| {
+        for node in flow.take(BATCH as usize) {
+            black_box(node).expect("a node");
+        }
+    });
+    [
+        alternate(name, "to ÷ lean", batches, to, one_call()),
+        alternate(name, "advance ÷ lean", batches, advance, single()),
+        alternate(name, "nodes ÷ lean", batches, nodes, single()),
+    ]
+}
+
 /// The table.
 pub fn lines(batches: usize) -> Vec<Line> {
     let mut lines = Vec::new();
@@ -372,5 +440,12 @@ pub fn lines(batches: usize) -> Vec<Line> {
     lines.extend(particle_lines("particle_field", &wavy(), field, 1e-9, batches));
     lines.extend(pendulum_lines(batches));
     lines.extend(chain_lines(batches));
+    lines.extend(lean_lines("particle", &CIRCLE, PARTICLE, batches));
+    lines.extend(lean_lines(
+        "pendulum",
+        &InertiaWheelPendulum::default(),
+        PENDULUM,
+        batches,
+    ));
     lines
 }
