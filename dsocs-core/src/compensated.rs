@@ -3,7 +3,7 @@
 // parts of every step, also of those that are compiled for the machine's own instructions
 #![allow(clippy::inline_always)]
 
-use crate::any::sized;
+use crate::point::sized;
 use crate::scalar::Scalar;
 use crate::solve::Vector;
 

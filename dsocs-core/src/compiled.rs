@@ -1,10 +1,10 @@
 //! The hot form of a declaration: what a run evaluates often, as straight-line code.
 
 use crate::array::Array;
+use crate::point::{Leg, Point};
 use crate::scalar::Scalar;
 use crate::step::sparse::Sparse;
 use crate::step::unknown::{Linearization, Unknown};
-use crate::system::{Leg, Point};
 use crate::tape::Source;
 
 /// What the solver needs of a system, beside its tape, as `#[dsocs]` generates it; see [`System`](crate::System) for the

@@ -1,12 +1,12 @@
 //! A declaration as it stands on its tape, in any type of number.
 
-use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
-use crate::kernel::Shape;
 use crate::multipliers::multipliers;
+use crate::point::{AnyLeg, AnyPoint, OwnedPoint};
+use crate::quantity::Quantity;
 use crate::rounding::Bounded;
 use crate::run::AnyNode;
 use crate::scalar::Scalar as _;
-use crate::system::Quantity;
+use crate::tape::Shape;
 use crate::tape::origin::{Origin, origin};
 use crate::tape::{Leaf, Number, Part, Segment, Source};
 

@@ -7,11 +7,11 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use crate::any::{AnyLeg, AnyPoint, map};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepFailure};
 use crate::multipliers;
+use crate::point::{AnyLeg, AnyPoint, map};
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

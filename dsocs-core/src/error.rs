@@ -5,9 +5,10 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 
-use crate::composition::{Composition, Symmetry};
+use crate::composition::Composition;
 use crate::deficiency::{Deficiency, DependentRow};
 use crate::regularity::Regularity;
+use crate::tape::Symmetry;
 use crate::taylor::SeriesError;
 use crate::undefined::Undefined;
 

@@ -3,11 +3,12 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
-use crate::any::sized;
 use crate::error::SetupError;
+use crate::point::Leg;
+use crate::point::sized;
 use crate::run::{Inputs, Node, Run, RunError, Stepper};
 use crate::start::Start;
-use crate::system::{Leg, System};
+use crate::system::System;
 
 /// A run of the discrete system, step by step.
 ///

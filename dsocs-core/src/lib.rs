@@ -84,7 +84,6 @@
 #[cfg(test)]
 extern crate self as dsocs_core;
 
-mod any;
 mod array;
 mod compensated;
 mod compiled;
@@ -104,7 +103,9 @@ mod instructions;
 mod kernel;
 mod lanes;
 mod multipliers;
+mod point;
 pub mod prelude;
+mod quantity;
 mod real;
 mod regularity;
 mod rounding;
@@ -127,8 +128,7 @@ mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};
 
-pub use any::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint};
-pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure, Symmetry};
+pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure};
 pub use declaration::Declaration;
 pub use deficiency::{Deficiency, DependentRow};
 pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
@@ -137,7 +137,9 @@ pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
 pub use flow::{AnyFlow, Flow, Roots, Unresolved, multipliers};
 pub use instructions::Instructions;
-pub use kernel::{At, Kernel, Shape, Told};
+pub use kernel::{At, Kernel, Told};
+pub use point::{AnyLeg, AnyPoint, Leg, OwnedLeg, OwnedPoint, Point};
+pub use quantity::Quantity;
 pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
@@ -150,19 +152,20 @@ pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};
 pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
-pub use system::{Leg, Point, Quantity, System};
+pub use system::System;
+pub use tape::{Shape, Symmetry};
 pub use taylor::{FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 pub use undefined::Undefined;
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::any::{AnyLeg, AnyPoint, OwnedPoint};
     pub use crate::compiled::{Compiled, Report};
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
-    pub use crate::kernel::{At, Kernel, Shape, TapeError, TapeKernel, Told, compiled as kernel};
+    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel, Told, compiled as kernel};
     pub use crate::lanes::Lanes;
+    pub use crate::point::{AnyLeg, AnyPoint, OwnedPoint};
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
     pub use crate::run::held_value;
     pub use crate::scalar::Scalar;
@@ -171,6 +174,7 @@ pub mod __private {
     pub use crate::step::sparse::Sparse;
     pub use crate::step::unknown::{Linearization, Unknown};
     pub use crate::tangent::{Tangent, Tangent2};
+    pub use crate::tape::Shape;
     pub use crate::tape::{Number, Source, Tape};
     pub use crate::taylor::Rows;
     pub use crate::taylor::coefficient::Coefficient;

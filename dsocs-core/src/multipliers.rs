@@ -1,8 +1,8 @@
 //! Multipliers: what each constraint contributes to the constraint force.
 
-use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::point::{AnyLeg, AnyPoint};
 use crate::regularity;
 
 /// Components of forms below this part of the largest are not scaled up.

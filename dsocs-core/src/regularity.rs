@@ -4,11 +4,11 @@
 //! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
 //! are from singular is told by their smallest singular values.
 
-use crate::any::{AnyLeg, OwnedLeg, map};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::kernel::Kernel;
 use crate::multipliers::of_step;
+use crate::point::{AnyLeg, OwnedLeg, map};
 use crate::rounding;
 use crate::scalar::Scalar as _;
 use crate::tangent::{Tangent, Tangent2};

@@ -7,9 +7,9 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::any::{AnyLeg, map};
 use crate::declaration::Declaration;
 use crate::multipliers::of_step;
+use crate::point::{AnyLeg, map};
 use crate::regularity::{of_first_pair, stacked};
 use crate::scalar::Scalar;
 

@@ -13,9 +13,9 @@ pub(crate) use begin::{
 };
 use third::Free;
 
-use crate::any::sized;
 use crate::compensated::{Compensated, Sum};
 use crate::declaration::Declaration;
+use crate::point::sized;
 use crate::run::{RunError, Stepper as _};
 use crate::solve::Vector;
 use crate::system::System;

@@ -15,9 +15,9 @@
 //! A kinematic constraint has its signs at nodes, where the velocity is the mean of those of both legs. With this velocity zero the mass would go to and
 //! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
 
-use crate::any::{AnyLeg, AnyPoint, map, moved};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::point::{AnyLeg, AnyPoint, map, moved};
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::sides::{self, Linear, Piece, Sided};
@@ -134,9 +134,9 @@ impl Contact<'_> {
     }
 
     /// The leg after this one.
-    fn next(&self, e: &[f64]) -> crate::any::OwnedLeg<f64> {
+    fn next(&self, e: &[f64]) -> crate::point::OwnedLeg<f64> {
         let d: Vec<f64> = self.leg.d.iter().zip(e).map(|(d, e)| d + e).collect();
-        crate::any::OwnedLeg {
+        crate::point::OwnedLeg {
             t: self.leg.t + self.h,
             q: self.leg.q.iter().zip(&d).map(|(q, d)| q + d).collect(),
             d,

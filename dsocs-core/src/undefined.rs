@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use crate::any::AnyPoint;
 use crate::declaration::Declaration;
+use crate::point::AnyPoint;
 use crate::tape::Leaf;
 
 /// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one, such as the

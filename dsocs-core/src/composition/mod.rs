@@ -55,9 +55,7 @@ mod method;
 mod momenta;
 mod run;
 mod stages;
-mod symmetry;
 
 pub use error::{FailedStage, StageError, StageFailure};
 pub use flow::ComposedFlow;
 pub use method::Composition;
-pub use symmetry::Symmetry;

@@ -15,10 +15,10 @@
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
 use super::backward::{MANY, is_same, little_by_little};
-use crate::any::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
+use crate::point::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
 use crate::scalar::Scalar as _;
 use crate::solve::{Square, Vector, is_finite};
 use crate::start;

@@ -9,14 +9,13 @@ use super::error::{FailedStage, StageError, StageFailure};
 use super::method::Composition;
 use super::momenta::{self, Momenta};
 use super::stages::{Course, Stage, Stages, State};
-use super::symmetry::Symmetry;
-use crate::any::{AnyPoint, OwnedLeg};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError};
 use crate::flow::MAX_ITERATIONS;
 use crate::flow::discrete::{check, constants_of, copy};
 use crate::kernel::Kernel;
+use crate::point::{AnyPoint, OwnedLeg};
 use crate::regularity::Regularity;
 use crate::run::{AnyNode, Clock, NodeMut, Run, RunError};
 use crate::solve::Vector;
@@ -25,6 +24,7 @@ use crate::step::course::past_is_short;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::{Begins, Failing, Guess, Step, StepReport};
+use crate::tape::Symmetry;
 
 /// A run by a composed step.
 #[derive(Clone)]

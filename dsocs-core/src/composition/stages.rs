@@ -1,8 +1,9 @@
 //! The stages of a composed step where all of them are smooth: compiled for every declared type that is composed, and for no other.
 
-use crate::any::{AnyLeg, OwnedLeg};
 use crate::array::Array;
 use crate::compensated::{Compensated, Sum};
+use crate::point::Leg;
+use crate::point::{AnyLeg, OwnedLeg};
 use crate::run::Clock;
 use crate::solve::Vector;
 use crate::step::course::past_is_short;
@@ -11,7 +12,7 @@ use crate::step::predictor::Predictor;
 use crate::step::question::Question;
 use crate::step::smooth::{Rows, read, write};
 use crate::step::{Guess, PAST, StepReport};
-use crate::system::{Leg, System};
+use crate::system::System;
 
 /// The current node.
 #[derive(Clone, Debug)]

@@ -1,10 +1,10 @@
 //! The derivatives of the step whose middle node is where inputs change their values.
 
-use crate::any::{AnyLeg, OwnedLeg};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::flow::works;
 use crate::multipliers;
+use crate::point::{AnyLeg, OwnedLeg};
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

@@ -4,9 +4,9 @@ use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
 use super::path::{Path, parameter};
-use crate::any::{AnyPoint, sized};
+use crate::point::Point;
+use crate::point::{AnyPoint, sized};
 use crate::start::StartOrder;
-use crate::system::Point;
 use crate::tape::Eight;
 
 /// A variable with respect to which a run is differentiated. All other variables stay fixed.

@@ -5,10 +5,10 @@ use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
 use super::path::Path;
-use crate::any::{AnyPoint, sized};
 use crate::dual::Dual;
+use crate::point::Point;
+use crate::point::{AnyPoint, sized};
 use crate::start::StartOrder;
-use crate::system::Point;
 use crate::tape::Eight;
 
 /// The derivatives of a cost of a [`Path`], in units of the cost per unit of the variable.

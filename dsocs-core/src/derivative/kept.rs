@@ -3,8 +3,8 @@
 use core::ops::Range;
 
 use super::error::DerivativeError;
-use crate::any::AnyLeg;
 use crate::flow::discrete::Discrete;
+use crate::point::AnyLeg;
 use crate::run::Run as _;
 use crate::step::course::Course;
 use crate::tape::Eight;

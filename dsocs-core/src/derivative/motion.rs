@@ -8,8 +8,8 @@ use super::error::DerivativeError;
 use super::kept::{Checkpoints, Kept};
 use super::start::{Accelerated, Begun, First};
 use crate::declaration::Declaration;
+use crate::quantity::Quantity;
 use crate::run::Clock;
-use crate::system::Quantity;
 use crate::tape::{Eight, Source};
 
 /// A stretch of a path with constant inputs.

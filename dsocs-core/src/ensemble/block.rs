@@ -10,10 +10,11 @@ use super::kept::Kept;
 use crate::declaration::Declaration;
 use crate::flow::discrete::{Discrete, values_of};
 use crate::instructions::Instructions;
-use crate::kernel::{Kernel, Shape};
+use crate::kernel::Kernel;
 use crate::lanes::LANES;
 use crate::run::{AnyNode, OwnedNode, Run as _, RunError, inputs};
 use crate::start::Given;
+use crate::tape::Shape;
 
 /// What all blocks have in common.
 pub(super) struct Run<'s> {

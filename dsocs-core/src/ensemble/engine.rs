@@ -15,13 +15,14 @@ use crate::compiled::Report;
 use crate::flow::FORESEEN;
 use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::lanes::{LANES, Lanes, Mask, Register};
+use crate::point::{Leg, Point};
 use crate::run::{Clock, NodeMut};
 use crate::scalar::Scalar;
 use crate::step::course::SHORT_PAST;
 use crate::step::newton::Stop;
 use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
-use crate::system::{Leg, Point, System};
+use crate::system::System;
 use crate::tape::Eight;
 
 /// The steps of a system in lanes: what only an ensemble asks of it, made where one is set up.

@@ -3,12 +3,12 @@
 use wide::f64x8;
 
 use super::determinants::Determinants;
-use crate::kernel::Shape;
 use crate::solve::Vector;
 use crate::step::convergence::Remembered;
 use crate::step::course::Course;
 use crate::step::predictor::{DIFFERENCES, push_past, size_after};
 use crate::tape::Eight;
+use crate::tape::Shape;
 
 /// What the next steps of a block depend on. Vectors lie one after the other, each number eight times, once for each lane.
 #[derive(Clone)]

@@ -3,9 +3,9 @@
 use core::fmt;
 
 use super::discrete::{Discrete, values_of};
-use crate::any::AnyLeg;
 use crate::error::SetupError;
 use crate::kernel::Kernel;
+use crate::point::AnyLeg;
 use crate::run::Run;
 use crate::start::AnyStart;
 

@@ -2,8 +2,8 @@
 
 use super::Flow;
 use super::discrete::Discrete;
-use crate::any::sized;
 use crate::error::StepError;
+use crate::point::sized;
 use crate::solve::Vector;
 use crate::step::StepReport;
 

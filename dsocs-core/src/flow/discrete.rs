@@ -3,11 +3,11 @@
 use super::inputs::Changed;
 use super::stick::Stuck;
 use super::unresolved::Unresolved;
-use crate::any::{AnyLeg, AnyPoint};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::error::{NewtonFailure, SetupError, StepError};
-use crate::kernel::{Kernel, Shape, Told};
+use crate::kernel::{Kernel, Told};
+use crate::point::{AnyLeg, AnyPoint};
 use crate::regularity::Regularity;
 use crate::run::{AnyNode, Clock, End, NodeMut, Run, RunError};
 use crate::solve::Vector;
@@ -17,6 +17,7 @@ use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::question::{Halt, Question};
 use crate::step::{Failing, Guess, Step, StepReport};
+use crate::tape::Shape;
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
 /// parts of updates apart.

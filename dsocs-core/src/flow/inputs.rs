@@ -1,11 +1,11 @@
 //! The step about a node where inputs change.
 
 use super::discrete::{Discrete, constants_of};
-use crate::any::{AnyLeg, OwnedLeg, map, moved};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, StepError, StepFailure};
 use crate::multipliers;
+use crate::point::{AnyLeg, OwnedLeg, map, moved};
 use crate::run::{InputError, RunError};
 use crate::scalar::Scalar as _;
 use crate::solve::Vector;

@@ -3,9 +3,9 @@
 use super::Unresolved;
 use super::discrete::{Discrete, copy};
 use super::inputs::Changed;
-use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
 use crate::error::StepError;
+use crate::point::{AnyLeg, AnyPoint};
 use crate::solve::Vector;
 use crate::start::Beginning;
 use crate::step::newton::Stop;

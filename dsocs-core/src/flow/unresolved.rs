@@ -6,8 +6,8 @@
 //! constraint or a Lagrangian with pieces: of these the acceleration is looked at.
 
 use super::discrete::Discrete;
-use crate::any::AnyLeg;
 use crate::declaration::Declaration;
+use crate::point::AnyLeg;
 use crate::solve::Vector;
 use crate::start;
 use crate::step::newton::Stop;

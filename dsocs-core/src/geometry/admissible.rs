@@ -2,10 +2,10 @@
 
 use super::array::{along, largest, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::map::Triple;
-use crate::any::OwnedLeg;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::kernel::Kernel;
+use crate::point::OwnedLeg;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

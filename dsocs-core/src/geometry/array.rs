@@ -1,6 +1,6 @@
 //! Vectors, and numbers that carry derivatives, of any number of coordinates.
 
-use crate::any::{AnyLeg, OwnedLeg};
+use crate::point::{AnyLeg, OwnedLeg};
 use crate::tangent::{Tangent, Tangent2};
 
 /// The sum.

@@ -4,10 +4,10 @@ use super::array::{along, fixed, moving, moving_twice, plus, slopes, square, zer
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::solve;
-use crate::any::{AnyPoint, OwnedPoint};
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
 use crate::multipliers;
+use crate::point::{AnyPoint, OwnedPoint};
 use crate::scalar::Scalar as _;
 use crate::start;
 use crate::tangent::{Tangent, Tangent2};

@@ -2,9 +2,9 @@
 
 use super::array::{fixed, plus};
 use super::map::Triple;
-use crate::any::{AnyLeg, AnyPoint};
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
+use crate::point::{AnyLeg, AnyPoint};
 use crate::tangent::Tangent;
 use crate::tape::Number;
 

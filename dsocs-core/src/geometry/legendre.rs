@@ -3,9 +3,9 @@
 use super::array::{along, moving_leg, moving_twice, times, zero};
 use super::form::{Displacement, TwoForm};
 use super::units;
-use crate::any::{AnyLeg, OwnedLeg};
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
+use crate::point::{AnyLeg, OwnedLeg};
 use crate::scalar::Scalar;
 use crate::tangent::{Tangent, Tangent2};
 

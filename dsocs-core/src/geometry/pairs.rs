@@ -4,10 +4,10 @@ use super::array::{first_node, minus, moving, moving_leg, times};
 use super::form::Displacement;
 use super::map::Triple;
 use super::units;
-use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::dense::{Matrix, length};
 use crate::kernel::Kernel;
+use crate::point::AnyLeg;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

@@ -1,9 +1,9 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
-use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
 use crate::multipliers::count_unknown;
+use crate::point::AnyLeg;
 use crate::regularity::{self, Regularity};
 use crate::step::NEARLY_THE_SAME;
 

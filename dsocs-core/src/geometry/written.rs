@@ -1,12 +1,12 @@
 //! The equations of a step at nodes as they are written down.
 
 use super::array::{along, moving, moving_leg, times};
-use crate::any::OwnedLeg;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::double::Double;
 use crate::kernel::Kernel;
 use crate::multipliers::of_step;
+use crate::point::OwnedLeg;
 use crate::regularity::fit;
 use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;

@@ -2,12 +2,15 @@
 #![allow(missing_docs)] // what each does, the trait says
 
 use super::{At, Told};
-use crate::any::AnyLeg;
 use crate::array::Array;
 use crate::compiled::Report;
+use crate::point::AnyLeg;
+use crate::point::Leg;
 pub use crate::step::smooth::smooth;
 use crate::step::unknown::Linearization;
-use crate::system::{Leg, System};
+use crate::system::System;
+use crate::tape::Shape;
+use std::borrow::Cow;
 
 /// A leg of arrays; of another length, it is none.
 fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
@@ -128,5 +131,39 @@ pub fn report<S: System<N>, const N: usize>(
             }
         }
         (*told.t, *told.energy) = (point.t, energy);
+    }
+}
+
+impl Shape {
+    /// The shape of a declared type.
+    #[must_use]
+    pub const fn of<S: System<N>, const N: usize>() -> Self {
+        Self {
+            name: Cow::Borrowed(S::NAME),
+            doc: Cow::Borrowed(S::DOC),
+            coordinates: Cow::Borrowed(const { &S::COORDINATES }),
+            parameters: Cow::Borrowed(S::PARAMETERS),
+            observables: Cow::Borrowed(S::OBSERVABLES),
+            increments: N,
+            unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
+            motion: <S::Motion as Array<f64>>::LENGTH,
+            constants: <S::Constants<f64> as Array<f64>>::LENGTH,
+            known: <S::Known<f64> as Array<f64>>::LENGTH,
+            order: S::ORDER,
+            holonomic: S::HOLONOMIC,
+            nonholonomic: S::NONHOLONOMIC,
+            kinematic: S::KINEMATIC,
+            forms: S::FORMS,
+            third_order: Cow::Borrowed(S::THIRD_ORDER),
+            of_positions: Cow::Borrowed(S::OF_POSITIONS),
+            depends_on_time: S::DEPENDS_ON_TIME,
+            external_forces: S::EXTERNAL_FORCES,
+            linear: S::LINEAR,
+            jumps: S::JUMPS,
+            piecewise: S::PIECEWISE,
+            scaled: S::SCALED,
+            divided: S::DIVIDED,
+            symmetry: S::SYMMETRY,
+        }
     }
 }

@@ -3,13 +3,11 @@
 //! [`Shape`] is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
 
 pub mod compiled;
-mod shape;
 mod tape;
 
-pub use shape::Shape;
 pub use tape::{TapeError, TapeKernel};
 
-use crate::any::AnyLeg;
+use crate::point::AnyLeg;
 use crate::step::course::Course;
 use crate::step::question::Halt;
 use crate::step::sparse::Sparse;

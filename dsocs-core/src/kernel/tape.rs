@@ -2,11 +2,12 @@
 
 use thiserror::Error;
 
-use super::{At, Kernel, Shape, Told};
-use crate::any::AnyLeg;
+use super::{At, Kernel, Told};
+use crate::point::AnyLeg;
 use crate::step::course::Course;
 use crate::step::question::{Halt, Question};
 use crate::step::sparse::Sparse;
+use crate::tape::Shape;
 use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
 
 /// A declared system as its tape and its shape alone: what a declaration becomes that is read at run time.

@@ -1,10 +1,10 @@
 //! A run of any method and any number of coordinates.
 
 use super::{AnyPolynomial, Clock, End, InputError, NodeMut, OneWay, OwnedNode, RunError};
-use crate::any::AnyPoint;
 use crate::declaration::Declaration;
 use crate::flow::Unresolved;
 use crate::kernel::Kernel;
+use crate::point::AnyPoint;
 use crate::regularity::Regularity;
 use crate::step::StepReport;
 use crate::taylor::Series;

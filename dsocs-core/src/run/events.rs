@@ -6,9 +6,9 @@ use core::ops::ControlFlow;
 use super::error::{FailedEvent, RunError};
 use super::roots::{self, Crossing};
 use super::{AnyObserver, AnyPolynomial, Clock, Traced};
-use crate::any::{AnyPoint, OwnedPoint, sized};
 use crate::declaration::Declaration;
-use crate::system::Point;
+use crate::point::Point;
+use crate::point::{AnyPoint, OwnedPoint, sized};
 use crate::taylor::{Call, Jet, MAX_ORDER};
 
 /// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use thiserror::Error;
 
 use super::{Node, RunError, Stepper};
-use crate::kernel::Shape;
+use crate::tape::Shape;
 
 /// Times of a plan that differ by less than this part of a step are the same.
 const SAME_TIME: f64 = 1e-6;

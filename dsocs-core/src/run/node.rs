@@ -1,9 +1,9 @@
 //! A node: what a run hands out.
 
 use super::Run;
-use crate::any::{AnyPoint, sized};
+use crate::point::Point;
+use crate::point::{AnyPoint, sized};
 use crate::step::newton::Stop;
-use crate::system::Point;
 
 /// A node of a motion: what every method hands out.
 #[derive(Clone, Copy, Debug, PartialEq)]

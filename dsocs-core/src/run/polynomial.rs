@@ -1,9 +1,9 @@
 //! The motion between two nodes, as a polynomial.
 
 use super::{AnyNode, Node};
-use crate::any::OwnedPoint;
 use crate::compensated::Compensated;
-use crate::system::Point;
+use crate::point::OwnedPoint;
+use crate::point::Point;
 use crate::taylor::Series;
 
 /// The motion during one step, valid from [`Polynomial::start`] to [`Polynomial::end`]: the dense output of every method.

@@ -6,12 +6,12 @@ use super::{
     AnyObserver, AnyOccurrence, AnyPolynomial, Clock, Events, Failure, Node, Observer, Occurrence,
     Polynomial, Room, Run, RunError, Traced, Trajectory,
 };
-use crate::any::AnyPoint;
 use crate::declaration::Declaration;
 use crate::flow::Unresolved;
+use crate::point::AnyPoint;
+use crate::point::Point;
 use crate::regularity::Regularity;
 use crate::step::StepReport;
-use crate::system::Point;
 
 /// Receives the motion of a step, polynomial by polynomial. It may return a time at which the method is to stop, counted from the
 /// point of expansion of the polynomial.

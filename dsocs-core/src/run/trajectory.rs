@@ -2,7 +2,7 @@
 
 use super::error::RunError;
 use super::{AnyPolynomial, Node, Polynomial};
-use crate::system::Point;
+use crate::point::Point;
 use crate::taylor::Series;
 
 use thiserror::Error;

@@ -5,8 +5,8 @@ use core::ops::ControlFlow;
 use super::{
     AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Behind, Clock, OwnedNode, Room, Run, RunError, inputs,
 };
-use crate::any::{AnyPoint, OwnedPoint};
 use crate::declaration::Declaration;
+use crate::point::{AnyPoint, OwnedPoint};
 use crate::step::StepReport;
 
 /// What a run does; the functions of [`crate::Stepper`] describe it.

@@ -3,8 +3,8 @@
 use super::begin::{Given, Rule};
 use super::third::Free;
 use crate::error::SetupError;
-use crate::kernel::Shape;
 use crate::solve::Vector;
+use crate::tape::Shape;
 
 /// A [`Start`](crate::Start) with any number of coordinates: each vector is a slice with one component for each.
 #[derive(Clone, Debug)]

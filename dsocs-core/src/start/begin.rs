@@ -3,13 +3,13 @@
 use super::consistency;
 use super::rest;
 use super::third::{self, Free};
-use crate::any::{AnyPoint, map, moved};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::deficiency;
 use crate::dense::Matrix;
 use crate::error::{NewtonFailure, SetupError, StepFailure};
 use crate::multipliers::of_motion;
+use crate::point::{AnyPoint, map, moved};
 use crate::scalar::Scalar as _;
 use crate::solve::{Square, Vector};
 use crate::step::Begins;

@@ -1,10 +1,10 @@
 //! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
 
-use crate::any::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
+use crate::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
 use crate::rounding;
 use crate::scalar::Scalar as _;
 use crate::solve::Vector;

@@ -2,11 +2,11 @@
 
 use super::StepReport;
 use super::predictor::Predictor;
-use crate::any::AnyLeg;
 use crate::compensated::Sum;
-use crate::kernel::Shape;
+use crate::point::AnyLeg;
 use crate::run::Clock;
 use crate::solve::Vector;
+use crate::tape::Shape;
 
 /// What a run of steps carries from one to the next: the last leg in compensated sums, past solutions, and the step that was solved last.
 #[derive(Clone, Debug)]

@@ -19,12 +19,13 @@ pub(crate) mod unknown;
 
 use smallvec::{SmallVec, smallvec};
 
-use crate::any::AnyLeg;
 use crate::declaration::Declaration;
 use crate::error::NewtonFailure;
-use crate::kernel::{At, Kernel, Shape};
+use crate::kernel::{At, Kernel};
 use crate::multipliers;
+use crate::point::AnyLeg;
 use crate::solve::{Square, Vector};
+use crate::tape::Shape;
 pub(crate) use guesses::Failing;
 use newton::{Equations, Evaluation, Linearized, Quick, Root, Stop};
 use pair::Found;

@@ -4,9 +4,9 @@ use super::elimination::Determinant;
 use super::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
 use super::predictor::{Continuation, Predictor};
 use super::{Guess, Step, StepReport, report};
-use crate::any::{AnyLeg, OwnedLeg};
 use crate::error::{NewtonFailure, StepFailure};
 use crate::flow::MAX_ITERATIONS;
+use crate::point::{AnyLeg, OwnedLeg};
 use crate::solve::{Vector, is_finite};
 use crate::start;
 
@@ -469,7 +469,7 @@ impl Step<'_> {
 mod tests {
     use super::*;
     use crate::flow::discrete::{constants_of, values_of};
-    use crate::system::Leg;
+    use crate::point::Leg;
     use dsocs_macros::dsocs;
 
     /// Two accelerations, of which one changes with time.

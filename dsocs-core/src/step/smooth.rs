@@ -16,8 +16,9 @@ use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
 use crate::array::Array;
 use crate::compensated::{Compensated, Sum};
 use crate::flow::FORESEEN;
+use crate::point::Leg;
 use crate::step::unknown::Unknown;
-use crate::system::{Leg, System};
+use crate::system::System;
 
 /// What rows are multiplied by may change by this part of itself from one step to the next; where it changes by more, it is looked at
 /// beside the root, too.

@@ -8,9 +8,9 @@ use pulp::{Simd, WithSimd};
 use super::flow::AnyTaylorFlow;
 use super::integrator::{Integrator, OnGrid};
 use super::jets::SeriesKernel;
-use crate::any::AnyPoint;
 use crate::dispatch;
 use crate::kernel::Kernel;
+use crate::point::AnyPoint;
 use crate::run::{AnyPolynomial, AnyVisitor, Clock, End, NodeMut, Room, Run, RunError, Search, Traced};
 use crate::step::StepReport;
 

@@ -3,9 +3,10 @@
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::error::SetupError;
+use crate::point::Point;
 use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
 use crate::start::Start;
-use crate::system::{Point, System};
+use crate::system::System;
 
 /// The continuous motion as a function of time. It can be evaluated at any times, in the order of the motion.
 ///

@@ -9,10 +9,11 @@ use super::moved::{DIRECTIONS, Moved};
 use super::series::Series;
 use super::switch::Switches as _;
 use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
+use crate::point::Point;
 use crate::run::{RunError, Stepper as _};
 use crate::scalar::Scalar as _;
 use crate::start::{Start, StartOrder};
-use crate::system::{Point, System};
+use crate::system::System;
 
 /// A [`TaylorFlow`] with the derivatives of its motion by components of the start and by parameters.
 ///

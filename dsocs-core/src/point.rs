@@ -1,8 +1,34 @@
-//! A system of any type, for what is done seldom.
+//! Legs and points: where equations are evaluated, in arrays and in slices.
 
-use crate::system::{Leg, Point};
+use crate::scalar::Scalar;
 use crate::tangent::Tangent;
-use crate::tape::Number;
+
+/// A leg of the discrete path, that is, the first two nodes of a step: the second one and the increment that led to it.
+///
+/// The increment is stored separately, because a difference `q1 - q0` of rounded nodes loses the digits that the
+/// second difference needs (see the crate's documentation, "How a declaration becomes a trajectory").
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg<T, const N: usize> {
+    /// The time of the middle node.
+    pub t: T,
+    /// The middle node `q1` of the step.
+    pub q: [T; N],
+    /// The increment `q1 - q0`.
+    pub d: [T; N],
+}
+
+/// A point of the second order tangent bundle: `φ_D⁻¹(q0, q1, q2)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<T, const N: usize> {
+    /// Time.
+    pub t: T,
+    /// Position.
+    pub q: [T; N],
+    /// Velocity.
+    pub v: [T; N],
+    /// Acceleration.
+    pub a: [T; N],
+}
 
 /// A leg of the discrete path ([`Leg`]) with any number of coordinates, by reference.
 ///
@@ -90,7 +116,7 @@ pub struct AnyPoint<'a, T> {
     pub a: &'a [T],
 }
 
-impl<T: Number, const N: usize> Point<T, N> {
+impl<T: Scalar, const N: usize> Point<T, N> {
     /// A point with its number of coordinates; numbers that are missing are NaN.
     #[inline]
     pub(crate) fn of(point: AnyPoint<'_, T>) -> Self {
@@ -175,7 +201,7 @@ impl<T: Copy> OwnedPoint<T> {
     #[must_use]
     pub fn sized<const N: usize>(&self) -> Point<T, N>
     where
-        T: Number,
+        T: Scalar,
     {
         Point::of(self.any())
     }
@@ -195,7 +221,7 @@ pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
 }
 
 /// A vector with its number of coordinates; what is missing is NaN.
-pub(crate) fn sized<T: Number, const N: usize>(numbers: &[T]) -> [T; N] {
+pub(crate) fn sized<T: Scalar, const N: usize>(numbers: &[T]) -> [T; N] {
     if let Some(vector) = numbers.first_chunk() {
         return *vector;
     }

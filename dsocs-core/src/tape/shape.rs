@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
-use crate::array::Array;
-use crate::composition::Symmetry;
-use crate::system::{Quantity, System};
+use super::symmetry::Symmetry;
+use crate::quantity::Quantity;
 
 /// What is known of a declared system at all times.
 #[derive(Clone, Debug)]
@@ -62,38 +61,6 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The shape of a declared type.
-    #[must_use]
-    pub const fn of<S: System<N>, const N: usize>() -> Self {
-        Self {
-            name: Cow::Borrowed(S::NAME),
-            doc: Cow::Borrowed(S::DOC),
-            coordinates: Cow::Borrowed(const { &S::COORDINATES }),
-            parameters: Cow::Borrowed(S::PARAMETERS),
-            observables: Cow::Borrowed(S::OBSERVABLES),
-            increments: N,
-            unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
-            motion: <S::Motion as Array<f64>>::LENGTH,
-            constants: <S::Constants<f64> as Array<f64>>::LENGTH,
-            known: <S::Known<f64> as Array<f64>>::LENGTH,
-            order: S::ORDER,
-            holonomic: S::HOLONOMIC,
-            nonholonomic: S::NONHOLONOMIC,
-            kinematic: S::KINEMATIC,
-            forms: S::FORMS,
-            third_order: Cow::Borrowed(S::THIRD_ORDER),
-            of_positions: Cow::Borrowed(S::OF_POSITIONS),
-            depends_on_time: S::DEPENDS_ON_TIME,
-            external_forces: S::EXTERNAL_FORCES,
-            linear: S::LINEAR,
-            jumps: S::JUMPS,
-            piecewise: S::PIECEWISE,
-            scaled: S::SCALED,
-            divided: S::DIVIDED,
-            symmetry: S::SYMMETRY,
-        }
-    }
-
     /// How many coordinates there are.
     #[must_use]
     pub fn dimension(&self) -> usize {
