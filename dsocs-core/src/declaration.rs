@@ -1,10 +1,8 @@
 //! A declaration as it stands on its tape, in any type of number.
 
-use crate::multipliers::multipliers;
+use crate::bounded::Bounded;
 use crate::point::{AnyLeg, AnyPoint, OwnedPoint};
 use crate::quantity::Quantity;
-use crate::rounding::Bounded;
-use crate::run::AnyNode;
 use crate::scalar::Scalar as _;
 use crate::tape::Shape;
 use crate::tape::origin::{Origin, origin};
@@ -286,15 +284,6 @@ impl<'s> Declaration<'s> {
     /// How many results a part of a segment has.
     fn count(&self, segment: Segment, part: Part) -> usize {
         self.source.tape().count(segment, part)
-    }
-
-    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::multipliers`].
-    #[must_use]
-    pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
-        if self.shape().forms == 0 {
-            return Vec::new();
-        }
-        multipliers(node.force, &self.continuous_forms(node.point()))
     }
 
     /// How many unknowns a step has.

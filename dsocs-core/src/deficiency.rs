@@ -8,24 +8,18 @@ use core::fmt;
 use std::borrow::Cow;
 
 use crate::declaration::Declaration;
-use crate::dense::Matrix;
-use crate::error::{NewtonFailure, StepFailure};
+use crate::dense::{Matrix, ZERO, equilibrate, null_vectors};
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::multipliers;
 use crate::point::{AnyLeg, AnyPoint, map};
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
-
-/// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
-const ZERO: f64 = 1e-11;
 
 /// The same where it is asked what is nearly zero.
 const NEARLY_ZERO: f64 = 1e-5;
 
 /// An unknown or a row with less than this part in all null vectors has no part in them.
 const NO_PART: f64 = 1e-6;
-
-/// How often rows and columns are scaled in turn.
-const SCALINGS: usize = 4;
 
 /// What the equations do not determine at a point: why there is no solution, or more than one.
 ///
@@ -359,53 +353,6 @@ fn examine(
         rows: rows.map(|i| row(declaration, i)).collect(),
         at_guess_alone: false,
     })
-}
-
-/// A basis of the directions that a square matrix takes to zero, each with 1 for its largest component.
-pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> {
-    let scales = equilibrate(&mut matrix, size);
-    let directions = null_vectors(&matrix, ZERO).into_iter().map(|mut vector| {
-        let mut largest = 0.0_f64;
-        for (x, scale) in vector.iter_mut().zip(&scales) {
-            *x *= scale;
-            largest = largest.max(x.abs());
-        }
-        map(&vector, |x| x / largest)
-    });
-    directions.collect()
-}
-
-/// Scales rows and columns in turn until their largest entries are about 1, and tells by what the columns were multiplied.
-/// What is zero stays zero.
-fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
-    let mut scales = vec![1.0; size];
-    for _ in 0..SCALINGS {
-        for i in 0..size {
-            let largest = matrix.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            if largest > 0.0 {
-                matrix.divide_row(i, largest);
-            }
-        }
-        for (j, scale) in scales.iter_mut().enumerate() {
-            let largest = (0..size).fold(0.0_f64, |largest, i| largest.max(matrix[(i, j)].abs()));
-            if largest > 0.0 {
-                *scale /= largest;
-                for i in 0..size {
-                    matrix[(i, j)] /= largest;
-                }
-            }
-        }
-    }
-    scales
-}
-
-/// A basis of what a matrix takes to zero that has at least as many rows as columns.
-fn null_vectors(matrix: &Matrix, zero: f64) -> Vec<Vec<f64>> {
-    let singular = matrix.decomposed();
-    let [_, largest] = singular.extremes();
-    let terms = singular.values.iter().zip(singular.right);
-    let null = terms.filter(|(value, _)| **value <= zero * largest);
-    null.map(|(_, vector)| vector).collect()
 }
 
 /// Whether a place is not zero in all vectors.

@@ -14,6 +14,12 @@ const ORTHOGONAL: f64 = 2.0 * f64::EPSILON;
 /// So often every pair of columns is rotated, at most: convergence is quadratic.
 const SWEEPS: usize = 60;
 
+/// A singular value below this part of the largest is zero, where rows and columns have entries of about 1.
+pub(crate) const ZERO: f64 = 1e-11;
+
+/// How often rows and columns are scaled in turn.
+const SCALINGS: usize = 4;
+
 /// A matrix, by columns.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Matrix {
@@ -269,6 +275,53 @@ fn add(sum: &mut [f64], factor: f64, vector: &[f64]) {
     for (sum, x) in sum.iter_mut().zip(vector) {
         *sum += factor * x;
     }
+}
+
+/// A basis of the directions that a square matrix takes to zero, each with 1 for its largest component.
+pub(crate) fn null_directions(mut matrix: Matrix, size: usize) -> Vec<Vec<f64>> {
+    let scales = equilibrate(&mut matrix, size);
+    let directions = null_vectors(&matrix, ZERO).into_iter().map(|mut vector| {
+        let mut largest = 0.0_f64;
+        for (x, scale) in vector.iter_mut().zip(&scales) {
+            *x *= scale;
+            largest = largest.max(x.abs());
+        }
+        vector.iter().map(|x| x / largest).collect()
+    });
+    directions.collect()
+}
+
+/// Scales rows and columns in turn until their largest entries are about 1, and tells by what the columns were multiplied.
+/// What is zero stays zero.
+pub(crate) fn equilibrate(matrix: &mut Matrix, size: usize) -> Vec<f64> {
+    let mut scales = vec![1.0; size];
+    for _ in 0..SCALINGS {
+        for i in 0..size {
+            let largest = matrix.row(i).fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            if largest > 0.0 {
+                matrix.divide_row(i, largest);
+            }
+        }
+        for (j, scale) in scales.iter_mut().enumerate() {
+            let largest = (0..size).fold(0.0_f64, |largest, i| largest.max(matrix[(i, j)].abs()));
+            if largest > 0.0 {
+                *scale /= largest;
+                for i in 0..size {
+                    matrix[(i, j)] /= largest;
+                }
+            }
+        }
+    }
+    scales
+}
+
+/// A basis of what a matrix takes to zero that has at least as many rows as columns.
+pub(crate) fn null_vectors(matrix: &Matrix, zero: f64) -> Vec<Vec<f64>> {
+    let singular = matrix.decomposed();
+    let [_, largest] = singular.extremes();
+    let terms = singular.values.iter().zip(singular.right);
+    let null = terms.filter(|(value, _)| **value <= zero * largest);
+    null.map(|(_, vector)| vector).collect()
 }
 
 #[cfg(test)]

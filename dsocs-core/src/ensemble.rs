@@ -7,13 +7,13 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::flow::MAX_ITERATIONS;
 use crate::flow::discrete::check;
 use crate::instructions::Instructions;
 use crate::kernel::Kernel;
 use crate::lanes::LANES;
 use crate::run::{AnyNode, Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::{Given, Start};
+use crate::step::course::MAX_ITERATIONS;
 use crate::system::System;
 use crate::tape::Shape;
 use crate::threads::Threads;

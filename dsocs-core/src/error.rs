@@ -7,106 +7,12 @@ use thiserror::Error;
 
 use crate::composition::Composition;
 use crate::deficiency::{Deficiency, DependentRow};
+use crate::failure::{History, NewtonFailure, StepFailure};
+use crate::message::{Magnitude, Numbers, Rounded, Short};
 use crate::regularity::Regularity;
 use crate::tape::Symmetry;
 use crate::taylor::SeriesError;
 use crate::undefined::Undefined;
-
-/// Why Newton's iteration ended without a root.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum StepFailure {
-    /// A row of the equations or of their Jacobian is infinite or not a number.
-    NotFinite,
-    /// The Jacobian is singular: the equations do not determine the unknowns.
-    Singular,
-    /// The updates did not become small: there may be no root, or none near the guess.
-    NotConverged,
-    /// The residual has a minimum that is not zero: on a path from a guess along which the rows become smaller, there is a point that is
-    /// not a root and from which they can only grow again. What the declaration asks for cannot be met there.
-    NoSolution,
-    /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
-    /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
-    Degenerate,
-    /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
-    AmbiguousRoot,
-}
-
-impl fmt::Display for StepFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NotFinite => "the equations are not finite",
-            Self::Singular => "the Jacobian is singular",
-            Self::NotConverged => "Newton's iteration does not converge",
-            Self::NoSolution => "what is declared cannot be met here",
-            Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
-            Self::Degenerate => "a denominator or a factor of a declared equation is zero",
-        })
-    }
-}
-
-/// A failed Newton iteration: why it ended, and its history.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NewtonFailure {
-    /// Why it ended.
-    pub reason: StepFailure,
-    /// The unknowns where it ended.
-    pub unknowns: Vec<f64>,
-    /// The rows there: the kinematic constraints, then the variational equations.
-    pub residual: Vec<f64>,
-    /// The updates, each relative to the size of the unknowns.
-    pub updates: Vec<f64>,
-    /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty otherwise.
-    pub other: Vec<f64>,
-}
-
-/// So many of the last updates say how the iteration converges.
-const TAIL: usize = 8;
-
-impl NewtonFailure {
-    /// Whether several roots have become one: each update is then the same part of the one before, `1 − 1/m` of it at an `m`-fold root.
-    #[must_use]
-    pub fn is_at_multiple_root(&self) -> bool {
-        let finite = self.updates.iter().skip_while(|update| !update.is_finite());
-        let updates: Vec<f64> = finite.copied().collect();
-        let Some(tail) = updates.len().checked_sub(TAIL + 1).map(|from| &updates[from..]) else {
-            return false;
-        };
-        let mut ratios = tail.windows(2).map(|pair| pair[1] / pair[0]);
-        let first = ratios.next().unwrap_or(f64::NAN);
-        (0.45..0.9).contains(&first) && ratios.all(|ratio| (ratio - first).abs() < 0.02)
-    }
-}
-
-impl fmt::Display for NewtonFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.reason, History(self))
-    }
-}
-
-impl fmt::Display for History<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let NewtonFailure {
-            residual, updates, ..
-        } = self.0;
-        write!(f, "residual by row {}", Numbers(residual))?;
-        match updates.as_slice() {
-            [] => Ok(()),
-            [.., last] if updates.len() > 6 => {
-                let shown = &updates[..5];
-                write!(
-                    f,
-                    ", relative updates {} … {} ({} in all)",
-                    Numbers(shown),
-                    Magnitude(*last),
-                    updates.len()
-                )
-            }
-            all => write!(f, ", relative updates {}", Numbers(all)),
-        }
-    }
-}
-
-impl core::error::Error for NewtonFailure {}
 
 /// A failed iteration, after what the equations leave open, or what in them has no value, if that is why.
 struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
@@ -119,86 +25,6 @@ impl fmt::Display for Told<'_> {
             (None, Some(undefined)) => write!(f, "{undefined}"),
             (None, None) => cause.fmt(f),
         }
-    }
-}
-
-/// The history of a failed iteration.
-struct History<'a>(&'a NewtonFailure);
-
-/// Numbers in brackets, short enough for a message.
-struct Numbers<'a>(&'a [f64]);
-
-impl fmt::Display for Numbers<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("[")?;
-        for (i, x) in self.0.iter().enumerate() {
-            if i > 0 {
-                f.write_str(", ")?;
-            }
-            let ordinary = *x == 0.0 || !x.is_finite() || (1e-4..1e7).contains(&x.abs());
-            if ordinary {
-                write!(f, "{}", Rounded(*x))?;
-            } else {
-                write!(f, "{x:.3e}")?;
-            }
-        }
-        f.write_str("]")
-    }
-}
-
-/// A number with at most nine digits after the point and no zeros at its end.
-struct Rounded(f64);
-
-impl fmt::Display for Rounded {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_nan() {
-            return f.write_str("undefined");
-        }
-        let text = format!("{:.9}", self.0);
-        let short = if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.')
-        } else {
-            &text
-        };
-        f.write_str(short)
-    }
-}
-
-/// A number in four digits.
-struct Short(f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(x) = *self;
-        if x == 0.0 || (1e-3..1e5).contains(&x.abs()) {
-            let digits = if x == 0.0 {
-                0.0
-            } else {
-                3.0 - x.abs().log10().floor()
-            };
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and 6
-            let text = format!("{x:.*}", digits.max(0.0) as usize);
-            let short = if text.contains('.') {
-                text.trim_end_matches('0').trim_end_matches('.')
-            } else {
-                &text
-            };
-            f.write_str(short)
-        } else {
-            write!(f, "{x:.3e}")
-        }
-    }
-}
-
-/// A size in two digits.
-struct Magnitude(f64);
-
-impl fmt::Display for Magnitude {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0.is_nan() {
-            return f.write_str("undefined");
-        }
-        write!(f, "{:.1e}", self.0)
     }
 }
 

@@ -130,11 +130,9 @@ mod stick;
 mod unresolved;
 pub use any::AnyFlow;
 pub use choose::Roots;
-pub(crate) use discrete::MAX_ITERATIONS;
 use discrete::{Discrete, values_of};
 pub use forces::multipliers;
 pub(crate) use inputs::works;
 pub(crate) use unresolved::FORESEEN;
-pub use unresolved::Unresolved;
 #[cfg(test)]
 mod tests;

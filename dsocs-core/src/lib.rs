@@ -85,6 +85,7 @@
 extern crate self as dsocs_core;
 
 mod array;
+mod bounded;
 mod compensated;
 mod compiled;
 mod composition;
@@ -97,11 +98,14 @@ mod double;
 mod dual;
 mod ensemble;
 mod error;
+mod failure;
 mod flow;
 pub mod geometry;
 mod instructions;
 mod kernel;
 mod lanes;
+mod lengths;
+mod message;
 mod multipliers;
 mod point;
 pub mod prelude;
@@ -114,6 +118,7 @@ mod samples;
 mod scalar;
 mod sides;
 mod solve;
+mod stacked;
 mod start;
 mod step;
 mod sticking;
@@ -134,8 +139,9 @@ pub use deficiency::{Deficiency, DependentRow};
 pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
 pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
-pub use error::{FailedStep, NewtonFailure, SetupError, StepError, StepFailure, Violation};
-pub use flow::{AnyFlow, Flow, Roots, Unresolved, multipliers};
+pub use error::{FailedStep, SetupError, StepError, Violation};
+pub use failure::{NewtonFailure, StepFailure};
+pub use flow::{AnyFlow, Flow, Roots, multipliers};
 pub use instructions::Instructions;
 pub use kernel::{At, Kernel, Told};
 pub use point::{AnyLeg, AnyPoint, Leg, OwnedLeg, OwnedPoint, Point};
@@ -145,8 +151,8 @@ pub use regularity::Regularity;
 pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock, End,
     Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, NodeMut, Observer, Occurrence,
-    OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Verdict,
-    Visitor, on_event,
+    OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved,
+    Verdict, Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};
@@ -179,7 +185,8 @@ pub mod __private {
     pub use crate::taylor::Rows;
     pub use crate::taylor::coefficient::Coefficient;
     pub use crate::taylor::jets::Jets;
-    pub use crate::taylor::kernel::{RECIPROCALS, Table, add_product, newest, weighted};
+    pub use crate::taylor::kernel::{Table, add_product, newest, weighted};
+    pub use crate::taylor::orders::RECIPROCALS;
     pub use crate::taylor::solve::{Accelerations, back};
 
     /// Computes a part of a long method in a function of its own.

@@ -2,8 +2,8 @@
 
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
+use crate::lengths;
 use crate::point::{AnyLeg, AnyPoint};
-use crate::regularity;
 
 /// Components of forms below this part of the largest are not scaled up.
 const FAINT: f64 = 1e-3;
@@ -48,7 +48,7 @@ pub(crate) fn of_step(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64
     }
     // components for the lengths that coordinates move, not for their units: then it is no matter of units which form is faint
     let forms = declaration.forms(h, leg, e);
-    let lengths = regularity::measured(declaration, h, leg, e);
+    let lengths = lengths::measured(declaration, h, leg, e);
     let largest = |i: usize| {
         forms
             .iter()

@@ -7,18 +7,16 @@
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::kernel::Kernel;
+use crate::lengths::{measured, weights};
 use crate::multipliers::of_step;
 use crate::point::{AnyLeg, OwnedLeg, map};
 use crate::rounding;
 use crate::scalar::Scalar as _;
-use crate::tangent::{Tangent, Tangent2};
-use crate::tape::Number;
+use crate::stacked::{of_first_pair, stacked};
+use crate::tangent::Tangent;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;
-
-/// A coordinate whose legs are shorter than this part of the longest stands still.
-const STILL: f64 = 1e-3;
 
 /// How regular the equations of a step are at a triple of nodes `(q0, q1, q2)`.
 ///
@@ -143,76 +141,6 @@ pub(crate) fn fit(declaration: &Declaration<'_>, vectors: &[&[f64]]) -> bool {
 /// Whether a smallest singular value is more than rounding.
 fn is_regular(smallest: f64, largest: f64) -> bool {
     smallest > ROUNDINGS * f64::EPSILON * largest && largest.is_finite()
-}
-
-/// The longer of both legs by coordinate, at least a part of the longest of all; `None` of a coordinate that has no such length.
-///
-/// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
-/// has the same unit for all.
-pub(crate) fn measured(
-    declaration: &Declaration<'_>,
-    h: f64,
-    leg: AnyLeg<'_, f64>,
-    e: &[f64],
-) -> Vec<Option<f64>> {
-    let moved: Vec<f64> = leg
-        .d
-        .iter()
-        .zip(e)
-        .map(|(d, e)| d.abs().max((d + e).abs()))
-        .collect();
-    let weights = weights(declaration, h, leg);
-    let weighted = moved.iter().zip(&weights);
-    let longest = weighted.fold(0.0_f64, |longest, (moved, weight)| longest.max(weight * moved));
-    let length = |i: usize| {
-        let least = if weights[i] > 0.0 {
-            STILL * longest / weights[i]
-        } else {
-            0.0
-        };
-        let length = moved[i].max(least);
-        (length > 0.0 && length.is_finite()).then_some(length)
-    };
-    (0..moved.len()).map(length).collect()
-}
-
-/// The square root of the mass that moves with each coordinate; zero where there is none.
-fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
-    let v = map(leg.d, |d| d / h);
-    let weight = |i: usize| {
-        let along = |x: &[f64], part: f64| -> Vec<Tangent2> {
-            let numbers = x.iter().enumerate();
-            numbers
-                .map(|(j, &x)| {
-                    let part = if i == j { part } else { 0.0 };
-                    Tangent2::second(x, [part; 2])
-                })
-                .collect()
-        };
-        // by a part of the velocity: only differences of users' functions depend on it
-        let unit = if v[i] == 0.0 { 1.0 } else { v[i].abs() };
-        let mass = declaration
-            .lagrangian(
-                Tangent2::second(leg.t, [0.0; 2]),
-                &along(leg.q, 0.0),
-                &along(&v, unit),
-            )
-            .mixed();
-        let weight = mass.abs().sqrt() / unit;
-        if weight.is_finite() { weight } else { 0.0 }
-    };
-    (0..v.len()).map(weight).collect()
-}
-
-/// A length for every coordinate. One that does not move while others do is measured by its mass, or by 1 if it has none.
-pub(crate) fn lengths(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
-    let weights = weights(declaration, h, leg);
-    let measured = measured(declaration, h, leg, e);
-    let lengths = measured.iter().zip(&weights).map(|(measured, weight)| {
-        let by_mass = 1.0 / weight;
-        measured.unwrap_or(if by_mass.is_finite() { by_mass } else { 1.0 })
-    });
-    lengths.collect()
 }
 
 /// The singular values of the derivative by all three nodes, in no order; none where it has none.
@@ -544,37 +472,6 @@ fn size_rows(sizes: &mut [f64], columns: &[Column], counts: impl Fn(Length) -> b
         let columns = columns.iter().filter(|column| counts(column.length));
         *size = columns.fold(0.0, |largest, column| column.part(i).max(largest));
     }
-}
-
-/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
-pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
-    let holonomic = declaration.holonomic();
-    let q: Vec<T> = leg.q.iter().zip(leg.d).map(|(&q, &d)| q - d).collect();
-    let first = AnyLeg {
-        t: leg.t - h,
-        q: &q,
-        d: leg.d,
-    };
-    let mut rows = declaration.pair(h, first);
-    rows.truncate(holonomic);
-    rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
-    rows
-}
-
-/// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
-/// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
-pub(crate) fn stacked<T: Number>(
-    declaration: &Declaration<'_>,
-    h: T,
-    leg: AnyLeg<'_, T>,
-    e: &[T],
-    multipliers: &[T],
-) -> Vec<T> {
-    let z = declaration.unknown(e, multipliers);
-    let solved = declaration.second_difference(h, leg, &z);
-    let mut rows = declaration.rows(h, leg, &z);
-    rows.extend(e.iter().zip(&solved).map(|(&e, &solved)| e - solved));
-    rows
 }
 
 #[cfg(test)]

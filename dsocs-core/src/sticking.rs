@@ -15,10 +15,10 @@
 //! A kinematic constraint has its signs at nodes, where the velocity is the mean of those of both legs. With this velocity zero the mass would go to and
 //! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
 
+use crate::bounded::Bounded;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::point::{AnyLeg, AnyPoint, map, moved};
-use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::sides::{self, Linear, Piece, Sided};
 use crate::tangent::Tangent;

@@ -10,11 +10,11 @@
 //! Where the damping is a switch, there may also be a third solution on the other side of it, with the same orientation. A
 //! solution that is not found at once is therefore compared with the one that the motion leads to, from the node back.
 
-use crate::flow::MAX_ITERATIONS;
 use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
 use crate::point::{AnyLeg, AnyPoint, OwnedLeg};
 use crate::solve::{Square, Vector};
+use crate::step::course::MAX_ITERATIONS;
 use crate::step::{Guess, Step, StepReport};
 
 /// A leg so many times as short as the one in question goes back to no singularity.

@@ -3,7 +3,8 @@
 use core::fmt;
 
 use super::method::Composition;
-use crate::error::{NewtonFailure, StepError};
+use crate::error::StepError;
+use crate::failure::NewtonFailure;
 
 /// Everything known about a stage that failed.
 #[derive(Clone, Debug, PartialEq)]

@@ -17,7 +17,8 @@
 use super::backward::{MANY, is_same, little_by_little};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
-use crate::error::{NewtonFailure, SetupError, StepFailure};
+use crate::error::SetupError;
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::point::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
 use crate::scalar::Scalar as _;
 use crate::solve::{Square, Vector, is_finite};

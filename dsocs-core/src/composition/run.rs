@@ -11,19 +11,21 @@ use super::momenta::{self, Momenta};
 use super::stages::{Course, Stage, Stages, State};
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
-use crate::error::{NewtonFailure, SetupError};
-use crate::flow::MAX_ITERATIONS;
+use crate::error::SetupError;
+use crate::failure::NewtonFailure;
 use crate::flow::discrete::{check, constants_of, copy};
 use crate::kernel::Kernel;
 use crate::point::{AnyPoint, OwnedLeg};
 use crate::regularity::Regularity;
 use crate::run::{AnyNode, Clock, NodeMut, Run, RunError};
 use crate::solve::Vector;
+use crate::start::Begins;
 use crate::start::{self, Given, Phase};
+use crate::step::course::MAX_ITERATIONS;
 use crate::step::course::past_is_short;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
-use crate::step::{Begins, Failing, Guess, Step, StepReport};
+use crate::step::{Failing, Guess, Step, StepReport};
 use crate::tape::Symmetry;
 
 /// A run by a composed step.

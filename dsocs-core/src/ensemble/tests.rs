@@ -3,7 +3,7 @@ use core::ops::ControlFlow;
 use std::sync::Mutex;
 
 use super::*;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::instructions::Instructions;
 use crate::run::Stepper;
 use crate::testing::{Cliff, Particle};

@@ -2,26 +2,23 @@
 
 use super::inputs::Changed;
 use super::stick::Stuck;
-use super::unresolved::Unresolved;
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
-use crate::error::{NewtonFailure, SetupError, StepError};
+use crate::error::{SetupError, StepError};
+use crate::failure::NewtonFailure;
 use crate::kernel::{Kernel, Told};
 use crate::point::{AnyLeg, AnyPoint};
 use crate::regularity::Regularity;
+use crate::run::Unresolved;
 use crate::run::{AnyNode, Clock, End, NodeMut, Run, RunError};
 use crate::solve::Vector;
 use crate::start::{self, Beginning, Given};
-use crate::step::course::{Course, Solved, Third};
+use crate::step::course::{Course, MAX_ITERATIONS, Solved, Third};
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
 use crate::step::question::{Halt, Question};
 use crate::step::{Failing, Guess, Step, StepReport};
 use crate::tape::Shape;
-
-/// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
-/// parts of updates apart.
-pub(crate) const MAX_ITERATIONS: u32 = 60;
 
 /// A run by the paper's step.
 #[derive(Clone)]

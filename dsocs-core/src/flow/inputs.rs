@@ -3,7 +3,8 @@
 use super::discrete::{Discrete, constants_of};
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
-use crate::error::{NewtonFailure, StepError, StepFailure};
+use crate::error::StepError;
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::multipliers;
 use crate::point::{AnyLeg, OwnedLeg, map, moved};
 use crate::run::{InputError, RunError};

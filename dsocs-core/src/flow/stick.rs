@@ -1,11 +1,11 @@
 //! Steps of a flow in which something rests where a function jumps; see [`crate::sticking`].
 
-use super::Unresolved;
 use super::discrete::{Discrete, copy};
 use super::inputs::Changed;
 use crate::declaration::Declaration;
 use crate::error::StepError;
 use crate::point::{AnyLeg, AnyPoint};
+use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::start::Beginning;
 use crate::step::newton::Stop;

@@ -4,7 +4,7 @@ use crate::step::newton::Stop;
 use std::ops::ControlFlow;
 
 use super::*;
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::testing::{Cliff, Particle};
 
 const ORIGIN: [f64; 2] = [0.0, 0.0];

@@ -2,7 +2,8 @@
 
 use thiserror::Error;
 
-use crate::error::{NewtonFailure, SetupError};
+use crate::error::SetupError;
+use crate::failure::NewtonFailure;
 
 /// A step could not be solved, or its solution could not be differentiated.
 #[derive(Clone, Debug, PartialEq, Error)]

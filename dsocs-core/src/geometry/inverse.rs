@@ -6,10 +6,11 @@ use super::map::{DiscreteFlow, Triple, moved};
 use super::solvable::{self, Sought};
 use super::units;
 use crate::dense::Matrix;
+use crate::lengths::lengths;
 use crate::multipliers;
 use crate::point::{AnyLeg, OwnedLeg};
-use crate::regularity::{self, of_first_pair};
 use crate::scalar::Scalar as _;
+use crate::stacked::of_first_pair;
 use crate::tangent::Tangent;
 
 /// How often the first node is improved before it is given up.
@@ -65,7 +66,7 @@ impl DiscreteFlow<'_> {
             d: minus(last.d, e),
         };
         let still = zero(last.d.len());
-        let lengths = regularity::lengths(&self.declaration(), self.h, last, &still);
+        let lengths = lengths(&self.declaration(), self.h, last, &still);
         let mut z = if let Ok(solution) = self.solved(at(&e).any(), Sought::Near(&e)) {
             solution.z
         } else {

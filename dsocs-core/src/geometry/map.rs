@@ -7,10 +7,10 @@ use super::legendre::product;
 use super::solvable::{self, Solution, Sought};
 use super::units;
 use crate::declaration::Declaration;
-use crate::error::NewtonFailure;
+use crate::failure::NewtonFailure;
 use crate::kernel::Kernel;
+use crate::lengths::lengths;
 use crate::point::{AnyLeg, OwnedLeg};
-use crate::regularity;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 
@@ -172,7 +172,7 @@ impl<'s> DiscreteFlow<'s> {
         let (leg, e) = (triple.leg.any(), &triple.e);
         let Solution { z, e: found } = self.solved(leg, Sought::Near(e))?;
         let declaration = self.declaration();
-        let lengths = regularity::lengths(&declaration, self.h, leg, e);
+        let lengths = lengths(&declaration, self.h, leg, e);
         let mut apart = found.iter().zip(e).zip(&lengths);
         if apart.any(|((found, e), length)| (found - e).abs() > SAME * length) {
             let [q0, q1, q2] = triple.nodes();

@@ -1,13 +1,14 @@
 //! Steps of a system without a past, and linear equations in the way of its unknowns.
 
 use crate::declaration::Declaration;
-use crate::error::{NewtonFailure, SetupError};
-use crate::flow::MAX_ITERATIONS;
+use crate::error::SetupError;
+use crate::failure::NewtonFailure;
 use crate::flow::discrete::{check, constants_of, values_of};
 use crate::kernel::Kernel;
 use crate::point::AnyLeg;
 use crate::solve::Square;
 use crate::step::Step;
+use crate::step::course::MAX_ITERATIONS;
 use crate::step::predictor::Predictor;
 
 /// Which solution of a step is sought.

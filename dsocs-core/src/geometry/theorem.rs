@@ -2,6 +2,7 @@
 
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
+use crate::lengths::lengths;
 use crate::multipliers::count_unknown;
 use crate::point::AnyLeg;
 use crate::regularity::{self, Regularity};
@@ -74,7 +75,7 @@ impl FlowTheorem {
 
 /// Whether what the rows were multiplied by is not zero: nearby, relative to the legs, it is nearly the same.
 fn is_declared(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> bool {
-    let lengths = regularity::lengths(declaration, h, leg, e);
+    let lengths = lengths(declaration, h, leg, e);
     let near: Vec<f64> = e
         .iter()
         .zip(&lengths)

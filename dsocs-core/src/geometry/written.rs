@@ -1,6 +1,7 @@
 //! The equations of a step at nodes as they are written down.
 
 use super::array::{along, moving, moving_leg, times};
+use crate::bounded::Bounded;
 use crate::declaration::Declaration;
 use crate::dense::Matrix;
 use crate::double::Double;
@@ -8,7 +9,6 @@ use crate::kernel::Kernel;
 use crate::multipliers::of_step;
 use crate::point::OwnedLeg;
 use crate::regularity::fit;
-use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

@@ -1,8 +1,8 @@
 //! A run of any method and any number of coordinates.
 
-use super::{AnyPolynomial, Clock, End, InputError, NodeMut, OneWay, OwnedNode, RunError};
+use super::Unresolved;
+use super::{AnyPolynomial, Clock, End, InputError, Node, NodeMut, OneWay, OwnedNode, RunError};
 use crate::declaration::Declaration;
-use crate::flow::Unresolved;
 use crate::kernel::Kernel;
 use crate::point::AnyPoint;
 use crate::regularity::Regularity;
@@ -213,5 +213,26 @@ impl Room {
 impl Default for Room {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl<const N: usize> Node<N> {
+    /// The current node of a run.
+    #[inline]
+    pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
+        let mut node = Self::unknown();
+        run.tell(node.room());
+        node
+    }
+}
+
+impl OwnedNode {
+    /// Takes the current node of a run. Nothing is allocated if the run has as many coordinates.
+    pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
+        let coordinates = run.kernel().shape().dimension();
+        if coordinates != self.coordinates {
+            *self = Self::new(coordinates);
+        }
+        run.tell(self.room());
     }
 }

@@ -1,7 +1,5 @@
 //! Which node a run is at, and when that is.
 
-use super::error::{Behind, RunError};
-
 /// The number of a run's current node, its time, and whether it has been handed out.
 ///
 /// If the nodes lie at a fixed distance in time, their times are computed as products, because a sum of steps would add up rounding errors.
@@ -48,9 +46,9 @@ enum Pace {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
     /// The number of the last node, where nodes lie a step apart.
-    index: Option<u64>,
+    pub(super) index: Option<u64>,
     /// Its time, beyond which the run need not go.
-    time: f64,
+    pub(super) time: f64,
 }
 
 impl End {
@@ -201,45 +199,6 @@ impl Clock {
         (self.index, self.handed) = (index, true);
     }
 
-    /// Where a run up to the time `t` ends: at the last node at or before it (at or after, back in time). A node whose time
-    /// is `t` to within rounding counts as at `t`: 500 with the step 0.1 is node 5000. Infinite times are allowed.
-    ///
-    /// # Errors
-    ///
-    /// [`RunError::Until`] if `t` is not a number, [`RunError::Behind`] if that node lies behind the current one.
-    pub fn until(&self, t: f64) -> Result<End, RunError> {
-        if t.is_nan() {
-            return Err(RunError::Until { until: t });
-        }
-        let behind = || {
-            RunError::behind(Behind {
-                until: t,
-                time: self.time(),
-                h: self.step(),
-            })
-        };
-        let Pace::Even { .. } = self.pace else {
-            let ahead = if self.is_forward() {
-                t >= self.time()
-            } else {
-                t <= self.time()
-            };
-            return if ahead {
-                Ok(End { index: None, time: t })
-            } else {
-                Err(behind())
-            };
-        };
-        // what has been handed out cannot be taken back
-        match self.last_index(t) {
-            Some(last) if last >= self.index => Ok(End {
-                index: Some(last),
-                time: if t.is_infinite() { t } else { self.time_of(last) },
-            }),
-            _ => Err(behind()),
-        }
-    }
-
     /// Whether the last node has been handed out.
     #[inline]
     #[allow(clippy::float_cmp)] // times are reached exactly
@@ -254,7 +213,7 @@ impl Clock {
     /// The number of the last node at or before `t` in the direction of the run, to within rounding; `None` if it
     /// would lie before node 0, or if the method chooses its steps.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a cast saturates, which is what is wanted
-    fn last_index(&self, t: f64) -> Option<u64> {
+    pub(super) fn last_index(&self, t: f64) -> Option<u64> {
         let Pace::Even {
             t0,
             h,

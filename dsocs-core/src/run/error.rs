@@ -1,10 +1,12 @@
 //! Why a run ends early, whatever its method.
 
+use std::borrow::Cow;
+
 use thiserror::Error;
 
-use super::inputs::InputError;
 use crate::composition::{StageError, StageFailure};
-use crate::error::{FailedStep, SetupError, StepError, StepFailure};
+use crate::error::{FailedStep, SetupError, StepError};
+use crate::failure::StepFailure;
 use crate::taylor::SeriesError;
 
 /// Why a run could not be set up, or why it failed: one error type for all methods.
@@ -86,6 +88,61 @@ pub struct OneWay {
     pub method: &'static str,
     /// Why not.
     pub reason: &'static str,
+}
+
+/// An input that cannot be set.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// There is no parameter of that name.
+    #[error("no parameter is called `{parameter}`; expected one of {}", .parameters.join(", "))]
+    Unknown {
+        /// The name.
+        parameter: String,
+        /// The names of the parameters.
+        parameters: Vec<Cow<'static, str>>,
+    },
+    /// The value is infinite or not a number.
+    #[error("the input `{parameter}` is {value}; it must be finite")]
+    NotFinite {
+        /// The name.
+        parameter: Cow<'static, str>,
+        /// The value.
+        value: f64,
+    },
+    /// A constraint is of third order, and its step between two values of a parameter is not known here.
+    #[error(
+        "`{parameter}` cannot change at a node: a constraint here is of third order; write the input as a function of `t`"
+    )]
+    ThirdOrder {
+        /// The name.
+        parameter: Cow<'static, str>,
+    },
+    /// The method does not change parameters on the way.
+    #[error("`{parameter}` cannot change during a run of this method")]
+    Fixed {
+        /// The name.
+        parameter: Cow<'static, str>,
+    },
+    /// There are not as many values as starts.
+    #[error("`{parameter}` has {values} values for {starts} starts; give one for each, after the starts")]
+    Count {
+        /// The name.
+        parameter: Cow<'static, str>,
+        /// How many values there are.
+        values: usize,
+        /// How many starts.
+        starts: usize,
+    },
+    /// A holonomic constraint depends on the parameter.
+    #[error(
+        "`{parameter}` cannot change at a node: a holonomic constraint depends on it, and the position would have to jump; write the \
+         constraint with a function of `t`"
+    )]
+    Position {
+        /// The name.
+        parameter: Cow<'static, str>,
+    },
 }
 
 impl RunError {

@@ -1,6 +1,7 @@
 //! A node: what a run hands out.
 
-use super::Run;
+use crate::declaration::Declaration;
+use crate::multipliers::multipliers;
 use crate::point::Point;
 use crate::point::{AnyPoint, sized};
 use crate::step::newton::Stop;
@@ -41,14 +42,6 @@ impl<const N: usize> Node<N> {
             v: self.v,
             a: self.a,
         }
-    }
-
-    /// The current node of a run.
-    #[inline]
-    pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
-        let mut node = Self::unknown();
-        run.tell(node.room());
-        node
     }
 
     /// Room for a node.
@@ -153,6 +146,17 @@ impl<'a> AnyNode<'a> {
     }
 }
 
+impl Declaration<'_> {
+    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::multipliers`].
+    #[must_use]
+    pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
+        if self.shape().forms == 0 {
+            return Vec::new();
+        }
+        multipliers(node.force, &self.continuous_forms(node.point()))
+    }
+}
+
 /// Where [`Run::tell`] writes a node. All slices have one entry for each coordinate.
 #[derive(Debug)]
 pub struct NodeMut<'a> {
@@ -200,7 +204,7 @@ impl NodeMut<'_> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnedNode {
     /// How many coordinates there are.
-    coordinates: usize,
+    pub(super) coordinates: usize,
     /// Position, velocity, acceleration and force.
     vectors: Vec<f64>,
     /// The number of the node.
@@ -228,15 +232,6 @@ impl OwnedNode {
             iterations: 0,
             stop: Stop::Start,
         }
-    }
-
-    /// Takes the current node of a run. Nothing is allocated if the run has as many coordinates.
-    pub fn take<R: Run + ?Sized>(&mut self, run: &R) {
-        let coordinates = run.kernel().shape().dimension();
-        if coordinates != self.coordinates {
-            *self = Self::new(coordinates);
-        }
-        run.tell(self.room());
     }
 
     /// Where a run writes its current node.

@@ -7,10 +7,10 @@ use super::{
     Polynomial, Room, Run, RunError, Traced, Trajectory,
 };
 use crate::declaration::Declaration;
-use crate::flow::Unresolved;
 use crate::point::AnyPoint;
 use crate::point::Point;
 use crate::regularity::Regularity;
+use crate::run::Unresolved;
 use crate::step::StepReport;
 
 /// Receives the motion of a step, polynomial by polynomial. It may return a time at which the method is to stop, counted from the

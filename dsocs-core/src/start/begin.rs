@@ -7,12 +7,12 @@ use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::deficiency;
 use crate::dense::Matrix;
-use crate::error::{NewtonFailure, SetupError, StepFailure};
+use crate::error::SetupError;
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::multipliers::of_motion;
 use crate::point::{AnyPoint, map, moved};
 use crate::scalar::Scalar as _;
 use crate::solve::{Square, Vector};
-use crate::step::Begins;
 use crate::step::newton::{self, Equations, Linearized};
 use crate::sticking;
 use crate::tangent::Tangent;
@@ -20,6 +20,15 @@ use crate::undefined::{self, Undefined};
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;
+
+/// The acceleration with which a motion begins.
+#[derive(Clone, Debug)]
+pub(crate) enum Begins {
+    /// It was said.
+    Said(Vector),
+    /// It was worked out at the start: less than what the second node says, where that says anything.
+    Found(Vector),
+}
 
 /// An acceleration and multipliers.
 pub(crate) type Accelerated = (Vector, Vector);

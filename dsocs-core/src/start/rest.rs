@@ -1,10 +1,10 @@
 //! Starts at rest in which a step of first order would stay for ever.
 
+use crate::bounded::Bounded;
 use crate::declaration::Declaration;
 use crate::deficiency::{self, Deficiency, DependentRow};
 use crate::multipliers;
 use crate::point::{AnyLeg, AnyPoint, map};
-use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::tangent::Tangent;
 

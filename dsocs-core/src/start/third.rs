@@ -4,6 +4,7 @@ use core::cmp::Ordering;
 
 use super::begin::check_vector;
 use super::consistency::{self, OBEYED};
+use crate::bounded::Bounded;
 use crate::compensated::Sum;
 use crate::declaration::Declaration;
 use crate::deficiency;
@@ -11,7 +12,6 @@ use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
 use crate::multipliers;
 use crate::point::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
-use crate::rounding::Bounded;
 use crate::scalar::Scalar as _;
 use crate::solve::Vector;
 use crate::tangent::Tangent;

@@ -1,12 +1,16 @@
 //! What a run of steps carries from one to the next.
 
-use super::StepReport;
 use super::predictor::Predictor;
+use super::report::StepReport;
 use crate::compensated::Sum;
 use crate::point::AnyLeg;
 use crate::run::Clock;
 use crate::solve::Vector;
 use crate::tape::Shape;
+
+/// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
+/// parts of updates apart.
+pub(crate) const MAX_ITERATIONS: u32 = 60;
 
 /// What a run of steps carries from one to the next: the last leg in compensated sums, past solutions, and the step that was solved last.
 #[derive(Clone, Debug)]

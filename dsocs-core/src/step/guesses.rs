@@ -3,13 +3,15 @@
 use super::newton::{self, Fold, Root, Stop};
 use super::pair::Found;
 use super::predictor::Predictor;
-use super::{Begins, Equations as _, Guess, Quick as _, Step, StepReport, report};
+use super::report::report;
+use super::{Equations as _, Guess, Step, StepReport};
 use crate::deficiency::{self, DependentRow};
-use crate::error::{FailedStep, NewtonFailure, StepError, StepFailure};
+use crate::error::{FailedStep, StepError};
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::multipliers;
 use crate::regularity::Regularity;
 use crate::solve::{Vector, is_finite};
-use crate::start::{self, third};
+use crate::start::{self, Begins, third};
 use crate::undefined;
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.

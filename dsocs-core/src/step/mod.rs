@@ -13,6 +13,7 @@ pub(crate) mod newton;
 pub(crate) mod pair;
 pub(crate) mod predictor;
 pub(crate) mod question;
+mod report;
 pub(crate) mod smooth;
 pub(crate) mod sparse;
 pub(crate) mod unknown;
@@ -20,17 +21,20 @@ pub(crate) mod unknown;
 use smallvec::{SmallVec, smallvec};
 
 use crate::declaration::Declaration;
-use crate::error::NewtonFailure;
+use crate::failure::NewtonFailure;
 use crate::kernel::{At, Kernel};
 use crate::multipliers;
 use crate::point::AnyLeg;
 use crate::solve::{Square, Vector};
+use crate::start::Begins;
 use crate::tape::Shape;
 pub(crate) use guesses::Failing;
-use newton::{Equations, Evaluation, Linearized, Quick, Root, Stop};
+use newton::{Equations, Evaluation, Linearized, Quick, Stop};
 use pair::Found;
 pub(crate) use predictor::PAST;
-use predictor::{Continuation, Predictor};
+use predictor::Predictor;
+use report::report;
+pub use report::{Guess, StepReport};
 use sparse::{Product, Update};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
@@ -38,47 +42,6 @@ pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
 
 /// How much what the rows were multiplied by may change, relative to itself, from a root to a point nearby.
 pub(crate) const NEARLY_THE_SAME: f64 = 1e-2;
-
-/// How a step was solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StepReport {
-    /// How often the rows and their Jacobian were evaluated, for all guesses that were tried.
-    pub iterations: u32,
-    /// How Newton's iteration ended.
-    pub stop: Stop,
-    /// The guess that led to the solution.
-    pub guess: Guess,
-}
-
-/// Where Newton's iteration began.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Guess {
-    /// At the polynomial through the last solutions.
-    Predicted,
-    /// At the solution of the step before.
-    Last,
-    /// At a straight line: no second difference.
-    Straight,
-    /// At the acceleration of the continuous system.
-    Continuous,
-    /// At the node where the path turns by the same angle as at the step before, in the plane of the last two legs.
-    Turned,
-    /// Beside a root that was found and did not continue the motion.
-    Other,
-    /// Where the caller asked for it.
-    Given,
-    /// At the end of a homotopy: a path along which the residual of the straight line is reduced to zero little by little.
-    Followed,
-}
-
-/// The acceleration with which a motion begins.
-#[derive(Clone, Debug)]
-pub(crate) enum Begins {
-    /// It was said.
-    Said(Vector),
-    /// It was worked out at the start: less than what the second node says, where that says anything.
-    Found(Vector),
-}
 
 /// So many values that are known when a step begins stand in the step itself.
 const FEW_KNOWN: usize = 32;
@@ -300,14 +263,4 @@ fn known(kernel: &dyn Kernel, constants: &[f64], leg: AnyLeg<'_, f64>) -> SmallV
     let mut known = smallvec![f64::NAN; kernel.shape().known];
     kernel.known(constants, leg, &mut known);
     known
-}
-
-/// What is told of a root.
-fn report(root: Root<Vector>, guess: Guess) -> (Vector, StepReport) {
-    let report = StepReport {
-        iterations: root.evaluations,
-        stop: root.stop,
-        guess,
-    };
-    (root.z, report)
 }

@@ -6,9 +6,9 @@ use super::convergence::{
     LAST_UPDATE, NaturalSizes, Progress, REMAINDER, ROUNDINGS, Suspicion, Update, converges, is_last,
 };
 use super::elimination::Determinant;
-use crate::deficiency::null_directions;
 use crate::dense::Matrix;
-use crate::error::{NewtonFailure, StepFailure};
+use crate::dense::null_directions;
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::solve::{Square, Vector, is_finite};
 
 /// The unit round-off, `2⁻⁵³`.

@@ -3,12 +3,13 @@
 use super::elimination::Determinant;
 use super::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
 use super::predictor::{Continuation, Predictor};
-use super::{Guess, Step, StepReport, report};
-use crate::error::{NewtonFailure, StepFailure};
-use crate::flow::MAX_ITERATIONS;
+use super::report::report;
+use super::{Guess, Step, StepReport};
+use crate::failure::{NewtonFailure, StepFailure};
 use crate::point::{AnyLeg, OwnedLeg};
 use crate::solve::{Vector, is_finite};
 use crate::start;
+use crate::step::course::MAX_ITERATIONS;
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;

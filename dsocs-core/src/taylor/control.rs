@@ -2,7 +2,7 @@
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
 use super::jets::Sizes;
-use super::kernel::{MAX_ORDER, RECIPROCALS};
+use super::orders::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
 use super::switch::Limits;
 use crate::error::SetupError;

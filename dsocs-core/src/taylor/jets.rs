@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use super::coefficient::Coefficient;
 use super::control;
-use super::kernel::MAX_ORDER;
+use super::orders::MAX_ORDER;
 use super::series::{self, Rows, Series};
 use super::state::State;
 use super::switch::{Switch, Switches};

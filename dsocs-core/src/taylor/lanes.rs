@@ -2,7 +2,7 @@
 
 use wide::f64x8;
 
-use super::kernel::{MAX_ORDER, ROWS};
+use super::orders::{MAX_ORDER, ROWS};
 use super::series::Series;
 use super::state::{Parts, State};
 use super::switch::{Switch, Switches as _};

@@ -6,7 +6,7 @@
 //! neighbouring orders would have been.
 
 use super::control::{Control, Tolerance, log2};
-use super::kernel::MAX_ORDER;
+use super::orders::MAX_ORDER;
 use super::series::Series;
 
 /// By how much the order changes.

@@ -3,7 +3,8 @@
 use pulp::Simd;
 
 use super::coefficient::Coefficient;
-use super::kernel::{MAX_ORDER, RECIPROCALS, ROWS, add_product};
+use super::kernel::add_product;
+use super::orders::{MAX_ORDER, RECIPROCALS, ROWS};
 use crate::lanes::{Lanes, Mask, Register};
 use crate::scalar::Scalar as _;
 

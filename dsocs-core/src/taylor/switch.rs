@@ -4,7 +4,7 @@
 //! holds for the argument of `signum`, and for the difference of the two sides of a comparison. Recurrences know the series of these
 //! arguments. So the first place is found where one of them changes its sign, and the step ends there.
 
-use super::kernel::{MAX_ORDER, ROWS};
+use super::orders::{MAX_ORDER, ROWS};
 use crate::run::roots::{self, Crossing};
 
 /// A coefficient is rounding if its term is below this part of the largest.

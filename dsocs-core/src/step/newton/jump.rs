@@ -6,7 +6,7 @@
 //! the two sides solves them.
 
 use super::{Equations, Failed, Iterate, Root, Stop, Trial, arrived, is_declared, relative, scalar_product};
-use crate::error::StepFailure;
+use crate::failure::StepFailure;
 use crate::solve::Vector;
 
 /// An update that leads back goes at least this part of the way.

@@ -6,7 +6,8 @@
 use super::memory::{self, Field};
 use super::pieces::Pieces;
 use super::{Jet, memory::Saved};
-use crate::taylor::kernel::{LANES, Products, ROWS, Row, inner_sums};
+use crate::taylor::kernel::{Products, inner_sums};
+use crate::taylor::orders::{LANES, ROWS, Row};
 use crate::taylor::switch::Switch;
 
 /// A function of the user's at a point, and what its operations keep of the orders before.

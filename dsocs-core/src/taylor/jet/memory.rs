@@ -12,7 +12,7 @@
 use core::cell::Cell;
 use std::cell::RefCell;
 
-use crate::taylor::kernel::{LANES, RECIPROCALS, ROWS, Row};
+use crate::taylor::orders::{LANES, RECIPROCALS, ROWS, Row};
 
 /// So many rows of places are cells of the thread; those beyond lie on the heap.
 const FAST: usize = 16;

@@ -1,0 +1,45 @@
+//! Where a run up to a time ends.
+
+use super::clock::{Clock, End};
+use super::error::{Behind, RunError};
+
+impl Clock {
+    /// Where a run up to the time `t` ends: at the last node at or before it (at or after, back in time). A node whose time
+    /// is `t` to within rounding counts as at `t`: 500 with the step 0.1 is node 5000. Infinite times are allowed.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::Until`] if `t` is not a number, [`RunError::Behind`] if that node lies behind the current one.
+    pub fn until(&self, t: f64) -> Result<End, RunError> {
+        if t.is_nan() {
+            return Err(RunError::Until { until: t });
+        }
+        let behind = || {
+            RunError::behind(Behind {
+                until: t,
+                time: self.time(),
+                h: self.step(),
+            })
+        };
+        if self.step().is_none() {
+            let ahead = if self.is_forward() {
+                t >= self.time()
+            } else {
+                t <= self.time()
+            };
+            return if ahead {
+                Ok(End { index: None, time: t })
+            } else {
+                Err(behind())
+            };
+        }
+        // what has been handed out cannot be taken back
+        match self.last_index(t) {
+            Some(last) if last >= self.index() => Ok(End {
+                index: Some(last),
+                time: if t.is_infinite() { t } else { self.time_of(last) },
+            }),
+            _ => Err(behind()),
+        }
+    }
+}
