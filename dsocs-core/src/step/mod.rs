@@ -29,7 +29,7 @@ use crate::solve::{Square, Vector};
 use crate::start::Begins;
 use crate::tape::Shape;
 pub(crate) use guesses::Failing;
-use newton::{Equations, Evaluation, Linearized, Quick, Stop};
+use newton::{Equations, Evaluation, Linearized, Stop};
 use pair::Found;
 pub(crate) use predictor::PAST;
 use predictor::Predictor;
