@@ -8,7 +8,7 @@ use crate::check::check;
 use crate::errors::{Errors, compile_errors};
 use crate::input::{Fields, not_a_struct};
 use crate::model::Model;
-use crate::{core_path, lower, parse, shared, stub};
+use crate::{core_path, emit, lower, parse, shared, stub};
 
 /// What `#[dsocs { declaration }] item` becomes: the item with its implementation, or, where the declaration is wrong, the
 /// item with an error at every mistake and an implementation without content, so that none follows from them elsewhere.
@@ -31,6 +31,14 @@ pub fn expand(declaration: TokenStream, item: &TokenStream) -> TokenStream {
     };
     let (errors, stub) = (compile_errors(&refused.errors), refused.stub);
     quote!(#item #errors #stub)
+}
+
+impl Model {
+    /// The struct and the implementation of its traits, as the attribute writes them.
+    #[must_use]
+    pub fn code(&self) -> TokenStream {
+        in_core(emit::expand(self), self.core.as_ref())
+    }
 }
 
 /// What a wrong declaration leaves.
@@ -73,7 +81,7 @@ pub(crate) fn model(declaration: TokenStream, item: &Item) -> Result<Model, Refu
 }
 
 /// Generated code that finds `dsocs-core` where the declaration says.
-pub(crate) fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
+fn in_core(code: TokenStream, path: Option<&Path>) -> TokenStream {
     match path {
         Some(path) => core_path::replaced(code, path),
         None => code,

@@ -3,11 +3,11 @@
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
 use syn::ext::IdentExt;
-use syn::{Attribute, Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Meta, Type};
+use syn::{Expr, Field as SynField, Generics, Item, ItemStruct, Lit, Type};
 
 use crate::errors::{Errors, Reported};
 use crate::model::ParameterField;
-use crate::parse::bare;
+use crate::syntax::{bare, doc};
 
 /// The fields of the struct.
 #[derive(Clone, Debug, Default)]
@@ -215,36 +215,6 @@ fn length(expr: &Expr) -> Option<usize> {
         },
         _ => None,
     }
-}
-
-/// The documentation of an item in one line.
-pub(crate) fn doc(attributes: &[Attribute]) -> String {
-    let lines: Vec<_> = lines(attributes).filter(|line| !line.is_empty()).collect();
-    lines.join(" ")
-}
-
-/// The first paragraph of an item's documentation in one line.
-pub(crate) fn first_paragraph(attributes: &[Attribute]) -> String {
-    let lines = lines(attributes).skip_while(String::is_empty);
-    let lines: Vec<_> = lines.take_while(|line| !line.is_empty()).collect();
-    lines.join(" ")
-}
-
-/// The lines of an item's documentation.
-fn lines(attributes: &[Attribute]) -> impl Iterator<Item = String> {
-    attributes
-        .iter()
-        .filter(|attribute| attribute.path().is_ident("doc"))
-        .filter_map(|attribute| match &attribute.meta {
-            Meta::NameValue(pair) => match &pair.value {
-                Expr::Lit(literal) => match &literal.lit {
-                    Lit::Str(text) => Some(text.value().trim().to_owned()),
-                    _ => None,
-                },
-                _ => None,
-            },
-            _ => None,
-        })
 }
 
 /// Reports that the item is not a struct, at the token that says so.

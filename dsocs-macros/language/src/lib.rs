@@ -22,17 +22,21 @@ mod graph;
 mod input;
 mod lower;
 mod mechanics;
+mod mistake;
 mod model;
 mod names;
+mod nearest;
 mod parse;
 mod passes;
 mod shared;
 mod source;
 mod stub;
+mod syntax;
 #[cfg(test)]
 mod tests;
 
 pub use expand::expand;
+pub use mistake::Mistake;
 pub use model::Model;
 pub use shared::statements;
-pub use source::{Mistake, Source, analyze};
+pub use source::{Source, analyze};

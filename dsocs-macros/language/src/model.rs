@@ -1,4 +1,4 @@
-//! The checked declaration: what [`crate::emit`] makes code of, without any way left to be wrong.
+//! The checked declaration: what code is made of, without any way left to be wrong.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -7,10 +7,8 @@ use proc_macro2::{Ident, Literal, TokenStream, TokenTree};
 use quote::quote;
 use syn::{ItemStruct, Path};
 
-use crate::emit;
-use crate::expand::in_core;
 use crate::graph::{Graph, Leaf, NodeId, Param};
-use crate::source::Mistake;
+use crate::mistake::Mistake;
 
 /// A declaration that has passed every check, its expressions in one graph.
 ///
@@ -76,12 +74,6 @@ impl Model {
     #[must_use]
     pub fn observables(&self) -> Vec<String> {
         self.observe.iter().map(|(name, _)| plain(name)).collect()
-    }
-
-    /// The struct and the implementation of its traits, as the attribute writes them.
-    #[must_use]
-    pub fn code(&self) -> TokenStream {
-        in_core(emit::expand(self), self.core.as_ref())
     }
 
     /// What is declared and has no effect: the compiler warns of it.

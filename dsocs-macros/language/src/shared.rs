@@ -4,13 +4,12 @@
 //! finds `use name;` hands itself over to it: what comes back is the same attribute with `use { … };` in that place. The block tells
 //! the shared statements from the declaration's own: nothing in it is warned of because this declaration does not need it.
 
-use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream, TokenTree};
+use proc_macro2::{Delimiter, Group, Ident, Punct, Spacing, Span, TokenStream, TokenTree};
 use quote::{quote, quote_spanned};
 use syn::parse::{Parse, ParseStream, Parser};
 use syn::{Attribute, Path, Token, Visibility, braced};
 
 use crate::errors::compile_errors;
-use crate::parse::chunks;
 
 /// A statement, as tokens with their `;`.
 pub(crate) struct Chunk {
@@ -33,6 +32,26 @@ pub(crate) fn flat(declaration: TokenStream) -> Vec<Chunk> {
     let mut all = Vec::new();
     push(declaration, false, &mut all);
     all
+}
+
+/// Splits after every `;` outside parentheses; the last statement gets one if it has none.
+fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
+    let mut chunks = Vec::new();
+    let mut chunk = Vec::new();
+    for tree in tokens {
+        let end = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == ';');
+        chunk.push(tree);
+        if end {
+            chunks.push(chunk.drain(..).collect());
+        }
+    }
+    if let Some(last) = chunk.last() {
+        let mut semicolon = Punct::new(';', Spacing::Alone);
+        semicolon.set_span(last.span());
+        chunk.push(semicolon.into());
+        chunks.push(chunk.into_iter().collect());
+    }
+    chunks
 }
 
 /// What stands in `use { … };`.

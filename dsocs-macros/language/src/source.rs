@@ -1,66 +1,11 @@
 //! The front end without a compiler: a struct with its attribute, as text or as tokens → its model, or its mistakes.
 
-use std::fmt;
-
 use proc_macro2::{LexError, Span, TokenStream};
 use syn::{Attribute, Item, Meta};
 
 use crate::expand;
+use crate::mistake::Mistake;
 use crate::model::Model;
-
-/// A mistake in a declaration, and where it is.
-///
-/// In text, places are those of the text. In tokens that a compiler has handed over, they are those of its files.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Mistake {
-    /// The line in which the mistake begins, from 1.
-    pub line: usize,
-    /// The column in which it begins, from 1, in characters.
-    pub column: usize,
-    /// The line in which it ends.
-    pub end_line: usize,
-    /// The column after its last character.
-    pub end_column: usize,
-    /// What is wrong, and what was expected there.
-    pub message: String,
-}
-
-impl Mistake {
-    /// A mistake at some tokens; those that are in no source stand for the attribute as a whole.
-    fn at(span: Span, attribute: Span, message: String) -> Self {
-        let nowhere = span.byte_range().is_empty() && span.start() == Span::call_site().start();
-        let span = if nowhere { attribute } else { span };
-        let (start, end) = (span.start(), span.end());
-        Self {
-            line: start.line,
-            column: start.column + 1,
-            end_line: end.line,
-            end_column: end.column + 1,
-            message,
-        }
-    }
-
-    /// A mistake at some tokens of a source.
-    pub(crate) fn of(span: Span, message: String) -> Self {
-        Self::at(span, span, message)
-    }
-
-    /// The mistakes that `syn` tells in one error.
-    fn all(error: &syn::Error, attribute: Span) -> impl Iterator<Item = Self> {
-        let errors = error.clone().into_iter();
-        errors.map(move |error| Self::at(error.span(), attribute, error.to_string()))
-    }
-}
-
-impl fmt::Display for Mistake {
-    /// `line:column: message`.
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}:{}: {}", self.line, self.column, self.message)
-    }
-}
-
-impl std::error::Error for Mistake {}
 
 /// What can be analyzed: a struct with the attribute `#[dsocs { … }]`, as text or as tokens.
 #[derive(Clone, Debug)]

@@ -5,7 +5,8 @@ use quote::quote;
 use syn::{Generics, Ident};
 
 use crate::emit::jets;
-use crate::emit::kernel::{Kind, between_threads, kernel};
+use crate::emit::kernel::{Kind, kernel};
+use crate::emit::pieces::between_threads;
 
 /// An implementation of `System<n>` without content, so that a mistake in the declaration brings no further errors
 /// where the type is used.

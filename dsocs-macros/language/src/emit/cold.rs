@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::between_threads;
 use super::functions::Functions;
 use super::phase::Phase;
+use super::pieces::between_threads;
 use super::program::{Calls, Segment, number};
 use super::stages::{Stages, single};
 use crate::graph::{Graph, Leaf, NodeId};

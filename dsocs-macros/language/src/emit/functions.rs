@@ -11,7 +11,7 @@ use quote::{ToTokens, format_ident, quote, quote_spanned};
 use crate::graph::{Callee, Graph, Node};
 use crate::lower::Builtin;
 use crate::model::{Displacements, Model};
-use crate::names::nearest;
+use crate::nearest::nearest;
 
 /// Functions of up to so many arguments are called through `dsocs_core`, which knows what to say about a wrong one.
 const MOST_ARGUMENTS: usize = 6;

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
+use super::pieces::{between_threads, matrix};
 use super::program::{Place, Value};
 use super::stages::Stages;
-use super::{between_threads, matrix};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::Model;
 use crate::passes::Unknowns;

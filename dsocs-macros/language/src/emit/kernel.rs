@@ -2,17 +2,9 @@
 
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
-use syn::{Generics, parse_quote};
+use syn::Generics;
 
-/// The generics of a declared type, where what is generic can go from thread to thread: a kernel does.
-pub(crate) fn between_threads(generics: &Generics) -> Generics {
-    let mut generics = generics.clone();
-    if generics.type_params().next().is_some() {
-        let bound = parse_quote!(Self: ::core::marker::Send + ::core::marker::Sync);
-        generics.make_where_clause().predicates.push(bound);
-    }
-    generics
-}
+use super::pieces::between_threads;
 
 /// What not every system has beyond the trait's own methods.
 #[derive(Clone, Copy, Default)]

@@ -4,6 +4,7 @@
 //! [`program`] turns expressions into operations, [`stages`] says when those of a step are computed. They are written twice:
 //! [`hot`], what a run evaluates often, as straight-line code, which [`kernel`] puts behind slices, and [`cold`], all of them, as a tape. [`jets`] writes the
 //! recurrences of Taylor series, and [`phase`] how a motion is brought back onto constraints. [`functions`] is where all of them call the user's functions.
+//! [`system`] puts everything together.
 
 mod cold;
 mod functions;
@@ -11,176 +12,12 @@ mod hot;
 pub(crate) mod jets;
 pub(crate) mod kernel;
 mod phase;
+pub(crate) mod pieces;
 mod program;
 mod stages;
+mod system;
 
-use proc_macro2::{Literal, TokenStream};
-use quote::quote;
-
-use self::cold::{Declared, Expressions};
-use self::functions::Functions;
-use self::kernel::{between_threads, kernel};
-use self::stages::{Energy, Stages};
-use crate::mechanics::{self, Symmetry};
-use crate::model::{Kind, Model, ParameterField, Warning, plain};
-use crate::passes;
-
-/// The struct as the user wrote it, and its `impl System`.
-pub(crate) fn expand(model: &Model) -> TokenStream {
-    let together = passes::together(model);
-    let model = together.as_ref().unwrap_or(model);
-    let item = &model.item;
-    let system = system(model);
-    let jets = if model.order() > 2 {
-        jets::none(&model.item.ident, &model.item.generics, model.coordinates.len())
-    } else {
-        jets::jets(model)
-    };
-    let warnings = model.warnings.iter().map(warning);
-    quote! {
-        #item
-        #system
-        #jets
-        #(#warnings)*
-    }
-}
-
-/// A warning at the user's name. The stable compiler lets an attribute warn in no other way than by the use of something deprecated.
-fn warning(warning: &Warning) -> TokenStream {
-    let Warning { place, message } = warning;
-    quote! {
-        #[allow(non_upper_case_globals)]
-        const _: () = {
-            #[deprecated(note = #message)]
-            const #place: () = ();
-            #place
-        };
-    }
-}
-
-/// The implementations of the declaration, hot and cold.
-fn system(model: &Model) -> TokenStream {
-    let mut graph = model.graph.clone();
-    let step = mechanics::step(model, &mut graph);
-    let unknowns = passes::step(&mut graph, &step.rows, model.coordinates.len(), step.multipliers);
-    let declared = Declared::new(model, &mut graph, &step);
-    let expressions = Expressions::new(model);
-    let energy = Energy::new(expressions.graph(), expressions.energy);
-    let stages = Stages::new(&graph, &step, &unknowns, energy);
-    let metadata = metadata(model);
-    let compiled = hot::compiled(model, &graph, &stages, &unknowns);
-    let functions = Functions::new(model);
-    let source = cold::source(model, &stages, (&graph, declared), &expressions, &functions);
-    let functions = functions.methods(model);
-    let kind = kernel::Kind {
-        third_order: model.order() > 2,
-        sparse: stages.sparse.is_some(),
-        scaled: unknowns.scaled(&graph),
-    };
-    let kernel = kernel(
-        &model.item.ident,
-        &model.item.generics,
-        model.coordinates.len(),
-        kind,
-    );
-    quote! {
-        #metadata
-        #functions
-        #compiled
-        #kernel
-        #source
-    }
-}
-
-/// The `impl System`: names, and access to the parameters by their place.
-fn metadata(model: &Model) -> TokenStream {
-    let name = &model.item.ident;
-    let generics = between_threads(&model.item.generics);
-    let (impl_generics, type_generics, where_clause) = generics.split_for_impl();
-    let n = Literal::usize_unsuffixed(model.coordinates.len());
-    let quantity = |name: &str, doc: &str| quote!(::dsocs_core::Quantity::new(#name, #doc));
-    let coordinates = model.coordinates.iter().zip(&model.docs.coordinates);
-    let coordinates = coordinates.map(|(name, doc)| quantity(&plain(name), doc));
-    let observables = model.observe.iter().zip(&model.docs.observe);
-    let observables = observables.map(|((name, _), doc)| quantity(&plain(name), doc));
-    let parameters = model.parameters.iter();
-    let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
-    let (own_name, doc) = (plain(name), &model.docs.system);
-    let symmetry = symmetry(model);
-    let depends_on_time = model.depends_on_time();
-    let order = (model.order() > 2).then(|| {
-        let order = Literal::usize_unsuffixed(model.order());
-        quote!(const ORDER: usize = #order;)
-    });
-    let forced = !model.external_forces.is_empty();
-    let [forms, holonomic, nonholonomic, kinematic] = [
-        model.forms.len(),
-        model.count(Kind::Holonomic),
-        model.count(Kind::Nonholonomic),
-        model.count(Kind::Kinematic),
-    ]
-    .map(Literal::usize_unsuffixed);
-    let indices: Vec<_> = (0..model.parameters.len())
-        .map(Literal::usize_unsuffixed)
-        .collect();
-    let fields: Vec<_> = model.parameters.iter().map(ParameterField::read).collect();
-    quote! {
-        #[allow(clippy::all, clippy::pedantic, clippy::nursery)]
-        #[automatically_derived]
-        impl #impl_generics ::dsocs_core::System<#n> for #name #type_generics #where_clause {
-            const NAME: &'static str = #own_name;
-            const DOC: &'static str = #doc;
-            const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
-            const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
-            const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[#(#observables),*];
-            #order
-            const FORMS: usize = #forms;
-            const HOLONOMIC: usize = #holonomic;
-            const NONHOLONOMIC: usize = #nonholonomic;
-            const KINEMATIC: usize = #kinematic;
-            const DEPENDS_ON_TIME: bool = #depends_on_time;
-            const EXTERNAL_FORCES: bool = #forced;
-            const SYMMETRY: ::dsocs_core::Symmetry = ::dsocs_core::Symmetry::#symmetry;
-
-            fn kernel(&self) -> &dyn ::dsocs_core::__private::Kernel {
-                self
-            }
-
-            fn parameter(&self, index: usize) -> ::core::option::Option<f64> {
-                match index {
-                    #(#indices => ::core::option::Option::Some(#fields),)*
-                    _ => ::core::option::Option::None,
-                }
-            }
-
-            fn parameter_mut(&mut self, index: usize) -> ::core::option::Option<&mut f64> {
-                match index {
-                    #(#indices => ::core::option::Option::Some(&mut #fields),)*
-                    _ => ::core::option::Option::None,
-                }
-            }
-        }
-    }
-}
-
-/// Whether the step is symmetric: a variant of `dsocs_core::Symmetry`.
-fn symmetry(model: &Model) -> TokenStream {
-    match Symmetry::decide(model) {
-        Symmetry::AnyLegs => quote!(AnyLegs),
-        Symmetry::Momenta => quote!(Momenta),
-        Symmetry::LowerOrder => quote!(LowerOrder),
-        Symmetry::ThirdOrder => quote!(ThirdOrder),
-        Symmetry::LagrangianMap => quote!(LagrangianMap),
-        Symmetry::KinematicMap => quote!(KinematicMap),
-        Symmetry::VariationalMap => quote!(VariationalMap),
-    }
-}
-
-/// `[[a, b], [c, d]]` of rows.
-fn matrix(rows: &[TokenStream], width: usize) -> TokenStream {
-    let rows = rows.chunks(width.max(1)).map(|row| quote!([#(#row),*]));
-    quote!([#(#rows),*])
-}
+pub(crate) use system::expand;
 
 #[cfg(test)]
 mod tests;

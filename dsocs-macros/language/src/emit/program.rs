@@ -5,13 +5,14 @@
 //! are left with as little as possible. Which stages there are is the caller's business; see [`super::step`].
 
 mod cells;
+mod place;
 mod running;
 mod schedule;
 mod tape;
 mod write;
 
+pub(crate) use place::Place;
 pub(crate) use tape::{Calls, Segment, number};
-pub(crate) use write::Place;
 
 use std::collections::{BTreeSet, HashMap};
 

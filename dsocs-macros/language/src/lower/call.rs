@@ -9,8 +9,9 @@ use super::{Lowered, Lowering, Origin};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
 use crate::input::{Kind, place};
-use crate::names::{Binding, did_you_mean};
-use crate::parse::{bare, plain_name};
+use crate::names::Binding;
+use crate::nearest::did_you_mean;
+use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// `function(…)`

@@ -11,7 +11,7 @@ use super::Lowering;
 use crate::errors::Reported;
 use crate::input::place;
 use crate::names::{Binding, RESERVED};
-use crate::parse::plain_name;
+use crate::syntax::plain_name;
 
 /// Looks for something of the motion or of the language.
 struct Search<'s, 'l> {

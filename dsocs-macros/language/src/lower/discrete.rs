@@ -12,7 +12,7 @@ use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
-use crate::parse::bare;
+use crate::syntax::bare;
 
 /// The maps of pairs and triples, as far as they could be read.
 pub(super) type Maps = (

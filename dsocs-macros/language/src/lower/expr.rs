@@ -8,8 +8,10 @@ use super::wrong::{is_zero, not_a_number};
 use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Leaf, NodeId};
-use crate::names::{Binding, nearest};
-use crate::parse::{bare, plain_let, plain_name};
+use crate::names::Binding;
+use crate::nearest::nearest;
+use crate::parse::plain_let;
+use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The value of an expression (in a map: its component [`Lowering::component`]).

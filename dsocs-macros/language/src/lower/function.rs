@@ -11,7 +11,7 @@ use super::{Lowered, Lowering};
 use crate::ast::Entry;
 use crate::errors::Reported;
 use crate::names::{Binding, Function};
-use crate::parse::bare;
+use crate::syntax::bare;
 
 /// The most terms and calls that a declaration may be written out to.
 const MOST: usize = 200_000;

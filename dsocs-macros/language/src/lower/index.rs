@@ -9,7 +9,7 @@ use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::names::Binding;
-use crate::parse::{bare, plain_name};
+use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The value of an integer expression of literals and indices.

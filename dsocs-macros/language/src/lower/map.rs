@@ -10,7 +10,7 @@ use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
-use crate::parse::{bare, plain_name};
+use crate::syntax::{bare, plain_name};
 
 impl Lowering<'_> {
     /// The points of the first order map whose mean is taken.

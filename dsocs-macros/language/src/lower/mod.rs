@@ -24,11 +24,12 @@ use crate::ast::{
 };
 use crate::errors::{Errors, Reported};
 use crate::graph::{Graph, NodeId};
-use crate::input::{Fields, first_paragraph};
+use crate::input::Fields;
 use crate::mechanics;
 use crate::model::{Docs, Kind, Model, ParameterField, Row};
-use crate::names::{Binding, Scope, did_you_mean};
-use crate::parse::{bare, plain_name};
+use crate::names::{Binding, Scope};
+use crate::nearest::did_you_mean;
+use crate::syntax::{bare, first_paragraph, plain_name};
 
 pub(crate) use builtin::Builtin;
 

@@ -7,7 +7,7 @@ use super::Lowering;
 use crate::ast::Group;
 use crate::errors::Reported;
 use crate::graph::NodeId;
-use crate::parse::bare;
+use crate::syntax::bare;
 
 /// A component as it is written.
 enum Entry<'e> {

@@ -7,8 +7,9 @@ use syn::{Expr, Lit, UnOp};
 use super::Lowering;
 use crate::errors::Reported;
 use crate::input::Field;
-use crate::names::{Binding, nearest};
-use crate::parse::{bare, plain_name};
+use crate::names::Binding;
+use crate::nearest::nearest;
+use crate::syntax::{bare, plain_name};
 
 /// How names of derivatives end elsewhere, and what they mean; the longer ones first, since `x_ddot` also ends in `dot`.
 const SUFFIXES: [(&str, &str); 8] = [

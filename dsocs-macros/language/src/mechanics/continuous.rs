@@ -1,7 +1,7 @@
 //! The continuous system (paper, section 2): its rows, its force and its energy.
 
+use super::equation::{Equation, Pivots};
 use super::works::{Force, works};
-use super::{Equation, Pivots};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::model::{Displacements, Model};
 

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
+use super::equation::{Equation, Pivots};
 use super::force::discrete_force;
 use super::nodes::{Nodes, PointNodes, map_point, on_pair};
 use super::works::works;
-use super::{Equation, Pivots};
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Displacements, Kind, Model, Row};
 

@@ -2,7 +2,7 @@
 
 use crate::graph::{Graph, Leaf, NodeId};
 
-use super::{Equation, Pivots};
+use super::equation::{Equation, Pivots};
 
 /// A force, component by component.
 pub(super) struct Force {

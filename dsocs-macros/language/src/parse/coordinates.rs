@@ -7,10 +7,10 @@ use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Lit, Token, parenthesized, token};
 
-use super::{bare, only_documentation, plain_name};
+use super::only_documentation;
 use crate::ast::{Coordinates, Group};
 use crate::errors::{Errors, Reported};
-use crate::input::doc;
+use crate::syntax::{bare, doc, plain_name};
 
 /// The most coordinates that a system may have: its code grows at least with their number's square.
 const MOST: usize = 1000;

@@ -3,9 +3,9 @@
 use proc_macro2::Ident;
 use syn::{BinOp, Expr, ExprCall, ExprClosure, ExprRange, Lit, Pat, RangeLimits, ReturnType, UnOp};
 
-use super::{bare, plain_name};
 use crate::ast::{Entry, Index};
 use crate::errors::{Errors, Reported};
+use crate::syntax::{bare, plain_name};
 
 /// The most entries that a list may be written out to.
 const MOST: usize = 10_000;

@@ -5,7 +5,7 @@ use syn::{Attribute, Expr, Local, Pat};
 
 use crate::ast::{Declaration, Let};
 use crate::errors::{Errors, Reported};
-use crate::input::doc;
+use crate::syntax::doc;
 
 /// Reads a statement of the declaration.
 pub(super) fn read_let(

@@ -1,13 +1,14 @@
 //! Tokens → [`Declaration`]: reads each statement by itself, so that a mistake in one does not hide the others.
 
-use proc_macro2::{Ident, Punct, Spacing, TokenStream, TokenTree};
+use proc_macro2::{Ident, TokenStream, TokenTree};
 use syn::parse::{ParseStream, Parser};
 use syn::{Attribute, Block, Expr, Item, Stmt, Token};
 
 use crate::ast::{Branch, Constraints, Declaration, Directions, Let, Map, Observe, Part, Scalar, Side};
 use crate::errors::{Errors, Reported};
-use crate::names::nearest;
+use crate::nearest::nearest;
 use crate::shared::{self, Chunk};
+use crate::syntax::plain_name;
 
 mod coordinates;
 mod each;
@@ -97,26 +98,6 @@ fn only_documentation(attributes: &[Attribute], errors: &Errors) {
             );
         }
     }
-}
-
-/// Splits after every `;` outside parentheses; the last statement gets one if it has none.
-pub(crate) fn chunks(tokens: TokenStream) -> Vec<TokenStream> {
-    let mut chunks = Vec::new();
-    let mut chunk = Vec::new();
-    for tree in tokens {
-        let end = matches!(&tree, TokenTree::Punct(punct) if punct.as_char() == ';');
-        chunk.push(tree);
-        if end {
-            chunks.push(chunk.drain(..).collect());
-        }
-    }
-    if let Some(last) = chunk.last() {
-        let mut semicolon = Punct::new(';', Spacing::Alone);
-        semicolon.set_span(last.span());
-        chunk.push(semicolon.into());
-        chunks.push(chunk.into_iter().collect());
-    }
-    chunks
 }
 
 /// Parsing and lowering go as deep as the expression; beyond this depth the compiler's stack might not.
@@ -373,14 +354,6 @@ fn fill_directions(
     }
 }
 
-/// The name that an expression consists of, if it is one.
-pub(crate) fn plain_name(expr: &Expr) -> Option<&Ident> {
-    match expr {
-        Expr::Path(path) if path.qself.is_none() => path.path.get_ident(),
-        _ => None,
-    }
-}
-
 /// What forces that are given are called elsewhere.
 const GIVEN_FORCES: [&str; 15] = [
     "force",
@@ -433,13 +406,4 @@ fn expected_statement() -> String {
         .map(|statement| format!("`{statement}`"))
         .collect();
     format!("expected a statement: `let`, {}", list.join(", "))
-}
-
-/// An expression without the parentheses around it.
-pub(crate) fn bare(expr: &Expr) -> &Expr {
-    match expr {
-        Expr::Paren(inner) => bare(&inner.expr),
-        Expr::Group(inner) => bare(&inner.expr),
-        other => other,
-    }
 }

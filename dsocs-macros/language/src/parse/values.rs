@@ -3,10 +3,11 @@
 use proc_macro2::Ident;
 use syn::{Expr, Path};
 
-use super::{bare, each, plain_name};
+use super::each;
 use crate::ast::{Entry, MapRule};
 use crate::errors::{Errors, Reported};
-use crate::names::did_you_mean;
+use crate::nearest::did_you_mean;
+use crate::syntax::{bare, plain_name};
 
 /// The rows of a constraint statement.
 pub(super) fn read_rows(keyword: &Ident, value: Expr, errors: &Errors) -> Result<Vec<Entry>, Reported> {

@@ -2,7 +2,7 @@
 //!
 //! A row that is linear in an unknown, with a coefficient that is known early, is solved for it, and the solution put into
 //! the other rows. A coefficient with parameters may be zero, and is divided by only if the rows could not be solved anyhow
-//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows, and constraints of several accelerations ([`crate::mechanics::Pivots`]),
+//! where it is ([`Graph::has_to_be_nonzero`]): a mass is, a stiffness is not. Other rows, and constraints of several accelerations ([`crate::mechanics::equation::Pivots`]),
 //! are left to pivots in numbers. That is what the paper does by hand with the pendulum: the variational equation gives `ψ₂`, and one
 //! equation for `θ₂` is left. A system whose rows are all of this kind has no unknowns left and takes no iteration.
 

@@ -346,7 +346,7 @@ fn is_polynomial(graph: &Graph, value: NodeId, variable: Leaf) -> bool {
 mod tests {
     use super::*;
     use crate::graph::Unary;
-    use crate::mechanics::Pivots;
+    use crate::mechanics::equation::Pivots;
 
     const LEAVES: Leaves = Leaves {
         unknown: &[Leaf::Z(0)],

@@ -14,8 +14,8 @@ use std::collections::{BTreeSet, HashMap};
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
+use super::place::{Place, number};
 use super::schedule::{Product, Schedule};
-use super::write::{Place, number};
 use super::{Op, Program, Value};
 use crate::graph::{Bits, Comparison, Leaf, Unary};
 
