@@ -31,17 +31,21 @@
 //! assert_eq!(entry.summary(), "A mass on a spring");
 //! ```
 
+mod beginning;
 mod columns;
 mod description;
 mod drawing;
 mod erased;
 mod error;
+mod failure;
 mod held;
 #[cfg(feature = "sweep")]
 mod lanes;
 mod name;
+mod plan;
 #[cfg(feature = "sweep")]
 mod point;
+mod reference;
 mod run;
 mod symmetry;
 
@@ -54,19 +58,20 @@ use dsocs_core::{Quantity, SetupError, System};
 
 use crate::check::{self, Expected, Finding, Settings};
 
+pub use beginning::Beginning;
 pub use columns::{Column, Row, columns};
 pub use description::{Description, Kind};
 pub use drawing::{Drawing, Parameters, Shape};
 pub use erased::Extra;
 pub(crate) use erased::{Motions, Typed};
 pub use error::{CheckFailure, EntryError, Mistake};
-pub use held::HeldInput;
+pub use failure::RunFailure;
 #[cfg(feature = "sweep")]
 pub use lanes::{Varied, shares};
 pub use name::UnknownName;
+pub use plan::{HeldInput, Method, Plan};
 #[cfg(feature = "sweep")]
 pub use point::{Shown, Watchable, Watched, code};
-pub use run::{Beginning, Method, Plan, RunFailure};
 pub use symmetry::Symmetry;
 
 use drawing::Drawn;
@@ -478,15 +483,15 @@ impl Entry {
     pub fn check(&self, settings: &Settings<'_>) -> Result<Vec<Finding>, CheckFailure> {
         let own = self.until.abs() * settings.h.signum();
         let coordinates = &self.description.coordinates;
-        run::fits("q0", settings.q0, coordinates)?;
-        run::fits("v0", settings.v0, coordinates)?;
+        beginning::fits("q0", settings.q0, coordinates)?;
+        beginning::fits("v0", settings.v0, coordinates)?;
         if self.system.kernel().shape().is_of_third_order() {
             let a0 = settings.a0.ok_or(SetupError::FreeAcceleration)?;
-            run::fits("a0", a0, coordinates)?;
+            beginning::fits("a0", a0, coordinates)?;
             return check::third::check_to(self.system.kernel(), self.expected(), settings, own);
         }
         if let Some(a0) = settings.a0 {
-            run::fits("a0", a0, coordinates)?;
+            beginning::fits("a0", a0, coordinates)?;
         }
         let motions: &dyn Motions = &*self.system;
         check::check_to(motions, &self.symmetries, self.expected(), settings, own)

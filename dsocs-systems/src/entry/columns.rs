@@ -2,7 +2,8 @@
 
 use dsocs_core::{AnyNode, Regularity, Unresolved};
 
-use super::{Description, Plan};
+use super::description::Description;
+use super::plan::Plan;
 
 /// One node of a run.
 #[derive(Clone, Copy, Debug)]

@@ -7,10 +7,15 @@ use dsocs_core::{
     Tolerance,
 };
 
-use super::run::Errors;
-use super::{Beginning, Description};
+use super::beginning::Beginning;
 #[cfg(feature = "sweep")]
-use super::{Plan, Row, lanes};
+use super::columns::Row;
+use super::description::Description;
+#[cfg(feature = "sweep")]
+use super::lanes;
+#[cfg(feature = "sweep")]
+use super::plan::Plan;
+use super::reference::Errors;
 
 /// A system, and its continuous motions.
 pub trait Motions {

@@ -1,31 +1,12 @@
-//! Inputs that are held: their values over time, and the continuous motion under them that errors are measured against.
+//! Inputs that are held: how a run is given their values, and the continuous motion under them that errors are measured against.
 
-use std::borrow::Cow;
-
-use dsocs_core::__private::held_value;
 use dsocs_core::taylor::GlobalError;
 use dsocs_core::{OwnedNode, Run, RunError, SetupError};
 
-use super::Beginning;
+use super::beginning::Beginning;
 use super::erased::AnySystem;
-use super::run::Errors;
-
-/// A parameter whose value changes at given times and is held in between.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeldInput {
-    /// The name of the parameter.
-    pub parameter: Cow<'static, str>,
-    /// Increasing times in s, each with the value that holds from this time on. Before the first time the parameter has the value that it has
-    /// in the system.
-    pub values: Vec<[f64; 2]>,
-}
-
-impl HeldInput {
-    /// The value at a time. A time that is one of the plan's to within rounding is that time.
-    pub(super) fn at(&self, t: f64, h: f64) -> Option<f64> {
-        held_value(&self.values, t, h)
-    }
-}
+use super::plan::HeldInput;
+use super::reference::Errors;
 
 /// Gives inputs the values that they have at a time.
 pub(super) fn set(run: &mut dyn Run, inputs: &[HeldInput], (t, h): (f64, f64)) -> Result<(), RunError> {

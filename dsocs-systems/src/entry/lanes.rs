@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use dsocs_core::{Declaration, Ensemble, RunError, Start, System};
 
-use super::{Method, Plan, Row};
+use super::columns::Row;
+use super::plan::{Method, Plan};
 
 /// A parameter that varies, by its name, and its value at each point.
 pub type Varied = (Cow<'static, str>, Vec<f64>);

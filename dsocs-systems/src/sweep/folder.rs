@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
-use super::SweepError;
+use super::error::SweepError;
 use crate::temporary::temporary;
 
 /// How the names of temporary files begin and end. Readers of Parquet ignore names that begin with a dot.

@@ -5,7 +5,7 @@ use std::fmt;
 use dsocs_core::Composition;
 use toml::{Table, Value};
 
-use super::SweepError;
+use super::error::SweepError;
 use crate::cli::expression;
 use crate::entry::{Method, UnknownName};
 

@@ -1,7 +1,8 @@
 //! The points of a sweep: the values of what varies, computed from the number of the point.
 
+use super::error::SweepError;
 use super::plan::{Plan, Sample, SampleKind, Values};
-use super::{SweepError, random};
+use super::random;
 
 /// The points of a plan.
 #[derive(Clone, Debug, PartialEq)]

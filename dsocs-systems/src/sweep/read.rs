@@ -5,9 +5,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::error::SweepError;
 use super::folder::{Folder, Which};
 use super::table::{self, Cells};
-use super::{SweepError, UnknownName};
+use crate::entry::UnknownName;
 
 /// The progress of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde_json::{Value, json};
 
-use super::SweepError;
+use super::error::SweepError;
 use super::folder::Which;
 use super::plan::{Plan, PlannedStart, Values};
 use super::points::Points;

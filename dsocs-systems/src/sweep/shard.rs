@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::SweepError;
+use super::error::SweepError;
 
 /// One of several shares of a sweep. The number of shares has no influence on the results.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! The work of a thread: it computes the points of a part and writes their tables.
 
 use std::ops::Range;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicU64, Ordering};
 
+use super::error::SweepError;
 use super::folder::{Folder, PartFile, Which};
 use super::setting::{Setting, Target};
 use super::table::{Cells, Kind, Writer};
-use super::{SweepError, add};
 use crate::entry::{self, Entry, Row, Shown, Varied, code};
 
 /// The rows of nodes are written when there are this many. The last run may exceed it.
@@ -362,5 +362,12 @@ impl Rows {
         writer.rows(&self.cells)?;
         *self = Self::new(&self.columns);
         Ok(())
+    }
+}
+
+/// Adds finished points to the counter.
+pub(super) fn add(done: Option<&AtomicU64>, count: u64) {
+    if let Some(done) = done {
+        done.fetch_add(count, Ordering::Relaxed);
     }
 }

@@ -1,0 +1,137 @@
+//! How a run begins.
+
+use dsocs_core::{AnyStart, Quantity};
+
+use super::failure::RunFailure;
+
+/// How the first two nodes are found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Beginning {
+    /// From position and velocity, `q1 = q0 + h v0`.
+    Paper {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// From position and velocity, `q1 = q0 + h v0 + h²/2 a0`.
+    SecondOrder {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+    },
+    /// From position, velocity and acceleration, where a constraint is of third order.
+    ThirdOrder {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+        /// The initial acceleration.
+        a0: Vec<f64>,
+    },
+    /// The same with the constraint force in place of the acceleration.
+    ThirdOrderByForce {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The initial velocity.
+        v0: Vec<f64>,
+        /// The initial constraint force.
+        force: Vec<f64>,
+    },
+    /// Both nodes.
+    Nodes {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+    },
+    /// Three nodes, where a constraint is of third order.
+    ThreeNodes {
+        /// The first node.
+        q0: Vec<f64>,
+        /// The second node.
+        q1: Vec<f64>,
+        /// The third node.
+        q2: Vec<f64>,
+    },
+    /// Another beginning, moved onto the constraints on positions and velocities.
+    Projected(Box<Self>),
+    /// Another beginning, with the acceleration near this one where the equations allow several.
+    Near(Vec<f64>, Box<Self>),
+    /// Another beginning, at another time than 0.
+    At(f64, Box<Self>),
+}
+
+impl Beginning {
+    /// Checks that every vector has one component for each coordinate.
+    ///
+    /// # Errors
+    ///
+    /// [`RunFailure::Length`] for the first vector that has not.
+    pub(super) fn fits(&self, coordinates: &[Quantity]) -> Result<(), RunFailure> {
+        let (first, others): (_, &[_]) = match self {
+            Self::Paper { q0, v0 } | Self::SecondOrder { q0, v0 } => (q0, &[("v0", v0)]),
+            Self::ThirdOrder { q0, v0, a0 } => (q0, &[("v0", v0), ("a0", a0)]),
+            Self::ThirdOrderByForce { q0, v0, force } => (q0, &[("v0", v0), ("f0", force)]),
+            Self::Nodes { q0, q1 } => (q0, &[("q1", q1)]),
+            Self::ThreeNodes { q0, q1, q2 } => (q0, &[("q1", q1), ("q2", q2)]),
+            Self::Projected(beginning) | Self::At(_, beginning) => return beginning.fits(coordinates),
+            Self::Near(a0, beginning) => {
+                beginning.fits(coordinates)?;
+                return fits("a0", a0, coordinates);
+            }
+        };
+        fits("q0", first, coordinates)?;
+        others
+            .iter()
+            .try_for_each(|(vector, components)| fits(vector, components, coordinates))
+    }
+
+    /// The start of a run.
+    pub(crate) fn start(&self) -> AnyStart {
+        match self {
+            Self::Paper { q0, v0 } => AnyStart::paper(q0, v0),
+            Self::SecondOrder { q0, v0 } => AnyStart::second_order(q0, v0),
+            Self::ThirdOrder { q0, v0, a0 } => AnyStart::third_order(q0, v0, a0),
+            Self::ThirdOrderByForce { q0, v0, force } => AnyStart::third_order_by_force(q0, v0, force),
+            Self::Nodes { q0, q1 } => AnyStart::nodes(q0, q1),
+            Self::ThreeNodes { q0, q1, q2 } => AnyStart::three_nodes(q0, q1, q2),
+            Self::Projected(beginning) => beginning.start().projected(),
+            Self::Near(a0, beginning) => beginning.start().near_acceleration(a0),
+            Self::At(t0, beginning) => beginning.start().at(*t0),
+        }
+    }
+
+    /// The time of the start.
+    pub(super) fn time(&self) -> f64 {
+        match self {
+            Self::At(t0, _) => *t0,
+            Self::Projected(beginning) | Self::Near(_, beginning) => beginning.time(),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Checks that a vector has one component for each coordinate.
+///
+/// # Errors
+///
+/// [`RunFailure::Length`] if it has not.
+pub(super) fn fits(
+    vector: &'static str,
+    components: &[f64],
+    coordinates: &[Quantity],
+) -> Result<(), RunFailure> {
+    if components.len() == coordinates.len() {
+        return Ok(());
+    }
+    Err(RunFailure::Length {
+        vector,
+        found: components.len(),
+        coordinates: coordinates
+            .iter()
+            .map(|coordinate| coordinate.name.clone())
+            .collect(),
+    })
+}

@@ -1,0 +1,34 @@
+//! Why a run did not reach its end.
+
+use std::borrow::Cow;
+
+use dsocs_core::{RunError, SetupError};
+use thiserror::Error;
+
+/// A run did not reach its end.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RunFailure {
+    /// It did not begin.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The number of components of a vector is not the number of coordinates.
+    #[error(
+        "{vector} has {found} component{}, but there are {} coordinates: {}",
+        if *.found == 1 { "" } else { "s" }, .coordinates.len(), .coordinates.join(", ")
+    )]
+    Length {
+        /// Which vector.
+        vector: &'static str,
+        /// How many components it has.
+        found: usize,
+        /// The coordinates.
+        coordinates: Vec<Cow<'static, str>>,
+    },
+    /// It ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// There is no continuous motion from which errors could be computed.
+    #[error("the error cannot be estimated: {0}")]
+    Estimate(#[source] RunError),
+}

@@ -1,0 +1,51 @@
+//! What is asked for: the step, the method, the end, inputs that are held.
+
+use std::borrow::Cow;
+
+use dsocs_core::__private::held_value;
+use dsocs_core::Composition;
+
+/// How a motion is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// By the paper's step, of order 2.
+    Step,
+    /// By a composition of it.
+    Composed(Composition),
+    /// The continuous motion, to a tolerance relative to the size of the velocities.
+    Tolerance(f64),
+}
+
+/// A run that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The step, and the interval of the output.
+    pub h: f64,
+    /// The time of the end.
+    pub until: f64,
+    /// How it is computed.
+    pub method: Method,
+    /// Whether the regularity at each node is recorded; possible with the paper's step only.
+    pub certify: bool,
+    /// Whether the error at each node is estimated; see [`GlobalError`].
+    pub estimate: bool,
+    /// Parameters that change during the run.
+    pub inputs: Vec<HeldInput>,
+}
+
+/// A parameter whose value changes at given times and is held in between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldInput {
+    /// The name of the parameter.
+    pub parameter: Cow<'static, str>,
+    /// Increasing times in s, each with the value that holds from this time on. Before the first time the parameter has the value that it has
+    /// in the system.
+    pub values: Vec<[f64; 2]>,
+}
+
+impl HeldInput {
+    /// The value at a time. A time that is one of the plan's to within rounding is that time.
+    pub(super) fn at(&self, t: f64, h: f64) -> Option<f64> {
+        held_value(&self.values, t, h)
+    }
+}

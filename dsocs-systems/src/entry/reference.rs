@@ -1,0 +1,24 @@
+//! The continuous motion that errors are measured against.
+
+use dsocs_core::RunError;
+use dsocs_core::taylor::GlobalError;
+
+/// How far a motion is from the continuous one; see [`GlobalError`].
+pub(super) trait Errors {
+    /// The error of each coordinate of a position at a time.
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError>;
+
+    /// How well the continuous motion is known.
+    fn uncertainty(&self) -> f64;
+}
+
+impl<const N: usize> Errors for GlobalError<'_, N> {
+    fn at(&mut self, t: f64, q: &[f64]) -> Result<Vec<f64>, RunError> {
+        let q = q.first_chunk().unwrap_or(&[f64::NAN; N]);
+        Ok(Self::at(self, t, q)?.to_vec())
+    }
+
+    fn uncertainty(&self) -> f64 {
+        Self::uncertainty(self)
+    }
+}
