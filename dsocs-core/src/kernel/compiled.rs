@@ -21,6 +21,14 @@ fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
     })
 }
 
+/// Writes an array where there is room for it.
+#[inline]
+fn put<const N: usize>(place: &mut [f64], vector: &[f64; N]) {
+    if let Some(place) = place.first_chunk_mut() {
+        *place = *vector;
+    }
+}
+
 /// Writes as many numbers as there is room for.
 #[inline]
 fn write(out: &mut [f64], numbers: &[f64]) {
@@ -119,17 +127,10 @@ pub fn report<S: System<N>, const N: usize>(
     if let (Some(constants), Some(leg), Some(e)) = (Array::read(constants), leg(first), e.first_chunk()) {
         let known = system.known(constants, &leg);
         let Report { point, force, energy } = system.report(constants, &known, &leg, e);
-        let vectors = [
-            (told.q, point.q),
-            (told.v, point.v),
-            (told.a, point.a),
-            (told.force, force),
-        ];
-        for (place, vector) in vectors {
-            if let Some(place) = place.first_chunk_mut() {
-                *place = vector;
-            }
-        }
+        put(told.q, &point.q);
+        put(told.v, &point.v);
+        put(told.a, &point.a);
+        put(told.force, &force);
         (*told.t, *told.energy) = (point.t, energy);
     }
 }

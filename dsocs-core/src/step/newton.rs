@@ -492,10 +492,10 @@ fn watched<E: Quick + ?Sized>(
     let close = after * (largest * largest) >= CLOSE * (before * before) * smallest;
     let straight = after * largest < BENT * before * smallest;
     if equations.are_watched() && !straight && (equations.past_is_short() || close) {
-        let updates = [first, second].map(|trial| trial.at.update.as_ref());
+        // without `map`, of which every declared type would have copies
         let (bend, close) = bend(
-            updates,
-            [first, second].map(|trial| trial.at.z.as_ref()),
+            [first.at.update.as_ref(), second.at.update.as_ref()],
+            [first.at.z.as_ref(), second.at.z.as_ref()],
             size.as_ref(),
         );
         Root { bend, close, ..root }
@@ -543,8 +543,9 @@ fn arrived<Z: Components>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
 #[inline(always)]
 #[allow(clippy::inline_always)] // part of every step
 fn enough<Z: Components>([first, second]: [&Trial<Z>; 2], size: &Z) -> f64 {
-    let [before, after] =
-        [first, second].map(|trial| relative(trial.at.update.as_ref(), second.at.z.as_ref(), size.as_ref()));
+    let (z, size) = (second.at.z.as_ref(), size.as_ref());
+    let before = relative(first.at.update.as_ref(), z, size);
+    let after = relative(second.at.update.as_ref(), z, size);
     if after <= 2.0 * f64::EPSILON {
         before
     } else {

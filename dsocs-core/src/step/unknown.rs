@@ -157,7 +157,13 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     fn determinant(matrix: &[[T; M]; M]) -> Determinant {
-        let matrix = matrix.map(|row| row.map(|entry| entry.lane(0)));
+        let mut first = [[0.0; M]; M];
+        for (row, entries) in first.iter_mut().zip(matrix) {
+            for (first, entry) in row.iter_mut().zip(entries) {
+                *first = entry.lane(0);
+            }
+        }
+        let matrix = first;
         match M {
             1 => Determinant::of(matrix[0][0]),
             2 => Determinant::of(determinant(&matrix)),
