@@ -5,7 +5,7 @@ use crate::compensated::{Compensated, Sum};
 use crate::point::Leg;
 use crate::point::{AnyLeg, OwnedLeg};
 use crate::run::Clock;
-use crate::solve::Vector;
+use crate::solve::{Numbers, Vector};
 use crate::step::course::past_is_short;
 use crate::step::newton::Stop;
 use crate::step::predictor::Predictor;
@@ -37,7 +37,7 @@ pub(super) struct Stage {
     /// `1/h²`.
     pub per_square: f64,
     /// What is known since the run began.
-    pub constants: Vec<f64>,
+    pub constants: Numbers,
     /// The solutions of this stage in the last steps, which lie as far apart as the steps do.
     pub predictor: Predictor,
     /// Their legs; the last is at the place `last`, those before it follow.
@@ -178,7 +178,6 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
         *found = solved.root.z;
         // also where another stage asks: the step that is then solved on slices forgets the scales
         *past.scales = solved.scales;
-        past.learn(solved.root.enough);
         iterations += solved.root.evaluations;
     }
     v.add(&scaled(left, &a));

@@ -1,5 +1,7 @@
 //! The discrete flow, whatever the number of coordinates: smooth steps in one go, and an answer where one asks.
 
+use smallvec::smallvec;
+
 use super::inputs::Changed;
 use super::stick::Stuck;
 use crate::compensated::Sum;
@@ -11,7 +13,7 @@ use crate::point::{AnyLeg, AnyPoint};
 use crate::regularity::Regularity;
 use crate::run::Unresolved;
 use crate::run::{AnyNode, Clock, End, NodeMut, Run, RunError};
-use crate::solve::Vector;
+use crate::solve::{Numbers, Vector};
 use crate::start::{self, Beginning, Given};
 use crate::step::course::{Course, MAX_ITERATIONS, Solved, Third};
 use crate::step::newton::Stop;
@@ -75,8 +77,8 @@ pub(crate) fn values_of(kernel: &dyn Kernel) -> Vec<f64> {
 }
 
 /// What is known when a run with the step `h` begins.
-pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Vec<f64> {
-    let mut constants = vec![f64::NAN; kernel.shape().constants];
+pub(crate) fn constants_of(kernel: &dyn Kernel, values: &[f64], h: f64) -> Numbers {
+    let mut constants = smallvec![f64::NAN; kernel.shape().constants];
     kernel.constants(values, h, &mut constants);
     constants
 }

@@ -2,4 +2,4 @@
 
 pub(crate) mod vector;
 
-pub(crate) use vector::{Square, Vector, is_finite};
+pub(crate) use vector::{Numbers, Square, Vector, is_finite};

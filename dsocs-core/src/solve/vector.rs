@@ -14,6 +14,9 @@ const FEW: usize = 8;
 /// So many entries stand in the matrix itself.
 const FEW_ENTRIES: usize = 16;
 
+/// What is known beside unknowns, such as when a run or a step begins: up to so many numbers stand in the place itself.
+pub(crate) type Numbers = SmallVec<[f64; 32]>;
+
 /// A vector.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Vector(SmallVec<[f64; FEW]>);

@@ -21,7 +21,7 @@ use crate::solve::{Square, Vector};
 pub(crate) const LAST_UPDATE: f64 = 1e-9;
 
 /// The error that may remain after the last update, relative to the unknowns.
-pub(crate) const REMAINDER: f64 = 1e-16;
+const REMAINDER: f64 = 1e-16;
 
 /// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
 /// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].

@@ -5,7 +5,7 @@ use super::report::StepReport;
 use crate::compensated::Sum;
 use crate::point::AnyLeg;
 use crate::run::Clock;
-use crate::solve::Vector;
+use crate::solve::{Numbers, Vector};
 use crate::tape::Shape;
 
 /// How often the rows of a step are evaluated from one guess unless [`Flow::max_iterations`](crate::Flow::max_iterations) says otherwise,
@@ -18,7 +18,7 @@ pub struct Course {
     /// The step, negative back in time.
     pub(crate) h: f64,
     /// What is known since the run began.
-    pub(crate) constants: Vec<f64>,
+    pub(crate) constants: Numbers,
     /// Which node is the current one.
     pub(crate) clock: Clock,
     /// How many nodes further the last position is that is known: one, but for the moment in which the run turns round.

@@ -146,7 +146,6 @@ impl Step<'_> {
             bend: 0.0,
             close: false,
             determinant: at.determinant,
-            enough: f64::NAN,
         })
     }
 

@@ -18,14 +18,14 @@ pub(crate) mod smooth;
 pub(crate) mod sparse;
 pub(crate) mod unknown;
 
-use smallvec::{SmallVec, smallvec};
+use smallvec::smallvec;
 
 use crate::declaration::Declaration;
 use crate::failure::NewtonFailure;
 use crate::kernel::{At, Kernel};
 use crate::multipliers;
 use crate::point::AnyLeg;
-use crate::solve::{Square, Vector};
+use crate::solve::{Numbers, Square, Vector};
 use crate::start::Begins;
 use crate::tape::Shape;
 pub(crate) use guesses::Failing;
@@ -43,9 +43,6 @@ pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;
 /// How much what the rows were multiplied by may change, relative to itself, from a root to a point nearby.
 pub(crate) const NEARLY_THE_SAME: f64 = 1e-2;
 
-/// So many values that are known when a step begins stand in the step itself.
-const FEW_KNOWN: usize = 32;
-
 /// The equations of one step.
 #[derive(Clone)]
 pub(crate) struct Step<'a> {
@@ -56,7 +53,7 @@ pub(crate) struct Step<'a> {
     /// What is known since the run began.
     pub constants: &'a [f64],
     /// What is known since the step began.
-    known: SmallVec<[f64; FEW_KNOWN]>,
+    known: Numbers,
     /// The step's first two nodes.
     pub leg: AnyLeg<'a, f64>,
     /// The second difference that a step of third order goes on from; of second order, zero.
@@ -259,7 +256,7 @@ impl<'a> Step<'a> {
 }
 
 /// What is known when a step begins.
-fn known(kernel: &dyn Kernel, constants: &[f64], leg: AnyLeg<'_, f64>) -> SmallVec<[f64; FEW_KNOWN]> {
+fn known(kernel: &dyn Kernel, constants: &[f64], leg: AnyLeg<'_, f64>) -> Numbers {
     let mut known = smallvec![f64::NAN; kernel.shape().known];
     kernel.known(constants, leg, &mut known);
     known

@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use super::convergence::{
-    LAST_UPDATE, NaturalSizes, Progress, REMAINDER, ROUNDINGS, Suspicion, Update, converges, is_last,
+    LAST_UPDATE, NaturalSizes, Progress, ROUNDINGS, Suspicion, Update, converges, is_last,
 };
 use super::elimination::Determinant;
 use crate::dense::Matrix;
@@ -182,12 +182,6 @@ pub(crate) trait Quick {
 
     /// See [`Equations::is_declared`].
     fn is_declared(&self, z: &Self::Z, nearby: &Self::Z) -> bool;
-
-    /// A first update of this size, relative to the unknowns, is the last.
-    #[inline]
-    fn last_update(&self) -> f64 {
-        LAST_UPDATE
-    }
 }
 
 impl Quick for dyn Equations + '_ {
@@ -257,9 +251,6 @@ pub(crate) struct Root<Z> {
     pub close: bool,
     /// The determinant of the Jacobian from which the last update came, if it is known.
     pub determinant: Determinant,
-    /// How small the first update would have had to be to be the last, by what the second has shown; NaN where one evaluation was enough or
-    /// more than three were needed.
-    pub enough: f64,
 }
 
 /// The iteration ended without a root here.
@@ -392,7 +383,7 @@ pub(crate) fn quick<E: Quick + ?Sized>(
         if first.is_solution() && is_declared(equations, &first.next(), size) {
             return Ok(arrived(&first, 1));
         }
-    } else if first.is_small(size, equations.last_update()) && is_declared(equations, &first.at.z, size) {
+    } else if first.is_small(size, LAST_UPDATE) && is_declared(equations, &first.at.z, size) {
         return Ok(arrived(&first, 1));
     }
     let second = Trial::new(equations, first.next());
@@ -400,18 +391,11 @@ pub(crate) fn quick<E: Quick + ?Sized>(
     let declared =
         |z: &E::Z, nearby: &E::Z| equations.is_declared(z, nearby) || is_declared(equations, z, size);
     if second.settles(&first, size) && declared(&second.at.z, &first.at.z) {
-        return Ok(Root {
-            enough: enough([&first, &second], size),
-            ..arrived(&second, 2)
-        });
+        return Ok(arrived(&second, 2));
     }
     let third = Trial::new(equations, second.next());
     if third.settles(&second, size) && declared(&third.at.z, &second.at.z) && max_iterations > 2 {
-        let root = Root {
-            enough: enough([&first, &second], size),
-            ..arrived(&third, 3)
-        };
-        return Ok(watched(equations, [&first, &second], size, root));
+        return Ok(watched(equations, [&first, &second], size, arrived(&third, 3)));
     }
     Err([first, second, third])
 }
@@ -534,22 +518,6 @@ fn arrived<Z: Components>(last: &Trial<Z>, evaluations: u32) -> Root<Z> {
         bend: 0.0,
         close: false,
         determinant: last.determinant,
-        enough: f64::NAN,
-    }
-}
-
-/// How small an update has to be to be the last where the second one is what the first has left: an update `ρ` leaves `C ρ²`, and a quarter of
-/// rounding may be left. Where the second is rounding already, the first was small enough.
-#[inline(always)]
-#[allow(clippy::inline_always)] // part of every step
-fn enough<Z: Components>([first, second]: [&Trial<Z>; 2], size: &Z) -> f64 {
-    let (z, size) = (second.at.z.as_ref(), size.as_ref());
-    let before = relative(first.at.update.as_ref(), z, size);
-    let after = relative(second.at.update.as_ref(), z, size);
-    if after <= 2.0 * f64::EPSILON {
-        before
-    } else {
-        before * (REMAINDER / (4.0 * after)).sqrt()
     }
 }
 
@@ -686,7 +654,6 @@ impl Newton<'_> {
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,
-            enough: f64::NAN,
         }
     }
 
@@ -806,7 +773,6 @@ impl Newton<'_> {
                         bend: 0.0,
                         close: false,
                         determinant: Determinant::UNKNOWN,
-                        enough: f64::NAN,
                     });
                 }
             }

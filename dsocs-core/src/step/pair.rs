@@ -416,7 +416,8 @@ impl Step<'_> {
         max_iterations: u32,
     ) -> Result<(Vector, StepReport), NewtonFailure> {
         let size = self.least();
-        self.solve_near(start, &mut Predictor::new(size.len()), &size, max_iterations)
+        // without a past, and without room for one
+        self.solve_near(start, &mut Predictor::new(0), &size, max_iterations)
     }
 
     /// Another root than `root`, looked for by deflation from several guesses; first from the one that led to it.
@@ -598,7 +599,6 @@ mod tests {
             bend: 0.0,
             close: false,
             determinant: Determinant::UNKNOWN,
-            enough: f64::NAN,
         };
         let (size, legs) = (step.least(), step.unknown(&leg.d, &[]));
         let failure = step

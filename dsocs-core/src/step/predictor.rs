@@ -3,7 +3,7 @@
 use core::marker::PhantomData;
 use core::ops::Sub;
 
-use super::convergence::{LAST_UPDATE, NaturalSizes, Remembered};
+use super::convergence::{NaturalSizes, Remembered};
 use super::elimination::Determinant;
 use super::newton::Notes;
 use super::unknown::Unknown;
@@ -36,8 +36,6 @@ pub(crate) struct Predictor {
     natural: Option<Box<Remembered>>,
     /// The determinants at the last solutions.
     pub determinants: Determinants,
-    /// How small a first update has to be to be the last, as the contraction of past steps tells.
-    last_update: f64,
 }
 
 /// The backward differences and the sizes of a [`Predictor`] as arrays, where steps are made.
@@ -52,8 +50,6 @@ pub(crate) struct Arrays<'p, U> {
     pub determinants: &'p mut Determinants,
     /// The natural sizes, where they were needed lately.
     pub natural: Option<&'p Remembered>,
-    /// How small a first update has to be to be the last.
-    pub last_update: &'p mut f64,
 }
 
 /// The same for numbers of any type, such as lanes.
@@ -237,18 +233,6 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
         .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
 }
 
-/// Where past updates have left less than their squares, a first update of this size leaves rounding.
-const LARGEST_LAST_UPDATE: f64 = 1e-8;
-
-/// No first update has to be smaller than this, however much of their squares past updates have left.
-const SMALLEST_LAST_UPDATE: f64 = 1e-11;
-
-/// How fast what past steps have shown is forgotten.
-const FORGOTTEN: f64 = 1.01;
-
-/// The same where the step shows it again.
-const FORGOTTEN_WHERE_SHOWN: f64 = 1.065;
-
 impl<U: Unknown<f64>> Arrays<'_, U> {
     /// Takes in the solution of a step.
     #[allow(clippy::inline_always)] // part of every step
@@ -260,22 +244,6 @@ impl<U: Unknown<f64>> Arrays<'_, U> {
             z,
         );
         self.determinants.push();
-    }
-
-    /// Takes in how small a first update would have had to be to be the last, NaN where it was. What past steps have shown is forgotten little by
-    /// little.
-    #[allow(clippy::inline_always)] // part of every step
-    #[inline(always)]
-    pub fn learn(&mut self, enough: f64) {
-        let last = *self.last_update;
-        let next = if enough.is_nan() {
-            FORGOTTEN * last
-        } else {
-            (FORGOTTEN_WHERE_SHOWN * last)
-                .min(enough)
-                .max(SMALLEST_LAST_UPDATE)
-        };
-        *self.last_update = next.min(LARGEST_LAST_UPDATE);
     }
 
     /// The unknowns of the next step; `None` without a past.
@@ -348,7 +316,6 @@ impl Predictor {
             past,
             natural: None,
             determinants: Determinants::UNKNOWN,
-            last_update: LAST_UPDATE,
         }
     }
 
@@ -388,7 +355,6 @@ impl Predictor {
             scales,
             determinants: &mut self.determinants,
             natural: self.natural.as_deref(),
-            last_update: &mut self.last_update,
         };
         Some(arrays)
     }

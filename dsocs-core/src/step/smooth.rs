@@ -30,8 +30,6 @@ pub(crate) struct Rows<'a, S: System<N>, const N: usize> {
     constants: &'a S::Constants<f64>,
     known: S::Known<f64>,
     past_is_short: bool,
-    /// How small a first update has to be to be the last.
-    last_update: f64,
     /// What the rows of the last step were multiplied by; NaN where it is not known.
     last_scales: S::Unknown<f64>,
     /// What those of this step are multiplied by, where it was looked at.
@@ -54,11 +52,6 @@ impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
     #[inline(always)]
     fn past_is_short(&self) -> bool {
         self.past_is_short
-    }
-
-    #[inline(always)]
-    fn last_update(&self) -> f64 {
-        self.last_update
     }
 
     #[inline(always)]
@@ -122,7 +115,6 @@ impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
     #[inline(always)]
     pub fn push(&self, past: &mut Arrays<'_, U>) {
         past.push(&self.root.z);
-        past.learn(self.root.enough);
         *past.scales = self.scales;
     }
 }
@@ -142,7 +134,6 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
             constants,
             known: system.known(constants, leg),
             past_is_short,
-            last_update: *past.last_update,
             last_scales: *past.scales,
             scales: Cell::new(*past.scales),
         }

@@ -195,12 +195,7 @@ impl<const N: usize> Chain<N> {
         let size = std::array::from_fn(|i| self.history.size[i].max(SECOND_DIFFERENCE * d[i].abs()));
         let guess = self.history.predict();
         let guess = if guess[0].is_nan() { [0.0; N] } else { guess };
-        let (e, iterations) = solve(
-            |e| constants.update(&known, e),
-            guess,
-            size,
-            &mut self.history.last_update,
-        )?;
+        let (e, iterations) = solve(|e| constants.update(&known, e), guess, size)?;
         self.path.advance(e);
         if !self.path.q.iter().all(|q| q.is_finite()) {
             return None;

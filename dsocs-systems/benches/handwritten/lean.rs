@@ -4,7 +4,7 @@
 use dsocs_core::__private::Unknown;
 use dsocs_core::{Leg, System};
 
-use super::{Path, SECOND_DIFFERENCE, SETTLED};
+use super::{LAST_UPDATE, Path, SECOND_DIFFERENCE, SETTLED};
 
 /// What the seldom code of a library would see of a run: slices.
 pub trait Kernel {
@@ -33,7 +33,6 @@ pub struct Lean<'s, S: System<N>, const N: usize> {
     determinants: [f64; 3],
     steady: bool,
     scales: S::Unknown<f64>,
-    last_update: f64,
 }
 
 impl<'s, S: System<N>, const N: usize> Lean<'s, S, N> {
@@ -57,7 +56,6 @@ impl<'s, S: System<N>, const N: usize> Lean<'s, S, N> {
             determinants: [f64::NAN; 3],
             steady: false,
             scales: nothing,
-            last_update: 1e-9,
         }
     }
 
@@ -135,23 +133,12 @@ impl<'s, S: System<N>, const N: usize> Lean<'s, S, N> {
                 return false;
             }
             let settled = if evaluations == 1 {
-                small(&update, &z, &size, self.last_update)
+                small(&update, &z, &size, LAST_UPDATE)
             } else {
                 SETTLED.iter().any(|&(largest, smallest)| {
                     small(&update, &z, &size, largest) && !small(&before, &z, &size, smallest)
-                }) || evaluations > 3 && small(&update, &z, &size, 1e-9)
+                }) || evaluations > 3 && small(&update, &z, &size, LAST_UPDATE)
             };
-            if evaluations == 2 && settled {
-                let [first, second] = [&before, &update].map(|update| relative(update, &z, &size));
-                let left = if second <= 2.0 * f64::EPSILON {
-                    1.0
-                } else {
-                    (1e-16 / (4.0 * second)).sqrt()
-                };
-                self.last_update = (1.065 * self.last_update).min(left * first).clamp(1e-11, 1e-8);
-            } else if settled {
-                self.last_update = (1.01 * self.last_update).min(1e-8);
-            }
             let next = z.zip(&update, |z, update| z + update);
             if settled {
                 if !self.is_declared(&known, &z, &next) {

@@ -79,8 +79,6 @@ fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
 struct History<const M: usize> {
     differences: [[f64; M]; 6],
     size: [f64; M],
-    /// A first update of this size is the last, as past steps have shown.
-    last_update: f64,
 }
 
 impl<const M: usize> History<M> {
@@ -88,7 +86,6 @@ impl<const M: usize> History<M> {
         Self {
             differences: [[f64::NAN; M]; 6],
             size: [0.0; M],
-            last_update: LAST_UPDATE,
         }
     }
 
@@ -159,23 +156,14 @@ fn solve<const N: usize>(
     update_at: impl Fn([f64; N]) -> [f64; N],
     e: [f64; N],
     size: [f64; N],
-    last_update: &mut f64,
 ) -> Option<([f64; N], u32)> {
     let first = update_at(e);
     let next = moved(e, 1.0, first);
-    if small(first, e, size, *last_update) {
-        *last_update = (1.01 * *last_update).min(1e-8);
+    if small(first, e, size, LAST_UPDATE) {
         return Some((next, 1));
     }
     let second = update_at(next);
     if settled((e, first), (next, second), size) {
-        let [before, after] = [first, second].map(|update| relative(update, next, size));
-        let left = if after <= 2.0 * f64::EPSILON {
-            1.0
-        } else {
-            (1e-16 / (4.0 * after)).sqrt()
-        };
-        *last_update = (1.065 * *last_update).min(left * before).clamp(1e-11, 1e-8);
         return Some((moved(next, 1.0, second), 2));
     }
     iterate(update_at, (next, second), size)

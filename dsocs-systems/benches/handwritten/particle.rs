@@ -78,7 +78,7 @@ impl<K: Fn(f64, f64) -> f64> Particle<K> {
         let size = [0, 1].map(|i| self.history.size[i].max(SECOND_DIFFERENCE * d[i].abs()));
         let guess = self.history.predict();
         let guess = if guess[0].is_nan() { [0.0; 2] } else { guess };
-        let (e, iterations) = solve(|e| known.update(e), guess, size, &mut self.history.last_update)?;
+        let (e, iterations) = solve(|e| known.update(e), guess, size)?;
         self.path.advance(e);
         if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
             return None;

@@ -108,8 +108,7 @@ impl Pendulum {
         let size = self.history.size[0].max(SECOND_DIFFERENCE * self.path.d[0].abs());
         let [guess] = self.history.predict();
         let guess = if guess.is_nan() { 0.0 } else { guess };
-        let last_update = &mut self.history.last_update;
-        let ([z], iterations) = solve(|[z]| [constants.update(&known, z)], [guess], [size], last_update)?;
+        let ([z], iterations) = solve(|[z]| [constants.update(&known, z)], [guess], [size])?;
         self.path
             .advance([z, constants.wheel[0] * known.sine - constants.wheel[1] * z]);
         if !(self.path.q[0].is_finite() && self.path.q[1].is_finite()) {
