@@ -133,6 +133,5 @@ pub use choose::Roots;
 use discrete::{Discrete, values_of};
 pub use forces::multipliers;
 pub(crate) use inputs::works;
-pub(crate) use unresolved::FORESEEN;
 #[cfg(test)]
 mod tests;

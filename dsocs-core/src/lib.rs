@@ -169,7 +169,7 @@ pub mod __private {
     pub use crate::compiled::{Compiled, Report};
     pub use crate::declaration::Declaration;
     pub use crate::dual::{Dual, Part};
-    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel, Told, compiled as kernel};
+    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel, Told};
     pub use crate::lanes::Lanes;
     pub use crate::point::{AnyLeg, AnyPoint, OwnedPoint};
     pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
@@ -188,6 +188,12 @@ pub mod __private {
     pub use crate::taylor::kernel::{Table, add_product, newest, weighted};
     pub use crate::taylor::orders::RECIPROCALS;
     pub use crate::taylor::solve::{Accelerations, back};
+
+    /// What the attribute writes behind a kernel.
+    pub mod kernel {
+        pub use crate::kernel::compiled::*;
+        pub use crate::step::smooth::smooth;
+    }
 
     /// Computes a part of a long method in a function of its own.
     #[inline(never)]

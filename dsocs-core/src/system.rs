@@ -1,13 +1,16 @@
 //! What a system is to its user.
 
+use crate::array::Array;
 use crate::compiled::Compiled;
 use crate::declaration::Declaration;
 use crate::kernel::Kernel;
 use crate::multipliers;
 use crate::point::{Leg, Point, sized};
 use crate::quantity::Quantity;
+use crate::tape::Shape;
 use crate::tape::Symmetry;
 use crate::taylor::jets::Jets;
+use std::borrow::Cow;
 
 /// A discrete second order constrained Lagrangian system with `N` coordinates. The attribute `#[dsocs]` implements it.
 ///
@@ -140,4 +143,38 @@ fn differences<const N: usize>(t: f64, [q0, q1, q2]: &[[f64; N]; 3]) -> (Leg<f64
     let d: [f64; N] = core::array::from_fn(|i| q1[i] - q0[i]);
     let e = core::array::from_fn(|i| (q2[i] - q1[i]) - d[i]);
     (Leg { t, q: *q1, d }, e)
+}
+
+impl Shape {
+    /// The shape of a declared type.
+    #[must_use]
+    pub const fn of<S: System<N>, const N: usize>() -> Self {
+        Self {
+            name: Cow::Borrowed(S::NAME),
+            doc: Cow::Borrowed(S::DOC),
+            coordinates: Cow::Borrowed(const { &S::COORDINATES }),
+            parameters: Cow::Borrowed(S::PARAMETERS),
+            observables: Cow::Borrowed(S::OBSERVABLES),
+            increments: N,
+            unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
+            motion: <S::Motion as Array<f64>>::LENGTH,
+            constants: <S::Constants<f64> as Array<f64>>::LENGTH,
+            known: <S::Known<f64> as Array<f64>>::LENGTH,
+            order: S::ORDER,
+            holonomic: S::HOLONOMIC,
+            nonholonomic: S::NONHOLONOMIC,
+            kinematic: S::KINEMATIC,
+            forms: S::FORMS,
+            third_order: Cow::Borrowed(S::THIRD_ORDER),
+            of_positions: Cow::Borrowed(S::OF_POSITIONS),
+            depends_on_time: S::DEPENDS_ON_TIME,
+            external_forces: S::EXTERNAL_FORCES,
+            linear: S::LINEAR,
+            jumps: S::JUMPS,
+            piecewise: S::PIECEWISE,
+            scaled: S::SCALED,
+            divided: S::DIVIDED,
+            symmetry: S::SYMMETRY,
+        }
+    }
 }

@@ -12,16 +12,13 @@ use crate::solve::Vector;
 use crate::start;
 use crate::step::newton::Stop;
 use crate::step::predictor;
+use crate::step::smooth::FORESEEN;
 
 /// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// In so many equal parts a step is divided to tell whether its acceleration jumps.
 const PLACES: u8 = 16;
-
-/// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
-/// changes as predicted has not been switched.
-pub(crate) const FORESEEN: f64 = 0.1;
 
 /// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;

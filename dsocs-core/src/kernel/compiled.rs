@@ -3,14 +3,10 @@
 
 use super::{At, Told};
 use crate::array::Array;
-use crate::compiled::Report;
+use crate::compiled::{Compiled, Report};
 use crate::point::AnyLeg;
 use crate::point::Leg;
-pub use crate::step::smooth::smooth;
 use crate::step::unknown::Linearization;
-use crate::system::System;
-use crate::tape::Shape;
-use std::borrow::Cow;
 
 /// A leg of arrays; of another length, it is none.
 fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
@@ -37,25 +33,25 @@ fn write(out: &mut [f64], numbers: &[f64]) {
     }
 }
 
-pub fn constants<S: System<N>, const N: usize>(system: &S, parameters: &[f64], h: f64, out: &mut [f64]) {
+pub fn constants<S: Compiled<N>, const N: usize>(system: &S, parameters: &[f64], h: f64, out: &mut [f64]) {
     if let Some(parameters) = Array::read(parameters) {
         write(out, system.constants(parameters, h).as_ref());
     }
 }
 
-pub fn remember<S: System<N>, const N: usize>(constants: &mut [f64], past: &[f64]) {
+pub fn remember<S: Compiled<N>, const N: usize>(constants: &mut [f64], past: &[f64]) {
     if let (Some((constants, _)), Some(past)) = (Array::split(constants), past.first_chunk()) {
         S::remember::<f64>(constants, past);
     }
 }
 
-pub fn past<S: System<N>, const N: usize>(constants: &[f64], past: &mut [f64]) {
+pub fn past<S: Compiled<N>, const N: usize>(constants: &[f64], past: &mut [f64]) {
     if let Some(constants) = Array::read(constants) {
         write(past, &S::past::<f64>(constants));
     }
 }
 
-pub fn known<S: System<N>, const N: usize>(
+pub fn known<S: Compiled<N>, const N: usize>(
     system: &S,
     constants: &[f64],
     first: AnyLeg<'_, f64>,
@@ -77,7 +73,7 @@ macro_rules! at {
     };
 }
 
-pub fn linearize<S: System<N>, const N: usize>(
+pub fn linearize<S: Compiled<N>, const N: usize>(
     system: &S,
     at: At<'_>,
     rows: &mut [f64],
@@ -93,31 +89,36 @@ pub fn linearize<S: System<N>, const N: usize>(
     }
 }
 
-pub fn entries<S: System<N>, const N: usize>(system: &S, at: At<'_>, rows: &mut [f64], entries: &mut [f64]) {
+pub fn entries<S: Compiled<N>, const N: usize>(
+    system: &S,
+    at: At<'_>,
+    rows: &mut [f64],
+    entries: &mut [f64],
+) {
     if let (Some(constants), Some(known), Some(z)) = at!(at) {
         write(rows, system.entries(constants, known, z, entries).as_ref());
     }
 }
 
-pub fn scales<S: System<N>, const N: usize>(system: &S, at: At<'_>, scales: &mut [f64]) {
+pub fn scales<S: Compiled<N>, const N: usize>(system: &S, at: At<'_>, scales: &mut [f64]) {
     if let (Some(constants), Some(known), Some(z)) = at!(at) {
         write(scales, system.scales(constants, known, z).as_ref());
     }
 }
 
-pub fn unknown<S: System<N>, const N: usize>(system: &S, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
+pub fn unknown<S: Compiled<N>, const N: usize>(system: &S, e: &[f64], multipliers: &[f64], z: &mut [f64]) {
     if let Some(e) = e.first_chunk() {
         write(z, system.unknown(e, multipliers).as_ref());
     }
 }
 
-pub fn second_difference<S: System<N>, const N: usize>(system: &S, at: At<'_>, e: &mut [f64]) {
+pub fn second_difference<S: Compiled<N>, const N: usize>(system: &S, at: At<'_>, e: &mut [f64]) {
     if let (Some(constants), Some(known), Some(z)) = at!(at) {
         write(e, &system.second_difference(constants, known, z));
     }
 }
 
-pub fn report<S: System<N>, const N: usize>(
+pub fn report<S: Compiled<N>, const N: usize>(
     system: &S,
     constants: &[f64],
     first: AnyLeg<'_, f64>,
@@ -132,39 +133,5 @@ pub fn report<S: System<N>, const N: usize>(
         put(told.a, &point.a);
         put(told.force, &force);
         (*told.t, *told.energy) = (point.t, energy);
-    }
-}
-
-impl Shape {
-    /// The shape of a declared type.
-    #[must_use]
-    pub const fn of<S: System<N>, const N: usize>() -> Self {
-        Self {
-            name: Cow::Borrowed(S::NAME),
-            doc: Cow::Borrowed(S::DOC),
-            coordinates: Cow::Borrowed(const { &S::COORDINATES }),
-            parameters: Cow::Borrowed(S::PARAMETERS),
-            observables: Cow::Borrowed(S::OBSERVABLES),
-            increments: N,
-            unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,
-            motion: <S::Motion as Array<f64>>::LENGTH,
-            constants: <S::Constants<f64> as Array<f64>>::LENGTH,
-            known: <S::Known<f64> as Array<f64>>::LENGTH,
-            order: S::ORDER,
-            holonomic: S::HOLONOMIC,
-            nonholonomic: S::NONHOLONOMIC,
-            kinematic: S::KINEMATIC,
-            forms: S::FORMS,
-            third_order: Cow::Borrowed(S::THIRD_ORDER),
-            of_positions: Cow::Borrowed(S::OF_POSITIONS),
-            depends_on_time: S::DEPENDS_ON_TIME,
-            external_forces: S::EXTERNAL_FORCES,
-            linear: S::LINEAR,
-            jumps: S::JUMPS,
-            piecewise: S::PIECEWISE,
-            scaled: S::SCALED,
-            divided: S::DIVIDED,
-            symmetry: S::SYMMETRY,
-        }
     }
 }

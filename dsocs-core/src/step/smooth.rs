@@ -15,10 +15,13 @@ use super::sparse::{Product, Update};
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
 use crate::array::Array;
 use crate::compensated::{Compensated, Sum};
-use crate::flow::FORESEEN;
 use crate::point::Leg;
 use crate::step::unknown::Unknown;
 use crate::system::System;
+
+/// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that
+/// changes as predicted has not been switched.
+pub(crate) const FORESEEN: f64 = 0.1;
 
 /// What rows are multiplied by may change by this part of itself from one step to the next; where it changes by more, it is looked at
 /// beside the root, too.

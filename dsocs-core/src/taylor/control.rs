@@ -1,11 +1,33 @@
 //! Order and step: À. Jorba and M. Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
-use super::jets::Sizes;
 use super::orders::{MAX_ORDER, RECIPROCALS};
 use super::series::Series;
 use super::switch::Limits;
 use crate::error::SetupError;
+
+/// What the control of a step asks of its series.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// The size of the velocity.
+    pub velocity: f64,
+    /// The size of the acceleration.
+    pub acceleration: f64,
+    /// The sizes of the last two coefficients of the velocity.
+    pub last: [f64; 2],
+    /// Whether the highest coefficients that are known are in the range of doubles.
+    pub is_in_range: bool,
+}
+
+impl Sizes {
+    /// Those of no series.
+    pub(super) const NONE: Self = Self {
+        velocity: f64::NAN,
+        acceleration: f64::NAN,
+        last: [f64::NAN; 2],
+        is_in_range: false,
+    };
+}
 
 /// The accuracy of a step.
 ///

@@ -5,7 +5,7 @@ use core::iter::FusedIterator;
 
 use super::control::Tolerance;
 use super::integrator::Integrator;
-use super::jets::{Recurrences, SeriesKernel};
+use super::recurrences::{Recurrences, SeriesKernel};
 use crate::compensated::Compensated;
 use crate::error::SetupError;
 use crate::run::{Node, Polynomial, Run, RunError, Stepper};

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use super::flow::AnyTaylorFlow;
 use super::integrator::{Integrator, OnGrid};
-use super::jets::SeriesKernel;
+use super::recurrences::SeriesKernel;
 use crate::dispatch;
 use crate::kernel::Kernel;
 use crate::point::AnyPoint;

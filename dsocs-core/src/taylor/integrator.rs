@@ -3,11 +3,12 @@
 use core::fmt;
 use std::borrow::Cow;
 
+use super::control::Sizes;
 use super::control::{Control, Tolerance, exp2};
 use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
-use super::jets::{SeriesKernel, Sizes};
 use super::order::Order;
 use super::projection::{Projection, size};
+use super::recurrences::SeriesKernel;
 use super::series::Series;
 use super::state::State;
 use super::watch::{self, End, Watch};

@@ -89,6 +89,7 @@ mod moved;
 mod order;
 pub(crate) mod orders;
 mod projection;
+mod recurrences;
 mod series;
 pub(crate) mod solve;
 mod start;

@@ -3,7 +3,7 @@
 //! Series keep these constraints to the tolerance, and what is missing would add up. The correction is the shortest one by a mass
 //! matrix, that of the start: any metric serves, and this one has the units of the coordinates.
 
-use super::jets::SeriesKernel;
+use super::recurrences::SeriesKernel;
 use super::state::State;
 use crate::declaration::Declaration;
 use crate::start;

@@ -9,7 +9,7 @@ use core::cell::Cell;
 use super::Tolerance;
 use super::flow::AnyTaylorFlow;
 use super::jet::{Call, Jet};
-use super::jets::SeriesKernel;
+use super::recurrences::SeriesKernel;
 use super::series::Series;
 use super::state::State;
 use super::switch::Switch;

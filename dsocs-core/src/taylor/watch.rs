@@ -7,8 +7,8 @@
 use std::borrow::Cow;
 
 use super::integrator::Integrator;
-use super::jets::SeriesKernel;
 use super::orders::ROWS;
+use super::recurrences::SeriesKernel;
 use super::switch::{Reach, Switch};
 use crate::run::roots::Crossing;
 

@@ -1,0 +1,281 @@
+//! The recurrences of a system without its type.
+//!
+//! Only the expansion, and the step along it, are compiled for each system, for each kind of machine. The integrator, the grid of output times,
+//! events and errors are compiled once and reach them by virtual calls, which cost some nanoseconds of a microsecond.
+
+use std::borrow::Cow;
+
+use super::control::{self, Sizes};
+use super::jets::Jets;
+use super::orders::MAX_ORDER;
+use super::series::{self, Rows, Series};
+use super::state::State;
+use super::switch::{Switch, Switches};
+use crate::declaration::Declaration;
+use crate::dispatch::{self, Work};
+use crate::kernel::Kernel;
+use crate::system::System;
+
+/// The series of a declared system without its type, and what its recurrences keep: what the integrator asks of it. All vectors are slices.
+pub(crate) trait SeriesKernel {
+    /// The system.
+    fn kernel(&self) -> &dyn Kernel;
+
+    /// The values of its parameters.
+    fn values(&self) -> &[f64];
+
+    /// Gives the parameters other values. The next series begins anew.
+    fn set_values(&mut self, values: &[f64]);
+
+    /// The Taylor coefficients of the motion from the point where the series begins.
+    fn expand(&mut self, series: &mut Series);
+
+    /// Goes a time `h` along a series: adds the increments to the sums of a state, and takes the acceleration there.
+    fn along(&self, series: &Series, h: f64, from: &State, to: &mut State);
+
+    /// Begins a series at a time and a state, and expands it there.
+    fn begin(&mut self, series: &mut Series, t: f64, state: &State) {
+        series.begin(t, state.q(), state.v());
+        series.expect(state.a());
+        self.expand(series);
+    }
+
+    /// What the control of a step of the order `p` asks of its series, with components multiplied by weights.
+    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
+        let size = |k: usize| control::size(series.velocity_of(k), weights);
+        Sizes {
+            velocity: size(0),
+            acceleration: size(1),
+            last: [size(p - 1), size(p)],
+            is_in_range: series.is_in_range(),
+        }
+    }
+
+    /// The size of the acceleration with which a series begins, and of its difference from another one.
+    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
+        let own = series.velocity_of(1);
+        [control::size(own, weights), control::distance(own, a, weights)]
+    }
+
+    /// What the switches are: those of the declaration, then one for each group of the user's functions. Those where a smooth function is steep
+    /// have no names.
+    fn switches(&self) -> &[&'static str];
+
+    /// How many groups of switches there are.
+    fn groups(&self) -> usize;
+
+    /// A group of switches: those of the declaration, which are the places of steep functions if there are no pieces, then those of each call.
+    fn group(&mut self, group: usize) -> &mut [Switch];
+
+    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    fn enter(&mut self) -> bool;
+
+    /// The declaration, with the values of the parameters.
+    fn declaration(&self) -> Declaration<'_> {
+        Declaration::of(self.kernel()).with(self.values())
+    }
+
+    /// What constraints of lower order ask of a position or of a velocity, with the derivatives by its components, row by row.
+    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64], &[f64]), out: &mut [f64]) {
+        self.declaration().phase_slopes(of_velocity, t, q, v, out);
+    }
+}
+
+impl dyn SeriesKernel + '_ {
+    /// Whether a sign may decide between pieces.
+    pub(super) fn has_pieces(&self) -> bool {
+        self.switches().iter().any(|name| !name.is_empty())
+    }
+
+    /// The same of the declaration, or of a function of the user's at the last point of expansion.
+    pub(super) fn has_pieces_here(&mut self) -> bool {
+        let groups = self.groups();
+        let names = self.switches();
+        let declared = names.len().saturating_sub(groups.saturating_sub(1));
+        names[..declared].iter().any(|name| !name.is_empty())
+            || (1..groups).any(|group| !self.group(group).is_empty())
+    }
+
+    /// What a switch is.
+    pub(super) fn switch(&self, group: usize, place: usize) -> Cow<'static, str> {
+        // functions stand at the end, one for each group but the first
+        let functions = self.groups().saturating_sub(1);
+        let names = self.switches();
+        let place = match group {
+            0 => place,
+            _ => names.len().saturating_sub(functions) + group - 1,
+        };
+        Cow::Borrowed(names.get(place).copied().unwrap_or("an expression"))
+    }
+}
+
+/// The recurrences that the attribute writes, and what they keep.
+pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
+    /// The system.
+    system: &'s S,
+    /// The values of its parameters.
+    values: S::Parameters<f64>,
+    /// What they decide.
+    fixed: S::Fixed<f64>,
+    /// What is kept of the orders before.
+    table: S::Table<f64>,
+    /// Whether the instructions of all machines are used, so that the results are the same on all.
+    rounded: bool,
+}
+
+impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
+    /// The recurrences of a system with the values that its parameters have now; the results are the same on all machines if `rounded`.
+    pub(super) fn new(system: &'s S, rounded: bool) -> Self {
+        let values = system.parameters();
+        Self {
+            fixed: system.fixed(&values),
+            values,
+            system,
+            table: Default::default(),
+            rounded,
+        }
+    }
+}
+
+impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
+    fn kernel(&self) -> &dyn Kernel {
+        self.system.kernel()
+    }
+
+    fn values(&self) -> &[f64] {
+        self.values.as_ref()
+    }
+
+    fn set_values(&mut self, values: &[f64]) {
+        for (own, value) in self.values.as_mut().iter_mut().zip(values) {
+            *own = *value;
+        }
+        self.fixed = self.system.fixed(&self.values);
+        self.table = Default::default();
+    }
+
+    fn expand(&mut self, series: &mut Series) {
+        let rounded = self.rounded;
+        let Some(series) = &mut series.rows() else {
+            return; // they have as many coordinates as the system
+        };
+        let expansion = Expansion {
+            recurrences: self,
+            series,
+        };
+        dispatch::run_as(rounded, expansion);
+    }
+
+    fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
+        dispatch::run_as(self.rounded, Along::<N> { series, h, from, to });
+    }
+
+    fn begin(&mut self, series: &mut Series, t: f64, state: &State) {
+        let rounded = self.rounded;
+        if let (Some(series), Some([q, v])) = (&mut series.rows(), state.sized::<N>()) {
+            series.begin(t, &q.hi, &v.hi);
+            series.expect(state.a());
+            let expansion = Expansion {
+                recurrences: self,
+                series,
+            };
+            dispatch::run_as(rounded, expansion);
+        }
+        series.set_time(t);
+    }
+
+    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
+        let mut sizes = Sizes::NONE;
+        if let (Some(weights), Some(v)) = (weights.first_chunk::<N>(), series.velocity_table::<N>()) {
+            let (p, order) = (p.clamp(2, MAX_ORDER), series.order());
+            let size = |k: usize| control::size(&v[k], weights);
+            sizes = Sizes {
+                velocity: size(0),
+                acceleration: size(1),
+                last: [size(p - 1), size(p)],
+                is_in_range: series::is_in_range(&v[order - 1], &v[order]),
+            };
+        }
+        sizes
+    }
+
+    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
+        match (
+            weights.first_chunk::<N>(),
+            a.first_chunk::<N>(),
+            series.velocity_table::<N>(),
+        ) {
+            (Some(weights), Some(a), Some(v)) => [
+                control::size(&v[1], weights),
+                control::distance(&v[1], a, weights),
+            ],
+            _ => [f64::NAN; 2],
+        }
+    }
+
+    fn switches(&self) -> &[&'static str] {
+        S::SWITCHES
+    }
+
+    fn groups(&self) -> usize {
+        S::Table::<f64>::GROUPS
+    }
+
+    fn group(&mut self, group: usize) -> &mut [Switch] {
+        self.table.group(0, group)
+    }
+
+    fn enter(&mut self) -> bool {
+        self.table.enter(0)
+    }
+
+    fn phase_slopes(&self, of_velocity: bool, (t, q, v): (f64, &[f64], &[f64]), out: &mut [f64]) {
+        match (q.first_chunk(), v.first_chunk()) {
+            (Some(q), Some(v)) if const { S::PHASE_SLOPES } => {
+                Jets::phase_slopes(self.system, of_velocity, &self.values, (t, q, v), out);
+            }
+            _ => self.declaration().phase_slopes(of_velocity, t, q, v, out),
+        }
+    }
+}
+
+/// A step along a series.
+struct Along<'a, const N: usize> {
+    series: &'a Series,
+    h: f64,
+    from: &'a State,
+    to: &'a mut State,
+}
+
+impl<const N: usize> Work for Along<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { series, h, from, to } = self;
+        let [dq, dv, a] = series.increments_of::<FUSED, N>(h);
+        if let Some([mut q, mut v]) = from.sized::<N>() {
+            q.add(&dq);
+            v.add(&dv);
+            to.take(&q, &v, &a);
+        }
+    }
+}
+
+/// One expansion.
+struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
+    recurrences: &'a mut Recurrences<'s, S, N>,
+    series: &'a mut Rows<'c, N>,
+}
+
+impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Recurrences {
+            system, fixed, table, ..
+        } = self.recurrences;
+        system.expand::<f64, FUSED>(fixed, self.series, table);
+    }
+}
