@@ -5,17 +5,17 @@ use core::num::NonZeroU64;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::declaration::Declaration;
 use crate::error::SetupError;
 use crate::flow::discrete::check;
-use crate::instructions::Instructions;
 use crate::kernel::Kernel;
-use crate::lanes::LANES;
+use crate::kernel::course::MAX_ITERATIONS;
+use crate::number::instructions::Instructions;
+use crate::number::lanes::LANES;
 use crate::run::{AnyNode, Failure, InputError, Node, Observer, RunError, Trajectory, inputs};
 use crate::start::{Given, Start};
-use crate::step::course::MAX_ITERATIONS;
 use crate::system::System;
 use crate::tape::Shape;
+use crate::tape::declaration::Declaration;
 use crate::threads::Threads;
 
 mod block;

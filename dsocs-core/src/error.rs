@@ -1,18 +1,21 @@
 //! What can go wrong, where, and what to try.
 
+pub(crate) mod series;
+pub(crate) mod stage;
+
 use core::fmt;
 use std::borrow::Cow;
 
 use thiserror::Error;
 
-use crate::composition::Composition;
-use crate::deficiency::{Deficiency, DependentRow};
-use crate::failure::{History, NewtonFailure, StepFailure};
-use crate::message::{Magnitude, Numbers, Rounded, Short};
+use crate::error::series::SeriesError;
+use crate::number::composition::Composition;
+use crate::number::message::{Magnitude, Numbers, Rounded, Short};
 use crate::regularity::Regularity;
+use crate::regularity::deficiency::{Deficiency, DependentRow};
+use crate::regularity::undefined::Undefined;
+use crate::solve::failure::{History, NewtonFailure, StepFailure};
 use crate::tape::Symmetry;
-use crate::taylor::SeriesError;
-use crate::undefined::Undefined;
 
 /// A failed iteration, after what the equations leave open, or what in them has no value, if that is why.
 struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);

@@ -4,8 +4,8 @@ use core::fmt;
 use core::iter::FusedIterator;
 
 use crate::error::SetupError;
-use crate::point::Leg;
-use crate::point::sized;
+use crate::number::point::Leg;
+use crate::number::point::sized;
 use crate::run::{Inputs, Node, Run, RunError, Stepper};
 use crate::start::Start;
 use crate::system::System;

@@ -54,7 +54,7 @@ mod theorem;
 mod written;
 
 #[allow(unused_imports)] // named in the documentation
-use crate::{point::Leg, system::System, tangent::Tangent};
+use crate::{number::point::Leg, number::tangent::Tangent, system::System};
 
 pub use admissible::admissible_variations;
 pub use continuous::{Variation, canonical_form, constraint_force, legendre, motion, motion_near, variation};
@@ -74,7 +74,7 @@ pub use split::{constraint_multipliers, continuous_multipliers};
 pub use theorem::FlowTheorem;
 pub use written::{rows_of_four_written, rows_of_written};
 
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
 
 /// A coordinate whose increment is shorter than this part of the longest stands still.
 const STILL: f64 = 1e-3;

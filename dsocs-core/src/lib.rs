@@ -84,109 +84,114 @@
 #[cfg(test)]
 extern crate self as dsocs_core;
 
-mod array;
-mod bounded;
-mod compensated;
-mod compiled;
-mod composition;
-mod declaration;
-mod deficiency;
-mod dense;
-mod derivative;
-mod dispatch;
-mod double;
-mod dual;
-mod ensemble;
-mod error;
-mod failure;
-mod flow;
-pub mod geometry;
-mod instructions;
-mod kernel;
-mod lanes;
-mod lengths;
-mod message;
-mod multipliers;
-mod point;
-pub mod prelude;
-mod quantity;
-mod real;
-mod regularity;
-mod rounding;
-mod run;
-mod samples;
-mod scalar;
-mod sides;
+// From below to above: a folder knows those before it, and none of those after it.
+
+// numbers of all kinds; linear and nonlinear equations; Taylor series
+mod number;
+
 mod solve;
-mod stacked;
-mod start;
-mod step;
-mod sticking;
-mod system;
-mod tangent;
+
+mod series;
+
+// a declaration: as bytes, and as generated code
 mod tape;
+
+mod kernel;
+
+// what can be said of its equations, and what can go wrong
+mod regularity;
+
+mod error;
+
+// what its user sees of it
+mod system;
+
+// one step, and a run of steps
+mod start;
+
+mod step;
+
+mod run;
+
+// methods
+mod flow;
+
+mod composition;
+
+mod ensemble;
+
+mod derivative;
+
 pub mod taylor;
+
+// and beside them
+pub mod geometry;
+
+pub mod prelude;
+
+mod samples;
+
+mod threads;
+
 #[cfg(test)]
 mod testing;
-mod threads;
-mod undefined;
 
 pub use dsocs_macros::{dsocs, statements};
 
+pub use crate::number::dual::Dual;
+pub use crate::number::instructions::Instructions;
+pub use crate::number::point::{AnyLeg, AnyPoint, Leg, OwnedLeg, OwnedPoint, Point};
+pub use crate::number::real::Real;
+pub use crate::regularity::deficiency::{Deficiency, DependentRow};
+pub use crate::regularity::undefined::Undefined;
+pub use crate::solve::failure::{NewtonFailure, StepFailure};
+pub use crate::solve::newton::Stop;
+pub use crate::tape::declaration::Declaration;
+pub use crate::tape::quantity::Quantity;
 pub use composition::{ComposedFlow, Composition, FailedStage, StageError, StageFailure};
-pub use declaration::Declaration;
-pub use deficiency::{Deficiency, DependentRow};
 pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
-pub use dual::Dual;
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, SetupError, StepError, Violation};
-pub use failure::{NewtonFailure, StepFailure};
 pub use flow::{AnyFlow, Flow, Roots, multipliers};
-pub use instructions::Instructions;
 pub use kernel::{At, Kernel, Told};
-pub use point::{AnyLeg, AnyPoint, Leg, OwnedLeg, OwnedPoint, Point};
-pub use quantity::Quantity;
-pub use real::Real;
 pub use regularity::Regularity;
 pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock, End,
-    Estimates, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, NodeMut, Observer, Occurrence,
-    OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved,
-    Verdict, Visitor, on_event,
+    Event, Events, FailedEvent, Failure, InputError, Inputs, Node, NodeMut, Observer, Occurrence, OnEvent,
+    OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved, Verdict,
+    Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};
-pub use step::newton::Stop;
 pub use step::{Guess, StepReport};
 pub use system::System;
 pub use tape::{Shape, Symmetry};
-pub use taylor::{FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
-pub use undefined::Undefined;
+pub use taylor::{Estimates, FailedSeries, Jump, SeriesError, SeriesFailure, TaylorFlow, Tolerance};
 
 /// What generated code needs beside the public items; no part of the interface.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::compiled::{Compiled, Report};
-    pub use crate::declaration::Declaration;
-    pub use crate::dual::{Dual, Part};
+    pub use crate::kernel::course::Course;
+    pub use crate::kernel::generated::{Compiled, Report};
+    pub use crate::kernel::jets::Jets;
+    pub use crate::kernel::question::{Halt, Question};
     pub use crate::kernel::{At, Kernel, TapeError, TapeKernel, Told};
-    pub use crate::lanes::Lanes;
-    pub use crate::point::{AnyLeg, AnyPoint, OwnedPoint};
-    pub use crate::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
+    pub use crate::number::dual::{Dual, Part};
+    pub use crate::number::lanes::Lanes;
+    pub use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
+    pub use crate::number::real::generic::{call_1, call_2, call_3, call_4, call_5, call_6};
+    pub use crate::number::scalar::Scalar;
+    pub use crate::number::tangent::{Tangent, Tangent2};
     pub use crate::run::held_value;
-    pub use crate::scalar::Scalar;
-    pub use crate::step::course::Course;
-    pub use crate::step::question::{Halt, Question};
-    pub use crate::step::sparse::Sparse;
-    pub use crate::step::unknown::{Linearization, Unknown};
-    pub use crate::tangent::{Tangent, Tangent2};
+    pub use crate::series::coefficient::Coefficient;
+    pub use crate::series::orders::RECIPROCALS;
+    pub use crate::series::rows::Rows;
+    pub use crate::series::sums::{Table, add_product, newest, weighted};
+    pub use crate::solve::sparse::Sparse;
+    pub use crate::solve::unknown::{Linearization, Unknown};
     pub use crate::tape::Shape;
+    pub use crate::tape::declaration::Declaration;
     pub use crate::tape::{Number, Source, Tape};
-    pub use crate::taylor::Rows;
-    pub use crate::taylor::coefficient::Coefficient;
-    pub use crate::taylor::jets::Jets;
-    pub use crate::taylor::kernel::{Table, add_product, newest, weighted};
-    pub use crate::taylor::orders::RECIPROCALS;
     pub use crate::taylor::solve::{Accelerations, back};
 
     /// What the attribute writes behind a kernel.

@@ -3,9 +3,10 @@
 //! It has the attribute, the methods, the trait with the functions that drive a run ([`Stepper`]), and the types of their arguments and
 //! results.
 
-pub use crate::composition::{ComposedFlow, Composition};
+pub use crate::composition::ComposedFlow;
 pub use crate::ensemble::Ensemble;
 pub use crate::flow::Flow;
+pub use crate::number::composition::Composition;
 pub use crate::run::{
     Event, Events, Inputs, Node, Observer, Occurrence, RunError, Stepper, Trajectory, on_event,
 };

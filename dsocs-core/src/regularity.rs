@@ -4,16 +4,24 @@
 //! by the first node of a triple, be injective. With as many rows as coordinates they are square matrices, and how far they
 //! are from singular is told by their smallest singular values.
 
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
+pub(crate) mod deficiency;
+pub(crate) mod lengths;
+pub(crate) mod multipliers;
+pub(crate) mod rounding;
+pub(crate) mod sides;
+pub(crate) mod stacked;
+pub(crate) mod sticking;
+pub(crate) mod undefined;
+
 use crate::kernel::Kernel;
-use crate::lengths::{measured, weights};
-use crate::multipliers::of_step;
-use crate::point::{AnyLeg, OwnedLeg, map};
-use crate::rounding;
-use crate::scalar::Scalar as _;
-use crate::stacked::{of_first_pair, stacked};
-use crate::tangent::Tangent;
+use crate::number::point::{AnyLeg, OwnedLeg, map};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::lengths::{measured, weights};
+use crate::regularity::multipliers::of_step;
+use crate::regularity::stacked::{of_first_pair, stacked};
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
 
 /// A singular value below this many units of rounding, relative to the largest, is zero for all that can be told.
 const ROUNDINGS: f64 = 64.0;

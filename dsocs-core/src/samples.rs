@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::real::Real;
+use crate::number::real::Real;
 
 /// A function of one variable through given samples, with straight lines or a cubic spline between them. A sample is a place (a value of the
 /// argument) and the value of the function there.
@@ -215,7 +215,7 @@ fn tangents(lengths: &[f64], chords: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dual::Dual;
+    use crate::number::dual::Dual;
 
     #[test]
     fn a_spline_through_a_cubic_is_the_cubic() {

@@ -1,15 +1,15 @@
 //! What a system is to its user.
 
-use crate::array::Array;
-use crate::compiled::Compiled;
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::multipliers;
-use crate::point::{Leg, Point, sized};
-use crate::quantity::Quantity;
+use crate::kernel::generated::Compiled;
+use crate::kernel::jets::Jets;
+use crate::number::array::Array;
+use crate::number::point::{Leg, Point, sized};
+use crate::regularity::multipliers;
 use crate::tape::Shape;
 use crate::tape::Symmetry;
-use crate::taylor::jets::Jets;
+use crate::tape::declaration::Declaration;
+use crate::tape::quantity::Quantity;
 use std::borrow::Cow;
 
 /// A discrete second order constrained Lagrangian system with `N` coordinates. The attribute `#[dsocs]` implements it.

@@ -12,10 +12,11 @@
 
 use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
-use crate::point::{AnyLeg, AnyPoint, OwnedLeg};
+use crate::kernel::course::MAX_ITERATIONS;
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg};
 use crate::solve::{Square, Vector};
-use crate::step::course::MAX_ITERATIONS;
-use crate::step::{Guess, Step, StepReport};
+use crate::step::Step;
 
 /// A leg so many times as short as the one in question goes back to no singularity.
 const SHORT: f64 = 1.0 / (1 << 20) as f64;

@@ -4,12 +4,12 @@ use core::fmt;
 use core::iter::FusedIterator;
 use std::sync::Arc;
 
-use super::method::Composition;
 use super::run::Composed;
 use super::stages::Of;
 use crate::error::SetupError;
 use crate::flow::discrete::values_of;
-use crate::point::sized;
+use crate::number::composition::Composition;
+use crate::number::point::sized;
 use crate::run::{Inputs, Node, Run, RunError, Stepper};
 use crate::start::Start;
 use crate::system::System;

@@ -49,13 +49,11 @@
 //! that it causes.
 
 mod backward;
-mod error;
 mod flow;
-mod method;
 mod momenta;
 mod run;
 mod stages;
 
-pub use error::{FailedStage, StageError, StageFailure};
+pub use crate::error::stage::{FailedStage, StageError, StageFailure};
+pub use crate::number::composition::Composition;
 pub use flow::ComposedFlow;
-pub use method::Composition;

@@ -15,16 +15,16 @@
 #![allow(clippy::needless_range_loop)] // matrices are filled by row and column
 
 use super::backward::{MANY, is_same, little_by_little};
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::failure::{NewtonFailure, StepFailure};
-use crate::point::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
-use crate::scalar::Scalar as _;
+use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, OwnedPoint, map};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::solve::predictor::Predictor;
+use crate::solve::sum::Sum;
 use crate::solve::{Square, Vector, is_finite};
 use crate::start;
-use crate::step::predictor::Predictor;
-use crate::tangent::Tangent;
+use crate::tape::declaration::Declaration;
 
 /// The most iterations of Newton's method for a leg.
 const MAX_ITERATIONS: u32 = 25;

@@ -5,28 +5,30 @@
 use std::sync::Arc;
 
 use super::backward;
-use super::error::{FailedStage, StageError, StageFailure};
-use super::method::Composition;
 use super::momenta::{self, Momenta};
 use super::stages::{Course, Stage, Stages, State};
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::failure::NewtonFailure;
+use crate::error::stage::{FailedStage, StageError, StageFailure};
 use crate::flow::discrete::{check, constants_of, copy};
 use crate::kernel::Kernel;
-use crate::point::{AnyPoint, OwnedLeg};
+use crate::kernel::clock::Clock;
+use crate::kernel::course::MAX_ITERATIONS;
+use crate::kernel::course::past_is_short;
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::composition::Composition;
+use crate::number::point::{AnyPoint, OwnedLeg};
 use crate::regularity::Regularity;
-use crate::run::{AnyNode, Clock, NodeMut, Run, RunError};
+use crate::run::{AnyNode, NodeMut, Run, RunError};
 use crate::solve::Vector;
+use crate::solve::failure::NewtonFailure;
+use crate::solve::newton::Stop;
+use crate::solve::predictor::Predictor;
+use crate::solve::sum::Sum;
 use crate::start::Begins;
 use crate::start::{self, Given, Phase};
-use crate::step::course::MAX_ITERATIONS;
-use crate::step::course::past_is_short;
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::{Failing, Guess, Step, StepReport};
+use crate::step::{Failing, Step};
 use crate::tape::Symmetry;
+use crate::tape::declaration::Declaration;
 
 /// A run by a composed step.
 #[derive(Clone)]

@@ -1,17 +1,19 @@
 //! The stages of a composed step where all of them are smooth: compiled for every declared type that is composed, and for no other.
 
-use crate::array::Array;
-use crate::compensated::{Compensated, Sum};
-use crate::point::Leg;
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::run::Clock;
+use crate::kernel::clock::Clock;
+use crate::kernel::course::past_is_short;
+use crate::kernel::question::Question;
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::array::Array;
+use crate::number::compensated::Compensated;
+use crate::number::point::Leg;
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::solve::newton::Stop;
+use crate::solve::predictor::PAST;
+use crate::solve::predictor::Predictor;
+use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
-use crate::step::course::past_is_short;
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::question::Question;
 use crate::step::smooth::{Rows, read, write};
-use crate::step::{Guess, PAST, StepReport};
 use crate::system::System;
 
 /// The current node.

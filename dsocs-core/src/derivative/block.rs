@@ -4,8 +4,8 @@
 #![allow(clippy::inline_always)]
 
 use super::kept::Recorded;
-use crate::declaration::Declaration;
-use crate::dispatch::{self, Work};
+use crate::number::dispatch::{self, Work};
+use crate::tape::declaration::Declaration;
 use crate::tape::{Differential, Eight, Input, Leaf, Part, Room, Segment, Sweeps, Tape};
 
 /// The meaning of an input of a differential in a step.

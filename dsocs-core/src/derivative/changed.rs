@@ -1,12 +1,12 @@
 //! The derivatives of the step whose middle node is where inputs change their values.
 
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
 use crate::flow::works;
-use crate::multipliers;
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::multipliers;
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
 
 /// The number of Newton steps for the multipliers.
 const MAX_ITERATIONS: u32 = 20;

@@ -4,8 +4,8 @@ use super::block::{Block, Role, Rooms};
 use super::error::DerivativeError;
 use super::motion::{Motion, Piece, Recording};
 use super::path::{Path, parameter};
-use crate::point::Point;
-use crate::point::{AnyPoint, sized};
+use crate::number::point::Point;
+use crate::number::point::{AnyPoint, sized};
 use crate::start::StartOrder;
 use crate::tape::Eight;
 

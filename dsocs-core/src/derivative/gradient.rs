@@ -5,9 +5,9 @@ use super::error::DerivativeError;
 use super::forward::{first_point, point_of};
 use super::motion::{Motion, Piece, Recording};
 use super::path::Path;
-use crate::dual::Dual;
-use crate::point::Point;
-use crate::point::{AnyPoint, sized};
+use crate::number::dual::Dual;
+use crate::number::point::Point;
+use crate::number::point::{AnyPoint, sized};
 use crate::start::StartOrder;
 use crate::tape::Eight;
 

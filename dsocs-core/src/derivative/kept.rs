@@ -4,9 +4,9 @@ use core::ops::Range;
 
 use super::error::DerivativeError;
 use crate::flow::discrete::Discrete;
-use crate::point::AnyLeg;
+use crate::kernel::course::Course;
+use crate::number::point::AnyLeg;
 use crate::run::Run as _;
-use crate::step::course::Course;
 use crate::tape::Eight;
 
 /// The numbers of a step, in the order in which they are kept: the time of the middle node, the node, the increment that led to it, the

@@ -7,9 +7,9 @@ use super::changed::{Change, Changed};
 use super::error::DerivativeError;
 use super::kept::{Checkpoints, Kept};
 use super::start::{Accelerated, Begun, First};
-use crate::declaration::Declaration;
-use crate::quantity::Quantity;
-use crate::run::Clock;
+use crate::kernel::clock::Clock;
+use crate::tape::declaration::Declaration;
+use crate::tape::quantity::Quantity;
 use crate::tape::{Eight, Source};
 
 /// A stretch of a path with constant inputs.

@@ -8,11 +8,11 @@ use super::motion::{Recording, Stretch};
 use super::start::{Accelerated, First};
 use crate::error::SetupError;
 use crate::flow::discrete::{Discrete, values_of};
-use crate::quantity::Quantity;
 use crate::run::{Node, Run, RunError, inputs};
+use crate::solve::newton::Stop;
 use crate::start::{self, Beginning, Start, StartOrder};
-use crate::step::newton::Stop;
 use crate::system::System;
+use crate::tape::quantity::Quantity;
 
 /// A run of a [`Flow`](crate::Flow) whose steps were kept, so that it can be differentiated: forward by [`Path::tangents`], backward by
 /// [`Path::gradient`].

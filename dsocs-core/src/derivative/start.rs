@@ -1,9 +1,9 @@
 //! Derivatives of the first leg, and of the acceleration at the start, by the start and the parameters.
 
 use super::error::DerivativeError;
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
+use crate::solve::dense::Matrix;
 use crate::start::StartOrder;
+use crate::tape::declaration::Declaration;
 use crate::tape::{Eight, Input, Leaf, Part, Room, Segment};
 
 /// The derivatives of an acceleration, or of an increment, by position, velocity and parameters.

@@ -7,14 +7,14 @@ use core::ops::ControlFlow;
 use super::engine::{Common, Engine, LaneKernel, Task, Told};
 use super::held::{self, Change, HeldInputs};
 use super::kept::Kept;
-use crate::declaration::Declaration;
 use crate::flow::discrete::{Discrete, values_of};
-use crate::instructions::Instructions;
 use crate::kernel::Kernel;
-use crate::lanes::LANES;
+use crate::number::instructions::Instructions;
+use crate::number::lanes::LANES;
 use crate::run::{AnyNode, OwnedNode, Run as _, RunError, inputs};
 use crate::start::Given;
 use crate::tape::Shape;
+use crate::tape::declaration::Declaration;
 
 /// What all blocks have in common.
 pub(super) struct Run<'s> {

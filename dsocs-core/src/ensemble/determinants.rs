@@ -1,11 +1,11 @@
-//! The determinants of the rows at the last solutions, in lanes: the rules of [`crate::step::predictor`].
+//! The determinants of the rows at the last solutions, in lanes: the rules of [`crate::solve::predictor`].
 
-// parts of every step, compiled for the machine's own instructions (see [`crate::instructions`])
+// parts of every step, compiled for the machine's own instructions (see [`crate::number::instructions`])
 #![allow(clippy::inline_always)]
 
-use crate::lanes::{LANES, Lanes, Register};
-use crate::scalar::Scalar;
-use crate::step::predictor::{self, Continuation, PAST, STEADY};
+use crate::number::lanes::{LANES, Lanes, Register};
+use crate::number::scalar::Scalar;
+use crate::solve::predictor::{self, Continuation, PAST, STEADY};
 
 /// The determinants at the last solutions, the last first, each lane in a unit of its own; NaN where they are not known.
 #[derive(Clone, Copy)]

@@ -1,6 +1,6 @@
 //! The steps of a block, which are compiled for each kind of register.
 
-// see [`crate::instructions`]
+// see [`crate::number::instructions`]
 #![allow(clippy::inline_always)]
 
 use core::array;
@@ -11,16 +11,17 @@ use wide::f64x8;
 use super::kept::Kept;
 use super::newton::{self, Roots};
 use super::state::{Found, Now};
-use crate::compiled::Report;
-use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
-use crate::lanes::{LANES, Lanes, Mask, Register};
-use crate::point::{Leg, Point};
-use crate::run::{Clock, NodeMut};
-use crate::scalar::Scalar;
-use crate::step::course::SHORT_PAST;
-use crate::step::newton::Stop;
+use crate::kernel::clock::Clock;
+use crate::kernel::course::SHORT_PAST;
+use crate::kernel::generated::Report;
+use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
+use crate::number::lanes::{LANES, Lanes, Mask, Register};
+use crate::number::point::{Leg, Point};
+use crate::number::scalar::Scalar;
+use crate::run::NodeMut;
+use crate::solve::newton::Stop;
+use crate::solve::unknown::{Linearization, Unknown};
 use crate::step::smooth::FORESEEN;
-use crate::step::unknown::{Linearization, Unknown};
 use crate::step::{NEARLY_THE_SAME, SECOND_DIFFERENCE};
 use crate::system::System;
 use crate::tape::Eight;
@@ -132,7 +133,7 @@ impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
         // sparse elimination is a function of its own, which is compiled for no other registers
         #[cfg(target_arch = "x86_64")]
         if const { !S::SPARSE && OTHERS } {
-            use crate::lanes::x86::{Avx2, Avx512};
+            use crate::number::lanes::x86::{Avx2, Avx512};
             if instructions >= Instructions::Avx512
                 && let Some(token) = Avx512::token()
             {

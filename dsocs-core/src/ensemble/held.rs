@@ -1,6 +1,7 @@
 //! Parameters that change during the runs, other ones on each trajectory.
 
-use crate::run::{Clock, held_value};
+use crate::kernel::clock::Clock;
+use crate::run::held_value;
 
 /// A parameter that changes.
 #[derive(Clone, Debug)]

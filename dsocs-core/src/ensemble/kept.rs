@@ -3,10 +3,10 @@
 use wide::f64x8;
 
 use super::determinants::Determinants;
+use crate::kernel::course::Course;
 use crate::solve::Vector;
-use crate::step::convergence::Remembered;
-use crate::step::course::Course;
-use crate::step::predictor::{DIFFERENCES, push_past, size_after};
+use crate::solve::convergence::Remembered;
+use crate::solve::predictor::{DIFFERENCES, push_past, size_after};
 use crate::tape::Eight;
 use crate::tape::Shape;
 
@@ -19,7 +19,7 @@ pub(super) struct Kept {
     unknowns: usize,
     /// The last nodes and the increments that led to them, as sums: the numbers, then what rounding took away.
     pub sums: Vec<Eight>,
-    /// The past solutions: their backward differences, then their sizes (see [`crate::step::predictor`]).
+    /// The past solutions: their backward differences, then their sizes (see [`crate::solve::predictor`]).
     pub past: Vec<Eight>,
     /// The determinants there.
     pub determinants: Determinants<f64x8>,

@@ -1,14 +1,14 @@
-//! Newton's iteration in lanes: the rules of [`crate::step::newton`] where they lead to a root by full updates alone.
+//! Newton's iteration in lanes: the rules of [`crate::solve::newton`] where they lead to a root by full updates alone.
 
-// compiled for the machine's own instructions (see [`crate::instructions`])
+// compiled for the machine's own instructions (see [`crate::number::instructions`])
 #![allow(clippy::inline_always)]
 
-use crate::lanes::{LANES, Lanes, Mask, Register};
-use crate::scalar::Scalar;
-use crate::step::convergence::{LAST_UPDATE, Update, converges};
-use crate::step::newton::{BENT, CLOSE};
+use crate::number::lanes::{LANES, Lanes, Mask, Register};
+use crate::number::scalar::Scalar;
+use crate::solve::convergence::{LAST_UPDATE, Update, converges};
+use crate::solve::newton::{BENT, CLOSE};
+use crate::solve::unknown::{Linearization, Unknown};
 use crate::step::pair::MANY;
-use crate::step::unknown::{Linearization, Unknown};
 
 /// How often the rows are evaluated before the lanes without a root are left to the iteration for one trajectory.
 const MAX_EVALUATIONS: u32 = 8;
@@ -71,16 +71,16 @@ pub(super) trait Equations<R: Register> {
     fn linearize(&self, z: &Self::Z) -> Linearization<Lanes<R>, Self::Z>;
 
     /// Newton's update without the rest of a sparse Jacobian, NaN in lanes where it is no good one, and the determinants
-    /// (see [`crate::step::newton::Equations::sparse_update`]).
+    /// (see [`crate::solve::newton::Equations::sparse_update`]).
     fn sparse_update(&self, z: &Self::Z) -> Option<(Self::Z, Lanes<R>)>;
 
-    /// The lanes in which a root at `z` is one of the declared rows (see [`crate::step::newton::Equations`]).
+    /// The lanes in which a root at `z` is one of the declared rows (see [`crate::solve::newton::Equations`]).
     fn declared(&self, z: &Self::Z, nearby: &Self::Z) -> Mask<R>;
 }
 
 /// Solves equations from `start`, in the lanes of `active`.
 ///
-/// A lane that gets a root gets, after as many evaluations, the root that [`crate::step::newton::solve`] finds. The lanes
+/// A lane that gets a root gets, after as many evaluations, the root that [`crate::solve::newton::solve`] finds. The lanes
 /// that would take part of an update, or stagnate, are left.
 #[inline(always)]
 pub(super) fn solve<R: Register, E: Equations<R>>(
@@ -192,7 +192,7 @@ fn finite<R: Register, U: Unknown<Lanes<R>>>(x: &U) -> Mask<R> {
 }
 
 /// The lanes in which the rows bend on the way to the root, and of these the ones where another root may be close: the rules of
-/// [`crate::step::newton`] for the worst pair of components.
+/// [`crate::solve::newton`] for the worst pair of components.
 #[inline(always)]
 fn questioned<R: Register, U: Unknown<Lanes<R>>>(first: &Iterate<U>, second: &Iterate<U>) -> [Mask<R>; 2] {
     let zero = Lanes::splat(0.0);

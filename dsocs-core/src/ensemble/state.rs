@@ -1,15 +1,15 @@
 //! What the next step of a block depends on, in registers.
 
-// loaded into registers and stored in code that is compiled for them, see [`crate::instructions`]
+// loaded into registers and stored in code that is compiled for them, see [`crate::number::instructions`]
 #![allow(clippy::inline_always)]
 
 use super::determinants::Determinants;
 use super::kept::Kept;
-use crate::compensated::Compensated;
-use crate::lanes::{Lanes, Mask, Register};
-use crate::scalar::Scalar;
-use crate::step::predictor::Differences;
-use crate::step::unknown::Unknown;
+use crate::number::compensated::Compensated;
+use crate::number::lanes::{Lanes, Mask, Register};
+use crate::number::scalar::Scalar;
+use crate::solve::predictor::Differences;
+use crate::solve::unknown::Unknown;
 use crate::tape::Eight;
 
 /// What the next step depends on.
@@ -38,7 +38,7 @@ pub(super) struct Found<U, R, const N: usize> {
     pub z: U,
 }
 
-/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`](crate::step::convergence::Remembered).
+/// The natural sizes of the unknowns, in the lanes where they were needed lately: the rules of [`Remembered`](crate::solve::convergence::Remembered).
 #[derive(Clone, Copy)]
 struct Natural<U, R> {
     /// The lanes, as bits.

@@ -3,9 +3,9 @@ use core::ops::ControlFlow;
 use std::sync::Mutex;
 
 use super::*;
-use crate::failure::StepFailure;
-use crate::instructions::Instructions;
+use crate::number::instructions::Instructions;
 use crate::run::Stepper;
+use crate::solve::failure::StepFailure;
 use crate::testing::{Cliff, Particle};
 
 /// Starts of the particle, slow and fast.

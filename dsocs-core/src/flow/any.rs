@@ -5,7 +5,7 @@ use core::fmt;
 use super::discrete::{Discrete, values_of};
 use crate::error::SetupError;
 use crate::kernel::Kernel;
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
 use crate::run::Run;
 use crate::start::AnyStart;
 

@@ -3,9 +3,9 @@
 use super::Flow;
 use super::discrete::Discrete;
 use crate::error::StepError;
-use crate::point::sized;
+use crate::kernel::report::StepReport;
+use crate::number::point::sized;
 use crate::solve::Vector;
-use crate::step::StepReport;
 
 /// The solutions of a step, as values of its next node.
 #[derive(Clone, Copy, Debug, PartialEq)]

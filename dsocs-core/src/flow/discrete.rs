@@ -4,23 +4,25 @@ use smallvec::smallvec;
 
 use super::inputs::Changed;
 use super::stick::Stuck;
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
 use crate::error::{SetupError, StepError};
-use crate::failure::NewtonFailure;
+use crate::kernel::clock::{Clock, End};
+use crate::kernel::course::{Course, MAX_ITERATIONS, Solved, Third};
+use crate::kernel::question::{Halt, Question};
+use crate::kernel::report::{Guess, StepReport};
 use crate::kernel::{Kernel, Told};
-use crate::point::{AnyLeg, AnyPoint};
+use crate::number::point::{AnyLeg, AnyPoint};
 use crate::regularity::Regularity;
 use crate::run::Unresolved;
-use crate::run::{AnyNode, Clock, End, NodeMut, Run, RunError};
+use crate::run::{AnyNode, NodeMut, Run, RunError};
+use crate::solve::failure::NewtonFailure;
+use crate::solve::newton::Stop;
+use crate::solve::predictor::Predictor;
+use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
 use crate::start::{self, Beginning, Given};
-use crate::step::course::{Course, MAX_ITERATIONS, Solved, Third};
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::question::{Halt, Question};
-use crate::step::{Failing, Guess, Step, StepReport};
+use crate::step::{Failing, Step};
 use crate::tape::Shape;
+use crate::tape::declaration::Declaration;
 
 /// A run by the paper's step.
 #[derive(Clone)]

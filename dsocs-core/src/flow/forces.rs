@@ -1,8 +1,8 @@
 //! Constraint forces, constraint by constraint.
 
-use crate::declaration::Declaration;
 use crate::run::Node;
 use crate::system::System;
+use crate::tape::declaration::Declaration;
 
 /// The multipliers `λ` at a node of any run of the system, one for each constraint. With them the constraint force is
 /// `Q = Σ λ_j α_j`, where `α_j` is the declared form or the form of the constraint's rule (d'Alembert's, Chetaev's). The unit of `λ_j`

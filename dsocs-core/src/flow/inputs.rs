@@ -1,20 +1,21 @@
 //! The step about a node where inputs change.
 
 use super::discrete::{Discrete, constants_of};
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
 use crate::error::StepError;
-use crate::failure::{NewtonFailure, StepFailure};
-use crate::multipliers;
-use crate::point::{AnyLeg, OwnedLeg, map, moved};
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::point::{AnyLeg, OwnedLeg, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::multipliers;
 use crate::run::{InputError, RunError};
-use crate::scalar::Scalar as _;
 use crate::solve::Vector;
+use crate::solve::dense::Matrix;
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::solve::newton::Stop;
+use crate::solve::predictor::Predictor;
 use crate::start;
-use crate::step::newton::Stop;
-use crate::step::predictor::Predictor;
-use crate::step::{Guess, Step, StepReport};
-use crate::tangent::Tangent;
+use crate::step::Step;
+use crate::tape::declaration::Declaration;
 
 /// So often the second difference at a change is improved.
 const MAX_ITERATIONS: u32 = 60;

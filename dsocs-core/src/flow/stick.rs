@@ -1,16 +1,16 @@
-//! Steps of a flow in which something rests where a function jumps; see [`crate::sticking`].
+//! Steps of a flow in which something rests where a function jumps; see [`crate::regularity::sticking`].
 
 use super::discrete::{Discrete, copy};
 use super::inputs::Changed;
-use crate::declaration::Declaration;
 use crate::error::StepError;
-use crate::point::{AnyLeg, AnyPoint};
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::point::{AnyLeg, AnyPoint};
+use crate::regularity::sticking::{self, Contact, Sticking};
 use crate::run::Unresolved;
 use crate::solve::Vector;
+use crate::solve::newton::Stop;
 use crate::start::Beginning;
-use crate::step::newton::Stop;
-use crate::step::{Guess, StepReport};
-use crate::sticking::{self, Contact, Sticking};
+use crate::tape::declaration::Declaration;
 
 /// The sides of functions that jump at the last node.
 #[derive(Clone, Debug)]

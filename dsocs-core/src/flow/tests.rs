@@ -1,10 +1,10 @@
 //! The flow of systems written by hand: accuracy, order of events, and errors.
 
-use crate::step::newton::Stop;
+use crate::solve::newton::Stop;
 use std::ops::ControlFlow;
 
 use super::*;
-use crate::failure::StepFailure;
+use crate::solve::failure::StepFailure;
 use crate::testing::{Cliff, Particle};
 
 const ORIGIN: [f64; 2] = [0.0, 0.0];

@@ -6,13 +6,13 @@
 //! constraint or a Lagrangian with pieces: of these the acceleration is looked at.
 
 use super::discrete::Discrete;
-use crate::declaration::Declaration;
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
 use crate::solve::Vector;
+use crate::solve::newton::Stop;
+use crate::solve::predictor;
 use crate::start;
-use crate::step::newton::Stop;
-use crate::step::predictor;
 use crate::step::smooth::FORESEEN;
+use crate::tape::declaration::Declaration;
 
 /// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];

@@ -2,12 +2,12 @@
 
 use super::array::{along, largest, minus, moving, moving_leg, plus, slopes, square, times, zero};
 use super::map::Triple;
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
 use crate::kernel::Kernel;
-use crate::point::OwnedLeg;
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::point::OwnedLeg;
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
 
 /// A pivot below this part of the largest entry is zero.
 const PIVOT: f64 = 1e-12;

@@ -1,7 +1,7 @@
 //! Vectors, and numbers that carry derivatives, of any number of coordinates.
 
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::tangent::{Tangent, Tangent2};
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::tangent::{Tangent, Tangent2};
 
 /// The sum.
 pub(super) fn plus(x: &[f64], y: &[f64]) -> Vec<f64> {

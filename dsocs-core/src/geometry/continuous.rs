@@ -4,13 +4,13 @@ use super::array::{along, fixed, moving, moving_twice, plus, slopes, square, zer
 use super::error::GeometryError;
 use super::form::{Displacement, TwoForm};
 use super::solvable::solve;
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::multipliers;
-use crate::point::{AnyPoint, OwnedPoint};
-use crate::scalar::Scalar as _;
+use crate::number::point::{AnyPoint, OwnedPoint};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::{Tangent, Tangent2};
+use crate::regularity::multipliers;
 use crate::start;
-use crate::tangent::{Tangent, Tangent2};
+use crate::tape::declaration::Declaration;
 
 /// The Legendre transform `FL(t, q, v) = ∂L/∂v`: the momentum.
 #[must_use]

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::error::SetupError;
-use crate::failure::NewtonFailure;
+use crate::solve::failure::NewtonFailure;
 
 /// A step could not be solved, or its solution could not be differentiated.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -6,8 +6,8 @@ use super::form::{Displacement, TwoForm};
 use super::legendre::{discrete_form, mixed};
 use super::map::{DiscreteFlow, TangentMap, Triple};
 use super::{external, units};
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
 
 /// The paper's law `F*Ω_{L_d} = Ω_{L_d} + dξ` at a trajectory, with each of its terms computed independently.
 ///

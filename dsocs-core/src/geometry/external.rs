@@ -2,11 +2,11 @@
 
 use super::array::{fixed, plus};
 use super::map::Triple;
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::point::{AnyLeg, AnyPoint};
-use crate::tangent::Tangent;
+use crate::number::point::{AnyLeg, AnyPoint};
+use crate::number::tangent::Tangent;
 use crate::tape::Number;
+use crate::tape::declaration::Declaration;
 
 /// The discrete external force at the second of three nodes, `f⁻_d(q1, q2) + f⁺_d(q0, q1)`, in units of `L` per unit of the
 /// coordinate; zero where no external forces are declared. (Discrete Lagrange-d'Alembert principle: Marsden and West 2001,

@@ -5,13 +5,13 @@ use super::error::GeometryError;
 use super::map::{DiscreteFlow, Triple, moved};
 use super::solvable::{self, Sought};
 use super::units;
-use crate::dense::Matrix;
-use crate::lengths::lengths;
-use crate::multipliers;
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::scalar::Scalar as _;
-use crate::stacked::of_first_pair;
-use crate::tangent::Tangent;
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::lengths::lengths;
+use crate::regularity::multipliers;
+use crate::regularity::stacked::of_first_pair;
+use crate::solve::dense::Matrix;
 
 /// How often the first node is improved before it is given up.
 const MAX_ITERATIONS: u32 = 60;

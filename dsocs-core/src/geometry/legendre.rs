@@ -3,11 +3,11 @@
 use super::array::{along, moving_leg, moving_twice, times, zero};
 use super::form::{Displacement, TwoForm};
 use super::units;
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::scalar::Scalar;
-use crate::tangent::{Tangent, Tangent2};
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::scalar::Scalar;
+use crate::number::tangent::{Tangent, Tangent2};
+use crate::tape::declaration::Declaration;
 
 /// The derivative of `L_d` along `part` times each coordinate of the node `q1`, and each of the increment.
 fn derivative(

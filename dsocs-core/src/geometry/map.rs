@@ -6,13 +6,13 @@ use super::form::Displacement;
 use super::legendre::product;
 use super::solvable::{self, Solution, Sought};
 use super::units;
-use crate::declaration::Declaration;
-use crate::failure::NewtonFailure;
 use crate::kernel::Kernel;
-use crate::lengths::lengths;
-use crate::point::{AnyLeg, OwnedLeg};
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::lengths::lengths;
+use crate::solve::failure::NewtonFailure;
+use crate::tape::declaration::Declaration;
 
 /// How far a step's solution may be from the triple that it should belong to, relative to the legs.
 const SAME: f64 = 1e-6;

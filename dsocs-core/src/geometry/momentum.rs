@@ -10,7 +10,7 @@ use super::array::{minus, plus};
 use super::external::external_forces;
 use super::legendre::{legendre_minus, legendre_plus, momentum_plus, product};
 use super::map::{DiscreteFlow, Triple};
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
 
 /// A generator: of a position, its vector there, with one component for each coordinate.
 type Generator<'g> = &'g dyn Fn(&[f64]) -> Vec<f64>;

@@ -4,12 +4,12 @@ use super::array::{first_node, minus, moving, moving_leg, times};
 use super::form::Displacement;
 use super::map::Triple;
 use super::units;
-use crate::declaration::Declaration;
-use crate::dense::{Matrix, length};
 use crate::kernel::Kernel;
-use crate::point::AnyLeg;
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::point::AnyLeg;
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::solve::dense::{Matrix, length};
+use crate::tape::declaration::Declaration;
 
 /// A singular value of the constraints' derivative below this part of the largest is zero.
 const INDEPENDENT: f64 = 1e-10;

@@ -1,15 +1,15 @@
 //! Steps of a system without a past, and linear equations in the way of its unknowns.
 
-use crate::declaration::Declaration;
 use crate::error::SetupError;
-use crate::failure::NewtonFailure;
 use crate::flow::discrete::{check, constants_of, values_of};
 use crate::kernel::Kernel;
-use crate::point::AnyLeg;
+use crate::kernel::course::MAX_ITERATIONS;
+use crate::number::point::AnyLeg;
 use crate::solve::Square;
+use crate::solve::failure::NewtonFailure;
+use crate::solve::predictor::Predictor;
 use crate::step::Step;
-use crate::step::course::MAX_ITERATIONS;
-use crate::step::predictor::Predictor;
+use crate::tape::declaration::Declaration;
 
 /// Which solution of a step is sought.
 #[derive(Clone, Copy, Debug)]

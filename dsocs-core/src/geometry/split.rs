@@ -1,10 +1,10 @@
 //! Constraint forces, constraint by constraint.
 
 use super::map::Triple;
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::multipliers::{multipliers, of_point};
-use crate::point::AnyPoint;
+use crate::number::point::AnyPoint;
+use crate::regularity::multipliers::{multipliers, of_point};
+use crate::tape::declaration::Declaration;
 
 /// The multipliers `λ_j` for which `Σ λ_j α_j` is nearest to the constraint force `Q` at a triple, one for each constraint. The result is
 /// empty if the declaration gives the virtual displacements by fields.

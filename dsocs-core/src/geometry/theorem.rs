@@ -1,12 +1,12 @@
 //! The conditions of the paper's theorem on the discrete flow, at a triple.
 
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::lengths::lengths;
-use crate::multipliers::count_unknown;
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
+use crate::regularity::lengths::lengths;
+use crate::regularity::multipliers::count_unknown;
 use crate::regularity::{self, Regularity};
 use crate::step::NEARLY_THE_SAME;
+use crate::tape::declaration::Declaration;
 
 /// A singular value below this part of the largest is zero for all that can be told.
 const RANK: f64 = 64.0 * f64::EPSILON;

@@ -1,16 +1,16 @@
 //! The equations of a step at nodes as they are written down.
 
 use super::array::{along, moving, moving_leg, times};
-use crate::bounded::Bounded;
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
-use crate::double::Double;
 use crate::kernel::Kernel;
-use crate::multipliers::of_step;
-use crate::point::OwnedLeg;
+use crate::number::bounded::Bounded;
+use crate::number::double::Double;
+use crate::number::point::OwnedLeg;
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
 use crate::regularity::fit;
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::regularity::multipliers::of_step;
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
 
 /// So often multipliers are improved: each time they gain as many digits as a double has.
 const IMPROVED: u32 = 3;

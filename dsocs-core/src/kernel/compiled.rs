@@ -2,11 +2,11 @@
 #![allow(missing_docs)] // what each does, the trait says
 
 use super::{At, Told};
-use crate::array::Array;
-use crate::compiled::{Compiled, Report};
-use crate::point::AnyLeg;
-use crate::point::Leg;
-use crate::step::unknown::Linearization;
+use crate::kernel::generated::{Compiled, Report};
+use crate::number::array::Array;
+use crate::number::point::AnyLeg;
+use crate::number::point::Leg;
+use crate::solve::unknown::Linearization;
 
 /// A leg of arrays; of another length, it is none.
 fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {

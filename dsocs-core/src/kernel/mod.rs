@@ -2,15 +2,21 @@
 //!
 //! [`Shape`] is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
 
+pub(crate) mod clock;
 pub mod compiled;
+pub(crate) mod course;
+pub(crate) mod generated;
+pub(crate) mod jets;
+pub(crate) mod question;
+pub(crate) mod report;
 mod tape;
 
 pub use tape::{TapeError, TapeKernel};
 
-use crate::point::AnyLeg;
-use crate::step::course::Course;
-use crate::step::question::Halt;
-use crate::step::sparse::Sparse;
+use crate::kernel::course::Course;
+use crate::kernel::question::Halt;
+use crate::number::point::AnyLeg;
+use crate::solve::sparse::Sparse;
 use crate::tape::Source;
 
 /// A declared system without its type: what is compiled once, for all systems, takes `&dyn Kernel`, and slices in place of arrays.

@@ -3,10 +3,10 @@
 use thiserror::Error;
 
 use super::{At, Kernel, Told};
-use crate::point::AnyLeg;
-use crate::step::course::Course;
-use crate::step::question::{Halt, Question};
-use crate::step::sparse::Sparse;
+use crate::kernel::course::Course;
+use crate::kernel::question::{Halt, Question};
+use crate::number::point::AnyLeg;
+use crate::solve::sparse::Sparse;
 use crate::tape::Shape;
 use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
 

@@ -2,12 +2,12 @@
 
 use super::Unresolved;
 use super::{AnyPolynomial, Clock, End, InputError, Node, NodeMut, OneWay, OwnedNode, RunError};
-use crate::declaration::Declaration;
 use crate::kernel::Kernel;
-use crate::point::AnyPoint;
+use crate::kernel::report::StepReport;
+use crate::number::point::AnyPoint;
 use crate::regularity::Regularity;
-use crate::step::StepReport;
-use crate::taylor::Series;
+use crate::series::rows::Series;
+use crate::tape::declaration::Declaration;
 
 /// Receives the motion of a step, polynomial by polynomial, with the declaration as it is there. It may return a time at which the method
 /// is to stop, counted from the point of expansion of the polynomial.

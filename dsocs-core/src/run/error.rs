@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 
-use crate::composition::{StageError, StageFailure};
+use crate::error::series::SeriesError;
+use crate::error::stage::{StageError, StageFailure};
 use crate::error::{FailedStep, SetupError, StepError};
-use crate::failure::StepFailure;
-use crate::taylor::SeriesError;
+use crate::solve::failure::StepFailure;
 
 /// Why a run could not be set up, or why it failed: one error type for all methods.
 ///
@@ -192,7 +192,7 @@ impl From<SetupError> for RunError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::StepReport;
+    use crate::kernel::report::StepReport;
 
     #[test]
     fn an_error_costs_a_step_no_more_than_two_words() {

@@ -4,12 +4,13 @@ use core::cell::RefCell;
 use core::ops::ControlFlow;
 
 use super::error::{FailedEvent, RunError};
-use super::roots::{self, Crossing};
 use super::{AnyObserver, AnyPolynomial, Clock, Traced};
-use crate::declaration::Declaration;
-use crate::point::Point;
-use crate::point::{AnyPoint, OwnedPoint, sized};
-use crate::taylor::{Call, Jet, MAX_ORDER};
+use crate::number::point::Point;
+use crate::number::point::{AnyPoint, OwnedPoint, sized};
+use crate::series::jet::{Call, Jet};
+use crate::series::orders::MAX_ORDER;
+use crate::series::roots::{self, Crossing};
+use crate::tape::declaration::Declaration;
 
 /// A change of sign this near to the start of a part, as a part of it, may be the last one, seen again.
 const JOINT: f64 = 1e-9;

@@ -10,25 +10,21 @@
 #![allow(clippy::needless_range_loop)]
 
 mod any;
-mod clock;
 mod error;
-mod estimate;
 mod events;
 pub(crate) mod inputs;
 mod node;
 mod observer;
 mod polynomial;
-pub(crate) mod roots;
 mod stepper;
 mod trajectory;
 mod unresolved;
 mod until;
 mod verbs;
 
+pub use crate::kernel::clock::{Clock, End};
 pub use any::{AnyVisitor, Room, Run, Traced};
-pub use clock::{Clock, End};
 pub use error::{Behind, FailedEvent, InputError, OneWay, RunError};
-pub use estimate::Estimates;
 pub use events::{AnyEvent, AnyEvents, AnyOccurrence, Event, Events, Occurrence};
 pub use inputs::{Inputs, held_value};
 pub use node::{AnyNode, Node, NodeMut, OwnedNode};

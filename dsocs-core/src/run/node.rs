@@ -1,10 +1,10 @@
 //! A node: what a run hands out.
 
-use crate::declaration::Declaration;
-use crate::multipliers::multipliers;
-use crate::point::Point;
-use crate::point::{AnyPoint, sized};
-use crate::step::newton::Stop;
+use crate::number::point::Point;
+use crate::number::point::{AnyPoint, sized};
+use crate::regularity::multipliers::multipliers;
+use crate::solve::newton::Stop;
+use crate::tape::declaration::Declaration;
 
 /// A node of a motion: what every method hands out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,7 +147,7 @@ impl<'a> AnyNode<'a> {
 }
 
 impl Declaration<'_> {
-    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::multipliers`].
+    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::regularity::multipliers`].
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
         if self.shape().forms == 0 {

@@ -1,10 +1,10 @@
 //! The motion between two nodes, as a polynomial.
 
 use super::{AnyNode, Node};
-use crate::compensated::Compensated;
-use crate::point::OwnedPoint;
-use crate::point::Point;
-use crate::taylor::Series;
+use crate::number::compensated::Compensated;
+use crate::number::point::OwnedPoint;
+use crate::number::point::Point;
+use crate::series::rows::Series;
 
 /// The motion during one step, valid from [`Polynomial::start`] to [`Polynomial::end`]: the dense output of every method.
 ///
@@ -202,7 +202,7 @@ impl<'f, const N: usize> Polynomial<'f, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::newton::Stop;
+    use crate::solve::newton::Stop;
 
     /// A node of `x = t⁵ - 2 t³ + t`.
     fn node(t: f64, a: f64) -> Node<1> {

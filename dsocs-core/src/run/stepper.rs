@@ -6,12 +6,12 @@ use super::{
     AnyObserver, AnyOccurrence, AnyPolynomial, Clock, Events, Failure, Node, Observer, Occurrence,
     Polynomial, Room, Run, RunError, Traced, Trajectory,
 };
-use crate::declaration::Declaration;
-use crate::point::AnyPoint;
-use crate::point::Point;
+use crate::kernel::report::StepReport;
+use crate::number::point::AnyPoint;
+use crate::number::point::Point;
 use crate::regularity::Regularity;
 use crate::run::Unresolved;
-use crate::step::StepReport;
+use crate::tape::declaration::Declaration;
 
 /// Receives the motion of a step, polynomial by polynomial. It may return a time at which the method is to stop, counted from the
 /// point of expansion of the polynomial.
@@ -266,7 +266,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         self.run().observe(node.point().any(), out);
     }
 
-    /// The multipliers of a node's constraint force; see [`crate::multipliers`].
+    /// The multipliers of a node's constraint force; see [`crate::regularity::multipliers`].
     fn multipliers(&self, node: &Node<N>) -> Vec<f64> {
         self.run().multipliers(&node.any())
     }

@@ -2,8 +2,8 @@
 
 use super::error::RunError;
 use super::{AnyPolynomial, Node, Polynomial};
-use crate::point::Point;
-use crate::taylor::Series;
+use crate::number::point::Point;
+use crate::series::rows::Series;
 
 use thiserror::Error;
 

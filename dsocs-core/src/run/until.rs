@@ -1,7 +1,7 @@
 //! Where a run up to a time ends.
 
-use super::clock::{Clock, End};
 use super::error::{Behind, RunError};
+use crate::kernel::clock::{Clock, End};
 
 impl Clock {
     /// Where a run up to the time `t` ends: at the last node at or before it (at or after, back in time). A node whose time

@@ -5,9 +5,9 @@ use core::ops::ControlFlow;
 use super::{
     AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Behind, Clock, OwnedNode, Room, Run, RunError, inputs,
 };
-use crate::declaration::Declaration;
-use crate::point::{AnyPoint, OwnedPoint};
-use crate::step::StepReport;
+use crate::kernel::report::StepReport;
+use crate::number::point::{AnyPoint, OwnedPoint};
+use crate::tape::declaration::Declaration;
 
 /// What a run does; the functions of [`crate::Stepper`] describe it.
 impl dyn Run + '_ {
@@ -160,7 +160,7 @@ impl dyn Run + '_ {
         self.declaration().observe(point, out);
     }
 
-    /// The multipliers of a node's constraint force; see [`crate::multipliers`].
+    /// The multipliers of a node's constraint force; see [`crate::regularity::multipliers`].
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
         self.declaration().multipliers(node)

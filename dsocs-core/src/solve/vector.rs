@@ -6,7 +6,7 @@ use core::ops::{Deref, DerefMut};
 
 use smallvec::{SmallVec, smallvec};
 
-use crate::step::elimination::{Determinant, slices};
+use crate::solve::elimination::{Determinant, slices};
 
 /// So many components stand in the vector itself.
 const FEW: usize = 8;
@@ -205,7 +205,7 @@ impl Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step::unknown::Unknown;
+    use crate::solve::unknown::Unknown;
 
     /// The same bits as with arrays.
     fn compare<const M: usize>(matrix: &[[f64; M]; M], right: [f64; M]) {

@@ -3,20 +3,20 @@
 use super::consistency;
 use super::rest;
 use super::third::{self, Free};
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
-use crate::deficiency;
-use crate::dense::Matrix;
 use crate::error::SetupError;
-use crate::failure::{NewtonFailure, StepFailure};
-use crate::multipliers::of_motion;
-use crate::point::{AnyPoint, map, moved};
-use crate::scalar::Scalar as _;
+use crate::number::point::{AnyPoint, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::deficiency;
+use crate::regularity::multipliers::of_motion;
+use crate::regularity::sticking;
+use crate::regularity::undefined::{self, Undefined};
+use crate::solve::dense::Matrix;
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::solve::newton::{self, Equations, Linearized};
+use crate::solve::sum::Sum;
 use crate::solve::{Square, Vector};
-use crate::step::newton::{self, Equations, Linearized};
-use crate::sticking;
-use crate::tangent::Tangent;
-use crate::undefined::{self, Undefined};
+use crate::tape::declaration::Declaration;
 
 /// How often the acceleration at the start is improved before its solution is given up.
 const MAX_ITERATIONS: u32 = 50;

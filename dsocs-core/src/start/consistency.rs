@@ -1,14 +1,14 @@
 //! Starts of systems whose constraints bind positions and velocities: whether they obey them, and how they are brought to.
 
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
-use crate::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
-use crate::rounding;
-use crate::scalar::Scalar as _;
+use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::rounding;
 use crate::solve::Vector;
-use crate::tangent::Tangent;
+use crate::solve::dense::Matrix;
+use crate::solve::sum::Sum;
+use crate::tape::declaration::Declaration;
 
 /// A constraint is obeyed if its value is below this part of its terms: a start is given in as many digits.
 pub(super) const OBEYED: f64 = 1e-12;

@@ -1,12 +1,12 @@
 //! Starts at rest in which a step of first order would stay for ever.
 
-use crate::bounded::Bounded;
-use crate::declaration::Declaration;
-use crate::deficiency::{self, Deficiency, DependentRow};
-use crate::multipliers;
-use crate::point::{AnyLeg, AnyPoint, map};
-use crate::scalar::Scalar as _;
-use crate::tangent::Tangent;
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, AnyPoint, map};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::deficiency::{self, Deficiency, DependentRow};
+use crate::regularity::multipliers;
+use crate::tape::declaration::Declaration;
 
 /// A slope below this part of its terms is zero.
 const ZERO: f64 = 1e-12;

@@ -2,8 +2,9 @@
 
 use super::begin::{self, Given};
 use super::third::Free;
-use crate::compensated::{Compensated, Sum};
+use crate::number::compensated::Compensated;
 use crate::solve::Vector;
+use crate::solve::sum::Sum;
 
 /// The start of a run, for every method: a position and a velocity, or the first two nodes.
 ///

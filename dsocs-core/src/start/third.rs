@@ -4,18 +4,18 @@ use core::cmp::Ordering;
 
 use super::begin::check_vector;
 use super::consistency::{self, OBEYED};
-use crate::bounded::Bounded;
-use crate::compensated::Sum;
-use crate::declaration::Declaration;
-use crate::deficiency;
-use crate::dense::Matrix;
 use crate::error::{SetupError, Violation};
-use crate::multipliers;
-use crate::point::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
-use crate::scalar::Scalar as _;
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint, map, moved};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::deficiency;
+use crate::regularity::multipliers;
 use crate::solve::Vector;
-use crate::tangent::Tangent;
+use crate::solve::dense::Matrix;
+use crate::solve::sum::Sum;
 use crate::tape::Number;
+use crate::tape::declaration::Declaration;
 
 /// How often the jerk at the start is improved.
 const MAX_ITERATIONS: usize = 50;

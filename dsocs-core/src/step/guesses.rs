@@ -1,18 +1,18 @@
 //! What is done where the prediction of a step does not lead to a root: other guesses, and what is told of a failure.
 
-use super::newton::{self, Fold, Root, Stop};
 use super::pair::Found;
-use super::predictor::Predictor;
-use super::report::report;
 use super::{Equations as _, Guess, Step, StepReport};
-use crate::deficiency::{self, DependentRow};
 use crate::error::{FailedStep, StepError};
-use crate::failure::{NewtonFailure, StepFailure};
-use crate::multipliers;
+use crate::kernel::report::report;
 use crate::regularity::Regularity;
+use crate::regularity::deficiency::{self, DependentRow};
+use crate::regularity::multipliers;
+use crate::regularity::undefined;
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::solve::newton::{self, Fold, Root, Stop};
+use crate::solve::predictor::Predictor;
 use crate::solve::{Vector, is_finite};
 use crate::start::{self, Begins, third};
-use crate::undefined;
 
 /// How far a guess is from the straight line, in units of the longest leg, coordinate by coordinate.
 const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];

@@ -1,41 +1,31 @@
 //! One step: from a leg to the second difference that leads to the next node.
 //!
-//! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. Where a step asks a [`Question`], the
-//! equations of that step are taken on slices ([`Step`]): [`predictor`] guesses, [`newton`] iterates until [`convergence`] says that it has arrived,
-//! [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart. [`unknown`] says what is looked for,
-//! [`elimination`] solves linear rows, many of them by [`sparse`].
+//! [`smooth`] makes the steps of a smooth motion, one after the other, in code of the declared type. Where a step asks a
+//! [`Question`](crate::kernel::question::Question), the equations of that step are taken on slices ([`Step`]) and solved with the module
+//! [`solve`](crate::solve): [`guesses`] are tried where the prediction does not lead to a root, and [`pair`] tells two roots apart.
 
-pub(crate) mod convergence;
-pub(crate) mod course;
-pub(crate) mod elimination;
 mod guesses;
-pub(crate) mod newton;
 pub(crate) mod pair;
-pub(crate) mod predictor;
-pub(crate) mod question;
-mod report;
 pub(crate) mod smooth;
-pub(crate) mod sparse;
-pub(crate) mod unknown;
 
 use smallvec::smallvec;
 
-use crate::declaration::Declaration;
-use crate::failure::NewtonFailure;
+use crate::kernel::report::report;
+pub use crate::kernel::report::{Guess, StepReport};
 use crate::kernel::{At, Kernel};
-use crate::multipliers;
-use crate::point::AnyLeg;
+use crate::number::point::AnyLeg;
+use crate::regularity::multipliers;
+use crate::solve::failure::NewtonFailure;
+use crate::solve::newton::{self, Equations, Evaluation, Linearized, Stop};
+pub(crate) use crate::solve::predictor::PAST;
+use crate::solve::predictor::Predictor;
+use crate::solve::sparse::{Product, Update};
 use crate::solve::{Numbers, Square, Vector};
 use crate::start::Begins;
 use crate::tape::Shape;
+use crate::tape::declaration::Declaration;
 pub(crate) use guesses::Failing;
-use newton::{Equations, Evaluation, Linearized, Stop};
 use pair::Found;
-pub(crate) use predictor::PAST;
-use predictor::Predictor;
-use report::report;
-pub use report::{Guess, StepReport};
-use sparse::{Product, Update};
 
 /// How large an unknown second difference is expected to be at least, relative to the increment.
 pub(crate) const SECOND_DIFFERENCE: f64 = 1e-5;

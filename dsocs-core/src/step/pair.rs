@@ -1,15 +1,15 @@
 //! Steps with two solutions.
 
-use super::elimination::Determinant;
-use super::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
-use super::predictor::{Continuation, Predictor};
-use super::report::report;
 use super::{Guess, Step, StepReport};
-use crate::failure::{NewtonFailure, StepFailure};
-use crate::point::{AnyLeg, OwnedLeg};
+use crate::kernel::course::MAX_ITERATIONS;
+use crate::kernel::report::report;
+use crate::number::point::{AnyLeg, OwnedLeg};
+use crate::solve::elimination::Determinant;
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::solve::newton::{self, BENT, Equations as _, Linearized, Root, Stop, relative};
+use crate::solve::predictor::{Continuation, Predictor};
 use crate::solve::{Vector, is_finite};
 use crate::start;
-use crate::step::course::MAX_ITERATIONS;
 
 /// A root that is this many lengths of a leg away is not in question.
 const FAR: f64 = 10.0;
@@ -471,7 +471,7 @@ impl Step<'_> {
 mod tests {
     use super::*;
     use crate::flow::discrete::{constants_of, values_of};
-    use crate::point::Leg;
+    use crate::number::point::Leg;
     use dsocs_macros::dsocs;
 
     /// Two accelerations, of which one changes with time.

@@ -5,18 +5,19 @@
 
 use core::cell::Cell;
 
-use super::course::{Course, past_is_short};
-use super::elimination::Determinant;
-use super::newton::{self, Evaluation, Quick, Root};
 use super::pair;
-use super::predictor::{self, Arrays, Continuation};
-use super::question::{Halt, Question};
-use super::sparse::{Product, Update};
 use super::{Guess, NEARLY_THE_SAME, SECOND_DIFFERENCE, StepReport};
-use crate::array::Array;
-use crate::compensated::{Compensated, Sum};
-use crate::point::Leg;
-use crate::step::unknown::Unknown;
+use crate::kernel::course::{Course, past_is_short};
+use crate::kernel::question::{Halt, Question};
+use crate::number::array::Array;
+use crate::number::compensated::Compensated;
+use crate::number::point::Leg;
+use crate::solve::elimination::Determinant;
+use crate::solve::newton::{self, Evaluation, Quick, Root};
+use crate::solve::predictor::{self, Arrays, Continuation};
+use crate::solve::sparse::{Product, Update};
+use crate::solve::sum::Sum;
+use crate::solve::unknown::Unknown;
 use crate::system::System;
 
 /// Only steps that differ from their prediction are examined: by more than this, relative to the second difference. A force that

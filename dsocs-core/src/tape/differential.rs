@@ -11,10 +11,10 @@ use super::eight::Eight;
 use super::link::{self, Register};
 use super::read::{Binary, Body, Comparison, Function, Op};
 use super::{Leaf, Part, Segment, Source, Tape};
-use crate::dispatch::{self, Work};
-use crate::dual::Dual;
-use crate::lanes::Lanes;
-use crate::scalar::Scalar as _;
+use crate::number::dispatch::{self, Work};
+use crate::number::dual::Dual;
+use crate::number::lanes::Lanes;
+use crate::number::scalar::Scalar as _;
 
 /// What results are computed from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,6 +1,6 @@
 //! Eight numbers that the compiler puts into registers as wide as the machine's.
 //!
-//! [`Lanes`] has its instructions chosen when the crate is compiled. These are plain loops: inside of [`crate::dispatch::run_wide`] they
+//! [`Lanes`] has its instructions chosen when the crate is compiled. These are plain loops: inside of [`crate::number::dispatch::run_wide`] they
 //! become what the machine has. Products are never fused with sums, so the results are the same everywhere.
 
 // the loops have to be seen by the optimiser where they are used
@@ -8,7 +8,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::lanes::{LANES, Lanes};
+use crate::number::lanes::{LANES, Lanes};
 
 /// Eight numbers.
 #[repr(align(64))]

@@ -5,12 +5,12 @@ use core::cell::Cell;
 use super::link::{Kind, Program, Register};
 use super::read::{Binary, Comparison, Function};
 use super::{Leaf, Source};
-use crate::bounded::Bounded;
-use crate::double::Double;
-use crate::lanes::Lanes;
-use crate::scalar::Scalar;
-use crate::tangent::{Tangent, Tangent2};
-use crate::taylor::Jet;
+use crate::number::bounded::Bounded;
+use crate::number::double::Double;
+use crate::number::lanes::Lanes;
+use crate::number::scalar::Scalar;
+use crate::number::tangent::{Tangent, Tangent2};
+use crate::series::jet::Jet;
 
 /// A type of number that tapes are walked with.
 ///

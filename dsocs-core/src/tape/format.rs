@@ -47,9 +47,9 @@ pub enum Leaf {
 /// What a tape computes, in the order in which it stands there.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Segment {
-    /// What is known when the run begins, as [`Compiled::constants`](crate::compiled::Compiled::constants).
+    /// What is known when the run begins, as [`Compiled::constants`](crate::kernel::generated::Compiled::constants).
     Constants,
-    /// What is known when the step begins, as [`Compiled::known`](crate::compiled::Compiled::known).
+    /// What is known when the step begins, as [`Compiled::known`](crate::kernel::generated::Compiled::known).
     Known,
     /// The rows of the step, then their Jacobian by the unknowns, row by row.
     Residual,

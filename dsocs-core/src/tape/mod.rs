@@ -1,6 +1,6 @@
 //! The cold form of a declaration: its operations as bytes, and the one evaluator that walks them.
 //!
-//! What a run evaluates often is straight-line code ([`Compiled`](crate::compiled::Compiled)). All the rest, rounding bounds,
+//! What a run evaluates often is straight-line code ([`Compiled`](crate::kernel::generated::Compiled)). All the rest, rounding bounds,
 //! derivatives, starts, certificates, geometry, checks, is evaluated rarely, and with many types of numbers: compiled, it
 //! would be most of the code of a system. So the attribute writes the same operations, in the same order, once more as a
 //! constant [`Tape`]. [`Number::walk`] evaluates it, compiled once for each type of number, in this crate.
@@ -31,12 +31,14 @@
 //!
 //! A tape that breaks these rules has no results: every number that it is asked for is NaN.
 
+pub(crate) mod declaration;
 mod differential;
 mod eight;
 mod evaluate;
 mod format;
 mod link;
 pub(crate) mod origin;
+pub(crate) mod quantity;
 mod read;
 mod shape;
 mod symmetry;
@@ -58,7 +60,7 @@ pub use link::Program;
 pub use shape::Shape;
 pub use symmetry::Symmetry;
 
-use crate::dual::Dual;
+use crate::number::dual::Dual;
 use read::Body;
 
 /// Where a tape gets from what is no expression of its leaves: the system, as the attribute implements it.

@@ -4,7 +4,7 @@ use super::evaluate::function;
 use super::link::gathered;
 use super::read::{Binary, Comparison, Function, Op};
 use super::{Leaf, Segment, Source};
-use crate::scalar::Scalar;
+use crate::number::scalar::Scalar;
 
 /// An expression longer than this is shortened.
 const LONG: usize = 90;

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::symmetry::Symmetry;
-use crate::quantity::Quantity;
+use crate::tape::quantity::Quantity;
 
 /// What is known of a declared system at all times.
 #[derive(Clone, Debug)]

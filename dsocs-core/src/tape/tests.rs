@@ -1,7 +1,7 @@
 //! Tapes that are written by hand.
 
 use super::*;
-use crate::tangent::Tangent;
+use crate::number::tangent::Tangent;
 
 /// A source with one function, of three parameters and a tape.
 struct Hand<'t>(&'t Tape);
@@ -136,9 +136,9 @@ fn what_is_not_needed_is_not_computed() {
 
 #[test]
 fn the_same_tape_serves_other_numbers() {
-    use crate::lanes::Lanes;
-    use crate::scalar::Scalar as _;
-    use crate::tangent::Tangent;
+    use crate::number::lanes::Lanes;
+    use crate::number::scalar::Scalar as _;
+    use crate::number::tangent::Tangent;
     let tape = &small();
     let slope = |place: Leaf| Tangent::new(leaf(place), f64::from(u8::from(place == Leaf::Z(0))));
     let moved = results(tape, Segment::Residual, Part::All, &slope);

@@ -7,14 +7,15 @@ use super::ensemble::{SeriesKernels, Varied};
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::integrator::{Integrator, SHORTER};
 use super::lanes::{Ends, LaneSeries};
-use super::orders::ROWS;
-use super::switch::Reach;
-use crate::compensated::Compensated;
 use crate::ensemble::Observed;
-use crate::instructions::Instructions;
-use crate::lanes::LANES;
-use crate::run::roots::Crossing;
-use crate::run::{End, Node, Observer, RunError, Stepper as _};
+use crate::kernel::clock::End;
+use crate::number::compensated::Compensated;
+use crate::number::instructions::Instructions;
+use crate::number::lanes::LANES;
+use crate::run::{Node, Observer, RunError, Stepper as _};
+use crate::series::orders::ROWS;
+use crate::series::roots::Crossing;
+use crate::series::switch::Reach;
 use crate::start::Start;
 
 /// What all motions have in common.

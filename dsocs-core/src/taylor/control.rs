@@ -1,10 +1,10 @@
 //! Order and step: À. Jorba and M. Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
-use super::orders::{MAX_ORDER, RECIPROCALS};
-use super::series::Series;
-use super::switch::Limits;
 use crate::error::SetupError;
+use crate::series::orders::{MAX_ORDER, RECIPROCALS};
+use crate::series::rows::Series;
+use crate::series::switch::Limits;
 
 /// What the control of a step asks of its series.
 #[derive(Clone, Copy, Debug)]

@@ -7,15 +7,15 @@ use super::control::Tolerance;
 use super::integrator::MAX_STEPS;
 use super::lanes::{self, LaneSeries};
 use super::recurrences::{Recurrences, SeriesKernel};
-use crate::declaration::Declaration;
 use crate::ensemble::{Observed, one_each};
 use crate::error::SetupError;
-use crate::instructions::Instructions;
 use crate::kernel::Kernel;
-use crate::lanes::LANES;
+use crate::number::instructions::Instructions;
+use crate::number::lanes::LANES;
 use crate::run::{Failure, Node, Observer, RunError, Trajectory};
 use crate::start::{self, Start};
 use crate::system::System;
+use crate::tape::declaration::Declaration;
 use crate::threads::Threads;
 
 /// So many motions are run together at most: more would leave threads without work at the end.

@@ -8,11 +8,12 @@ use pulp::{Simd, WithSimd};
 use super::flow::AnyTaylorFlow;
 use super::integrator::{Integrator, OnGrid};
 use super::recurrences::SeriesKernel;
-use crate::dispatch;
 use crate::kernel::Kernel;
-use crate::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, Clock, End, NodeMut, Room, Run, RunError, Search, Traced};
-use crate::step::StepReport;
+use crate::kernel::clock::{Clock, End};
+use crate::kernel::report::StepReport;
+use crate::number::dispatch;
+use crate::number::point::AnyPoint;
+use crate::run::{AnyPolynomial, AnyVisitor, NodeMut, Room, Run, RunError, Search, Traced};
 
 /// So many points are worked out before they are handed on: whole groups of registers of any size.
 const BUFFER: usize = 8 * REGISTERS;

@@ -1,11 +1,11 @@
 //! Inputs of a continuous motion: it begins anew at the node, with the position and the momentum that it has there.
 
-use super::error::SeriesFailure;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
-use crate::declaration::Declaration;
 use crate::error::SetupError;
+use crate::error::series::SeriesFailure;
 use crate::run::{Inputs, RunError};
 use crate::start;
+use crate::tape::declaration::Declaration;
 
 impl<const N: usize> Inputs<N> for TaylorFlow<'_, N> {}
 

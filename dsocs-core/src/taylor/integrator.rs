@@ -5,23 +5,24 @@ use std::borrow::Cow;
 
 use super::control::Sizes;
 use super::control::{Control, Tolerance, exp2};
-use super::error::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use super::order::Order;
 use super::projection::{Projection, size};
 use super::recurrences::SeriesKernel;
-use super::series::Series;
 use super::state::State;
 use super::watch::{self, End, Watch};
-use crate::compensated::Compensated;
-use crate::declaration::Declaration;
-use crate::deficiency;
 use crate::error::SetupError;
-use crate::point::{AnyPoint, OwnedPoint};
-use crate::run::{AnyPolynomial, Clock, NodeMut, RunError, Search};
+use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
+use crate::kernel::clock::Clock;
+use crate::kernel::report::{Guess, StepReport};
+use crate::number::compensated::Compensated;
+use crate::number::point::{AnyPoint, OwnedPoint};
+use crate::regularity::deficiency;
+use crate::regularity::undefined;
+use crate::run::{AnyPolynomial, NodeMut, RunError, Search};
+use crate::series::rows::Series;
+use crate::solve::newton::Stop;
 use crate::start::Phase;
-use crate::step::newton::Stop;
-use crate::step::{Guess, StepReport};
-use crate::undefined;
+use crate::tape::declaration::Declaration;
 
 /// How many steps a motion may take unless [`super::TaylorFlow::max_steps`] says otherwise.
 pub(super) const MAX_STEPS: u64 = 10_000_000;

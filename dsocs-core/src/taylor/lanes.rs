@@ -2,14 +2,14 @@
 
 use wide::f64x8;
 
-use super::orders::{MAX_ORDER, ROWS};
-use super::series::Series;
 use super::state::{Parts, State};
-use super::switch::{Switch, Switches as _};
-use crate::compensated::Compensated;
-use crate::instructions::{Chosen, InLanes, Instructions, OTHERS};
-use crate::lanes::{LANES, Lanes, Mask};
-use crate::scalar::Scalar as _;
+use crate::number::compensated::Compensated;
+use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
+use crate::number::lanes::{LANES, Lanes, Mask};
+use crate::number::scalar::Scalar as _;
+use crate::series::orders::{MAX_ORDER, ROWS};
+use crate::series::rows::Series;
+use crate::series::switch::{Switch, Switches as _};
 use crate::system::System;
 
 /// Vectors, `[component][lane]`.
@@ -108,7 +108,7 @@ pub(super) fn engine<'s, S: System<N>, const N: usize>(
 ) -> Box<dyn LaneSeries + 's> {
     #[cfg(target_arch = "x86_64")]
     if const { OTHERS } {
-        use crate::lanes::x86::{Avx2, Avx512};
+        use crate::number::lanes::x86::{Avx2, Avx512};
         if instructions >= Instructions::Avx512
             && let Some(token) = Avx512::token()
         {

@@ -72,43 +72,35 @@
 #![allow(clippy::needless_range_loop)]
 
 mod block;
-pub(crate) mod coefficient;
 mod control;
 mod ensemble;
-mod error;
+mod estimate;
 mod flow;
 mod grid;
 mod inputs;
 mod integrator;
-mod jet;
-pub(crate) mod jets;
-pub(crate) mod kernel;
 mod lanes;
 mod motion;
 mod moved;
 mod order;
-pub(crate) mod orders;
 mod projection;
 mod recurrences;
-mod series;
 pub(crate) mod solve;
 mod start;
 mod state;
-mod switch;
 mod tangents;
 mod tape;
 mod watch;
 
+pub use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
+pub use crate::series::jet::Jet;
+pub use crate::series::orders::MAX_ORDER;
+#[doc(hidden)]
+pub use crate::series::rows::Rows;
+pub use crate::series::rows::Series;
 pub use control::Tolerance;
 pub use ensemble::TaylorEnsemble;
-pub use error::{FailedSeries, Jump, SeriesError, SeriesFailure};
+pub use estimate::Estimates;
 pub use flow::{AnyTaylorFlow, TaylorFlow};
-pub(crate) use jet::Call;
-pub use jet::Jet;
 pub use motion::{GlobalError, Motion};
-pub use orders::MAX_ORDER;
-pub(crate) use orders::ROWS;
-#[doc(hidden)]
-pub use series::Rows;
-pub use series::Series;
 pub use tangents::TaylorTangents;

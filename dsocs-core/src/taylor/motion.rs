@@ -3,7 +3,7 @@
 use super::Tolerance;
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use crate::error::SetupError;
-use crate::point::Point;
+use crate::number::point::Point;
 use crate::run::{AnyPolynomial, Behind, Polynomial, Run as _, RunError};
 use crate::start::Start;
 use crate::system::System;

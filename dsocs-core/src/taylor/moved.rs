@@ -6,10 +6,10 @@
 use core::array;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::coefficient::Coefficient;
-use crate::scalar::Scalar;
-use crate::step::elimination;
-use crate::tangent::{PLACES, Tangent};
+use crate::number::scalar::Scalar;
+use crate::number::tangent::{PLACES, Tangent};
+use crate::series::coefficient::Coefficient;
+use crate::solve::elimination;
 
 /// So many directions go together.
 pub(super) const DIRECTIONS: usize = 4;

@@ -6,8 +6,8 @@
 //! neighbouring orders would have been.
 
 use super::control::{Control, Tolerance, log2};
-use super::orders::MAX_ORDER;
-use super::series::Series;
+use crate::series::orders::MAX_ORDER;
+use crate::series::rows::Series;
 
 /// By how much the order changes.
 const CHANGE: usize = 4;

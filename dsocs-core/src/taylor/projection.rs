@@ -5,8 +5,8 @@
 
 use super::recurrences::SeriesKernel;
 use super::state::State;
-use crate::declaration::Declaration;
 use crate::start;
+use crate::tape::declaration::Declaration;
 
 /// So often a position or a velocity is corrected at most.
 const CORRECTIONS: u32 = 4;

@@ -6,15 +6,15 @@
 use std::borrow::Cow;
 
 use super::control::{self, Sizes};
-use super::jets::Jets;
-use super::orders::MAX_ORDER;
-use super::series::{self, Rows, Series};
 use super::state::State;
-use super::switch::{Switch, Switches};
-use crate::declaration::Declaration;
-use crate::dispatch::{self, Work};
 use crate::kernel::Kernel;
+use crate::kernel::jets::Jets;
+use crate::number::dispatch::{self, Work};
+use crate::series::orders::MAX_ORDER;
+use crate::series::rows::{self, Rows, Series};
+use crate::series::switch::{Switch, Switches};
 use crate::system::System;
+use crate::tape::declaration::Declaration;
 
 /// The series of a declared system without its type, and what its recurrences keep: what the integrator asks of it. All vectors are slices.
 pub(crate) trait SeriesKernel {
@@ -193,7 +193,7 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
                 velocity: size(0),
                 acceleration: size(1),
                 last: [size(p - 1), size(p)],
-                is_in_range: series::is_in_range(&v[order - 1], &v[order]),
+                is_in_range: rows::is_in_range(&v[order - 1], &v[order]),
             };
         }
         sizes

@@ -3,9 +3,9 @@
 //! The rows of the continuous system have at order `k` the form `J a_k + r_k = 0`, where `J` is their Jacobian at order 0
 //! and `r_k` knows lower orders only. So the matrix is inverted once an expansion, and every order is one product with it.
 
-use super::coefficient::Coefficient;
-use super::kernel::add_product;
-use crate::step::convergence::{LAST_UPDATE, Update};
+use crate::series::coefficient::Coefficient;
+use crate::series::sums::add_product;
+use crate::solve::convergence::{LAST_UPDATE, Update};
 
 /// How often the accelerations of order 0 are improved where the rows are not affine in them.
 const MAX_ITERATIONS: u32 = 50;

@@ -1,12 +1,12 @@
 //! A start whose second node lies on the continuous motion.
 
 use super::{TaylorFlow, Tolerance};
-use crate::compensated::Compensated;
-use crate::declaration::Declaration;
-use crate::point::sized;
+use crate::number::compensated::Compensated;
+use crate::number::point::sized;
 use crate::run::{RunError, Stepper as _};
 use crate::start::{Phase, Start};
 use crate::system::System;
+use crate::tape::declaration::Declaration;
 
 /// The tolerance of [`Start::exact`]: rounding is what is left.
 const EXACT: f64 = 1e-17;

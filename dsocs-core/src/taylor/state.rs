@@ -1,6 +1,6 @@
 //! Where a motion is: sums of positions and velocities, with any number of coordinates.
 
-use crate::compensated::{self, Compensated};
+use crate::number::compensated::{self, Compensated};
 
 /// Position and velocity as sums whose rounding is carried along, and the acceleration by the series that leads there.
 #[derive(Clone, Debug)]

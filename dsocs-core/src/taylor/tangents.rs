@@ -6,12 +6,12 @@
 use super::control::Tolerance;
 use super::flow::TaylorFlow;
 use super::moved::{DIRECTIONS, Moved};
-use super::series::Series;
-use super::switch::Switches as _;
 use crate::derivative::{DerivativeError, NodeTangent, Variable, parameter};
-use crate::point::Point;
+use crate::number::point::Point;
+use crate::number::scalar::Scalar as _;
 use crate::run::{RunError, Stepper as _};
-use crate::scalar::Scalar as _;
+use crate::series::rows::Series;
+use crate::series::switch::Switches as _;
 use crate::start::{Start, StartOrder};
 use crate::system::System;
 

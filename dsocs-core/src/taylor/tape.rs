@@ -8,17 +8,17 @@ use core::cell::Cell;
 
 use super::Tolerance;
 use super::flow::AnyTaylorFlow;
-use super::jet::{Call, Jet};
 use super::recurrences::SeriesKernel;
-use super::series::Series;
 use super::state::State;
-use super::switch::Switch;
-use crate::declaration::Declaration;
-use crate::dense::Matrix;
 use crate::error::SetupError;
 use crate::kernel::{Kernel, TapeKernel};
+use crate::series::jet::{Call, Jet};
+use crate::series::rows::Series;
+use crate::series::switch::Switch;
+use crate::solve::convergence::LAST_UPDATE;
+use crate::solve::dense::Matrix;
 use crate::start::AnyStart;
-use crate::step::convergence::LAST_UPDATE;
+use crate::tape::declaration::Declaration;
 use crate::tape::{Leaf, Number as _, Part, Segment, Source as _};
 
 /// How often the accelerations of order 0 are improved.
@@ -285,9 +285,9 @@ impl<'s> AnyTaylorFlow<'s> {
 mod tests {
     use dsocs_macros::dsocs;
 
-    use super::super::jets::Recurrences;
     use super::*;
     use crate::system::System;
+    use crate::taylor::recurrences::Recurrences;
 
     /// Every kind of operation that a series knows, forces and a multiplier.
     #[dsocs {

@@ -7,10 +7,10 @@
 use std::borrow::Cow;
 
 use super::integrator::Integrator;
-use super::orders::ROWS;
 use super::recurrences::SeriesKernel;
-use super::switch::{Reach, Switch};
-use crate::run::roots::Crossing;
+use crate::series::orders::ROWS;
+use crate::series::roots::Crossing;
+use crate::series::switch::{Reach, Switch};
 
 /// So many switches at one place are tried in all combinations.
 const TOGETHER: usize = 4;

@@ -1,6 +1,6 @@
 //! Steps whose Jacobian is mostly zero are eliminated in an order that was found when the code was generated.
 //!
-//! That elimination itself is tested on random matrices in `dsocs-core/src/step/sparse/tests.rs`.
+//! That elimination itself is tested on random matrices in `dsocs-core/src/solve/sparse/tests.rs`.
 
 use dsocs_core::__private::Compiled;
 use dsocs_core::prelude::*;

@@ -7,7 +7,7 @@ use super::sequence::{Argument, Constant, Lane, Op, Operand, Sequence, Sequences
 use crate::emit::functions;
 use crate::graph::{Comparison, Graph, Leaf, NodeId};
 
-/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/taylor/kernel.rs`.
+/// How many sums a block of lanes holds, as `LANES` in `dsocs-core/src/series/orders.rs`.
 pub(super) const LANES: usize = 4;
 
 /// Longer sums are formed by a function, in several sums side by side.

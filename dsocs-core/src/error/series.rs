@@ -1,0 +1,251 @@
+//! Why a Taylor series could not go on.
+
+use core::fmt;
+use std::borrow::Cow;
+
+use thiserror::Error;
+
+use crate::regularity::deficiency::Deficiency;
+use crate::regularity::undefined::Undefined;
+
+/// Why a run by Taylor series failed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SeriesFailure {
+    /// A coefficient of the series is infinite or not a number.
+    #[error("a coefficient of the Taylor series is not finite")]
+    NotFinite,
+    /// The step became too small.
+    #[error("the step would be {step:e}, less than the smallest allowed, {smallest:e}")]
+    StepTooSmall {
+        /// The step.
+        step: f64,
+        /// The smallest step.
+        smallest: f64,
+    },
+    /// The limit of the number of steps was reached.
+    #[error("{steps} steps have been made")]
+    TooManySteps {
+        /// How many were made.
+        steps: u64,
+        /// The length of the last one.
+        last: f64,
+        /// The mean length.
+        mean: f64,
+    },
+    /// The steps have become so short that the motion gets no further.
+    #[error("{steps} steps have led {led:e} further")]
+    Stalls {
+        /// How many steps in a row were looked at.
+        steps: u64,
+        /// How far they led.
+        led: f64,
+    },
+    /// The motion has come to a place where a function jumps, and from both sides it leads back to this place.
+    #[error("the motion sticks where `{switch}` is zero")]
+    Sticks {
+        /// The argument whose sign changes there, as written in the declaration. For a comparison in one of your functions, the function's
+        /// name.
+        switch: Cow<'static, str>,
+    },
+    /// The velocity, or the position, would have to jump: what holds beyond a switch, or beyond a time at which steps end, does not go on from
+    /// what was before.
+    #[error("the {} would have to jump", .by.what())]
+    Jumps {
+        /// The switch, as above; `None` at such a time.
+        switch: Option<Cow<'static, str>>,
+        /// What makes it jump.
+        by: Jump,
+    },
+}
+
+/// What makes a velocity, or a position, jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Jump {
+    /// A holonomic constraint jumps: it is the position that would have to.
+    Position,
+    /// A holonomic constraint has a corner, or a nonholonomic one jumps.
+    Constraint,
+    /// The Lagrangian jumps along the motion, or the momentum does.
+    Lagrangian,
+}
+
+impl Jump {
+    /// What would have to jump.
+    fn what(self) -> &'static str {
+        match self {
+            Self::Position => "position",
+            Self::Constraint | Self::Lagrangian => "velocity",
+        }
+    }
+}
+
+/// A last step below this part of the mean tells that steps have become shorter and shorter.
+const COLLAPSED: f64 = 1e-3;
+
+/// Everything known about a run by Taylor series that failed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedSeries {
+    /// How many steps were made before.
+    pub step: u64,
+    /// The time.
+    pub time: f64,
+    /// The position.
+    pub q: Vec<f64>,
+    /// The velocity.
+    pub v: Vec<f64>,
+    /// The coordinates' names.
+    pub coordinates: Vec<Cow<'static, str>>,
+    /// What in the equations has no value there, if that is why.
+    pub undefined: Option<Undefined>,
+    /// What the equations for the acceleration hardly determine there, if steps have become short.
+    pub deficiency: Option<Deficiency>,
+    /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
+    pub may_divide: bool,
+    /// What happened.
+    pub cause: SeriesFailure,
+}
+
+/// A run by Taylor series that failed, or did not begin. The details are boxed, so that a step that succeeds costs nothing
+/// more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeriesError(Box<FailedSeries>);
+
+impl SeriesError {
+    /// Wraps the details.
+    pub(crate) fn new(details: FailedSeries) -> Self {
+        Self(Box::new(details))
+    }
+
+    /// Where and why the series ended.
+    #[must_use]
+    pub fn details(&self) -> &FailedSeries {
+        &self.0
+    }
+}
+
+impl fmt::Display for SeriesError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FailedSeries {
+            time: t,
+            q,
+            v,
+            coordinates,
+            undefined,
+            deficiency,
+            may_divide,
+            cause,
+            ..
+        } = &*self.0;
+        let singular = Singular(deficiency.as_ref(), *may_divide, q, v);
+        match (cause, undefined) {
+            (SeriesFailure::NotFinite, Some(undefined)) => write!(
+                f,
+                "the motion has no Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {undefined}; {}",
+                coordinates.join(", "),
+                undefined.advice(v.iter().all(|&v| v == 0.0))
+            ),
+            (SeriesFailure::NotFinite, _) => write!(
+                f,
+                "the Taylor series at t = {t}, ({}) = {q:?}, with the velocity {v:?}, is not finite: some expression of the \
+                 declaration has no value or no derivative there, or the constraints do not determine the acceleration",
+                coordinates.join(", ")
+            ),
+            (SeriesFailure::StepTooSmall { step, smallest }, _) => write!(
+                f,
+                "the step at t = {t} would be {step:e}, less than the smallest allowed, {smallest:e}: {singular}"
+            ),
+            (SeriesFailure::Stalls { steps, led }, _) => write!(
+                f,
+                "the motion gets no further than t = {t}: the last {steps} steps led {led:.1e} s on: {singular}"
+            ),
+            (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
+                f,
+                "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
+                 {mean:e}. More steps would hardly help: the motion comes close to a singularity or to a place where the system is \
+                 not smooth (q = {q:?}, v = {v:?}). If a function of your own branches there, let it compare the numbers that it is \
+                 given, not their values"
+            ),
+            (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
+                f,
+                "{steps} steps have been made and t = {t} reached: allow more, or a larger tolerance"
+            ),
+            (SeriesFailure::Sticks { switch }, _) => write!(
+                f,
+                "the motion sticks at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{switch}` is zero there, and the motions on \
+                 both of its sides lead back. A `Flow` follows a motion that sticks; a series does not. Replace the jump by a steep smooth \
+                 function, such as `(v / 0.001).tanh()` for `v.signum()`, or go on from here with a system in which sticking is a \
+                 constraint",
+                coordinates.join(", ")
+            ),
+            (SeriesFailure::Jumps { switch, by }, _) => {
+                let place = match switch {
+                    Some(switch) => format!("`{switch}` is zero there, and beyond"),
+                    None => "beyond this place".to_owned(),
+                };
+                let what = by.what();
+                let (why, advice) = match by {
+                    Jump::Position => (
+                        "a holonomic constraint asks for another position than before",
+                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+                    ),
+                    Jump::Constraint => (
+                        "a constraint on positions or velocities asks for another velocity than before. How such an impact goes \
+                         on (how much energy is lost) the declaration does not say",
+                        "round the corner off, as `(x.powi(2) + 1e-6).sqrt()` does for `x.abs()`, or a spline for the linear pieces of \
+                         `Samples`",
+                    ),
+                    Jump::Lagrangian => (
+                        "the Lagrangian is another, or the momentum that belongs to this velocity is. The force at such a jump is an impulse, \
+                         which no derivative of the pieces has",
+                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+                    ),
+                };
+                write!(
+                    f,
+                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {place} {why}. Either {advice}; \
+                     or let the run end here, and begin another one with the {what} after the jump",
+                    coordinates.join(", ")
+                )
+            }
+        }
+    }
+}
+
+/// What is said of a place that steps do not get past, whether a factor of a constraint may be why, at a position and a velocity.
+struct Singular<'a>(Option<&'a Deficiency>, bool, &'a [f64], &'a [f64]);
+
+impl fmt::Display for Singular<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(deficiency, may_divide, q, v) = self;
+        match deficiency {
+            Some(deficiency) => write!(
+                f,
+                "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
+            )?,
+            None => write!(
+                f,
+                "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?})"
+            )?,
+        }
+        if *may_divide {
+            f.write_str(
+                ". Perhaps a factor of a kinematic constraint is zero there: divide it out (`branch = divide(factor)`). Or the constraint force \
+                 cannot do there what the constraint asks for. In a Lyapunov constraint the power of an external force may be missing: friction \
+                 that it forgets has to be added to it",
+            )
+        } else {
+            f.write_str(
+                ", or the tolerance is too small. If a function of your own branches there, let it compare the numbers that it is given, not \
+                 their values",
+            )
+        }
+    }
+}
+
+impl core::error::Error for SeriesError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        Some(&self.0.cause)
+    }
+}

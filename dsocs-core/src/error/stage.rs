@@ -1,0 +1,132 @@
+//! What can go wrong in a stage of a composed step.
+
+use core::fmt;
+
+use crate::error::StepError;
+use crate::number::composition::Composition;
+use crate::solve::failure::NewtonFailure;
+
+/// Everything known about a stage that failed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedStage {
+    /// The method.
+    pub method: Composition,
+    /// The number of the node that the step begins at, counted as in [`crate::Node::index`].
+    pub index: u64,
+    /// The stage's number, from 1.
+    pub stage: usize,
+    /// Whether its leg goes against the direction of the run.
+    pub backward: bool,
+    /// What happened.
+    pub cause: StageFailure,
+}
+
+/// What happened in a stage.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum StageFailure {
+    /// No solution of the stage's equations was found, or more than one. Times and nodes are those of the stage.
+    Step(StepError),
+    /// The legs are joined by momenta, and no solution of the stage's equations was found.
+    Leg {
+        /// The time at the end of the stage.
+        time: f64,
+        /// The length of its leg.
+        h: f64,
+        /// How Newton's iteration failed: the unknowns are the leg's increment, or the velocity at its end.
+        cause: NewtonFailure,
+    },
+    /// The stage goes back in time beyond a singularity of its equations. There is a solution, but it does not belong to the motion.
+    Singularity {
+        /// The time at the end of the stage.
+        time: f64,
+        /// The length of its leg.
+        h: f64,
+    },
+    /// The stage goes back in time, and its solution is not the one that continues the motion: the acceleration jumps.
+    Jump {
+        /// The time at the end of the stage.
+        time: f64,
+        /// The length of its leg.
+        h: f64,
+    },
+}
+
+impl FailedStage {
+    /// The time at the end of the stage.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        match &self.cause {
+            StageFailure::Step(error) => error.details().time,
+            StageFailure::Leg { time, .. }
+            | StageFailure::Singularity { time, .. }
+            | StageFailure::Jump { time, .. } => *time,
+        }
+    }
+}
+
+/// A composed step that failed. The details are boxed, so that a step that succeeds costs nothing more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageError(Box<FailedStage>);
+
+impl StageError {
+    /// Wraps the details.
+    pub(crate) fn new(details: FailedStage) -> Self {
+        Self(Box::new(details))
+    }
+
+    /// Where and why the step failed.
+    #[must_use]
+    pub fn details(&self) -> &FailedStage {
+        &self.0
+    }
+}
+
+impl fmt::Display for StageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FailedStage {
+            method,
+            stage,
+            backward,
+            cause,
+            ..
+        } = &*self.0;
+        write!(f, "stage {stage} of {} of {method}", method.stages())?;
+        if *backward {
+            f.write_str(", which goes back in time,")?;
+        }
+        match cause {
+            StageFailure::Step(error) => write!(f, " failed: {error}")?,
+            StageFailure::Leg { time, h, cause } => {
+                write!(f, " failed: the leg of {h:.3e} to t = {time}: {cause}")?;
+            }
+            StageFailure::Singularity { time, h } => write!(
+                f,
+                " passes a singularity: its equations at t = {time} have changed their orientation over the leg of {h:.3e}, so that \
+                 their solution does not continue the motion",
+            )?,
+            StageFailure::Jump { time, h } => write!(
+                f,
+                " jumps: the solution at t = {time} is not the one that the motion leads to over the leg of {h:.3e}",
+            )?,
+        }
+        if method.order() > 2 {
+            f.write_str(
+                "; the method has legs that go back in time, where a constraint such as a decrease of energy may have no \
+                 motion: take a smaller h, the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
+            )?;
+        } else if !matches!(cause, StageFailure::Step(_)) {
+            f.write_str("; take a smaller h, Flow or the continuous motion to a tolerance (TaylorFlow)")?;
+        }
+        Ok(())
+    }
+}
+
+impl core::error::Error for StageError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match &self.0.cause {
+            StageFailure::Step(error) => Some(error),
+            StageFailure::Leg { .. } | StageFailure::Singularity { .. } | StageFailure::Jump { .. } => None,
+        }
+    }
+}

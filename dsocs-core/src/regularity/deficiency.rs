@@ -1,0 +1,408 @@
+//! What the equations leave open where their Jacobian is singular, in the words of the declaration.
+//!
+//! The rows are taken as they were declared, with all their unknowns: second differences (or accelerations) and multipliers. The
+//! vectors that the Jacobian takes to zero name the unknowns that are not determined; those that its transpose takes to zero name
+//! the rows that depend on each other.
+
+use core::fmt;
+use std::borrow::Cow;
+
+use crate::number::point::{AnyLeg, AnyPoint, map};
+use crate::number::scalar::Scalar as _;
+use crate::number::tangent::Tangent;
+use crate::regularity::multipliers;
+use crate::solve::dense::{Matrix, ZERO, equilibrate, null_vectors};
+use crate::solve::failure::{NewtonFailure, StepFailure};
+use crate::tape::declaration::Declaration;
+
+/// The same where it is asked what is nearly zero.
+const NEARLY_ZERO: f64 = 1e-5;
+
+/// An unknown or a row with less than this part in all null vectors has no part in them.
+const NO_PART: f64 = 1e-6;
+
+/// What the equations do not determine at a point: why there is no solution, or more than one.
+///
+/// Its text is a part of a sentence: ``coordinate `y` has no mass and no row determines it``.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Deficiency {
+    /// The coordinates that are not determined.
+    pub coordinates: Vec<Cow<'static, str>>,
+    /// Whether combinations of these coordinates are not determined, rather than the coordinates themselves.
+    pub combined: bool,
+    /// Whether what is not determined has no mass: `∂²L/∂v²` is zero along these coordinates, or along their combination.
+    pub massless: bool,
+    /// The rows that depend on each other, constraints first. If there is only one, it does not contain the unknowns at all.
+    pub rows: Vec<DependentRow>,
+    /// Whether the equations are deficient only where the search began. Close to that point the rows determine the unknowns, so there may
+    /// be a solution on either side.
+    pub at_guess_alone: bool,
+}
+
+/// A row of the equations, as it was declared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DependentRow {
+    /// A holonomic constraint, by its index from 0.
+    Holonomic(usize),
+    /// A nonholonomic constraint, by its index from 0.
+    Nonholonomic(usize),
+    /// A kinematic constraint, by its index from 0.
+    Kinematic(usize),
+    /// The work of the constraint force along a virtual displacement, by the index of the displacement from 0.
+    Displacement(usize),
+    /// An equation of motion that the declared constraint forces do not enter, by its index from 0: the same, where the declaration gives
+    /// the directions of the constraint forces instead of the virtual displacements.
+    Free(usize),
+    /// The equation of motion of a coordinate.
+    Motion(Cow<'static, str>),
+}
+
+impl fmt::Display for DependentRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&named(core::slice::from_ref(self)))
+    }
+}
+
+impl DependentRow {
+    /// Whether it is the work of a constraint force.
+    pub(crate) fn is_work(&self) -> bool {
+        matches!(self, Self::Displacement(_) | Self::Free(_))
+    }
+
+    /// Whether it is a constraint.
+    pub(crate) fn is_constraint(&self) -> bool {
+        !matches!(self, Self::Displacement(_) | Self::Free(_) | Self::Motion(_))
+    }
+
+    /// What one of its kind is called, and several; what tells it from others of the kind; and what is said after that.
+    fn words(&self) -> ([&'static str; 2], String, &'static str) {
+        let (kind, which) = match self {
+            Self::Holonomic(i) => (["holonomic constraint", "holonomic constraints"], i),
+            Self::Nonholonomic(i) => (["nonholonomic constraint", "nonholonomic constraints"], i),
+            Self::Kinematic(i) => (["kinematic constraint", "kinematic constraints"], i),
+            Self::Displacement(i) => (["virtual displacement", "virtual displacements"], i),
+            Self::Free(i) => {
+                let kinds = ["equation of motion", "equations of motion"];
+                return (kinds, (i + 1).to_string(), " without constraint forces");
+            }
+            Self::Motion(name) => {
+                let kinds = ["the equation of motion of", "the equations of motion of"];
+                return (kinds, format!("`{name}`"), "");
+            }
+        };
+        (kind, (which + 1).to_string(), "")
+    }
+}
+
+/// Things in a row: `a, b and c`.
+fn listed(things: &[String]) -> String {
+    match things {
+        [] => String::new(),
+        [one] => one.clone(),
+        [before @ .., last] => format!("{} and {last}", before.join(", ")),
+    }
+}
+
+/// Rows in words: `holonomic constraints 1 and 2 and virtual displacement 1`.
+fn named(rows: &[DependentRow]) -> String {
+    let words: Vec<_> = rows.iter().map(|row| row.words()).collect();
+    let kinds = words.chunk_by(|(kind, ..), (next, ..)| kind == next);
+    let kinds: Vec<String> = kinds
+        .map(|rows| {
+            let which: Vec<String> = rows.iter().map(|(_, which, _)| which.clone()).collect();
+            let ([one, several], _, after) = rows[0];
+            let kind = if rows.len() > 1 { several } else { one };
+            format!("{kind} {}{after}", listed(&which))
+        })
+        .collect();
+    listed(&kinds)
+}
+
+impl Deficiency {
+    /// The same, with what is known of a place beside.
+    fn beside(self, other: impl FnOnce() -> Option<Self>) -> Self {
+        Self {
+            at_guess_alone: other().is_none(),
+            ..self
+        }
+    }
+
+    /// Whether constraints alone depend on each other.
+    fn is_of_constraints(&self) -> bool {
+        !self.rows.is_empty() && self.rows.iter().all(|row| row.is_constraint())
+    }
+
+    /// The coordinates that are not determined, in words, and how a sentence goes on with `has` and `it`.
+    fn what(&self) -> Option<(String, [&'static str; 2])> {
+        let names: Vec<String> = self.coordinates.iter().map(|name| format!("`{name}`")).collect();
+        let one = ["has", "it"];
+        match names.as_slice() {
+            [] => None,
+            [name] => Some((format!("coordinate {name}"), one)),
+            names if self.combined => {
+                Some((format!("a combination of the coordinates {}", listed(names)), one))
+            }
+            names => Some((format!("the coordinates {}", listed(names)), ["have", "them"])),
+        }
+    }
+
+    /// What to try, for people; nothing where it is the guess that is wrong.
+    pub(crate) fn advice(&self) -> Option<&'static str> {
+        if self.at_guess_alone {
+            return None;
+        }
+        Some(match (self.is_of_constraints(), self.rows.len()) {
+            (true, 1) if matches!(self.rows[0], DependentRow::Kinematic(_)) => {
+                "a factor of the constraint is zero here, as a velocity is at rest: divide it out (`branch = divide(factor)`, for example \
+                 `divide(dot(x))`), or begin elsewhere"
+            }
+            (true, 1) => {
+                "the constraint's derivatives are zero here: write it so that they are not (`x - y` instead of its square), or \
+                 begin elsewhere"
+            }
+            (true, _) => "leave out the one that repeats the others, or begin where they are independent",
+            (false, _) if self.massless => {
+                "give it a mass or an inertia in the Lagrangian, or a constraint that determines its acceleration"
+            }
+            (false, _) => {
+                "look for a row that repeats another one, or for a coordinate whose acceleration nothing determines"
+            }
+        })
+    }
+}
+
+impl fmt::Display for Deficiency {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let undetermined = self.what();
+        if self.is_of_constraints() {
+            let rows = named(&self.rows);
+            if self.rows.len() == 1 {
+                write!(f, "{rows} says nothing about the acceleration here")?;
+            } else {
+                write!(f, "{rows} depend on each other here")?;
+            }
+            return match undetermined {
+                Some((what, _)) => write!(f, ", and no row determines {what}"),
+                None => Ok(()),
+            };
+        }
+        match undetermined {
+            Some((what, [has, it])) if self.massless => {
+                write!(f, "{what} {has} no mass and no row determines {it}")
+            }
+            Some((what, _)) if self.rows.len() > 1 => {
+                write!(
+                    f,
+                    "no row determines {what}: {} depend on each other here",
+                    named(&self.rows)
+                )
+            }
+            Some((what, _)) => write!(f, "no row determines {what}"),
+            None => write!(f, "{} depend on each other here", named(&self.rows)),
+        }
+    }
+}
+
+/// What a step leaves open at the second difference `e`; nothing where its Jacobian is regular or not finite.
+#[cold]
+pub(crate) fn of_step(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Option<Deficiency> {
+    let n = declaration.dimension();
+    let legs = leg.map(Tangent::splat);
+    let columns = |e: &[f64]| -> Vec<Vec<Tangent>> {
+        let known = multipliers::of_step(declaration, h, leg, e);
+        let columns = (0..n + known.len()).map(|j| {
+            let e: Vec<_> = (0..n).map(|i| moved(e[i], i == j)).collect();
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], n + i == j)).collect();
+            declaration.declared(Tangent::splat(h), legs.any(), &e, &multipliers)
+        });
+        columns.collect()
+    };
+    let middle = declaration.point(h, leg, e);
+    let longest = leg.d.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
+    let found = examine(declaration, &columns(e), middle.any(), ZERO)?;
+    Some(found.beside(|| examine(declaration, &columns(&beside(e, longest)), middle.any(), ZERO)))
+}
+
+/// What the continuous system leaves open at a point; nothing where its Jacobian is regular or not finite.
+#[cold]
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+    at_point(declaration, point, ZERO)
+}
+
+/// What the continuous system hardly determines at a point, or not at all.
+#[cold]
+pub(crate) fn near_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Deficiency> {
+    at_point(declaration, point, NEARLY_ZERO)
+}
+
+/// What the continuous system leaves open at a point, where singular values up to a part of the largest are zero.
+fn at_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, zero: f64) -> Option<Deficiency> {
+    let n = declaration.dimension();
+    let columns = |point: AnyPoint<'_, f64>| -> Vec<Vec<Tangent>> {
+        let known = if declaration.has_multipliers() {
+            multipliers::of_point(declaration, point)
+        } else {
+            Vec::new()
+        };
+        let columns = (0..n + known.len()).map(|j| {
+            let at = AnyPoint {
+                t: Tangent::splat(point.t),
+                q: &map(point.q, Tangent::splat),
+                v: &map(point.v, Tangent::splat),
+                a: &(0..n).map(|i| moved(point.a[i], i == j)).collect::<Vec<_>>(),
+            };
+            let multipliers: Vec<_> = (0..known.len()).map(|i| moved(known[i], n + i == j)).collect();
+            declaration.continuous(at, &multipliers)
+        });
+        columns.collect()
+    };
+    let found = examine(declaration, &columns(point), point, zero)?;
+    let other = AnyPoint {
+        a: &beside(point.a, 1.0),
+        ..point
+    };
+    Some(found.beside(|| examine(declaration, &columns(other), other, zero)))
+}
+
+/// A place that lies beside another, along no axis and none of the usual diagonals.
+fn beside(x: &[f64], size: f64) -> Vec<f64> {
+    const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
+    let moved = x.iter().zip(ASIDE.iter().cycle());
+    moved.map(|(x, aside)| x + aside * size).collect()
+}
+
+/// What the equations for the acceleration at a start leave open, where that may be why they have no solution.
+#[cold]
+pub(crate) fn of_start(
+    declaration: &Declaration<'_>,
+    (t, q0, v0): (f64, &[f64], &[f64]),
+    near: Option<&[f64]>,
+    cause: &NewtonFailure,
+) -> Option<Deficiency> {
+    if !matches!(cause.reason, StepFailure::Singular | StepFailure::NotConverged) {
+        return None;
+    }
+    let at_rest = vec![0.0; declaration.dimension()];
+    let a = near.unwrap_or(&at_rest);
+    of_point(declaration, AnyPoint { t, q: q0, v: v0, a })
+}
+
+/// An unknown, which moves or not; one that is not known stands at 0.
+fn moved(x: f64, moves: bool) -> Tangent {
+    Tangent::new(if x.is_finite() { x } else { 0.0 }, if moves { 1.0 } else { 0.0 })
+}
+
+/// What equations leave open that are given by the derivatives of all rows by each unknown: third derivatives, then rates of multipliers.
+#[cold]
+pub(crate) fn of_columns(
+    declaration: &Declaration<'_>,
+    columns: &[Vec<Tangent>],
+    point: AnyPoint<'_, f64>,
+) -> Option<Deficiency> {
+    examine(declaration, columns, point, ZERO)
+}
+
+/// Looks for null vectors of a matrix that is given by its columns: first those of coordinates, then those of multipliers.
+fn examine(
+    declaration: &Declaration<'_>,
+    columns: &[Vec<Tangent>],
+    point: AnyPoint<'_, f64>,
+    zero: f64,
+) -> Option<Deficiency> {
+    let size = columns.len();
+    if columns.iter().any(|column| column.len() != size) {
+        return None;
+    }
+    let mut matrix = Matrix::from_fn(size, size, |i, j| columns[j][i].derivative());
+    if !matrix.is_finite() {
+        return None;
+    }
+    let scales = equilibrate(&mut matrix, size);
+    let right = null_vectors(&matrix, zero);
+    let left = null_vectors(&matrix.transposed(), zero);
+    if right.is_empty() || left.is_empty() {
+        return None;
+    }
+    let n = declaration.dimension();
+    let names = declaration.coordinates();
+    let coordinates: Vec<usize> = (0..n).filter(|&i| has_part(&right, i)).collect();
+    let massless = right.iter().all(|vector| {
+        let along: Vec<f64> = (0..n).map(|i| vector[i] * scales[i]).collect();
+        is_massless(declaration, point, &along)
+    });
+    // constraints that depend on each other come before what follows from them: their displacements vanish, too
+    let constraints = declaration.constraints().into_iter().sum::<usize>().min(size);
+    let bound = Matrix::from_fn(size, constraints, |i, j| matrix[(j, i)]);
+    let of_constraints = null_vectors(&bound, zero);
+    let left = if of_constraints.is_empty() {
+        left
+    } else {
+        of_constraints
+    };
+    let count = left[0].len();
+    let rows = (0..count).filter(|&i| has_part(&left, i));
+    Some(Deficiency {
+        combined: right.len() < coordinates.len(),
+        coordinates: coordinates.into_iter().map(|i| names[i].name.clone()).collect(),
+        massless,
+        rows: rows.map(|i| row(declaration, i)).collect(),
+        at_guess_alone: false,
+    })
+}
+
+/// Whether a place is not zero in all vectors.
+fn has_part(vectors: &[Vec<f64>], place: usize) -> bool {
+    vectors.iter().any(|vector| vector[place].abs() > NO_PART)
+}
+
+/// Whether `∂²L/∂v²` is zero along a direction, which is not zero itself.
+fn is_massless(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>, along: &[f64]) -> bool {
+    let mass = |along: &[f64]| {
+        let point = AnyPoint {
+            t: Tangent::splat(point.t),
+            q: &map(point.q, Tangent::splat),
+            v: &map(point.v, Tangent::splat),
+            a: &map(along, |along| Tangent::new(0.0, along)),
+        };
+        let forces = declaration.continuous_force(point);
+        forces
+            .iter()
+            .fold(0.0_f64, |largest, x| largest.max(x.derivative().abs()))
+    };
+    // against what the same coordinates weigh by themselves
+    let alone = |j: usize| -> Vec<f64> {
+        let parts = along.iter().enumerate();
+        parts
+            .map(|(i, &along)| if i == j { along } else { 0.0 })
+            .collect()
+    };
+    let parts = (0..along.len()).map(|j| mass(&alone(j)));
+    let own = parts.fold(0.0_f64, f64::max);
+    along.iter().any(|&x| x != 0.0) && mass(along) <= ZERO * own
+}
+
+/// What the row of a place is.
+pub(crate) fn row(declaration: &Declaration<'_>, place: usize) -> DependentRow {
+    let [holonomic, nonholonomic, kinematic] = declaration.constraints();
+    let lower = holonomic + nonholonomic;
+    let constraints = lower + kinematic;
+    if place < holonomic {
+        DependentRow::Holonomic(place)
+    } else if place < lower {
+        DependentRow::Nonholonomic(place - holonomic)
+    } else if place < constraints {
+        DependentRow::Kinematic(place - lower)
+    } else if constraints == 0 || declaration.has_multipliers() {
+        let coordinate = declaration.coordinates().get(place - constraints);
+        DependentRow::Motion(coordinate.map_or(Cow::Borrowed("?"), |coordinate| coordinate.name.clone()))
+    } else if declaration.forms_count() > 0 {
+        DependentRow::Free(place - constraints)
+    } else {
+        DependentRow::Displacement(place - constraints)
+    }
+}

@@ -1,0 +1,78 @@
+//! How far coordinates move in a step: their lengths, which make coordinates of different units comparable.
+
+use crate::number::point::{AnyLeg, map};
+use crate::number::tangent::Tangent2;
+use crate::tape::declaration::Declaration;
+
+/// A coordinate whose legs are shorter than this part of the longest stands still.
+const STILL: f64 = 1e-3;
+
+/// The longer of both legs by coordinate, at least a part of the longest of all; `None` of a coordinate that has no such length.
+///
+/// Coordinates may have units of their own. What makes their lengths comparable is the mass that moves with each: `√(∂²L/∂vᵢ²) δqᵢ`
+/// has the same unit for all.
+pub(crate) fn measured(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Vec<Option<f64>> {
+    let moved: Vec<f64> = leg
+        .d
+        .iter()
+        .zip(e)
+        .map(|(d, e)| d.abs().max((d + e).abs()))
+        .collect();
+    let weights = weights(declaration, h, leg);
+    let weighted = moved.iter().zip(&weights);
+    let longest = weighted.fold(0.0_f64, |longest, (moved, weight)| longest.max(weight * moved));
+    let length = |i: usize| {
+        let least = if weights[i] > 0.0 {
+            STILL * longest / weights[i]
+        } else {
+            0.0
+        };
+        let length = moved[i].max(least);
+        (length > 0.0 && length.is_finite()).then_some(length)
+    };
+    (0..moved.len()).map(length).collect()
+}
+
+/// The square root of the mass that moves with each coordinate; zero where there is none.
+pub(crate) fn weights(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let v = map(leg.d, |d| d / h);
+    let weight = |i: usize| {
+        let along = |x: &[f64], part: f64| -> Vec<Tangent2> {
+            let numbers = x.iter().enumerate();
+            numbers
+                .map(|(j, &x)| {
+                    let part = if i == j { part } else { 0.0 };
+                    Tangent2::second(x, [part; 2])
+                })
+                .collect()
+        };
+        // by a part of the velocity: only differences of users' functions depend on it
+        let unit = if v[i] == 0.0 { 1.0 } else { v[i].abs() };
+        let mass = declaration
+            .lagrangian(
+                Tangent2::second(leg.t, [0.0; 2]),
+                &along(leg.q, 0.0),
+                &along(&v, unit),
+            )
+            .mixed();
+        let weight = mass.abs().sqrt() / unit;
+        if weight.is_finite() { weight } else { 0.0 }
+    };
+    (0..v.len()).map(weight).collect()
+}
+
+/// A length for every coordinate. One that does not move while others do is measured by its mass, or by 1 if it has none.
+pub(crate) fn lengths(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
+    let weights = weights(declaration, h, leg);
+    let measured = measured(declaration, h, leg, e);
+    let lengths = measured.iter().zip(&weights).map(|(measured, weight)| {
+        let by_mass = 1.0 / weight;
+        measured.unwrap_or(if by_mass.is_finite() { by_mass } else { 1.0 })
+    });
+    lengths.collect()
+}

@@ -1,0 +1,85 @@
+//! Multipliers: what each constraint contributes to the constraint force.
+
+use crate::number::point::{AnyLeg, AnyPoint};
+use crate::regularity::lengths;
+use crate::solve::dense::Matrix;
+use crate::tape::declaration::Declaration;
+
+/// Components of forms below this part of the largest are not scaled up.
+const FAINT: f64 = 1e-3;
+
+/// The multipliers `λ` of the forms with which `Σ λ_j α_j` comes nearest to a force `Q`; where the equations of the step hold,
+/// the two are equal. NaN if the force or a form is not finite.
+pub(crate) fn multipliers(force: &[f64], forms: &[Vec<f64>]) -> Vec<f64> {
+    let (n, count) = (force.len(), forms.len());
+    if count == 0 {
+        return Vec::new();
+    }
+    // coordinates with their own units: a row of forms and force is scaled by its largest form
+    let scale = |i: usize| {
+        forms
+            .iter()
+            .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
+    };
+    // a component that passes through zero is not to be blown up to the size of the others: its force is rounding
+    let least = FAINT * (0..n).fold(0.0_f64, |largest, i| largest.max(scale(i)));
+    let scaled = |i: usize, x: f64| {
+        let scale = scale(i);
+        if scale > 0.0 { x / scale.max(least) } else { 0.0 }
+    };
+    let matrix = Matrix::from_fn(n, count, |i, j| scaled(i, forms[j][i]));
+    let right: Vec<f64> = (0..n).map(|i| scaled(i, force[i])).collect();
+    if !matrix.is_finite() || right.iter().any(|entry| !entry.is_finite()) {
+        return vec![f64::NAN; count];
+    }
+    matrix.decomposed().solve(&right, f64::EPSILON)
+}
+
+/// The multipliers among the unknowns of the continuous system.
+pub(crate) fn of_motion(coordinates: usize, motion: &[f64]) -> &[f64] {
+    motion.get(coordinates..).unwrap_or_default()
+}
+
+/// The multipliers that are unknown in a step, at the triple of a leg and a second difference: those that come nearest to the
+/// constraint force there. None where there are fields instead.
+pub(crate) fn of_step(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> Vec<f64> {
+    if !declaration.has_multipliers() {
+        return Vec::new();
+    }
+    // components for the lengths that coordinates move, not for their units: then it is no matter of units which form is faint
+    let forms = declaration.forms(h, leg, e);
+    let lengths = lengths::measured(declaration, h, leg, e);
+    let largest = |i: usize| {
+        forms
+            .iter()
+            .fold(0.0_f64, |largest, form| largest.max(form[i].abs()))
+    };
+    let n = declaration.dimension();
+    let all = (0..n).fold(0.0_f64, |most, i| {
+        most.max(lengths[i].map_or(0.0, |length| length * largest(i)))
+    });
+    let unit = |i: usize| {
+        // the forms of a coordinate that has no length are not
+        let unit = lengths[i].unwrap_or_else(|| if all > 0.0 { all } else { 1.0 } / largest(i));
+        if unit.is_normal() { unit } else { 1.0 }
+    };
+    let units: Vec<f64> = (0..n).map(unit).collect();
+    let works = |x: &[f64]| -> Vec<f64> { x.iter().zip(&units).map(|(x, unit)| x * unit).collect() };
+    let forms: Vec<Vec<f64>> = forms.iter().map(|form| works(form)).collect();
+    multipliers(&works(&declaration.force(h, leg, e)), &forms)
+}
+
+/// The multipliers of the continuous system at a point.
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Vec<f64> {
+    multipliers(
+        &declaration.continuous_force(point),
+        &declaration.continuous_forms(point),
+    )
+}
+
+/// How many multipliers are left among the unknowns of a step.
+pub(crate) fn count_unknown(declaration: &Declaration<'_>) -> usize {
+    let ones = vec![1.0; declaration.forms_count()];
+    let unknown = declaration.unknown(&vec![0.0; declaration.dimension()], &ones);
+    unknown.iter().filter(|&&x| x != 0.0).count()
+}

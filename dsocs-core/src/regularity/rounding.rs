@@ -1,0 +1,44 @@
+//! The rounding errors of rows, and how large their terms are.
+
+use crate::number::bounded::{Bounded, UNIT};
+use crate::number::point::{AnyLeg, map};
+use crate::number::scalar::Scalar as _;
+use crate::regularity::multipliers::of_step;
+use crate::regularity::stacked::{of_first_pair, stacked};
+use crate::tape::declaration::Declaration;
+
+/// How large the terms of each row of [`Declaration::phase`] are.
+pub(crate) fn phase_sizes(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let rows = declaration.phase(
+        Bounded::splat(t),
+        &map(q, Bounded::splat),
+        &map(v, Bounded::splat),
+    );
+    rows.iter().map(|row| row.error() / UNIT).collect()
+}
+
+/// How large the terms of each row of [`Declaration::pair`] are.
+pub(crate) fn pair_sizes(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let rows = declaration.pair(Bounded::splat(h), leg.map(Bounded::splat).any());
+    rows.iter().map(|row| row.error() / UNIT).collect()
+}
+
+/// The same for all rows of a step, in the order of [`stacked`].
+pub(crate) fn stacked_bounds(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Vec<f64> {
+    let multipliers = of_step(declaration, h, leg, e);
+    let multipliers: Vec<_> = multipliers.iter().map(|&x| Bounded::splat(x)).collect();
+    let (leg, e) = (leg.map(Bounded::splat), map(e, Bounded::splat));
+    let rows = stacked(declaration, Bounded::splat(h), leg.any(), &e, &multipliers);
+    rows.into_iter().map(Bounded::error).collect()
+}
+
+/// The same for what constraints ask of the first pair of nodes.
+pub(crate) fn first_pair_bounds(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    let rows = of_first_pair(declaration, Bounded::splat(h), leg.map(Bounded::splat).any());
+    rows.into_iter().map(Bounded::error).collect()
+}

@@ -1,0 +1,380 @@
+//! Functions that jump with the velocity, such as dry friction: what they are where they jump.
+//!
+//! `signum(u)` says nothing at `u = 0`. The law of dry friction does: there the force may be any between the two sides, and it is the one that keeps
+//! the mass at rest, as long as there is one. So `signum(u)` stands for a set: its sign where `u` is not zero, and all of `[-1, 1]` where it is
+//! (A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides*, 1988; J. J. Moreau, *Unilateral Contact and Dry Friction in
+//! Finite Freedom Dynamics*, 1988). With rows `R(x, s) = 0` in unknowns `x` and *sides* `s`, and arguments `u(x)`, what is looked for is
+//!
+//! ```text
+//! R(x, s) = 0,   s_g = 1 if u_g > 0,   s_g = -1 if u_g < 0,   s_g in [-1, 1] if u_g = 0.
+//! ```
+//!
+//! Newton's iteration takes both as affine in `x` and `s` and solves this for the next ones (N. H. Josephy, 1979). What is left without `x` is a linear
+//! complementarity problem with bounds, `u(s) = a - B s`. Friction takes energy, so `B` has a positive semidefinite symmetric part. Pivots of many sides
+//! at once solve it, and of single ones where those do not come to an end (J. J. Júdice, F. M. Pires, *Computers Oper. Res.* 21, 1994). Where `B` is
+//! singular, as with friction in all four joints of a four-bar linkage, the sides at rest are not determined by themselves, but the forces together are:
+//! then those are taken that are nearest to the last ones (the proximal point method). See also V. Acary, B. Brogliato, *Numerical Methods for
+//! Nonsmooth Dynamical Systems*, 2008.
+
+use crate::solve::dense::Matrix;
+
+/// How often Newton's iteration goes on.
+const MAX_ITERATIONS: u32 = 40;
+
+/// An update of this part of the unknowns is the last: what rests is to rest to the last digit, and not to creep by rounding.
+const LAST: f64 = f64::EPSILON * f64::EPSILON;
+
+/// Updates below this part that do not shrink any more are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// How far the sides that are solved for are held back, relative to what they do to their own argument.
+const HELD: f64 = 1e-4;
+
+/// How often they are let go.
+const RELEASES: u32 = 12;
+
+/// An unknown that is zero is known to this part of the others.
+const FAINT: f64 = 1e-10;
+
+/// An argument below this part of what the sides can do to it is zero.
+const STILL: f64 = 1e-10;
+
+/// How often all sides that are wrong may change at once without their number becoming smaller.
+const PATIENCE: u32 = 8;
+
+/// How often sides change their pieces at most: a cold path, and a search that has always been much shorter.
+const MAX_PIVOTS: u32 = 10_000;
+
+/// Arguments beyond zero by this part are zero.
+const BEYOND: f64 = 1e-13;
+
+/// Sides may be beyond their bounds by this much: where frictions depend on each other, they are known to no more digits, and arguments are zero to all.
+const LOOSE: f64 = 1e-7;
+
+/// What is known of a side.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Piece {
+    /// The argument is negative.
+    Minus,
+    /// The argument is zero.
+    Between,
+    /// The argument is positive.
+    Plus,
+}
+
+impl Piece {
+    /// The piece of an argument.
+    pub(crate) fn of(argument: f64) -> Self {
+        if argument > 0.0 {
+            Self::Plus
+        } else if argument < 0.0 {
+            Self::Minus
+        } else {
+            Self::Between
+        }
+    }
+
+    /// The side of the piece; 0 between.
+    pub(crate) fn side(self) -> f64 {
+        match self {
+            Self::Minus => -1.0,
+            Self::Between => 0.0,
+            Self::Plus => 1.0,
+        }
+    }
+}
+
+/// Rows and arguments at a point, with their derivatives.
+pub(crate) struct Linear {
+    /// The rows, as many as unknowns.
+    pub(crate) rows: Vec<f64>,
+    /// Their derivatives by the unknowns.
+    pub(crate) by_unknowns: Matrix,
+    /// Their derivatives by the sides.
+    pub(crate) by_sides: Matrix,
+    /// The arguments.
+    pub(crate) arguments: Vec<f64>,
+    /// Their derivatives by the unknowns.
+    pub(crate) slopes: Matrix,
+}
+
+/// A solution, or a guess of one.
+#[derive(Clone, Debug)]
+pub(crate) struct Sided {
+    /// The unknowns.
+    pub(crate) x: Vec<f64>,
+    /// The sides.
+    pub(crate) sides: Vec<f64>,
+    /// The piece that each of them is on.
+    pub(crate) pieces: Vec<Piece>,
+    /// Which arguments are zero. Of one that is, the side may be at a bound all the same.
+    pub(crate) still: Vec<bool>,
+    /// How often the rows were evaluated.
+    pub(crate) evaluations: u32,
+}
+
+impl Sided {
+    /// A guess.
+    pub(crate) fn guess(x: Vec<f64>, pieces: Vec<Piece>) -> Self {
+        Self {
+            x,
+            sides: pieces.iter().map(|piece| piece.side()).collect(),
+            still: pieces.iter().map(|piece| *piece == Piece::Between).collect(),
+            pieces,
+            evaluations: 0,
+        }
+    }
+}
+
+/// Solves an inclusion from a guess; `None` if nothing is found. `least` says how large each unknown is taken to be at least.
+///
+/// Sides turn their arguments back to zero, `B_gg ≥ 0`, or backward in time, with `direction` -1, away from it. A motion does not stay where they do the
+/// opposite, as with a force that pushes along the velocity.
+#[cold]
+pub(crate) fn solve(
+    linearize: &dyn Fn(&[f64], &[f64]) -> Linear,
+    guess: &Sided,
+    least: &[f64],
+    direction: f64,
+) -> Option<Sided> {
+    let mut now = guess.clone();
+    let mut last = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        now.evaluations += 1;
+        let at = linearize(&now.x, &now.sides);
+        let count = now.x.len();
+        let inverse = inverse(at.by_unknowns)?;
+        let newton = inverse.times_vector(&at.rows);
+        let by_sides = inverse.times(&at.by_sides);
+        let b = at.slopes.times(&by_sides);
+        let moved = at.slopes.times_vector(&newton);
+        let a: Vec<f64> = at
+            .arguments
+            .iter()
+            .zip(&moved)
+            .map(|(u, moved)| u - moved)
+            .collect();
+        let pieces = now.pieces.clone();
+        let changes = complement(&a, &b, &mut now)?;
+        let repels = |g: usize| now.pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0;
+        if (0..a.len()).any(repels) {
+            return None;
+        }
+        let by_change = by_sides.times_vector(&changes);
+        let sizes: Vec<f64> = (0..count)
+            .map(|i| {
+                by_sides
+                    .row(i)
+                    .map(f64::abs)
+                    .sum::<f64>()
+                    .max(now.x[i].abs())
+                    .max(least[i])
+            })
+            .collect();
+        let faint = FAINT * sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
+        let mut largest = 0.0_f64;
+        for i in 0..count {
+            let update = newton[i] + by_change[i];
+            now.x[i] -= update;
+            if update != 0.0 {
+                largest = largest.max(update.abs() / sizes[i].max(faint));
+            }
+        }
+        if largest.is_nan() {
+            return None;
+        }
+        let same = now.pieces == pieces;
+        if same && (largest <= LAST || largest <= ROUNDING && largest >= 0.5 * last) {
+            let left = b.times_vector(&changes);
+            now.still = (0..a.len())
+                .map(|g| {
+                    let reach = b.row(g).map(f64::abs).sum::<f64>();
+                    now.pieces[g] == Piece::Between || (a[g] - left[g]).abs() <= STILL * reach
+                })
+                .collect();
+            return Some(now);
+        }
+        last = largest;
+    }
+    None
+}
+
+/// The inverse of a matrix whose rows may have any units; `None` if it is singular.
+fn inverse(mut matrix: Matrix) -> Option<Matrix> {
+    let lengths = matrix.normalize_columns();
+    let mut inverse = matrix.inverse();
+    for (i, length) in lengths.iter().enumerate() {
+        inverse.divide_row(i, *length);
+    }
+    inverse.is_finite().then_some(inverse)
+}
+
+/// Solves the complementarity problem `u(s + δ) = a - B δ`, from the pieces and the sides that are given. In changes `δ`, because those become small: an
+/// argument is zero to the digits of the change, not to those of the sides. Returns the change.
+fn complement(a: &[f64], b: &Matrix, now: &mut Sided) -> Option<Vec<f64>> {
+    let sides = a.len();
+    let largest = |g: usize| b.row(g).fold(0.0_f64, |most, x| most.max(x.abs()));
+    // a side that does nothing to any argument is not to be divided by
+    let hold: Vec<f64> = (0..sides)
+        .map(|g| {
+            let own = b[(g, g)].abs().max(1e-3 * largest(g)).max(a[g].abs() * HELD);
+            HELD * own.max(f64::MIN_POSITIVE / HELD)
+        })
+        .collect();
+    let held = Matrix::from_fn(sides, sides, |g, k| {
+        b[(g, k)] + if g == k { hold[g] } else { 0.0 }
+    });
+    let mut changes = vec![0.0; sides];
+    for release in 0..RELEASES {
+        let from: Vec<f64> = (0..sides).map(|g| a[g] + hold[g] * changes[g]).collect();
+        let mut pieces = now.pieces.clone();
+        let Some(found) = pivot(&from, &held, &now.sides, &mut pieces) else {
+            // what depends on each other can be at its bounds in several ways, and rounding decides
+            if release == 0 {
+                return None;
+            }
+            break;
+        };
+        now.pieces = pieces;
+        let pairs = found.iter().zip(&changes);
+        let moved = pairs.fold(0.0_f64, |most, (found, change)| most.max((found - change).abs()));
+        changes = found;
+        let largest = changes
+            .iter()
+            .fold(0.0_f64, |most, change| most.max(change.abs()));
+        if moved <= f64::EPSILON * largest {
+            break;
+        }
+    }
+    for (side, change) in now.sides.iter_mut().zip(&changes) {
+        *side += change;
+    }
+    Some(changes)
+}
+
+/// The same where no side is undetermined; the pieces are those of the solution in the end.
+fn pivot(a: &[f64], b: &Matrix, from: &[f64], pieces: &mut [Piece]) -> Option<Vec<f64>> {
+    let sides = a.len();
+    let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
+    for _ in 0..MAX_PIVOTS {
+        let between: Vec<usize> = (0..sides).filter(|&g| pieces[g] == Piece::Between).collect();
+        let mut changes: Vec<f64> = (0..sides)
+            .map(|g| match pieces[g] {
+                Piece::Between => 0.0,
+                piece => piece.side() - from[g],
+            })
+            .collect();
+        if !between.is_empty() {
+            let left = |g: usize| a[g] - b.row(g).zip(&changes).map(|(b, s)| b * s).sum::<f64>();
+            let right: Vec<f64> = between.iter().map(|&g| left(g)).collect();
+            let own = Matrix::from_fn(between.len(), between.len(), |i, j| b[(between[i], between[j])]);
+            let solved = inverse(own)?.times_vector(&right);
+            for (&g, value) in between.iter().zip(solved) {
+                changes[g] = value;
+            }
+        }
+        let wrong: Vec<(usize, Piece)> = (0..sides)
+            .filter_map(|g| {
+                let terms = b.row(g).zip(&changes).map(|(b, change)| b * change);
+                let argument = a[g] - terms.sum::<f64>();
+                let terms = b.row(g).zip(&changes).zip(from);
+                let size = terms.fold(a[g].abs(), |size, ((b, change), from)| {
+                    size + (b * change).abs() + (b * from).abs()
+                });
+                let to = match pieces[g] {
+                    Piece::Between if from[g] + changes[g] > 1.0 + LOOSE => Piece::Plus,
+                    Piece::Between if from[g] + changes[g] < -1.0 - LOOSE => Piece::Minus,
+                    Piece::Plus if argument < -BEYOND * size => Piece::Between,
+                    Piece::Minus if argument > BEYOND * size => Piece::Between,
+                    _ => return None,
+                };
+                Some((g, to))
+            })
+            .collect();
+        if wrong.is_empty() {
+            return Some(changes);
+        }
+        if wrong.len() < fewest {
+            (fewest, patience) = (wrong.len(), PATIENCE);
+        } else {
+            patience = patience.saturating_sub(1);
+        }
+        let changed = if patience > 0 { wrong.len() } else { 1 };
+        for &(g, to) in &wrong[..changed] {
+            pieces[g] = to;
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `u(s) = a - B s` with `B = G Gᵀ D`, as friction has it, with as many independent directions as `rank`.
+    fn friction(a: &[f64], directions: &[f64], limits: &[f64], rank: usize) -> Matrix {
+        let count = a.len();
+        let entry = |g: usize, k: usize| directions[g * 4 + k];
+        Matrix::from_fn(count, count, |g, j| {
+            let product: f64 = (0..rank).map(|k| entry(g, k) * entry(j, k)).sum();
+            product * limits[j]
+        })
+    }
+
+    /// Solves it, and holds the solution against its definition.
+    fn is_solved(a: &[f64], b: &Matrix) -> bool {
+        let mut now = Sided::guess(Vec::new(), vec![Piece::Between; a.len()]);
+        let mut left = a.to_vec();
+        // as Newton's iteration goes on
+        for _ in 0..MAX_ITERATIONS {
+            let Some(changes) = complement(&left, b, &mut now) else {
+                return false;
+            };
+            let taken = b.times_vector(&changes);
+            left = left
+                .iter()
+                .zip(&taken)
+                .map(|(left, taken)| left - taken)
+                .collect();
+        }
+        let size = a.iter().fold(1e-3_f64, |most, a| most.max(a.abs()));
+        (0..a.len()).all(|g| {
+            let (argument, side) = (left[g], now.sides[g]);
+            let is_zero = argument.abs() <= 1e-12 * size;
+            side.abs() <= 1.0 + LOOSE && (is_zero || side == argument.signum())
+        })
+    }
+
+    #[test]
+    fn frictions_solve_their_inclusion() {
+        let mut state = 1_u64;
+        let mut random = |from: f64, to: f64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            from + (to - from) * (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for round in 0..800 {
+            let (count, rank) = (1 + round % 7, 1 + round / 7 % 4);
+            let directions: Vec<f64> = (0..28).map(|_| random(-1.0, 1.0)).collect();
+            let limits: Vec<f64> = (0..count).map(|_| random(0.05, 2.0)).collect();
+            // arguments that a velocity has: with fewer directions than frictions they depend on each other
+            let velocity: Vec<f64> = (0..rank).map(|_| random(-2.0, 2.0)).collect();
+            let a: Vec<f64> = (0..count)
+                .map(|g| (0..rank).map(|k| directions[g * 4 + k] * velocity[k]).sum())
+                .collect();
+            let b = friction(&a, &directions, &limits, rank);
+            assert!(is_solved(&a, &b), "{round}: {a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_beyond_the_friction_is_at_its_bound() {
+        let b = Matrix::from_fn(2, 2, |i, j| if i == j { 0.5 } else { 0.0 });
+        let mut now = Sided::guess(Vec::new(), vec![Piece::Between; 2]);
+        complement(&[0.2, -3.0], &b, &mut now).unwrap();
+        assert!(
+            (now.sides[0] - 0.4).abs() < 1e-15 && now.sides[1] == -1.0,
+            "{now:?}"
+        );
+        assert_eq!(now.pieces, [Piece::Between, Piece::Minus]);
+    }
+}

@@ -1,0 +1,36 @@
+//! The rows of a step for all its coordinates, and those of the first pair of nodes.
+
+use crate::number::point::AnyLeg;
+use crate::tape::Number;
+use crate::tape::declaration::Declaration;
+
+/// What holonomic constraints ask of the first node, and nonholonomic ones of the first pair.
+pub(crate) fn of_first_pair<T: Number>(declaration: &Declaration<'_>, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
+    let holonomic = declaration.holonomic();
+    let q: Vec<T> = leg.q.iter().zip(leg.d).map(|(&q, &d)| q - d).collect();
+    let first = AnyLeg {
+        t: leg.t - h,
+        q: &q,
+        d: leg.d,
+    };
+    let mut rows = declaration.pair(h, first);
+    rows.truncate(holonomic);
+    rows.extend(declaration.pair(h, leg).into_iter().skip(holonomic));
+    rows
+}
+
+/// All rows of a step: those left to be iterated, then `e − S(leg, z)` for every coordinate, which is zero at all times for
+/// the coordinates of the unknowns and what was solved beforehand for the others. Multipliers have their own values.
+pub(crate) fn stacked<T: Number>(
+    declaration: &Declaration<'_>,
+    h: T,
+    leg: AnyLeg<'_, T>,
+    e: &[T],
+    multipliers: &[T],
+) -> Vec<T> {
+    let z = declaration.unknown(e, multipliers);
+    let solved = declaration.second_difference(h, leg, &z);
+    let mut rows = declaration.rows(h, leg, &z);
+    rows.extend(e.iter().zip(&solved).map(|(&e, &solved)| e - solved));
+    rows
+}

@@ -1,0 +1,131 @@
+//! What in a declaration has no value at a point.
+
+use core::fmt;
+
+use crate::number::point::AnyPoint;
+use crate::tape::Leaf;
+use crate::tape::declaration::Declaration;
+
+/// An expression of a declaration, or of its derivatives, that has no finite value at a point, although everything in it has one, such as the
+/// root of a negative number, or an overflow; or a divisor that is zero there.
+///
+/// Its text is a sentence: ``the divisor `x.powi(2) + y.powi(2)` is zero there (x = 0, y = 0)``.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Undefined {
+    /// The expression, written as in a declaration; long ones are shortened.
+    pub expression: String,
+    /// Its value: infinite, not a number, or zero of a divisor.
+    pub value: f64,
+    /// The names and values of the quantities in it, such as `x`, `dot(x)`, `mass` and `t`.
+    pub quantities: Vec<(String, f64)>,
+    /// Whether a position, a velocity, and a parameter are among them.
+    contains: [bool; 3],
+}
+
+/// So many quantities are named in a message.
+const NAMED: usize = 6;
+
+impl Undefined {
+    /// Whether a coordinate is in the expression.
+    #[must_use]
+    pub fn contains_position(&self) -> bool {
+        self.contains[0]
+    }
+
+    /// Whether a velocity is in the expression.
+    #[must_use]
+    pub fn contains_velocity(&self) -> bool {
+        self.contains[1]
+    }
+
+    /// Whether a parameter is in the expression.
+    #[must_use]
+    pub fn contains_parameter(&self) -> bool {
+        self.contains[2]
+    }
+
+    /// What to try, for people.
+    pub(crate) fn advice(&self, at_rest: bool) -> &'static str {
+        match self.contains {
+            [false, false, true] => "its parameters need other values",
+            [_, true, _] if at_rest => {
+                "the system is at rest there: start with a velocity; or write the constraint so that it has a value at rest (where \
+                 `branch` divides by this factor, write the quotient itself)"
+            }
+            [_, _, true] => "begin elsewhere, or with other parameters",
+            _ => "begin elsewhere",
+        }
+    }
+}
+
+impl fmt::Display for Undefined {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [before, after] = if self.value.is_nan() {
+            ["", "has no value"]
+        } else if self.value == 0.0 {
+            ["the divisor ", "is zero"]
+        } else {
+            ["", "is infinite"]
+        };
+        write!(f, "{before}`{}` {after} there", self.expression)?;
+        let named: Vec<String> = self
+            .quantities
+            .iter()
+            .take(NAMED)
+            .map(|(name, value)| format!("{name} = {value}"))
+            .collect();
+        let more = if self.quantities.len() > NAMED {
+            ", …"
+        } else {
+            ""
+        };
+        let says_all = self.value == 0.0 && self.quantities.iter().all(|(name, _)| *name == self.expression);
+        if named.is_empty() || says_all {
+            Ok(())
+        } else {
+            write!(f, " ({}{more})", named.join(", "))
+        }
+    }
+}
+
+/// What has no value in the equations of the continuous system, or in their Jacobian, at a point.
+#[cold]
+pub(crate) fn of_point(declaration: &Declaration<'_>, point: AnyPoint<'_, f64>) -> Option<Undefined> {
+    let coordinate = |i: usize| {
+        let known = declaration.coordinates().get(i);
+        known.map_or_else(|| "?".to_owned(), |known| known.name.clone().into_owned())
+    };
+    let name = |leaf: Leaf| match leaf {
+        Leaf::Q(i) => coordinate(i),
+        Leaf::V(i) => format!("dot({})", coordinate(i)),
+        Leaf::A(i) => format!("ddot({})", coordinate(i)),
+        Leaf::J(i) => format!("dddot({})", coordinate(i)),
+        Leaf::T => "t".to_owned(),
+        Leaf::H => "h".to_owned(),
+        Leaf::Parameter(i) => {
+            let known = declaration.parameters().get(i);
+            known.map_or_else(
+                || "a parameter".to_owned(),
+                |known| known.name.clone().into_owned(),
+            )
+        }
+        _ => "…".to_owned(),
+    };
+    let origin = declaration.origin_of_point(point, &name)?;
+    let contains = |of: fn(&Leaf) -> bool| origin.leaves.iter().any(|(leaf, _)| of(leaf));
+    Some(Undefined {
+        contains: [
+            contains(|leaf| matches!(leaf, Leaf::Q(_))),
+            contains(|leaf| matches!(leaf, Leaf::V(_))),
+            contains(|leaf| matches!(leaf, Leaf::Parameter(_))),
+        ],
+        quantities: origin
+            .leaves
+            .iter()
+            .map(|&(leaf, value)| (name(leaf), value))
+            .collect(),
+        expression: origin.text,
+        value: origin.value,
+    })
+}

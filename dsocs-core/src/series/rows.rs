@@ -1,0 +1,528 @@
+//! The Taylor series of a motion, and its values.
+
+use pulp::Simd;
+
+use super::coefficient::Coefficient;
+use super::orders::{MAX_ORDER, RECIPROCALS, ROWS};
+use crate::number::lanes::{Lanes, Mask, Register};
+use crate::number::scalar::Scalar as _;
+use crate::series::sums::add_product;
+
+/// Products of smaller coefficients with others may be zero although none of them is.
+const TINY: f64 = 1e-250;
+
+/// The Taylor coefficients of a motion at a point, computed by the generated recurrences, for any number of coordinates.
+///
+/// The velocity is known to the order of the series, the position to one order more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series<T = f64> {
+    /// The order of the velocity, `2..=MAX_ORDER`.
+    order: usize,
+    /// How many coordinates there are: the distance of two orders in the tables.
+    dimension: usize,
+    /// The time of the point of expansion.
+    t: T,
+    /// `q^(k)/k!` by order, [`ROWS`] rows.
+    q: Box<[T]>,
+    /// `v^(k)/k!` by order, [`ROWS`] rows.
+    v: Box<[T]>,
+}
+
+/// A [`Series`] with its number of coordinates, as recurrences read and write it.
+#[derive(Debug)]
+pub struct Rows<'c, const N: usize, T = f64> {
+    /// The order of the velocity.
+    order: usize,
+    /// The time of the point of expansion.
+    t: T,
+    /// The position by order.
+    q: &'c mut [[T; N]; ROWS],
+    /// The velocity by order.
+    v: &'c mut [[T; N]; ROWS],
+}
+
+/// Rows of `n` numbers each.
+#[inline(always)]
+fn sized<T, const N: usize>(table: &[T], dimension: usize) -> &[[T; N]] {
+    if dimension == N { table.as_chunks().0 } else { &[] }
+}
+
+impl<T: Coefficient> Series<T> {
+    /// A series of `dimension` coordinates whose velocity will be known to `order`, between 2 and [`MAX_ORDER`].
+    #[must_use]
+    pub fn new(dimension: usize, order: usize) -> Self {
+        let table = || vec![T::splat(0.0); ROWS * dimension].into_boxed_slice();
+        Self {
+            order: order.clamp(2, MAX_ORDER),
+            dimension,
+            t: T::splat(0.0),
+            q: table(),
+            v: table(),
+        }
+    }
+
+    /// Sets the order of the velocity.
+    #[inline]
+    pub(crate) fn set_order(&mut self, order: usize) {
+        self.order = order.clamp(2, MAX_ORDER);
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// The series with its number of coordinates; `None` if it has another.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn rows<const N: usize>(&mut self) -> Option<Rows<'_, N, T>> {
+        let (q, v) = (self.q.as_chunks_mut().0, self.v.as_chunks_mut().0);
+        Some(Rows {
+            order: self.order.min(MAX_ORDER),
+            t: self.t,
+            q: q.try_into().ok()?,
+            v: v.try_into().ok()?,
+        })
+    }
+
+    /// Sets what the acceleration of order 0 is expected to be.
+    #[doc(hidden)]
+    pub fn expect(&mut self, a: &[T]) {
+        self.v[self.dimension..2 * self.dimension].copy_from_slice(a);
+    }
+
+    /// The order of the velocity.
+    #[inline]
+    #[must_use]
+    pub fn order(&self) -> usize {
+        // as it is already: so the compiler knows, too, and rows of a table need no check
+        self.order.min(MAX_ORDER)
+    }
+
+    /// Sets the point of expansion.
+    #[doc(hidden)]
+    #[inline]
+    pub fn begin(&mut self, t: T, q: &[T], v: &[T]) {
+        self.t = t;
+        self.q[..self.dimension].copy_from_slice(q);
+        self.v[..self.dimension].copy_from_slice(v);
+    }
+
+    /// The time of the point of expansion.
+    #[inline]
+    #[must_use]
+    pub fn time(&self) -> T {
+        self.t
+    }
+
+    /// Sets the time of the point of expansion.
+    #[inline]
+    pub(crate) fn set_time(&mut self, t: T) {
+        self.t = t;
+    }
+
+    /// The velocity by order, also of orders that are not known; `None` with another number of coordinates.
+    #[inline]
+    pub(crate) fn velocity_table<const N: usize>(&self) -> Option<&[[T; N]; ROWS]> {
+        self.v.as_chunks().0.try_into().ok()
+    }
+
+    /// Position and velocity at the point of expansion.
+    #[inline]
+    #[must_use]
+    pub fn start(&self) -> (&[T], &[T]) {
+        (&self.q[..self.dimension], &self.v[..self.dimension])
+    }
+
+    /// The coefficients of the velocity of one order.
+    #[inline]
+    #[must_use]
+    pub fn velocity_of(&self, k: usize) -> &[T] {
+        &self.v[k * self.dimension..(k + 1) * self.dimension]
+    }
+
+    /// The coefficients of the position of one order.
+    #[inline]
+    #[must_use]
+    pub fn position_of(&self, k: usize) -> &[T] {
+        &self.q[k * self.dimension..(k + 1) * self.dimension]
+    }
+
+    /// Takes the acceleration of order `k`, from which the position and the velocity of the next order follow.
+    pub(crate) fn advance(&mut self, k: usize, a: &[T]) {
+        let next = (k + 1).min(MAX_ORDER);
+        let (n, scale) = (self.dimension, T::splat(RECIPROCALS[next]));
+        for (i, a) in a.iter().enumerate().take(n) {
+            self.q[next * n + i] = self.v[(next - 1) * n + i] * scale;
+            self.v[next * n + i] = *a * scale;
+            if next == self.order {
+                self.q[(next + 1) * n + i] = self.v[next * n + i] * T::splat(RECIPROCALS[next + 1]);
+            }
+        }
+    }
+
+    /// The same, to be set.
+    #[inline]
+    pub(crate) fn velocity_mut(&mut self, k: usize) -> &mut [T] {
+        &mut self.v[k * self.dimension..(k + 1) * self.dimension]
+    }
+
+    /// The coefficients of the position of all orders, one order after the other, each with one number for each coordinate.
+    #[inline]
+    #[must_use]
+    pub fn positions(&self) -> &[T] {
+        &self.q[..(self.order() + 2) * self.dimension]
+    }
+
+    /// The coefficients of the velocity of all orders, one order after the other.
+    #[inline]
+    pub(crate) fn velocities(&self) -> &[T] {
+        &self.v[..(self.order() + 1) * self.dimension]
+    }
+
+    /// The coefficients of the position, by order; none with another number of coordinates.
+    #[must_use]
+    pub fn position<const N: usize>(&self) -> &[[T; N]] {
+        sized(self.positions(), self.dimension)
+    }
+
+    /// The coefficients of the velocity, by order; none with another number of coordinates.
+    #[must_use]
+    pub fn velocity<const N: usize>(&self) -> &[[T; N]] {
+        sized(self.velocities(), self.dimension)
+    }
+
+    /// How far the position and the velocity move in a time `h`, and the acceleration then.
+    #[inline(always)]
+    pub(crate) fn increments_of<const FUSED: bool, const N: usize>(&self, h: T) -> [[T; N]; 3] {
+        let (mut q, mut v, mut a) = ([T::splat(0.0); N], [T::splat(0.0); N], [T::splat(0.0); N]);
+        for row in self.position::<N>().get(1..).unwrap_or_default().iter().rev() {
+            for i in 0..N {
+                q[i] = add_product::<FUSED, T>(row[i], q[i], h);
+            }
+        }
+        for row in self.velocity::<N>().get(1..).unwrap_or_default().iter().rev() {
+            for i in 0..N {
+                // a is the derivative of h v: what v was, and h times its own derivative
+                a[i] = add_product::<FUSED, T>(v[i], a[i], h);
+                v[i] = add_product::<FUSED, T>(row[i], v[i], h);
+            }
+        }
+        let mut end = a;
+        for i in 0..N {
+            end[i] = add_product::<FUSED, T>(v[i], a[i], h);
+        }
+        for i in 0..N {
+            (q[i], v[i]) = (q[i] * h, v[i] * h);
+        }
+        [q, v, end]
+    }
+}
+
+impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
+    /// The order of the velocity.
+    #[inline(always)]
+    #[must_use]
+    pub fn order(&self) -> usize {
+        self.order.min(MAX_ORDER)
+    }
+
+    /// The time of the point of expansion.
+    #[inline(always)]
+    #[must_use]
+    pub fn time(&self) -> T {
+        self.t
+    }
+
+    /// Sets the point of expansion.
+    #[inline(always)]
+    pub(crate) fn begin(&mut self, t: T, q: &[T; N], v: &[T; N]) {
+        (self.t, self.q[0], self.v[0]) = (t, *q, *v);
+    }
+
+    /// Sets what the acceleration of order 0 is expected to be.
+    #[inline(always)]
+    pub(crate) fn expect(&mut self, a: &[T]) {
+        if let Some(a) = a.first_chunk() {
+            self.v[1] = *a;
+        }
+    }
+
+    /// The point of expansion.
+    #[inline(always)]
+    #[must_use]
+    pub fn start(&self) -> ([T; N], [T; N]) {
+        (self.q[0], self.v[0])
+    }
+
+    /// What the acceleration of order 0 is expected to be, for systems that look for it.
+    #[must_use]
+    pub fn guess(&self) -> [T; N] {
+        self.v[1].map(|a| {
+            T::of_tracks(|track| {
+                let a = a.track(track);
+                if a.is_finite() { a } else { 0.0 }
+            })
+        })
+    }
+
+    /// Takes the acceleration of order `k`, and moves the position and the velocity from order `k` to the next.
+    #[inline(always)]
+    pub fn push(&mut self, k: usize, q: &mut [T; N], v: &mut [T; N], a: [T; N]) {
+        let next = (k + 1).min(MAX_ORDER);
+        let scale = T::splat(RECIPROCALS[next]);
+        for i in 0..N {
+            q[i] = v[i] * scale;
+            v[i] = a[i] * scale;
+        }
+        self.q[next] = *q;
+        self.v[next] = *v;
+        if next == self.order {
+            let mut beyond = [T::splat(0.0); N];
+            for i in 0..N {
+                beyond[i] = v[i] * T::splat(RECIPROCALS[next + 1]);
+            }
+            self.q[next + 1] = beyond;
+        }
+    }
+}
+
+impl<R: Register> Series<Lanes<R>> {
+    /// Keeps the coefficients of order `k` only in some lanes: of the velocity, and of the position.
+    #[inline(always)]
+    pub(crate) fn cut(&mut self, k: usize, velocity: Mask<R>, position: Mask<R>) {
+        let zero = Lanes::splat(0.0);
+        let row = k * self.dimension..(k + 1) * self.dimension;
+        for (table, within) in [(&mut self.v, velocity), (&mut self.q, position)] {
+            for x in &mut table[row.clone()] {
+                *x = within.select(*x, zero);
+            }
+        }
+    }
+
+    /// The series of one lane, to the order that is set; those of higher orders are zero.
+    pub(crate) fn lane(&self, lane: usize, series: &mut Series) {
+        let count = (series.order() + 2) * self.dimension;
+        series.t = self.t.lane(lane);
+        for (one, all) in [(&mut series.q, &self.q), (&mut series.v, &self.v)] {
+            for (one, all) in one.iter_mut().zip(all).take(count) {
+                *one = all.lane(lane);
+            }
+        }
+    }
+
+    /// Takes a series into one lane.
+    pub(crate) fn set_lane(&mut self, lane: usize, series: &Series) {
+        self.make_room(series.order());
+        self.t.set_lane(lane, series.t);
+        let n = self.dimension;
+        let all = (self.order + 2) * n;
+        let known = [(series.order() + 2) * n, (series.order() + 1) * n];
+        let tables = [(&mut self.q, &series.q), (&mut self.v, &series.v)];
+        for ((table, one), known) in tables.into_iter().zip(known) {
+            let numbers = one.iter().take(known).copied();
+            for (to, x) in table
+                .iter_mut()
+                .zip(numbers.chain(core::iter::repeat(0.0)))
+                .take(all)
+            {
+                to.set_lane(lane, x);
+            }
+        }
+    }
+
+    /// Takes one lane of other series.
+    pub(crate) fn copy_lane(&mut self, lane: usize, other: &Self) {
+        let mut series = Series::new(other.dimension, other.order);
+        other.lane(lane, &mut series);
+        self.set_lane(lane, &series);
+    }
+
+    /// Raises the order, if it is lower.
+    fn make_room(&mut self, order: usize) {
+        if order > self.order {
+            let (zero, n) = (Lanes::splat(0.0), self.dimension);
+            self.v[(self.order + 1) * n..(order + 2) * n].fill(zero);
+            self.q[(self.order + 2) * n..(order + 2) * n].fill(zero);
+            self.order = order;
+        }
+    }
+}
+
+impl Series {
+    /// Makes room for a polynomial motion of `dimension` coordinates; nothing is allocated if there is.
+    pub(crate) fn resize(&mut self, dimension: usize) {
+        if dimension != self.dimension {
+            *self = Self::new(dimension, self.order);
+        }
+    }
+
+    /// Takes the first coefficients of one component of a polynomial motion; those of higher orders are zero.
+    pub(crate) fn fill(&mut self, component: usize, position: &[f64]) {
+        let (n, last) = (self.dimension, self.order() + 2);
+        let coefficients = position.iter().copied().chain(core::iter::repeat(0.0));
+        let column = self.q.iter_mut().skip(component).step_by(n.max(1));
+        for (k, (q, c)) in column.zip(coefficients).enumerate() {
+            *q = if k < last { c } else { 0.0 };
+        }
+        for k in 0..last - 1 {
+            self.v[k * n + component] = (k + 1) as f64 * self.q[(k + 1) * n + component];
+        }
+    }
+
+    /// Whether the highest coefficients are in the range of doubles.
+    #[inline(always)]
+    pub(crate) fn is_in_range(&self) -> bool {
+        let last = self.order();
+        is_in_range(self.velocity_of(last - 1), self.velocity_of(last))
+    }
+
+    /// Whether the highest coefficients are numbers.
+    #[inline(always)]
+    pub(crate) fn is_finite(&self) -> bool {
+        let (last, n) = (self.order(), self.dimension);
+        self.v[(last - 1) * n..(last + 1) * n]
+            .iter()
+            .all(|x| x.is_finite())
+    }
+
+    /// Up to which order the coefficients are in the range of doubles: they are numbers, and not so small that what comes after them may be zero
+    /// for this reason alone. Some may be zero.
+    pub(crate) fn in_range_to(&self) -> usize {
+        let is_in_range = |v: &&[f64]| {
+            let largest = largest(v);
+            (largest == 0.0 || largest >= TINY) && v.iter().all(|x| x.is_finite())
+        };
+        let rows = (0..=self.order()).map(|k| self.velocity_of(k));
+        rows.take_while(is_in_range).count().saturating_sub(1)
+    }
+
+    /// Positions, velocities and accelerations of one component at some times after the point of expansion.
+    ///
+    /// Times are put into registers by hand: the compiler puts components into them, and spills.
+    #[inline(always)]
+    pub(crate) fn values<S: Simd, const R: usize>(
+        &self,
+        simd: S,
+        i: usize,
+        s: &[S::f64s; R],
+    ) -> [[S::f64s; R]; 3] {
+        let (last, n) = (self.order(), self.dimension);
+        let zero = [simd.splat_f64s(0.0); R];
+        let (mut q, mut v, mut a) = ([simd.splat_f64s(self.q[(last + 1) * n + i]); R], zero, zero);
+        for k in (0..=last).rev() {
+            let (position, velocity) = (self.q[k * n + i], self.v[k * n + i]);
+            let (position, velocity) = (simd.splat_f64s(position), simd.splat_f64s(velocity));
+            for r in 0..R {
+                q[r] = simd.mul_add_e_f64s(q[r], s[r], position);
+                // the derivative of a polynomial that is formed from within
+                a[r] = simd.mul_add_e_f64s(a[r], s[r], v[r]);
+                v[r] = simd.mul_add_e_f64s(v[r], s[r], velocity);
+            }
+        }
+        [q, v, a]
+    }
+
+    /// How far the position and the velocity move in a time `s`, and the acceleration then.
+    pub(crate) fn increments(&self, s: f64, moves: [&mut [f64]; 3]) {
+        match self.dimension {
+            // few components stay in registers
+            1 => self.few_increments::<1>(s, moves),
+            2 => self.few_increments::<2>(s, moves),
+            3 => self.few_increments::<3>(s, moves),
+            4 => self.few_increments::<4>(s, moves),
+            n => self.many_increments(n.max(1), s, moves),
+        }
+    }
+
+    /// The same of `N` components.
+    fn few_increments<const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
+        let increments = self.increments_of::<false, N>(s);
+        for (to, from) in moves.into_iter().zip(&increments) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = *from;
+            }
+        }
+    }
+
+    /// The same of any number of components.
+    fn many_increments(&self, n: usize, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+        let beyond = |table: &'_ [f64]| table.len().min(n);
+        let (positions, velocities) = (self.positions(), self.velocities());
+        for x in [&mut *q, &mut *v, &mut *a] {
+            x.fill(0.0);
+        }
+        for row in positions[beyond(positions)..].chunks_exact(n).rev() {
+            for (q, row) in q.iter_mut().zip(row) {
+                *q = row + *q * s;
+            }
+        }
+        for row in velocities[beyond(velocities)..].chunks_exact(n).rev() {
+            for ((a, v), row) in a.iter_mut().zip(&mut *v).zip(row) {
+                *a = *v + *a * s;
+                *v = row + *v * s;
+            }
+        }
+        for ((q, v), a) in q.iter_mut().zip(v).zip(a) {
+            *a = *v + *a * s;
+            (*q, *v) = (*q * s, *v * s);
+        }
+    }
+
+    /// Position, velocity and acceleration a time `s` after the point of expansion.
+    pub(crate) fn point(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
+        self.increments(s, [&mut *q, &mut *v, a]);
+        for ((q, v), (start, rate)) in q.iter_mut().zip(v).zip(self.q.iter().zip(&self.v)) {
+            (*q, *v) = (start + *q, rate + *v);
+        }
+    }
+}
+
+/// Whether the last two coefficients are numbers, and not so small that products of theirs may be zero.
+#[inline(always)]
+pub(crate) fn is_in_range(before: &[f64], last: &[f64]) -> bool {
+    let mut is_finite = true;
+    for (before, last) in before.iter().zip(last) {
+        is_finite &= before.is_finite() & last.is_finite();
+    }
+    largest(last).max(largest(before)) >= TINY && is_finite
+}
+
+/// The largest size of a component.
+#[inline(always)]
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_and_increments_are_those_of_the_polynomial() {
+        // the motion q = exp(t) in one coordinate: every coefficient 1/k!
+        let mut series = Series::new(1, 24);
+        series.begin(0.0, &[1.0], &[1.0]);
+        let mut rows = series.rows::<1>().unwrap();
+        let ([mut q], [mut v]) = rows.start();
+        for k in 0..24 {
+            let (mut whole, mut rate) = ([q], [v]);
+            let a = v; // q'' = q'
+            rows.push(k, &mut whole, &mut rate, [a]);
+            ([q], [v]) = (whole, rate);
+        }
+        let [mut q, mut v, mut a] = [[0.0]; 3];
+        series.point(0.75, [&mut q, &mut v, &mut a]);
+        let exact = 0.75_f64.exp();
+        for value in [q[0], v[0], a[0]] {
+            assert!((value - exact).abs() < 1e-15, "{value}");
+        }
+        let times = [0.0, 0.25, -0.5, 1.0];
+        for value in series.values(pulp::Scalar, 0, &times) {
+            for (value, t) in value.iter().zip(&times) {
+                assert!((value - t.exp()).abs() < 1e-15, "{value:?}");
+            }
+        }
+    }
+}

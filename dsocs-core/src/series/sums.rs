@@ -1,0 +1,354 @@
+//! Inner sums of recurrences, in lanes.
+//!
+//! A recurrence of order `k` needs `Σ x_j y_{k-j}`. The terms with `0 < j < k` are of lower orders: they are formed for all
+//! recurrences of a system together, [`LANES`] at a time, and the generated code adds the rest. Coefficients of one order
+//! stand side by side, so that neither stream of a convolution has to be reversed.
+
+use super::coefficient::Coefficient;
+use super::jet::{Call, Jet};
+use super::orders::{LANES, ROWS, Row};
+use super::switch::{Switch, Switches};
+
+/// The operands of some inner sums, order by order.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Products<T = f64> {
+    /// The factors on the left.
+    pub left: [Row<T>; ROWS],
+    /// The factors on the right.
+    pub right: [Row<T>; ROWS],
+}
+
+impl<T: Coefficient> Default for Products<T> {
+    fn default() -> Self {
+        let zero = [[T::splat(0.0); LANES]; ROWS];
+        Self {
+            left: zero,
+            right: zero,
+        }
+    }
+}
+
+/// The operands of some inner sums of squares, order by order.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Squares<T = f64> {
+    /// The operands.
+    pub rows: [Row<T>; ROWS],
+}
+
+/// What the recurrences of a system keep of the orders before: `P` blocks of products, `S` of squares, `C` calls of the
+/// user's functions, `W` switches; the last two for each motion.
+#[derive(Debug)]
+pub struct Table<T, const P: usize, const S: usize, const C: usize, const W: usize = 0> {
+    /// Operands of products.
+    pub products: Box<[Products<T>; P]>,
+    /// Operands of squares.
+    pub squares: Box<[Squares<T>; S]>,
+    /// The functions of the user's.
+    pub calls: Vec<[Call; C]>,
+    /// What decides between pieces.
+    pub switches: Vec<[Switch; W]>,
+}
+
+impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Default
+    for Table<T, P, S, C, W>
+{
+    fn default() -> Self {
+        let zero = [[T::splat(0.0); LANES]; ROWS];
+        Self {
+            products: boxed(&Products::default()),
+            squares: boxed(&Squares { rows: zero }),
+            calls: (0..T::TRACKS)
+                .map(|_| core::array::from_fn(|_| Call::default()))
+                .collect(),
+            switches: (0..T::TRACKS)
+                .map(|_| core::array::from_fn(|_| Switch::default()))
+                .collect(),
+        }
+    }
+}
+
+/// An array that was never on the stack.
+fn boxed<T: Clone, const M: usize>(element: &T) -> Box<[T; M]> {
+    match vec![element.clone(); M].into_boxed_slice().try_into() {
+        Ok(array) => array,
+        // the lengths are equal
+        Err(_) => Box::new(core::array::from_fn(|_| element.clone())),
+    }
+}
+
+impl<T, const P: usize, const S: usize, const C: usize, const W: usize> Switches for Table<T, P, S, C, W> {
+    const GROUPS: usize = if W + C == 0 { 0 } else { 1 + C };
+
+    fn group(&mut self, track: usize, group: usize) -> &mut [Switch] {
+        match group.checked_sub(1) {
+            None => match self.switches.get_mut(track) {
+                Some(switches) => switches,
+                None => &mut [],
+            },
+            Some(call) => {
+                let calls = self.calls.get_mut(track);
+                calls
+                    .and_then(|calls| calls.get_mut(call))
+                    .map_or(&mut [], Call::switches)
+            }
+        }
+    }
+
+    fn enter(&mut self, track: usize) -> bool {
+        let mut any = false;
+        for call in self.calls.get_mut(track).into_iter().flatten() {
+            any |= call.enter_pieces();
+        }
+        any
+    }
+
+    fn moves(&self) -> bool {
+        self.calls.iter().flatten().any(|call| !call.is_still())
+    }
+}
+
+impl<T: Coefficient, const P: usize, const S: usize, const C: usize, const W: usize> Table<T, P, S, C, W> {
+    /// Begins the series of a switch's argument; `own` is its sign. Returns the sign of the piece that is continued.
+    #[inline(always)]
+    pub fn start(&mut self, place: usize, value: T, own: T) -> T {
+        T::of_tracks(|track| self.switches[track][place].start(value.track(track), own.track(track)))
+    }
+
+    /// Begins the series of the argument of a smooth function that is steep.
+    #[inline(always)]
+    pub fn steep(&mut self, place: usize, value: T) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].steep(value.track(track));
+        }
+    }
+
+    /// Hands a switch the coefficient of order `k` of its argument.
+    #[inline(always)]
+    pub fn watch(&mut self, place: usize, k: usize, coefficient: T) {
+        for track in 0..T::TRACKS {
+            self.switches[track][place].push(k, coefficient.track(track));
+        }
+    }
+
+    /// Calls a function of the user's: order 0.
+    #[inline(always)]
+    pub fn call<const A: usize>(
+        &mut self,
+        place: usize,
+        values: [T; A],
+        moves: [bool; A],
+        function: impl Fn([Jet; A]) -> Jet,
+    ) -> T {
+        T::of_tracks(|track| self.calls[track][place].first(one(&values, track), moves, &function))
+    }
+
+    /// The coefficient of order `k` of a function of the user's.
+    #[inline(always)]
+    pub fn coefficient<const FUSED: bool, const A: usize>(
+        &mut self,
+        place: usize,
+        k: usize,
+        [values, inputs]: [[T; A]; 2],
+        moves: [bool; A],
+        function: impl Fn([Jet; A]) -> Jet,
+    ) -> T {
+        T::of_tracks(|track| {
+            let call = &mut self.calls[track][place];
+            if call.is_still() {
+                return 0.0;
+            }
+            call.coefficient::<FUSED, A>(k, one(&values, track), one(&inputs, track), moves, &function)
+        })
+    }
+
+    /// The inner sums of products of order `k`, of which the first `USED` are asked for; if `EAGER` and `k > 2`, without the terms of the
+    /// orders 1 and `k-1` of numbers that stand side by side in a register.
+    #[inline(always)]
+    #[must_use]
+    pub fn product_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
+        &self,
+        k: usize,
+    ) -> [Row<T>; P] {
+        if !T::PACKED {
+            // no closures: what they call would not be compiled for the machine's own instructions
+            let mut sums = [[T::splat(0.0); LANES]; P];
+            for (place, sum) in sums.iter_mut().enumerate() {
+                let used = USED.saturating_sub(LANES * place).min(LANES);
+                *sum = some::<T>(&self.products[place], k, used);
+            }
+            return sums;
+        }
+        // a few blocks share the loop: there are registers for all of their sums, and the loop is most of the work
+        if P <= 2 {
+            return together::<T, FUSED, P, 2>(&self.products, k, first::<EAGER>(k));
+        }
+        if P <= 4 {
+            return together::<T, FUSED, P, 1>(&self.products, k, first::<EAGER>(k));
+        }
+        let mut sums = [[T::splat(0.0); LANES]; P];
+        let first = first::<EAGER>(k);
+        let (fours, rest) = self.products.as_chunks::<4>();
+        let (sums_of_fours, sums_of_rest) = sums.as_chunks_mut::<4>();
+        for (sums, blocks) in sums_of_fours.iter_mut().zip(fours) {
+            *sums = together::<T, FUSED, 4, 1>(blocks, k, first);
+        }
+        for (sum, block) in sums_of_rest.iter_mut().zip(rest) {
+            [*sum] = together::<T, FUSED, 1, 2>(core::array::from_ref(block), k, first);
+        }
+        sums
+    }
+
+    /// The inner sums of squares of order `k`, as [`Table::product_sums`].
+    #[inline(always)]
+    #[must_use]
+    pub fn square_sums<const FUSED: bool, const EAGER: bool, const USED: usize>(
+        &self,
+        k: usize,
+    ) -> [Row<T>; S] {
+        let mut sums = [[T::splat(0.0); LANES]; S];
+        for (place, (sum, block)) in sums.iter_mut().zip(self.squares.iter()).enumerate() {
+            let used = USED.saturating_sub(LANES * place).min(LANES);
+            *sum = if T::PACKED {
+                square_sum::<T, FUSED>(block, k, first::<EAGER>(k), LANES)
+            } else {
+                square_sum::<T, FUSED>(block, k, 1, used)
+            };
+        }
+        sums
+    }
+}
+
+/// The numbers of one motion. No closures: what they call would not be compiled for the machine's own instructions.
+#[inline(always)]
+fn one<T: Coefficient, const A: usize>(values: &[T; A], track: usize) -> [f64; A] {
+    let mut numbers = [0.0; A];
+    for i in 0..A {
+        numbers[i] = values[i].track(track);
+    }
+    numbers
+}
+
+/// `sum + a b`, rounded once if `FUSED`.
+#[inline(always)]
+#[must_use]
+pub fn add_product<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
+    sum.add_product::<FUSED>(a, b)
+}
+
+/// `sum + a b` where inner sums leave out their newest terms: with numbers that stand side by side in a register.
+#[inline(always)]
+#[must_use]
+pub fn newest<const FUSED: bool, T: Coefficient>(sum: T, a: T, b: T) -> T {
+    if T::PACKED {
+        sum.add_product::<FUSED>(a, b)
+    } else {
+        sum
+    }
+}
+
+/// `Σ c_i x_i`, in four sums side by side: one alone would wait for itself.
+#[inline(always)]
+#[must_use]
+pub fn weighted<const FUSED: bool, const M: usize, T: Coefficient>(c: [T; M], x: [T; M]) -> T {
+    let mut sums = [T::splat(0.0); 4];
+    for i in 0..M {
+        sums[i % 4] = add_product::<FUSED, T>(sums[i % 4], c[i], x[i]);
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+#[inline(always)]
+fn add_rows<T: Coefficient, const FUSED: bool>(sum: &mut Row<T>, a: &Row<T>, b: &Row<T>, used: usize) {
+    for lane in 0..used.min(LANES) {
+        sum[lane] = add_product::<FUSED, T>(sum[lane], a[lane], b[lane]);
+    }
+}
+
+/// The lowest order of an inner sum.
+#[inline(always)]
+fn first<const EAGER: bool>(k: usize) -> usize {
+    if EAGER && k > 2 { 2 } else { 1 }
+}
+
+/// The inner sums of any number of blocks, without the terms of the orders 1 and `k-1`.
+#[inline(always)]
+pub(crate) fn inner_sums<const FUSED: bool>(blocks: &[Products], k: usize, sums: &mut [Row<f64>]) {
+    let ((pairs, rest), (to_pairs, to_rest)) = (blocks.as_chunks::<2>(), sums.as_chunks_mut::<2>());
+    for (sums, blocks) in to_pairs.iter_mut().zip(pairs) {
+        *sums = together::<f64, FUSED, 2, 2>(blocks, k, 2);
+    }
+    for (sum, block) in to_rest.iter_mut().zip(rest) {
+        [*sum] = together::<f64, FUSED, 1, 2>(core::array::from_ref(block), k, 2);
+    }
+}
+
+/// `Σ left_j right_{k-j}` over `first ≤ j ≤ k - first` for each block, in `A` sums side by side: one alone would wait for itself.
+#[inline(always)]
+fn together<T: Coefficient, const FUSED: bool, const P: usize, const A: usize>(
+    blocks: &[Products<T>; P],
+    k: usize,
+    first: usize,
+) -> [Row<T>; P] {
+    let k = k.clamp(1, ROWS - 1);
+    let mut sums = [[[T::splat(0.0); LANES]; P]; A];
+    let end = k + 1 - first;
+    let mut j = first;
+    while j + A <= end {
+        for (a, sums) in sums.iter_mut().enumerate() {
+            for (sum, block) in sums.iter_mut().zip(blocks) {
+                add_rows::<T, FUSED>(sum, &block.left[j + a], &block.right[k - j - a], LANES);
+            }
+        }
+        j += A;
+    }
+    while j < end {
+        for (sum, block) in sums[0].iter_mut().zip(blocks) {
+            add_rows::<T, FUSED>(sum, &block.left[j], &block.right[k - j], LANES);
+        }
+        j += 1;
+    }
+    let mut total = sums[0];
+    for sums in &sums[1..] {
+        for (total, sum) in total.iter_mut().zip(sums) {
+            for lane in 0..LANES {
+                total[lane] = total[lane] + sum[lane];
+            }
+        }
+    }
+    total
+}
+
+/// The first sums of one block, each of which fills registers alone.
+#[inline(always)]
+fn some<T: Coefficient>(block: &Products<T>, k: usize, used: usize) -> Row<T> {
+    let k = k.clamp(1, ROWS - 1);
+    let mut sums = [T::splat(0.0); LANES];
+    for j in 1..k {
+        add_rows::<T, false>(&mut sums, &block.left[j], &block.right[k - j], used);
+    }
+    sums
+}
+
+/// `Σ x_j x_{k-j}` over `first ≤ j ≤ k - first`, each product once.
+#[inline(always)]
+fn square_sum<T: Coefficient, const FUSED: bool>(
+    block: &Squares<T>,
+    k: usize,
+    first: usize,
+    used: usize,
+) -> Row<T> {
+    let k = k.clamp(1, ROWS - 1);
+    let mut sum = [T::splat(0.0); LANES];
+    for j in first..k.div_ceil(2) {
+        add_rows::<T, FUSED>(&mut sum, &block.rows[j], &block.rows[k - j], used);
+    }
+    for x in &mut sum {
+        *x = *x * T::splat(2.0);
+    }
+    if k.is_multiple_of(2) {
+        add_rows::<T, FUSED>(&mut sum, &block.rows[k / 2], &block.rows[k / 2], used);
+    }
+    sum
+}

@@ -1,0 +1,348 @@
+//! Switches: expressions whose sign decides which piece of a function a series continues.
+//!
+//! The series of `|u|` is that of `u` or of `-u`, and it is right only as long as `u` keeps the sign that the series began with. The same
+//! holds for the argument of `signum`, and for the difference of the two sides of a comparison. Recurrences know the series of these
+//! arguments. So the first place is found where one of them changes its sign, and the step ends there.
+
+use super::orders::{MAX_ORDER, ROWS};
+use crate::series::roots::{self, Crossing};
+
+/// A coefficient is rounding if its term is below this part of the largest.
+const ROUNDING: f64 = 1e-12;
+
+/// An argument is zero to rounding if it is below this part of the sum of its terms over a step.
+const TOUCHES: f64 = 1e-14;
+
+/// An argument's last terms have to be below this part of its largest where it may change its sign, and need not be below the second.
+const TAIL: [f64; 2] = [1e-3, 1e-9];
+
+/// How often a time is made shorter.
+const SHORTENINGS: u32 = 60;
+
+/// How much of a step a shorter one takes at least, where the series of an argument does not converge.
+const SHORTEST: f64 = 0.05;
+
+/// How much longer the next part of a step is in which a root is looked for.
+const FARTHER: f64 = 8.0;
+
+/// A series that begins so far outside of the place where a smooth step is visible knows nothing of it.
+const FLAT: f64 = 3.0;
+
+/// What a tolerance says of switches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// The part of the largest term that the last terms of an argument may have.
+    tail: f64,
+    /// How far from its middle a hyperbolic tangent differs from ±1 by more than the tolerance, about.
+    visible: f64,
+}
+
+impl Limits {
+    pub(crate) fn new(tolerance: f64) -> Self {
+        Self {
+            tail: tolerance.clamp(TAIL[1], TAIL[0]),
+            visible: 0.5 * (4.0 / tolerance.max(f64::EPSILON)).ln(),
+        }
+    }
+}
+
+/// An expression whose sign decides how a series goes on.
+#[derive(Clone, Debug)]
+pub struct Switch {
+    /// Its Taylor coefficients; those of lower orders than a series' are known.
+    coefficients: [f64; ROWS],
+    /// The sign of the piece that the series belongs to; 0 where a smooth function is steep.
+    side: f64,
+    /// The sign that the next series is to have; 0 if the value decides.
+    set: f64,
+    /// The coefficients below this order are zero: the series begins where the switch is.
+    leading: usize,
+    /// The sum of the terms over the last step.
+    scale: f64,
+    /// The time after which a series that begins where the switch is has left it by more than rounding.
+    leaves: f64,
+}
+
+impl Default for Switch {
+    fn default() -> Self {
+        Self {
+            coefficients: [0.0; ROWS],
+            side: 0.0,
+            set: 0.0,
+            leading: 0,
+            scale: 0.0,
+            leaves: 0.0,
+        }
+    }
+}
+
+/// How far a step may go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Reach {
+    /// To its end.
+    Whole,
+    /// Not as far: the series of an argument is not good beyond, or something steep begins.
+    Shorter(f64),
+    /// Up to a change of sign.
+    Crossing(f64),
+}
+
+impl Switch {
+    /// Begins a series with the argument's value; `own` is its sign. Returns the sign of the piece that is continued.
+    #[inline(always)]
+    pub fn start(&mut self, value: f64, own: f64) -> f64 {
+        self.coefficients[0] = value;
+        self.side = if self.set == 0.0 { own } else { self.set };
+        self.side
+    }
+
+    /// Begins the series of the argument of a smooth function that is flat but for a neighbourhood of zero.
+    #[inline(always)]
+    pub fn steep(&mut self, value: f64) {
+        self.coefficients[0] = value;
+    }
+
+    /// Takes the coefficient of order `k`.
+    #[inline(always)]
+    pub fn push(&mut self, k: usize, coefficient: f64) {
+        self.coefficients[k.min(MAX_ORDER)] = coefficient;
+    }
+
+    /// The sign of the piece.
+    pub(crate) fn side(&self) -> f64 {
+        self.side
+    }
+
+    /// Lets the next series have a sign, or with 0 its own.
+    pub(crate) fn set(&mut self, side: f64) {
+        self.set = side;
+    }
+
+    /// Lets the next series continue the piece of this one.
+    pub(crate) fn hold(&mut self) {
+        self.set = self.side;
+    }
+
+    /// Whether the next series has a sign given.
+    pub(crate) fn is_held(&self) -> bool {
+        self.set != 0.0
+    }
+
+    /// Takes from another switch, which is left, that the series begins where it is.
+    pub(crate) fn begins_as(&mut self, other: &mut Self) {
+        self.leading = core::mem::take(&mut other.leading);
+    }
+
+    /// Sets below which order coefficients are rounding.
+    pub(crate) fn begins_with(&mut self, leading: usize) {
+        self.leading = leading;
+    }
+
+    /// Whether the value is exactly zero.
+    pub(crate) fn is_zero(&self) -> bool {
+        self.side != 0.0 && self.coefficients[0] == 0.0
+    }
+
+    /// Whether the value is on the side of the piece a time `s` after the beginning of a step, in units of its size over the step; negative
+    /// where it is not.
+    pub(crate) fn margin(&self, s: f64) -> f64 {
+        if self.side == 0.0 || self.side.is_nan() || (self.leading > 0 && s <= self.leaves) {
+            return f64::INFINITY;
+        }
+        self.side * self.coefficients[0] / self.scale.max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether the value is zero to rounding or beyond.
+    pub(crate) fn touches(&self) -> bool {
+        (self.side * self.coefficients[0]) <= TOUCHES * self.scale && self.side != 0.0
+    }
+
+    /// The first order whose term at a time `tau` is more than rounding, and the sign there; beyond the last order with sign 0, if there is
+    /// none.
+    pub(crate) fn leads(&self, order: usize, tau: f64) -> (usize, f64) {
+        let known = &self.coefficients[..order.clamp(2, MAX_ORDER)];
+        let (mut terms, mut largest) = ([0.0; ROWS], 0.0_f64);
+        let mut tau = tau;
+        // until the series converges at that time: an argument may change faster than the motion
+        for _ in 0..SHORTENINGS {
+            let mut power = 1.0;
+            largest = 0.0;
+            for (term, c) in terms.iter_mut().zip(known) {
+                *term = c * power;
+                power *= tau;
+                largest = largest.max(term.abs());
+            }
+            let [.., before, last] = terms[..known.len()] else {
+                break;
+            };
+            if largest.is_finite() && before.abs().max(last.abs()) <= TAIL[0] * largest {
+                break;
+            }
+            tau *= 0.3;
+        }
+        let leading = terms.iter().position(|term| term.abs() > ROUNDING * largest);
+        match leading {
+            Some(leading) if largest.is_finite() => (leading, terms[leading].signum()),
+            _ => (ROWS, 0.0),
+        }
+    }
+
+    /// How far a step of the length `h` may go, by the series of the argument to an order; `h` is negative back in time.
+    #[inline]
+    pub(crate) fn reach(
+        &mut self,
+        order: usize,
+        h: f64,
+        limits: &Limits,
+        found: &mut Vec<Crossing>,
+    ) -> Reach {
+        let known = &self.coefficients[..order.clamp(1, MAX_ORDER)];
+        let (first, size) = (known[0].abs(), h.abs());
+        if self.side == 0.0 && first <= limits.visible + FLAT {
+            return Reach::Whole;
+        }
+        let rest = known[1..]
+            .iter()
+            .rev()
+            .fold(0.0, |rest, c| (rest + c.abs()) * size);
+        let least = if self.side == 0.0 {
+            limits.visible
+        } else {
+            0.1 * first
+        };
+        if self.leading == 0 && first - rest > least {
+            (self.scale, self.leaves) = (first + rest, 0.0);
+            return Reach::Whole;
+        }
+        self.search(order, h, limits, found)
+    }
+
+    /// The same where the terms alone do not tell that there is no change of sign.
+    #[cold]
+    fn search(&mut self, order: usize, h: f64, limits: &Limits, found: &mut Vec<Crossing>) -> Reach {
+        let from = self.leading.min(ROWS);
+        let known = &self.coefficients[..order.clamp(1, MAX_ORDER)];
+        let Some(last) = known.iter().rposition(|c| *c != 0.0).filter(|&last| last >= from) else {
+            self.scale = 0.0;
+            return Reach::Whole;
+        };
+        let mut whole = 1.0;
+        let mut part = near_start(&known[from..=last], h);
+        loop {
+            let mut terms = [0.0; ROWS];
+            let mut power = 1.0;
+            let mut sum = 0.0;
+            for (k, c) in known.iter().enumerate().take(last + 1) {
+                let term = c * power;
+                power *= h * part;
+                if k >= from {
+                    terms[k - from] = term;
+                    sum += term.abs();
+                }
+            }
+            self.scale = sum;
+            let terms = &mut terms[..=last - from];
+            self.leaves = if from == 0 {
+                0.0
+            } else {
+                let far = (4.0 * TOUCHES * sum / terms[0].abs()).powf(1.0 / from as f64);
+                (far * part).min(part) * h.abs()
+            };
+            if !sum.is_finite() {
+                part *= 1e-3;
+                whole = part;
+                // what is not finite at all is the step's to tell
+                if part < 1e-300 {
+                    return Reach::Whole;
+                }
+                continue;
+            }
+            let first = terms[0].abs();
+            let rest = sum - first;
+            let free = if self.side == 0.0 {
+                // flat at the beginning: as far as it is flat
+                let sign = terms[0].signum();
+                for term in terms.iter_mut() {
+                    *term *= sign;
+                }
+                terms[0] -= limits.visible;
+                first - rest > limits.visible
+            } else {
+                rest < 0.9 * first
+            };
+            if !free {
+                let tail = if last + 2 >= known.len() && last >= from + 2 {
+                    terms[last - from].abs().max(terms[last - from - 1].abs())
+                } else {
+                    0.0
+                };
+                let largest = terms
+                    .iter()
+                    .fold(0.0_f64, |largest, term| largest.max(term.abs()));
+                let allowed = limits.tail * largest;
+                if tail > allowed {
+                    part *= (0.9 * (allowed / tail).powf(1.0 / (last - from) as f64)).max(SHORTEST);
+                    whole = part;
+                    continue;
+                }
+                roots::crossings(terms, found);
+                match found.first() {
+                    Some(crossing) if self.side == 0.0 => return Reach::Shorter(part * crossing.at),
+                    Some(crossing) => return Reach::Crossing(part * crossing.at),
+                    None => {}
+                }
+            }
+            if part < whole {
+                part = (FARTHER * part).min(whole);
+            } else if whole < 1.0 {
+                return Reach::Shorter(whole);
+            } else {
+                return Reach::Whole;
+            }
+        }
+    }
+}
+
+/// The part of a step where its search for the first root begins: terms beyond the first are not much larger than it there. Roots are
+/// found to rounding in units of the part that is searched.
+fn near_start(known: &[f64], h: f64) -> f64 {
+    let first = known[0].abs();
+    let rest = |part: f64| {
+        let mut power = (h * part).abs();
+        let mut sum = 0.0;
+        for c in &known[1..] {
+            sum += c.abs() * power;
+            power *= (h * part).abs();
+        }
+        sum
+    };
+    let mut part = 1.0;
+    while part > 1e-300 {
+        let rest = rest(part);
+        if rest <= FARTHER * first {
+            break;
+        }
+        // a sum that overflows says nothing of how much
+        part *= if rest.is_finite() {
+            (first / rest).max(1e-3)
+        } else {
+            1e-3
+        };
+    }
+    if part > 1e-300 { part } else { 1.0 }
+}
+
+/// The switches of a system: those of the declaration, and those of each of the user's functions.
+pub trait Switches {
+    /// How many groups there are; none in a system without any.
+    const GROUPS: usize;
+
+    /// A group of one motion: the declaration's, then that of each call.
+    fn group(&mut self, track: usize, group: usize) -> &mut [Switch];
+
+    /// Lets functions that are given by pieces begin the piece at whose end they are. Returns whether there are any.
+    fn enter(&mut self, track: usize) -> bool;
+
+    /// Whether a value of the user's functions moves.
+    fn moves(&self) -> bool;
+}

@@ -1,0 +1,555 @@
+//! When an iteration has converged.
+//!
+//! The rules stand here once, for every iteration of this crate: that of one trajectory ([`super::newton`]), that of
+//! several in lanes ([`crate::ensemble`]) and that for the accelerations of a Taylor series ([`crate::taylor`]).
+//!
+//! An update is small or large relative to the unknown, or, where the unknown is smaller, to the *size* that it is expected
+//! to have. There is no absolute tolerance. How small a size can be is decided by what rounding lets the rows tell: see
+//! [`NaturalSizes`].
+//!
+//! With quadratic convergence the updates obey `ρ' = C ρ²`, so that the error after an update is told by the update and the
+//! one before it, without an evaluation to confirm it.
+
+use core::ops::{BitAnd, BitOr, Not};
+
+use crate::number::lanes::{Lanes, Mask, Register};
+use crate::number::scalar::Scalar;
+use crate::solve::dense::Matrix;
+use crate::solve::{Square, Vector};
+
+/// An update this small relative to the unknowns is the last: the error after it is its square.
+pub(crate) const LAST_UPDATE: f64 = 1e-9;
+
+/// The error that may remain after the last update, relative to the unknowns.
+const REMAINDER: f64 = 1e-16;
+
+/// An update `ρ'` of at most the first size is the last if the update `ρ` before it was larger than the second size:
+/// what remains is `C ρ'² = ρ'³/ρ²`, and that is at most [`REMAINDER`].
+const SETTLED: [(f64, f64); 3] = [(1e-10, 1e-7), (4e-12, LAST_UPDATE), (LAST_UPDATE, 3.2e-6)];
+
+/// An update that is this part of the one before shows that the iteration converges fast.
+const MUCH_SMALLER: f64 = 0.25;
+
+/// An update that is not this part of the one before does not shrink.
+const SHRINKS: f64 = 0.5;
+
+/// How small an update that does not shrink must be, in the first iterations, to be suspected of being rounding.
+const SUSPECT: f64 = 1e-2;
+
+/// From this iteration on every update that does not shrink is suspected.
+const LATE: u32 = 2;
+
+/// A function of the user's may be noisier than the bound of its rounding error knows: an update that has not shrunk for so
+/// many iterations is noise, if it is as small as a last one.
+const STAGNANT: u32 = 4;
+
+/// A row within so many bounds of its rounding error is zero for all that can be told.
+pub(crate) const ROUNDINGS: f64 = 4.0;
+
+/// An unknown smaller than this part of its natural size is treated as if it were as large. So the last update, which is
+/// [`LAST_UPDATE`] of that, is no smaller than a few roundings of the rows.
+const PART_OF_NATURAL: f64 = 1e-6;
+
+/// Natural sizes are used where the equations' condition is at most this, and the unknowns are smaller than they by no more:
+/// with [`PART_OF_NATURAL`], sizes that are too large by this factor change no rule.
+const WELL_CONDITIONED: f64 = 1e6;
+
+/// With more rows, the columns of an inverse are not found one after the other, since each takes an elimination of its own.
+const MOST_SOLVED_ONE_BY_ONE: usize = 8;
+
+/// Numbers that can be compared, lane by lane.
+pub(crate) trait Compare: Scalar {
+    /// The results of a comparison, one for each lane.
+    type Truth: Copy + BitAnd<Output = Self::Truth> + BitOr<Output = Self::Truth> + Not<Output = Self::Truth>;
+
+    /// True in every lane.
+    fn always() -> Self::Truth;
+
+    /// Whether a truth value is false in the only lane. Several lanes are not asked, for they take no branches.
+    fn is_never(truth: Self::Truth) -> bool {
+        let _ = truth;
+        false
+    }
+
+    /// Whether a number is at most another one; not where either is NaN.
+    fn is_at_most(self, other: Self) -> Self::Truth;
+
+    /// Whether a number is smaller than another one; not where either is NaN.
+    fn is_below(self, other: Self) -> Self::Truth;
+}
+
+impl Compare for f64 {
+    type Truth = bool;
+
+    #[inline]
+    fn always() -> bool {
+        true
+    }
+
+    #[inline]
+    fn is_never(truth: bool) -> bool {
+        !truth
+    }
+
+    #[inline]
+    fn is_at_most(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline]
+    fn is_below(self, other: Self) -> bool {
+        self < other
+    }
+}
+
+#[allow(clippy::inline_always)] // compiled for the machine's own instructions
+impl<R: Register> Compare for Lanes<R> {
+    type Truth = Mask<R>;
+
+    #[inline(always)]
+    fn always() -> Mask<R> {
+        Mask::splat(true)
+    }
+
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> Mask<R> {
+        self.at_most(other)
+    }
+
+    #[inline(always)]
+    fn is_below(self, other: Self) -> Mask<R> {
+        self.below(other)
+    }
+}
+
+/// An update, the unknowns from which it leads away, and the sizes that these are expected to have at least.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Update<'a, U> {
+    /// The update.
+    pub components: &'a U,
+    /// The unknowns.
+    pub unknowns: &'a U,
+    /// Their expected sizes.
+    pub sizes: &'a U,
+}
+
+impl<U> Update<'_, U> {
+    /// Whether the update is at most `tolerance` relative to the unknowns; not where it is NaN. No division: this is part of
+    /// every step.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // also in code that is compiled for the machine's own instructions
+    pub fn is_small<T: Compare>(&self, tolerance: f64) -> T::Truth
+    where
+        U: AsRef<[T]>,
+    {
+        let mut small = T::always();
+        let sizes = self.unknowns.as_ref().iter().zip(self.sizes.as_ref());
+        for (update, (unknown, &size)) in self.components.as_ref().iter().zip(sizes) {
+            let expected = unknown.abs().larger(size);
+            small = small & update.abs().is_at_most(T::splat(tolerance) * expected);
+            if T::is_never(small) {
+                break;
+            }
+        }
+        small
+    }
+
+    /// Whether the update is the last, after the full one `before`: whether at most [`REMAINDER`] is left after it.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // part of every step
+    pub fn settles<T: Compare>(&self, before: &Self) -> T::Truth
+    where
+        U: AsRef<[T]>,
+    {
+        let mut settled = !T::always();
+        for (largest, smallest) in SETTLED {
+            let small = self.is_small(largest);
+            if T::is_never(small) {
+                continue;
+            }
+            settled = settled | (small & !before.is_small(smallest));
+            if T::is_never(!settled) {
+                break;
+            }
+        }
+        settled
+    }
+
+    /// The size of the update relative to the unknowns, of all components the largest; NaN where a component is.
+    #[inline(always)]
+    #[allow(clippy::inline_always)] // as above
+    pub fn relative<T: Compare>(&self) -> T
+    where
+        U: AsRef<[T]>,
+    {
+        let zero = T::splat(0.0);
+        let (unknowns, sizes) = (self.unknowns.as_ref(), self.sizes.as_ref());
+        let mut largest = zero;
+        for (place, update) in self.components.as_ref().iter().enumerate() {
+            let update = update.abs();
+            // no update is a small one, also of an unknown that is zero
+            let quotient = update / unknowns[place].abs().larger(sizes[place]);
+            let ratio = T::select_le(update, zero, zero, quotient);
+            largest = T::select_le(ratio, largest, largest, ratio);
+        }
+        largest
+    }
+}
+
+/// Whether an update of the relative size `now`, after one of the size `before`, shows that the iteration converges fast.
+#[inline(always)]
+#[allow(clippy::inline_always)] // as above
+pub(crate) fn converges<T: Compare>(before: T, now: T) -> T::Truth {
+    now.is_below(T::splat(MUCH_SMALLER) * before)
+}
+
+/// Whether the later of two full updates, of the relative sizes `before` and `now`, is the last.
+pub(crate) fn is_last(before: f64, now: f64) -> bool {
+    let contraction = now / before;
+    now <= LAST_UPDATE && now * contraction * contraction <= REMAINDER
+}
+
+/// How the updates of an iteration shrink that does not converge fast.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Progress {
+    /// The smallest update so far, relative to the unknowns.
+    smallest: f64,
+    /// The last one.
+    last: f64,
+    /// How many updates have not been much smaller than the smallest one.
+    stagnant: u32,
+}
+
+/// What is to be thought of an update that does not shrink.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Suspicion {
+    /// Nothing: it shrinks, or there is still time.
+    None,
+    /// It may be rounding: it is if the rows are within [`ROUNDINGS`] bounds of theirs.
+    Rounding,
+    /// It is the noise of a function, whatever the rows' bounds say.
+    Noise,
+}
+
+impl Progress {
+    /// The progress after the first update, of the relative size `size`.
+    pub fn new(size: f64) -> Self {
+        Self {
+            smallest: size,
+            last: size,
+            stagnant: 0,
+        }
+    }
+
+    /// The size of the last update, relative to the unknowns.
+    pub fn last(&self) -> f64 {
+        self.last
+    }
+
+    /// Takes the size of the next update, relative to the unknowns.
+    pub fn take(&mut self, size: f64) {
+        if size < SHRINKS * self.smallest {
+            (self.smallest, self.stagnant) = (size, 0);
+        } else {
+            self.stagnant += 1;
+        }
+        self.last = size;
+    }
+
+    /// What is to be thought of the last update, a full one of iteration `iteration`, after one of the size `before`.
+    pub fn suspicion(&self, before: f64, iteration: u32) -> Suspicion {
+        let size = self.last;
+        if size < SHRINKS * before || (size > SUSPECT && iteration <= LATE) {
+            Suspicion::None
+        } else if self.stagnant >= STAGNANT && size <= LAST_UPDATE {
+            Suspicion::Noise
+        } else {
+            Suspicion::Rounding
+        }
+    }
+}
+
+/// The *natural size* of each unknown: what it would be if the terms of the rows did not cancel,
+/// `S = |J⁻¹| T` with the Jacobian `J` of the rows and the sizes `T` of their terms.
+///
+/// Rounding changes the rows by about `u T`, with the unit round-off `u`, and so the root by `u S`: no unknown is known to
+/// more, however small it is. Where unknowns span many decades (a pull at the inner end of a chain is felt at its outer end
+/// by `1e-15` of it) this, and not its own size, is what a small unknown has to be measured by. (N. J. Higham, *Accuracy and
+/// Stability of Numerical Algorithms*, 2nd ed., section 7.2: componentwise perturbations of linear equations.)
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NaturalSizes {
+    /// The sizes.
+    pub sizes: Vector,
+    /// The largest diagonal entry of `|J⁻¹| |J|`, which no scaling of rows or unknowns changes; 1 where rows and unknowns
+    /// have nothing to do with each other.
+    pub condition: f64,
+    /// How large the unknowns are in units of their natural sizes, of all the largest.
+    pub level: f64,
+}
+
+/// The size of a row's largest entry.
+fn largest_of(row: &[f64]) -> f64 {
+    row.iter().fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
+/// The inverse of a matrix whose rows are brought to the size 1: all columns by one elimination.
+fn inverse_of_scaled(jacobian: &Square) -> Matrix {
+    let rows: Vec<(&[f64], f64)> = jacobian.rows().map(|row| (row, largest_of(row))).collect();
+    Matrix::from_fn(rows.len(), rows.len(), |i, j| rows[i].0[j] / rows[i].1).inverse()
+}
+
+impl NaturalSizes {
+    /// The natural sizes near `z`, for the Jacobian and the sizes of the terms of each row; `None` if the Jacobian is
+    /// singular or something is not finite.
+    #[cold]
+    pub fn new(jacobian: &Square, terms: &[f64], z: &[f64]) -> Option<Self> {
+        let count = jacobian.size();
+        let (mut sizes, mut condition) = (Vector::zero(count), Vector::zero(count));
+        let inverse = (count > MOST_SOLVED_ONE_BY_ONE).then(|| inverse_of_scaled(jacobian));
+        for ((place, row), term) in jacobian.rows().enumerate().zip(terms) {
+            let largest = largest_of(row);
+            // a column of the inverse, in units that neither overflow nor underflow
+            let column = match &inverse {
+                Some(inverse) => Vector::from_fn(count, |i| inverse[(i, place)]),
+                None => jacobian.solve(&Vector::from_fn(
+                    count,
+                    |i| if i == place { largest } else { 0.0 },
+                ))?,
+            };
+            let term = term / largest;
+            sizes = sizes.zip(&column, |size, x| size + x.abs() * term);
+            condition = condition.zip(
+                &column.zip(row, |x, entry| x.abs() * (entry.abs() / largest)),
+                |sum, part| sum + part,
+            );
+        }
+        let condition = condition.iter().fold(0.0_f64, |largest, x| largest.max(*x));
+        let ratios = z.iter().zip(sizes.iter());
+        let ratios = ratios.map(|(z, size)| if *size > 0.0 { z.abs() / size } else { 0.0 });
+        let level = ratios.fold(0.0, f64::max);
+        sizes.is_finite().then_some(Self {
+            sizes,
+            condition,
+            level,
+        })
+    }
+
+    /// Whether they say how unknowns are coupled, and not that the rows hardly determine them: near a double root, or where
+    /// there is nearly one, natural sizes are large without bound.
+    pub fn are_usual(&self) -> bool {
+        self.condition <= WELL_CONDITIONED && self.level * WELL_CONDITIONED >= 1.0
+    }
+
+    /// Sizes that are not too small to be known.
+    pub fn raise(&self, sizes: &Vector) -> Vector {
+        sizes.zip(&self.sizes, |size, natural| size.max(PART_OF_NATURAL * natural))
+    }
+}
+
+/// Natural sizes that were needed at one step and serve at the next ones.
+#[derive(Clone, Debug)]
+pub(crate) struct Remembered {
+    /// [`PART_OF_NATURAL`] of the sizes.
+    pub part: Vector,
+    /// `1/S`.
+    pub inverse: Vector,
+    /// How large the unknowns were in units of their natural sizes, of all the largest.
+    pub level: f64,
+}
+
+impl Remembered {
+    /// Takes natural sizes.
+    pub fn new(natural: &NaturalSizes) -> Self {
+        Self {
+            part: natural.sizes.map(|size| PART_OF_NATURAL * size),
+            inverse: natural
+                .sizes
+                .map(|size| if size > 0.0 { 1.0 / size } else { 0.0 }),
+            level: natural.level,
+        }
+    }
+
+    /// How large unknowns are in units of the natural sizes, of all the largest.
+    fn level(&self, z: &[f64]) -> f64 {
+        let ratios = z.iter().zip(self.inverse.iter());
+        ratios.fold(0.0, |largest, (z, inverse)| f64::max(largest, z.abs() * inverse))
+    }
+
+    /// Makes sizes not too small to be known, where the unknowns have lately been as large as `lately` says.
+    ///
+    /// Natural sizes go with those of the unknowns: they shrink as these do, and grow once these have outgrown them.
+    #[inline(never)] // seldom needed, and then by systems that have many unknowns
+    pub fn raise(&self, sizes: &mut [f64], lately: &[f64]) {
+        let level = self.level(lately);
+        let factor = if level < self.level {
+            level / self.level
+        } else {
+            level.max(1.0)
+        };
+        for (size, part) in sizes.iter_mut().zip(self.part.iter()) {
+            *size = size.max(factor * part);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square<const M: usize>(rows: &[[f64; M]; M]) -> Square {
+        Square::from_fn(M, |i, j| rows[i][j])
+    }
+
+    #[test]
+    fn natural_sizes_do_not_depend_on_units() {
+        let jacobian = [[2.0, 1.0], [1.0, 1e-3]];
+        let terms = [3.0, 1.0];
+        let here = NaturalSizes::new(&square(&jacobian), &terms, &[1.0, 1.0]).unwrap();
+        // |J⁻¹| = [[1e-3, 1], [1, 2]] / 0.998
+        for (found, size) in here.sizes.iter().zip([1.003, 5.0]) {
+            assert!((found * 0.998 - size).abs() < 1e-14, "{found}");
+        }
+        for exponent in [-400, -40, 40, 400] {
+            let unit = 2.0_f64.powi(exponent);
+            // the second row and the first unknown in other units
+            let scaled = [[2.0 / unit, 1.0], [1.0, 1e-3 * unit]];
+            let there = NaturalSizes::new(&square(&scaled), &[3.0, unit], &[1.0, 1.0]).unwrap();
+            assert_eq!([there.sizes[0] / unit, there.sizes[1]], here.sizes[..]);
+            assert_eq!(there.condition, here.condition);
+        }
+    }
+
+    #[test]
+    fn natural_sizes_of_many_unknowns_are_those_of_a_known_inverse() {
+        const M: usize = 40;
+        // sums of the first unknowns, each row in a unit of its own: the inverse is a difference of two rows
+        let mut jacobian = [[0.0; M]; M];
+        for (i, row) in jacobian.iter_mut().enumerate() {
+            row[..=i].fill(2.0_f64.powi(i32::try_from(i).unwrap()));
+        }
+        let natural = NaturalSizes::new(&square(&jacobian), &[1.0; M], &[1.0; M]).unwrap();
+        for (i, size) in natural.sizes.iter().enumerate() {
+            let unit = 0.5_f64.powi(i32::try_from(i).unwrap());
+            let expected = if i == 0 { unit } else { 3.0 * unit };
+            assert!((size / expected - 1.0).abs() < 1e-12, "{i}: {size}");
+        }
+        assert!((natural.condition - 1.0).abs() < 1e-12, "{}", natural.condition);
+        jacobian[M - 1] = jacobian[0];
+        assert_eq!(NaturalSizes::new(&square(&jacobian), &[1.0; M], &[1.0; M]), None);
+    }
+
+    #[test]
+    fn a_singular_jacobian_has_no_natural_sizes() {
+        assert_eq!(
+            NaturalSizes::new(&square(&[[1.0, 2.0], [2.0, 4.0]]), &[1.0, 1.0], &[1.0, 1.0]),
+            None
+        );
+        let nearly = NaturalSizes::new(
+            &square(&[[1.0, 2.0], [2.0, 4.0 + 1e-12]]),
+            &[1.0, 1.0],
+            &[1.0, 1.0],
+        )
+        .unwrap();
+        assert!(!nearly.are_usual());
+    }
+
+    #[test]
+    fn natural_sizes_are_used_where_they_are_neither_hardly_determined_nor_far_too_large() {
+        let natural = |condition, level| NaturalSizes {
+            sizes: Vector::of(&[1.0, 2.0]),
+            condition,
+            level,
+        };
+        assert!(natural(1.0, 1.0).are_usual() && natural(0.9e6, 1.1e-6).are_usual());
+        assert!(!natural(1.1e6, 1.0).are_usual() && !natural(1.0, 0.9e-6).are_usual());
+        // so large that the last update is a few roundings of the rows
+        assert_eq!(natural(1.0, 1.0).raise(&Vector::of(&[0.0, 5.0]))[..], [1e-6, 5.0]);
+        assert_eq!(
+            natural(1.0, 1.0).raise(&Vector::of(&[1e-5, 0.0]))[..],
+            [1e-5, 2e-6]
+        );
+    }
+
+    #[test]
+    fn an_update_that_shrinks_as_it_should_is_the_last_and_one_that_does_not_is_none() {
+        let settles = |before: f64, now: f64| {
+            let update = |components| Update {
+                components,
+                unknowns: &[1.0],
+                sizes: &[0.0],
+            };
+            update(&[now]).settles::<f64>(&update(&[before]))
+        };
+        // what is left is now³/before²
+        assert!(settles(1e-5, 1e-10) && settles(4e-6, 9e-10) && settles(2e-7, 9e-11) && settles(2e-9, 3e-12));
+        assert!(
+            !settles(1e-9, 9e-10) && !settles(1e-7, 9e-10) && !settles(1e-8, 9e-11) && !settles(9e-10, 3e-12)
+        );
+        assert!(!settles(1.0, 2e-9));
+    }
+
+    #[test]
+    fn progress_tells_what_has_stopped_to_shrink() {
+        let mut progress = Progress::new(1.0);
+        for size in [0.3, 0.1, 0.01] {
+            progress.take(size);
+        }
+        assert_eq!(
+            (progress.stagnant, progress.smallest, progress.last()),
+            (0, 0.01, 0.01)
+        );
+        progress.take(1e-10);
+        for stagnant in 1..=STAGNANT {
+            assert_ne!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+            progress.take(0.9e-10);
+            assert_eq!(progress.stagnant, stagnant);
+        }
+        assert_eq!(progress.suspicion(1e-10, 9), Suspicion::Noise);
+        // large ones may still shrink, in the first iterations
+        let mut progress = Progress::new(1.0);
+        progress.take(0.9);
+        assert_eq!(progress.suspicion(1.0, LATE), Suspicion::None);
+        assert_eq!(progress.suspicion(1.0, LATE + 1), Suspicion::Rounding);
+        assert_eq!(progress.suspicion(10.0, LATE + 1), Suspicion::None);
+    }
+
+    #[test]
+    fn an_update_is_judged_by_the_size_that_is_expected() {
+        let (update, unknowns) = ([1e-10, 1e-20], [1.0, 1e-15]);
+        let own = Update {
+            components: &update,
+            unknowns: &unknowns,
+            sizes: &[0.0, 0.0],
+        };
+        assert!(!own.is_small::<f64>(LAST_UPDATE));
+        let expected = Update {
+            sizes: &[0.0, 1e-10],
+            ..own
+        };
+        assert!(expected.is_small::<f64>(LAST_UPDATE));
+        let nothing = Update {
+            components: &[f64::NAN, 0.0],
+            ..own
+        };
+        assert!(!nothing.is_small::<f64>(1.0));
+    }
+
+    #[test]
+    fn what_is_remembered_goes_with_the_motion() {
+        let natural = NaturalSizes {
+            sizes: Vector::of(&[1.0, 2.0]),
+            condition: 3.0,
+            level: 0.5,
+        };
+        let remembered = Remembered::new(&natural);
+        let raised = |lately: [f64; 2]| {
+            let mut sizes = [0.0, 0.0];
+            remembered.raise(&mut sizes, &lately);
+            sizes
+        };
+        assert_eq!(raised([0.5, 0.0]), [1e-6, 2e-6]);
+        assert_eq!(raised([0.25, 0.0]), [0.5e-6, 1e-6]);
+        assert_eq!(raised([4.0, 0.0]), [4e-6, 8e-6]);
+        assert_eq!(raised([0.0, 0.0]), [0.0, 0.0]);
+    }
+}

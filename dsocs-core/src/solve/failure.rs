@@ -1,0 +1,104 @@
+//! Why Newton's iteration ends without a root.
+
+use core::fmt;
+
+use crate::number::message::{Magnitude, Numbers};
+
+/// Why Newton's iteration ended without a root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StepFailure {
+    /// A row of the equations or of their Jacobian is infinite or not a number.
+    NotFinite,
+    /// The Jacobian is singular: the equations do not determine the unknowns.
+    Singular,
+    /// The updates did not become small: there may be no root, or none near the guess.
+    NotConverged,
+    /// The residual has a minimum that is not zero: on a path from a guess along which the rows become smaller, there is a point that is
+    /// not a root and from which they can only grow again. What the declaration asks for cannot be met there.
+    NoSolution,
+    /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
+    /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
+    Degenerate,
+    /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
+    AmbiguousRoot,
+}
+
+impl fmt::Display for StepFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotFinite => "the equations are not finite",
+            Self::Singular => "the Jacobian is singular",
+            Self::NotConverged => "Newton's iteration does not converge",
+            Self::NoSolution => "what is declared cannot be met here",
+            Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
+            Self::Degenerate => "a denominator or a factor of a declared equation is zero",
+        })
+    }
+}
+
+/// A failed Newton iteration: why it ended, and its history.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewtonFailure {
+    /// Why it ended.
+    pub reason: StepFailure,
+    /// The unknowns where it ended.
+    pub unknowns: Vec<f64>,
+    /// The rows there: the kinematic constraints, then the variational equations.
+    pub residual: Vec<f64>,
+    /// The updates, each relative to the size of the unknowns.
+    pub updates: Vec<f64>,
+    /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty otherwise.
+    pub other: Vec<f64>,
+}
+
+/// So many of the last updates say how the iteration converges.
+const TAIL: usize = 8;
+
+impl NewtonFailure {
+    /// Whether several roots have become one: each update is then the same part of the one before, `1 − 1/m` of it at an `m`-fold root.
+    #[must_use]
+    pub fn is_at_multiple_root(&self) -> bool {
+        let finite = self.updates.iter().skip_while(|update| !update.is_finite());
+        let updates: Vec<f64> = finite.copied().collect();
+        let Some(tail) = updates.len().checked_sub(TAIL + 1).map(|from| &updates[from..]) else {
+            return false;
+        };
+        let mut ratios = tail.windows(2).map(|pair| pair[1] / pair[0]);
+        let first = ratios.next().unwrap_or(f64::NAN);
+        (0.45..0.9).contains(&first) && ratios.all(|ratio| (ratio - first).abs() < 0.02)
+    }
+}
+
+impl fmt::Display for NewtonFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.reason, History(self))
+    }
+}
+
+impl fmt::Display for History<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let NewtonFailure {
+            residual, updates, ..
+        } = self.0;
+        write!(f, "residual by row {}", Numbers(residual))?;
+        match updates.as_slice() {
+            [] => Ok(()),
+            [.., last] if updates.len() > 6 => {
+                let shown = &updates[..5];
+                write!(
+                    f,
+                    ", relative updates {} … {} ({} in all)",
+                    Numbers(shown),
+                    Magnitude(*last),
+                    updates.len()
+                )
+            }
+            all => write!(f, ", relative updates {}", Numbers(all)),
+        }
+    }
+}
+
+impl core::error::Error for NewtonFailure {}
+
+/// The history of a failed iteration.
+pub(crate) struct History<'a>(pub &'a NewtonFailure);

@@ -1,0 +1,604 @@
+//! Where Newton's iteration begins: a polynomial through the last solutions.
+
+use core::marker::PhantomData;
+use core::ops::Sub;
+
+use super::convergence::{NaturalSizes, Remembered};
+use super::elimination::Determinant;
+use super::newton::Notes;
+use super::unknown::Unknown;
+use crate::number::array::Array;
+use crate::number::scalar::Scalar;
+use crate::solve::Vector;
+
+/// The highest degree of the polynomial.
+const ORDER: usize = 5;
+
+/// How many backward differences are kept: `∇⁰z, ∇¹z, … ∇⁵z`.
+pub(crate) const DIFFERENCES: usize = ORDER + 1;
+
+/// How much of the size of past unknowns is remembered from one step to the next.
+const MEMORY: f64 = 0.75;
+
+/// What past solutions say of the next one: their backward differences, sizes and determinants.
+///
+/// A smooth motion is predicted with degree 5. Where the motion is not smooth on the scale of the step (a
+/// switch is crossed, a phase turns several radians a step) differences grow with their order, and the degree
+/// falls, down to the last solution itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Predictor {
+    /// How many unknowns there are.
+    unknowns: usize,
+    /// `∇⁰z, ∇¹z, … ∇⁵z`, NaN where the history is too short; then the largest absolute value of each unknown, forgotten at the rate
+    /// [`MEMORY`]; then what the rows of the last smooth step were multiplied by, NaN before it.
+    past: Vec<f64>,
+    /// Their natural sizes, where they were needed lately.
+    natural: Option<Box<Remembered>>,
+    /// The determinants at the last solutions.
+    pub determinants: Determinants,
+}
+
+/// The backward differences and the sizes of a [`Predictor`] as arrays, where steps are made.
+pub(crate) struct Arrays<'p, U> {
+    /// The differences.
+    pub differences: [&'p mut U; DIFFERENCES],
+    /// The sizes.
+    pub size: &'p mut U,
+    /// What the rows of the last smooth step were multiplied by; NaN before it.
+    pub scales: &'p mut U,
+    /// The determinants at the last solutions.
+    pub determinants: &'p mut Determinants,
+    /// The natural sizes, where they were needed lately.
+    pub natural: Option<&'p Remembered>,
+}
+
+/// The same for numbers of any type, such as lanes.
+#[repr(align(16))] // as the sums, see [`crate::number::compensated`]
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Differences<U, T = f64> {
+    /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
+    differences: [U; DIFFERENCES],
+    /// The largest absolute value of each unknown, forgotten at the rate [`MEMORY`].
+    size: U,
+    /// The numbers that the unknowns are made of.
+    scalar: PhantomData<T>,
+}
+
+/// The determinants of the rows' Jacobian at the last solutions, the last first, in a common unit; NaN where they are not
+/// known.
+///
+/// Along a motion the determinant changes smoothly. The roots of a pair have Jacobians of opposite orientation, so that where
+/// a step goes over to another motion the determinant departs from its continuation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Determinants {
+    /// The numbers.
+    pub last: [f64; PAST],
+    /// The power of two that is their unit.
+    pub unit: i32,
+    /// That of the step which is being solved.
+    pub next: f64,
+    /// Whether the last one was nearly that before it, and whether the one which is being solved is nearly the last.
+    pub steady: [bool; 2],
+}
+
+/// From so many solutions determinants are continued.
+pub(crate) const PAST: usize = 4;
+
+/// How far a determinant may be from its continuation, relative to it. That of the other root of a pair is about 2 away.
+pub(crate) const FITS: f64 = 0.5;
+
+/// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
+pub(crate) const STEADY: f64 = 0.25;
+
+/// What a determinant says of the root that a step has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Continuation {
+    /// It continues those of the steps before, or nothing is known of these.
+    Fits,
+    /// It does not.
+    Departs,
+    /// It does not even have their sign.
+    Turned,
+}
+
+impl Determinants {
+    /// Without a past.
+    pub const UNKNOWN: Self = Self {
+        last: [f64::NAN; PAST],
+        unit: 0,
+        next: f64::NAN,
+        steady: [false; 2],
+    };
+
+    /// Takes the determinant of the step that is being solved.
+    #[inline]
+    pub fn take(&mut self, determinant: Determinant) -> Continuation {
+        if self.last[0].is_nan() {
+            self.unit = determinant.exponent;
+        }
+        let now = determinant.in_units_of(self.unit);
+        self.next = now;
+        // false also where there is no past
+        self.steady[1] = (self.last[0] - now).abs() <= STEADY * now.abs();
+        if self.steady == [true; 2] {
+            Continuation::Fits
+        } else {
+            self.compare(now)
+        }
+    }
+
+    /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
+    #[inline(never)] // seldom needed: most determinants hardly change from step to step
+    pub fn compare(&self, now: f64) -> Continuation {
+        let [a, b, c, _] = self.last;
+        // as many as are known
+        let continued = if a.is_nan() {
+            return Continuation::Fits;
+        } else if b.is_nan() {
+            [a, a]
+        } else if c.is_nan() {
+            [a, 2.0 * a - b]
+        } else {
+            [2.0 * a - b, 3.0 * (a - b) + c]
+        };
+        let bound = FITS * now.abs();
+        // where it has changed by more than itself, it may as well have turned back before zero as have passed it
+        let is_clear = (a - now).abs() <= now.abs();
+        if is_clear && continued.iter().all(|x| (x - now).abs() <= bound) {
+            Continuation::Fits
+        } else if continued.iter().all(|x| x * now > 0.0) {
+            Continuation::Departs
+        } else {
+            Continuation::Turned
+        }
+    }
+
+    /// Puts the determinant taken last among those of the past.
+    #[inline]
+    pub fn push(&mut self) {
+        self.last = [self.next, self.last[0], self.last[1], self.last[2]];
+        (self.next, self.steady) = (f64::NAN, [self.steady[1], false]);
+    }
+}
+
+/// Takes in the solution of a step.
+#[allow(clippy::inline_always)] // part of every step
+#[inline(always)]
+fn push<'u, T: Scalar, U: Unknown<T> + 'u>(
+    differences: impl IntoIterator<Item = &'u mut U>,
+    size: &mut U,
+    z: &U,
+) {
+    let mut difference = *z;
+    for entry in differences {
+        let last = core::mem::replace(entry, difference);
+        difference = difference.zip(&last, |new, old| new - old);
+    }
+    *size = size.zip(z, |size, z| (T::splat(MEMORY) * size).larger(z.abs()));
+}
+
+/// Takes in the solution of a step where the past lies as in a [`Predictor`]; `size_after` says what becomes of a size.
+pub(crate) fn push_past<T: Copy + Sub<Output = T>>(past: &mut [T], z: &[T], size_after: impl Fn(T, T) -> T) {
+    let m = z.len();
+    let Some((differences, sizes)) = past.split_at_mut_checked(DIFFERENCES * m) else {
+        return;
+    };
+    for (i, (&z, size)) in z.iter().zip(sizes).enumerate() {
+        let mut difference = z;
+        for entry in differences.iter_mut().skip(i).step_by(m) {
+            let last = core::mem::replace(entry, difference);
+            difference = difference - last;
+        }
+        *size = size_after(*size, z);
+    }
+}
+
+/// How large an unknown has been lately, after a solution.
+pub(crate) fn size_after(size: f64, z: f64) -> f64 {
+    (MEMORY * size).larger(z.abs())
+}
+
+/// The unknowns of the next step, each by the polynomial of the degree whose last two differences are smallest.
+#[allow(clippy::inline_always)] // part of every step
+#[inline(always)]
+fn extrapolate<T: Scalar, U: AsRef<[T]> + AsMut<[T]> + Clone>(last: &U, differences: [&U; ORDER]) -> U {
+    let mut sizes = last.clone();
+    for size in sizes.as_mut() {
+        *size = size.abs();
+    }
+    let (mut guess, mut sum, mut smallest, mut before) = (last.clone(), last.clone(), sizes.clone(), sizes);
+    // degree by degree and all unknowns side by side, with selections for branches: this is part of every step
+    for difference in differences {
+        let (guess, sum, smallest, before) =
+            (guess.as_mut(), sum.as_mut(), smallest.as_mut(), before.as_mut());
+        for (place, &difference) in difference.as_ref().iter().enumerate() {
+            sum[place] = sum[place] + difference;
+            let size = difference.abs();
+            // NaN where the history is too short, which is not smaller than anything
+            let larger = before[place].larger(size);
+            guess[place] = T::select_le(larger, smallest[place], sum[place], guess[place]);
+            smallest[place] = larger.smaller(smallest[place]);
+            before[place] = size;
+        }
+    }
+    guess
+}
+
+/// Whether a solution is near its prediction, each unknown within a part of itself.
+#[inline]
+pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
+    // false for a NaN
+    z.iter()
+        .zip(guess)
+        .all(|(z, guess)| (z - guess).abs() <= part * z.abs())
+}
+
+impl<U: Unknown<f64>> Arrays<'_, U> {
+    /// Takes in the solution of a step.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn push(&mut self, z: &U) {
+        push(
+            self.differences.iter_mut().map(|difference| &mut **difference),
+            self.size,
+            z,
+        );
+        self.determinants.push();
+    }
+
+    /// The unknowns of the next step; `None` without a past.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn predict(&self) -> Option<U> {
+        let [last, d1, d2, d3, d4, d5] = &self.differences;
+        if last.as_ref().iter().any(|z| z.is_nan()) {
+            return None;
+        }
+        Some(extrapolate(&**last, [d1, d2, d3, d4, d5]))
+    }
+}
+
+impl<T: Scalar, U: Unknown<T>> Differences<U, T> {
+    /// Without a past.
+    pub fn new() -> Self {
+        let unknown = U::zero();
+        Self {
+            differences: [unknown.zip(&unknown, |_, _| T::splat(f64::NAN)); DIFFERENCES],
+            size: unknown,
+            scalar: PhantomData,
+        }
+    }
+
+    /// Takes in the solution of a step.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
+    pub fn push_here(&mut self, z: &U) {
+        push(&mut self.differences, &mut self.size, z);
+    }
+
+    /// How large each unknown has been lately.
+    #[inline]
+    pub fn size(&self) -> &U {
+        &self.size
+    }
+
+    /// The unknowns of the next step.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
+    pub fn extrapolate_here(&self) -> U {
+        let [last, d1, d2, d3, d4, d5] = &self.differences;
+        extrapolate(last, [d1, d2, d3, d4, d5])
+    }
+
+    /// All vectors, in the order of [`Predictor::vectors`].
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
+    pub fn vectors(&self) -> impl Iterator<Item = &U> {
+        self.differences.iter().chain([&self.size])
+    }
+
+    /// The same, to be changed.
+    #[allow(clippy::inline_always)] // for the machine's own instructions
+    #[inline(always)]
+    pub fn vectors_mut(&mut self) -> impl Iterator<Item = &mut U> {
+        self.differences.iter_mut().chain([&mut self.size])
+    }
+}
+
+impl Predictor {
+    /// A predictor of so many unknowns without a past.
+    pub fn new(unknowns: usize) -> Self {
+        let mut past = vec![f64::NAN; DIFFERENCES * unknowns];
+        past.resize((DIFFERENCES + 1) * unknowns, 0.0);
+        past.resize((DIFFERENCES + 2) * unknowns, f64::NAN);
+        Self {
+            unknowns,
+            past,
+            natural: None,
+            determinants: Determinants::UNKNOWN,
+        }
+    }
+
+    /// The differences and then the sizes, one vector after the other.
+    pub fn vectors(&self) -> impl Iterator<Item = &[f64]> {
+        (0..=DIFFERENCES).map(|place| self.vector(place))
+    }
+
+    /// Sets a component of a vector in the order of [`Predictor::vectors`].
+    pub fn set(&mut self, vector: usize, component: usize, value: f64) {
+        if let Some(place) = self.past.get_mut(vector * self.unknowns + component) {
+            *place = value;
+        }
+    }
+
+    fn vector(&self, place: usize) -> &[f64] {
+        self.past
+            .get(place * self.unknowns..(place + 1) * self.unknowns)
+            .unwrap_or(&[])
+    }
+
+    /// The same as arrays; `None` of another number of unknowns.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn arrays<U: Array<f64>>(&mut self) -> Option<Arrays<'_, U>> {
+        let (d0, rest) = U::split(&mut self.past)?;
+        let (d1, rest) = U::split(rest)?;
+        let (d2, rest) = U::split(rest)?;
+        let (d3, rest) = U::split(rest)?;
+        let (d4, rest) = U::split(rest)?;
+        let (d5, rest) = U::split(rest)?;
+        let (size, rest) = U::split(rest)?;
+        let (scales, _) = U::split(rest)?;
+        let arrays = Arrays {
+            differences: [d0, d1, d2, d3, d4, d5],
+            size,
+            scales,
+            determinants: &mut self.determinants,
+            natural: self.natural.as_deref(),
+        };
+        Some(arrays)
+    }
+
+    /// Takes in the solution of a step.
+    pub fn push(&mut self, z: &[f64]) {
+        push_past(&mut self.past, z, size_after);
+        // those of a step that was not smooth are not known
+        for scale in self.past.iter_mut().skip((DIFFERENCES + 1) * self.unknowns) {
+            *scale = f64::NAN;
+        }
+        self.determinants.push();
+    }
+
+    /// How large each unknown has been lately.
+    pub fn size(&self) -> &[f64] {
+        self.vector(DIFFERENCES)
+    }
+
+    /// Forgets the past but for the last solution, its size and the natural sizes, because the run turns round.
+    pub fn turn(&mut self) {
+        let last = self.last();
+        let mut turned = Self::new(self.unknowns);
+        if let Some(last) = last {
+            turned.push(&last);
+        }
+        let sizes = turned
+            .past
+            .iter_mut()
+            .zip(&self.past)
+            .skip(DIFFERENCES * self.unknowns);
+        for (to, from) in sizes.take(self.unknowns) {
+            *to = *from;
+        }
+        turned.natural = self.natural.take();
+        *self = turned;
+    }
+
+    /// How large each unknown is expected to be: as lately, and at least as `least` says.
+    pub fn expected(&self, least: &[f64]) -> Vector {
+        let mut sizes = Vector::of(self.size()).zip(least, f64::max);
+        if let Some(natural) = &self.natural {
+            natural.raise(&mut sizes, self.size());
+        }
+        sizes
+    }
+
+    /// Holds the determinant at the root of the step that is being solved against those of the steps before.
+    pub fn take_determinant(&mut self, determinant: Determinant) -> Continuation {
+        self.determinants.take(determinant)
+    }
+
+    /// The natural sizes of the unknowns, where they were needed lately.
+    pub fn natural(&self) -> Option<&Remembered> {
+        self.natural.as_deref()
+    }
+
+    /// Sets these.
+    pub fn set_natural(&mut self, natural: Option<Remembered>) {
+        self.natural = natural.map(Box::new);
+    }
+
+    /// The last solution; `None` without a past.
+    pub fn last(&self) -> Option<Vector> {
+        let last = self.vector(0);
+        (!last.iter().any(|z| z.is_nan())).then(|| Vector::of(last))
+    }
+
+    /// The last solutions, the last first, at most [`PAST`].
+    pub fn past(&self) -> Vec<Vector> {
+        let mut differences: Vec<Vector> = self.vectors().take(DIFFERENCES).map(Vector::of).collect();
+        let mut solutions = Vec::with_capacity(PAST);
+        for k in 0..PAST {
+            // one step back: each difference loses the next one
+            let known = if k == 0 { 0 } else { DIFFERENCES.saturating_sub(k) };
+            for place in 0..known {
+                differences[place] =
+                    differences[place].zip(&differences[place + 1], |now, change| now - change);
+            }
+            solutions.push(differences[0].clone());
+        }
+        solutions.retain(|z| z.iter().all(|z| !z.is_nan()));
+        solutions
+    }
+
+    /// The unknowns of the next step; `None` without a past.
+    pub fn predict(&self) -> Option<Vector> {
+        let last = self.last()?;
+        let [d1, d2, d3, d4, d5] = [1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
+        Some(extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]))
+    }
+
+    /// Whether a solution is near its prediction, each unknown within a part of itself.
+    pub fn foresees(&self, z: &[f64], part: f64) -> bool {
+        let [last, d1, d2, d3, d4, d5] = [0, 1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
+        foresees(&extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]), z, part)
+    }
+}
+
+impl Notes for Predictor {
+    fn natural_sizes(&mut self, sizes: &NaturalSizes) {
+        self.natural = Some(Box::new(Remembered::new(sizes)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_turns_round_forgets_its_past_and_no_size() {
+        let mut predictor: Predictor = Predictor::new(2);
+        for k in 0..8 {
+            predictor.push(&[f64::from(k), 1e-3]);
+        }
+        predictor.push(&[-3.0, 1e-3]);
+        predictor.natural_sizes(&NaturalSizes {
+            sizes: Vector::of(&[1.0, 2.0]),
+            condition: 3.0,
+            level: 4.0,
+        });
+        let size = predictor.size().to_vec();
+        assert!(size[0] > 3.0, "{size:?}");
+        let expected = predictor.expected(&[0.0; 2]);
+        predictor.turn();
+        assert_eq!(
+            (predictor.past(), predictor.last()),
+            (vec![Vector::of(&[-3.0, 1e-3])], Some(Vector::of(&[-3.0, 1e-3])))
+        );
+        assert_eq!(predictor.size(), size);
+        assert!(predictor.natural().is_some());
+        assert_eq!(predictor.expected(&[0.0; 2]), expected);
+    }
+
+    #[test]
+    fn polynomials_up_to_the_fifth_degree_are_exact() {
+        for degree in 0..=5 {
+            let value = |k: i32| [f64::from(k).powi(degree), 1.0];
+            let mut predictor = Predictor::new(2);
+            assert_eq!(predictor.predict(), None);
+            for k in 0..12 {
+                predictor.push(&value(k - 6));
+            }
+            assert_eq!(
+                predictor.predict(),
+                Some(Vector::of(&value(6))),
+                "degree {degree}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_predicted_at_every_phase() {
+        let mut predictor = Predictor::new(1);
+        let mut worst: f64 = 0.0;
+        for k in 0..2000 {
+            let phase = f64::from(k) * 0.01;
+            if k > 6 {
+                let guess = predictor.predict().unwrap();
+                worst = worst.max((guess[0] - phase.sin()).abs());
+            }
+            predictor.push(&[phase.sin()]);
+        }
+        assert!(worst < 1e-11, "{worst:e}");
+    }
+
+    #[test]
+    fn noise_is_not_blown_up() {
+        let mut predictor = Predictor::new(1);
+        let (mut seed, mut worst) = (1_u32, 0.0_f64);
+        for _ in 0..1000 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            predictor.push(&[f64::from(seed) / f64::from(u32::MAX) - 0.5]);
+            let guess = predictor.predict().unwrap();
+            worst = worst.max(guess[0].abs());
+        }
+        assert!(worst < 5.0, "{worst}");
+    }
+
+    #[test]
+    fn turning_keeps_the_last_solution_only() {
+        let mut predictor = Predictor::new(2);
+        for k in 0..9 {
+            predictor.push(&[f64::from(k), 1.0]);
+        }
+        predictor.turn();
+        assert_eq!(predictor.predict(), Some(Vector::of(&[8.0, 1.0])));
+        assert_eq!(predictor.size(), &[8.0, 1.0]);
+    }
+
+    /// What is said of the last of some determinants, the first first.
+    fn said(determinants: &[f64]) -> Continuation {
+        let mut kept = Determinants::UNKNOWN;
+        let mut said = Continuation::Fits;
+        for &determinant in determinants {
+            said = kept.take(Determinant::of(determinant));
+            kept.push();
+        }
+        said
+    }
+
+    #[test]
+    fn determinants_are_continued() {
+        use Continuation::{Departs, Fits, Turned};
+        // as a parabola goes
+        assert_eq!(said(&[1.0, 1.2, 1.5, 1.9]), Fits);
+        assert_eq!(said(&[4.0, 3.0, 2.0, 1.0]), Fits);
+        // at zero nothing tells the two roots of a pair
+        assert_eq!(said(&[3.0, 2.0, 1.0, 0.0]), Turned);
+        // the other root of a pair
+        assert_eq!(said(&[1.0, 1.0, 1.0, -1.0]), Turned);
+        assert_eq!(said(&[1.0, 1.0, -1.0]), Turned);
+        assert_eq!(said(&[1.0, 1.0, 1.0, 3.0]), Departs);
+        // one that has changed by more than itself may have turned back before zero
+        assert_eq!(said(&[2.3, 1.6, 1.0, 0.45]), Departs);
+        // after a jump one determinant that is near the last one says nothing
+        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8]), Turned);
+        // two do
+        assert_eq!(said(&[9.0, 3.0, 1.0, 0.8, 0.7]), Fits);
+    }
+
+    #[test]
+    fn the_past_is_what_was_pushed() {
+        let values = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0, 2.0];
+        let mut predictor = Predictor::new(1);
+        for (count, value) in values.iter().enumerate() {
+            predictor.push(&[*value]);
+            let past = predictor.past();
+            assert_eq!(past.len(), (count + 1).min(PAST));
+            for (k, found) in past.iter().enumerate() {
+                assert!((found[0] - values[count - k]).abs() < 1e-12, "{past:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_foreseen_is_near_the_prediction() {
+        let mut predictor = Predictor::new(2);
+        assert!(!predictor.foresees(&[1.0, 1.0], 0.1));
+        for _ in 0..6 {
+            predictor.push(&[1.0, 2.0]);
+        }
+        assert!(predictor.foresees(&[1.05, 2.1], 0.1));
+        assert!(!predictor.foresees(&[1.05, 2.4], 0.1));
+        assert!(!predictor.foresees(&[f64::NAN, 2.0], 0.1));
+    }
+}

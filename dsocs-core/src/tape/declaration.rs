@@ -1,0 +1,736 @@
+//! A declaration as it stands on its tape, in any type of number.
+
+use crate::number::bounded::Bounded;
+use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};
+use crate::number::scalar::Scalar as _;
+use crate::tape::Shape;
+use crate::tape::origin::{Origin, origin};
+use crate::tape::quantity::Quantity;
+use crate::tape::{Leaf, Number, Part, Segment, Source};
+
+/// What a system was declared to be: its tape, and the values of its parameters.
+///
+/// What is not evaluated in every step is evaluated here, with one evaluator for all systems (module `tape`). Methods of
+/// a step take its first two nodes as a [`Leg`](crate::Leg) and begin with what the parameters decide; nothing is kept between two calls.
+#[derive(Clone, Copy)]
+pub struct Declaration<'s> {
+    source: &'s dyn Source,
+    /// The values of the parameters, where they are not the system's own.
+    values: &'s [f64],
+    /// The second difference that ends with a step's middle node, where constraints are of third order; zero if it is empty.
+    past: &'s [f64],
+    /// How fast the parameters change, for numbers that carry a derivative; those beyond the last stay.
+    rates: &'s [f64],
+}
+
+/// Where expressions are evaluated; what is not given is empty, and read as NaN.
+#[derive(Clone, Copy, Debug)]
+struct At<'a, T> {
+    h: Option<T>,
+    /// The time at a point.
+    t: Option<T>,
+    /// The time of a step's middle node.
+    clock: Option<T>,
+    q: &'a [T],
+    v: &'a [T],
+    a: &'a [T],
+    j: &'a [T],
+    node: &'a [T],
+    increment: &'a [T],
+    /// The last second difference, where it is not that of the declaration.
+    past: &'a [T],
+    e: &'a [T],
+    z: &'a [T],
+    multipliers: &'a [T],
+    sides: &'a [T],
+    first_sides: &'a [T],
+}
+
+impl<'a, T> At<'a, T> {
+    /// Nothing is given.
+    const NOWHERE: Self = Self {
+        h: None,
+        t: None,
+        clock: None,
+        q: &[],
+        v: &[],
+        a: &[],
+        j: &[],
+        node: &[],
+        increment: &[],
+        past: &[],
+        e: &[],
+        z: &[],
+        multipliers: &[],
+        sides: &[],
+        first_sides: &[],
+    };
+
+    /// The first two nodes of a step.
+    fn leg(h: T, leg: AnyLeg<'a, T>) -> Self {
+        Self {
+            h: Some(h),
+            clock: Some(leg.t),
+            node: leg.q,
+            increment: leg.d,
+            ..Self::NOWHERE
+        }
+    }
+
+    /// A point of the continuous system.
+    fn point(point: AnyPoint<'a, T>) -> Self {
+        Self {
+            t: Some(point.t),
+            q: point.q,
+            v: point.v,
+            a: point.a,
+            ..Self::NOWHERE
+        }
+    }
+}
+
+/// Evaluates a part of a segment.
+fn evaluate<T: Number>(
+    declaration: &Declaration<'_>,
+    segment: Segment,
+    part: Part,
+    at: &At<'_, T>,
+    result: &mut dyn FnMut(usize, T),
+) {
+    let (source, leaf) = (declaration.source, leaves(declaration, at));
+    T::walk(source.tape().program(segment, part), source, &leaf, result);
+}
+
+/// What expressions are made of, at a place.
+fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) -> impl Fn(Leaf) -> T + 'a {
+    let Declaration { past, rates, .. } = *declaration;
+    move |leaf: Leaf| {
+        let (vector, i) = match leaf {
+            Leaf::H => return at.h.unwrap_or(T::splat(f64::NAN)),
+            Leaf::T => return at.t.unwrap_or(T::splat(f64::NAN)),
+            Leaf::Clock => return at.clock.unwrap_or(T::splat(f64::NAN)),
+            Leaf::Parameter(i) => {
+                let rate = rates.get(i).copied().unwrap_or(0.0);
+                return T::changing(declaration.value(i), rate);
+            }
+            Leaf::Q(i) => (at.q, i),
+            Leaf::V(i) => (at.v, i),
+            Leaf::A(i) => (at.a, i),
+            Leaf::N(i) => (at.node, i),
+            Leaf::D(i) => (at.increment, i),
+            Leaf::J(i) => (at.j, i),
+            Leaf::P(i) if at.past.is_empty() => {
+                return T::splat(past.get(i).copied().unwrap_or(0.0));
+            }
+            // programs of declarations compute them
+            Leaf::Constant(_) | Leaf::Known(_) => return T::splat(f64::NAN),
+            Leaf::P(i) => (at.past, i),
+            Leaf::E(i) => (at.e, i),
+            Leaf::Z(i) => (at.z, i),
+            Leaf::Side(i) => (at.sides, i),
+            Leaf::FirstSide(i) => (at.first_sides, i),
+            // missing ones are zero
+            Leaf::Lambda(i) => return at.multipliers.get(i).copied().unwrap_or(T::splat(0.0)),
+        };
+        vector.get(i).copied().unwrap_or(T::splat(f64::NAN))
+    }
+}
+
+impl<'s> Declaration<'s> {
+    /// The declaration of a system.
+    pub fn of(system: &'s dyn Source) -> Self {
+        Self {
+            source: system,
+            values: &[],
+            past: &[],
+            rates: &[],
+        }
+    }
+
+    /// The same for a step of third order that goes on from a second difference, the one that ends with the step's middle node.
+    #[must_use]
+    pub(crate) fn after<'p>(self, past: &'p [f64]) -> Declaration<'p>
+    where
+        's: 'p,
+    {
+        Declaration { past, ..self }
+    }
+
+    /// The same with other values of the parameters, all of them.
+    #[must_use]
+    pub fn with<'p>(self, values: &'p [f64]) -> Declaration<'p>
+    where
+        's: 'p,
+    {
+        Declaration { values, ..self }
+    }
+
+    /// The value of a parameter; NaN beyond the last.
+    pub(crate) fn value(&self, parameter: usize) -> f64 {
+        if self.values.is_empty() {
+            self.source.value(parameter)
+        } else {
+            self.values.get(parameter).copied().unwrap_or(f64::NAN)
+        }
+    }
+
+    /// The names, counts and kinds of the declaration.
+    #[must_use]
+    pub fn shape(&self) -> &'s Shape {
+        self.source.shape()
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.shape().dimension()
+    }
+
+    /// The coordinates.
+    pub(crate) fn coordinates(&self) -> &'s [Quantity] {
+        &self.shape().coordinates
+    }
+
+    /// The parameters.
+    pub(crate) fn parameters(&self) -> &'s [Quantity] {
+        &self.shape().parameters
+    }
+
+    /// How many constraints there are: holonomic, nonholonomic and kinematic ones.
+    pub(crate) fn constraints(&self) -> [usize; 3] {
+        let shape = self.shape();
+        [shape.holonomic, shape.nonholonomic, shape.kinematic]
+    }
+
+    /// The same with parameters that change: numbers that carry a derivative ([`crate::number::tangent::Tangent`]) have it from there.
+    pub(crate) fn moving<'r>(&self, rates: &'r [f64]) -> Declaration<'r>
+    where
+        's: 'r,
+    {
+        Declaration { rates, ..*self }
+    }
+
+    /// Where the tape gets what is no expression.
+    pub(crate) fn source(&self) -> &'s dyn Source {
+        self.source
+    }
+
+    /// Makes ready what a run may ask for on this thread, so that its steps and nodes allocate nothing.
+    pub(crate) fn prepare(&self) {
+        let tape = self.source.tape();
+        Bounded::prepare(tape.program(Segment::Residual, Part::Head));
+        Bounded::prepare(tape.program(Segment::Continuous, Part::Head));
+        for segment in [
+            Segment::Continuous,
+            Segment::ContinuousForce,
+            Segment::Energy,
+            Segment::Observe,
+        ] {
+            f64::prepare(tape.program(segment, Part::All));
+        }
+        for part in [Part::Head, Part::Tail] {
+            f64::prepare(tape.program(Segment::PhaseSlopes, part));
+        }
+        if self.has_external_forces() {
+            for segment in [Segment::ExternalForces, Segment::Arriving] {
+                f64::prepare(tape.program(segment, Part::All));
+            }
+        }
+    }
+
+    fn all<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
+        let mut results = Vec::with_capacity(self.source.tape().count(segment, part));
+        evaluate(self, segment, part, at, &mut |_, value| {
+            results.push(value);
+        });
+        results
+    }
+
+    fn into<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>, out: &mut [T]) {
+        evaluate(self, segment, part, at, &mut |place, value| {
+            if let Some(out) = out.get_mut(place) {
+                *out = value;
+            }
+        });
+    }
+
+    fn vector<T: Number>(&self, segment: Segment, part: Part, at: &At<'_, T>) -> Vec<T> {
+        let mut vector = vec![T::splat(f64::NAN); self.dimension()];
+        self.into(segment, part, at, &mut vector);
+        vector
+    }
+
+    fn scalar<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> T {
+        let mut scalar = [T::splat(f64::NAN)];
+        self.into(segment, Part::All, at, &mut scalar);
+        scalar[0]
+    }
+
+    /// As many vectors as a part of a segment holds.
+    fn vectors<T: Number>(&self, segment: Segment, at: &At<'_, T>) -> Vec<Vec<T>> {
+        let n = self.dimension().max(1);
+        let mut vectors: Vec<Vec<T>> = Vec::with_capacity(self.count(segment, Part::All) / n);
+        evaluate(self, segment, Part::All, at, &mut |place, value| {
+            if place % n == 0 {
+                vectors.push(Vec::with_capacity(n));
+            }
+            if let Some(vector) = vectors.last_mut() {
+                vector.push(value);
+            }
+        });
+        vectors
+    }
+
+    /// How many results a part of a segment has.
+    fn count(&self, segment: Segment, part: Part) -> usize {
+        self.source.tape().count(segment, part)
+    }
+
+    /// How many unknowns a step has.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.count(Segment::Unknown, Part::All)
+    }
+
+    /// How many holonomic constraints there are.
+    #[must_use]
+    pub fn holonomic(&self) -> usize {
+        self.count(Segment::Phase, Part::Head)
+    }
+
+    /// How many constraints there are of positions and of velocities.
+    #[must_use]
+    pub fn lower(&self) -> usize {
+        self.count(Segment::Pair, Part::All)
+    }
+
+    /// How many forms of constraint forces are known.
+    #[must_use]
+    pub fn forms_count(&self) -> usize {
+        self.count(Segment::Forms, Part::All) / self.dimension().max(1)
+    }
+
+    /// Whether multipliers are among the unknowns.
+    #[must_use]
+    pub fn has_multipliers(&self) -> bool {
+        self.count(Segment::Continuous, Part::Head) > self.dimension()
+    }
+
+    /// What is known when a run with the step `h` begins, in the order of
+    /// [`Compiled::constants`](crate::kernel::generated::Compiled::constants).
+    pub fn constants<T: Number>(&self, h: T) -> Vec<T> {
+        let at = At {
+            h: Some(h),
+            ..At::NOWHERE
+        };
+        self.all(Segment::Constants, Part::All, &at)
+    }
+
+    /// What is known when a step begins, in the order of [`Compiled::known`](crate::kernel::generated::Compiled::known).
+    pub fn known<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
+        self.all(Segment::Known, Part::All, &At::leg(h, leg))
+    }
+
+    /// The rows of the step at the unknowns `z`.
+    pub fn rows<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Residual, Part::Head, &at)
+    }
+
+    /// A bound of the rounding error in each row, as many as `out` has room for. Nothing is allocated.
+    pub fn bounds(&self, h: f64, leg: AnyLeg<'_, f64>, z: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::H => Some(&h),
+                Leaf::Clock => Some(&leg.t),
+                Leaf::Parameter(i) => return Bounded::splat(self.value(i)),
+                Leaf::N(i) => leg.q.get(i),
+                Leaf::D(i) => leg.d.get(i),
+                Leaf::P(i) => self.past.get(i),
+                Leaf::Z(i) => z.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Residual, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
+    /// A bound of the rounding error in each row of the continuous system, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn continuous_bounds(&self, point: AnyPoint<'_, f64>, multipliers: &[f64], out: &mut [f64]) {
+        let leaf = |leaf: Leaf| {
+            let value = match leaf {
+                Leaf::Parameter(i) => return Bounded::splat(self.value(i)),
+                Leaf::T => Some(&point.t),
+                Leaf::Q(i) => point.q.get(i),
+                Leaf::V(i) => point.v.get(i),
+                Leaf::A(i) => point.a.get(i),
+                Leaf::Lambda(i) => multipliers.get(i),
+                _ => None,
+            };
+            Bounded::splat(value.copied().unwrap_or(f64::NAN))
+        };
+        let program = self.source.tape().program(Segment::Continuous, Part::Head);
+        Bounded::walk(program, self.source, &leaf, &mut |place, row| {
+            if let Some(out) = out.get_mut(place) {
+                *out = row.error();
+            }
+        });
+    }
+
+    /// The Jacobian `∂row/∂z` of the rows, row by row.
+    pub fn jacobian<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Residual, Part::Tail, &at)
+    }
+
+    /// What each row is, divided by the declared one: denominators that were multiplied out, and factors of the parameters and
+    /// of `h` that were dropped.
+    pub fn scales<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.all(Segment::Scales, Part::All, &at)
+    }
+
+    /// The unknowns that belong to a second difference and to multipliers. Missing ones are zero, and what is beyond the
+    /// last is left out.
+    pub fn unknown<T: Number>(&self, e: &[T], multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Unknown, Part::All, &at)
+    }
+
+    /// The second difference that belongs to the unknowns.
+    pub fn second_difference<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, z: &[T]) -> Vec<T> {
+        let at = At { z, ..At::leg(h, leg) };
+        self.vector(Segment::SecondDifference, Part::All, &at)
+    }
+
+    /// `φ_{D_K}⁻¹(q0, q1, q2)`: where the kinematic constraints are imposed.
+    pub fn point<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> OwnedPoint<T> {
+        let at = At { e, ..At::leg(h, leg) };
+        let n = self.dimension();
+        let mut values = vec![T::splat(f64::NAN); 3 * n + 1];
+        self.into(Segment::Node, Part::Head, &at, &mut values);
+        OwnedPoint::new(n, values)
+    }
+
+    /// The generalized constraint force at `q1`, `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1))`, in units of `L` per unit of the coordinate.
+    pub fn force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.vector(Segment::Node, Part::Tail, &at)
+    }
+
+    /// The forms `α_j` in whose directions the constraint forces of a step act, `Q = Σ λ_j α_j`.
+    pub fn forms<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<Vec<T>> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.vectors(Segment::Forms, &at)
+    }
+
+    /// The rows of the continuous system at a point: the constraints, those of lower order differentiated until accelerations
+    /// come in, then the works `⟨u, Q⟩` along the fields; where no fields are known, `Q - Σ λ_j α_j` instead.
+    pub fn continuous<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::Head, &at)
+    }
+
+    /// The same with the third derivative `j`, for constraints of third order, whose rows are the constraints themselves.
+    pub(crate) fn continuous_of_third<T: Number>(
+        &self,
+        point: AnyPoint<'_, T>,
+        j: &[T],
+        multipliers: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            j,
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::Head, &at)
+    }
+
+    /// The rows of the continuous system, then their Jacobian by accelerations and multipliers, row by row.
+    pub fn continuous_with_jacobian<T: Number>(&self, point: AnyPoint<'_, T>, multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        self.all(Segment::Continuous, Part::All, &at)
+    }
+
+    /// The same into slices. Nothing is allocated.
+    pub(crate) fn linearize_continuous(
+        &self,
+        point: AnyPoint<'_, f64>,
+        multipliers: &[f64],
+        rows: &mut [f64],
+        jacobian: &mut [f64],
+    ) {
+        let at = At {
+            multipliers,
+            ..At::point(point)
+        };
+        let count = rows.len();
+        evaluate(self, Segment::Continuous, Part::All, &at, &mut |place, value| {
+            let entry = match place.checked_sub(count) {
+                None => rows.get_mut(place),
+                Some(place) => jacobian.get_mut(place),
+            };
+            if let Some(entry) = entry {
+                *entry = value;
+            }
+        });
+    }
+
+    /// What has no finite value in the rows of the continuous system, or in their Jacobian.
+    #[cold]
+    pub(crate) fn origin_of_point(
+        &self,
+        point: AnyPoint<'_, f64>,
+        name: &dyn Fn(Leaf) -> String,
+    ) -> Option<Origin> {
+        let at = At::point(point);
+        origin(self.source, Segment::Continuous, &leaves(self, &at), name)
+    }
+
+    /// The continuous system's generalized constraint force, `Q = -D_{EL}L = d/dt ∂L/∂v - ∂L/∂q`, at a point.
+    pub fn continuous_force<T: Number>(&self, point: AnyPoint<'_, T>) -> Vec<T> {
+        self.vector(Segment::ContinuousForce, Part::All, &At::point(point))
+    }
+
+    /// The same, into `out`. Nothing is allocated.
+    pub fn continuous_force_into<T: Number>(&self, point: AnyPoint<'_, T>, out: &mut [T]) {
+        out.fill(T::splat(f64::NAN));
+        self.into(Segment::ContinuousForce, Part::All, &At::point(point), out);
+    }
+
+    /// The forms of the continuous system's constraint forces at a point.
+    pub fn continuous_forms<T: Number>(&self, point: AnyPoint<'_, T>) -> Vec<Vec<T>> {
+        self.vectors(Segment::ContinuousForms, &At::point(point))
+    }
+
+    /// What holonomic and nonholonomic constraints ask of a position and a velocity: the rows `g(t, q)`, then `c(t, q, v)`, then
+    /// `dg/dt`.
+    pub fn phase<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Phase, Part::All, &at)
+    }
+
+    /// What they ask of a leg of the discrete path: the rows `g(q1)`, then `c(φ⁻¹(q0, q1))`.
+    pub fn pair<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
+        self.all(Segment::Pair, Part::All, &At::leg(h, leg))
+    }
+
+    /// The Lagrangian `L(t, q, v)`.
+    pub fn lagrangian<T: Number>(&self, t: T, q: &[T], v: &[T]) -> T {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.scalar(Segment::Lagrangian, &at)
+    }
+
+    /// The discrete Lagrangian `L_d(q0, q1)` on a leg.
+    pub fn discrete_lagrangian<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> T {
+        self.scalar(Segment::DiscreteLagrangian, &At::leg(h, leg))
+    }
+
+    /// The energy `⟨∂L/∂v, v⟩ - L`.
+    pub fn energy<T: Number>(&self, t: T, q: &[T], v: &[T]) -> T {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.scalar(Segment::Energy, &at)
+    }
+
+    /// The rows of a step as they were declared: the constraints, then the works `⟨u, Q⟩` or `Q - Σ λ_j α_j`. A holonomic
+    /// constraint has the row `g(q2) − (1 − 2⁻¹⁰) g(q1)`, which at nodes that obey it is `g(q2)` but for rounding: what rounding has left
+    /// at the middle node is taken away little by little, since all of it at once would be seen in the second difference.
+    pub fn declared<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T], multipliers: &[T]) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// The same for a step of third order, where the last second difference is `past` and the third difference `e`.
+    pub(crate) fn declared_after<T: Number>(
+        &self,
+        h: T,
+        leg: AnyLeg<'_, T>,
+        past: &[T],
+        e: &[T],
+        multipliers: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            past,
+            e,
+            multipliers,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Declared, Part::All, &at)
+    }
+
+    /// What holonomic constraints ask of a position, or all those of lower order of a velocity, and the derivatives by its components,
+    /// row by row, as many as `out` has room for. Nothing is allocated.
+    pub(crate) fn phase_slopes(&self, of_velocity: bool, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        let part = if of_velocity { Part::Tail } else { Part::Head };
+        self.into(Segment::PhaseSlopes, part, &at, out);
+    }
+
+    /// Whether external forces act.
+    #[must_use]
+    pub fn has_external_forces(&self) -> bool {
+        self.count(Segment::ExternalForces, Part::All) > 0
+    }
+
+    /// The external forces `f(t, q, v)`, in units of `L` per unit of the coordinate; zero where none are declared. Nothing is allocated.
+    pub fn external_forces<T: Number>(&self, t: T, q: &[T], v: &[T], out: &mut [T]) {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        out.fill(T::splat(0.0));
+        self.into(Segment::ExternalForces, Part::All, &at, out);
+    }
+
+    /// The external forces on a leg, `[f⁻_d, f⁺_d]`: on its first node and on its second; zero where none are declared.
+    pub fn discrete_external_forces<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> [Vec<T>; 2] {
+        let mut forces = vec![T::splat(0.0); 2 * self.dimension()];
+        self.into(
+            Segment::DiscreteExternalForces,
+            Part::All,
+            &At::leg(h, leg),
+            &mut forces,
+        );
+        let arriving = forces.split_off(self.dimension());
+        [forces, arriving]
+    }
+
+    /// How many arguments there are of functions that jump with the velocity.
+    pub(crate) fn sides(&self) -> usize {
+        self.count(Segment::Sides, Part::All)
+    }
+
+    /// These arguments.
+    pub(crate) fn side_arguments<T: Number>(&self, t: T, q: &[T], v: &[T]) -> Vec<T> {
+        let at = At {
+            t: Some(t),
+            q,
+            v,
+            ..At::NOWHERE
+        };
+        self.all(Segment::Sides, Part::All, &at)
+    }
+
+    /// The rows of [`Declaration::declared`] with sides in the place of signs, those of the first leg and the others.
+    pub(crate) fn sided<T: Number>(
+        &self,
+        h: T,
+        leg: AnyLeg<'_, T>,
+        e: &[T],
+        multipliers: &[T],
+        [first_sides, sides]: [&[T]; 2],
+    ) -> Vec<T> {
+        let at = At {
+            e,
+            multipliers,
+            sides,
+            first_sides,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Sided, Part::Head, &at)
+    }
+
+    /// The constraint force of [`Declaration::force`] in the same way.
+    pub(crate) fn sided_force<T: Number>(
+        &self,
+        h: T,
+        leg: AnyLeg<'_, T>,
+        e: &[T],
+        [first_sides, sides]: [&[T]; 2],
+    ) -> Vec<T> {
+        let at = At {
+            e,
+            sides,
+            first_sides,
+            ..At::leg(h, leg)
+        };
+        self.all(Segment::Sided, Part::Tail, &at)
+    }
+
+    /// The rows of [`Declaration::continuous`] with sides in the place of signs.
+    pub(crate) fn sided_continuous<T: Number>(
+        &self,
+        point: AnyPoint<'_, T>,
+        multipliers: &[T],
+        sides: &[T],
+    ) -> Vec<T> {
+        let at = At {
+            multipliers,
+            sides,
+            ..At::point(point)
+        };
+        self.all(Segment::SidedContinuous, Part::Head, &at)
+    }
+
+    /// The continuous system's constraint force in the same way.
+    pub(crate) fn sided_continuous_force<T: Number>(&self, point: AnyPoint<'_, T>, sides: &[T]) -> Vec<T> {
+        let at = At {
+            sides,
+            ..At::point(point)
+        };
+        self.all(Segment::SidedContinuous, Part::Tail, &at)
+    }
+
+    /// The momentum with which a leg arrives at its second node, `D₂L_d + f⁺_d`; for the paper's map, the trapezoid's.
+    pub(crate) fn arriving<T: Number>(&self, h: T, leg: AnyLeg<'_, T>) -> Vec<T> {
+        self.vector(Segment::Arriving, Part::All, &At::leg(h, leg))
+    }
+
+    /// The fields that span the virtual displacements of a step; none where multipliers are unknown instead.
+    pub(crate) fn fields<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<Vec<T>> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.vectors(Segment::Fields, &at)
+    }
+
+    /// What is to be divided out of each kinematic row of a step; 1 where there is nothing.
+    pub(crate) fn factors<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T]) -> Vec<T> {
+        let at = At { e, ..At::leg(h, leg) };
+        self.all(Segment::Factors, Part::All, &at)
+    }
+
+    /// The observed expressions at a point, as many as `out` has room for.
+    pub fn observe<T: Number>(&self, point: AnyPoint<'_, T>, out: &mut [T]) {
+        self.into(Segment::Observe, Part::All, &At::point(point), out);
+    }
+}
