@@ -11,8 +11,10 @@
 //! - [`values`](Graph::values): numbers ([`mod@evaluate`]);
 //! - [`vanishes`](Graph::vanishes): arithmetic modulo a prime, to tell what is zero ([`mod@identity`])
 //!   and what cannot be ([`mod@nonzero`]);
+//! - [`algebra`]: what makes expressions shorter, whatever they stand for;
 //! - code, through [`crate::emit::program`].
 
+pub(crate) mod algebra;
 mod build;
 mod derivative;
 mod difference;

@@ -5,7 +5,7 @@ use std::f64::consts::{LN_2, LN_10, PI};
 use proc_macro2::Ident;
 use syn::Expr;
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Graph, NodeId, Unary};
 

@@ -5,7 +5,7 @@ use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
 use super::builtin::{Builtin, is_not_supported};
-use super::{Lowered, Lowering, Origin};
+use super::lowering::{Lowered, Lowering, Origin};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
 use crate::input::{Kind, place};

@@ -7,7 +7,7 @@ use syn::visit::{self, Visit};
 use syn::visit_mut::{self, VisitMut};
 use syn::{Expr, ExprCall, ExprIndex, ExprPath, FieldValue, Member, PatIdent, Token};
 
-use super::Lowering;
+use super::lowering::Lowering;
 use crate::errors::Reported;
 use crate::input::place;
 use crate::names::{Binding, RESERVED};

@@ -3,7 +3,7 @@
 use quote::ToTokens;
 use syn::Expr;
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering};
 use crate::ast::{Constraints, Declaration, Directions, Side};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};

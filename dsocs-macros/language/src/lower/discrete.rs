@@ -6,28 +6,13 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall};
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering, Maps, Nodes};
 use crate::ast::Constraints;
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};
 use crate::model::{PairPoint, TriplePoint};
 use crate::names::Binding;
 use crate::syntax::bare;
-
-/// The maps of pairs and triples, as far as they could be read.
-pub(super) type Maps = (
-    Result<Vec<PairPoint>, Reported>,
-    Result<Option<TriplePoint>, Reported>,
-);
-
-/// What a discrete expression is made of.
-#[derive(Clone, Debug)]
-pub(super) struct Nodes {
-    /// How many nodes there are.
-    count: usize,
-    /// The maps to the continuous system.
-    maps: Maps,
-}
 
 impl Lowering<'_> {
     /// `L_d`, of two nodes.

@@ -4,8 +4,8 @@ use proc_macro2::Ident;
 use quote::{ToTokens, quote};
 use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
+use super::lowering::{Lowered, Lowering};
 use super::wrong::{is_zero, not_a_number};
-use super::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::{Comparison, Leaf, NodeId};
 use crate::names::Binding;

@@ -7,7 +7,7 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{Expr, ExprCall, ExprClosure, ExprRange, Pat, RangeLimits, ReturnType};
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering};
 use crate::ast::Entry;
 use crate::errors::Reported;
 use crate::names::{Binding, Function};

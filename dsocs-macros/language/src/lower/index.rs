@@ -5,7 +5,7 @@ use proc_macro2::Ident;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprIndex, Lit, Member, UnOp};
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering};
 use crate::errors::Reported;
 use crate::graph::Leaf;
 use crate::names::Binding;

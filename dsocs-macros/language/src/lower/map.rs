@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprCall, ExprClosure, Pat, ReturnType};
 
-use super::{Lowered, Lowering};
+use super::lowering::{Lowered, Lowering};
 use crate::ast::{Declaration, Map, MapRule};
 use crate::errors::Reported;
 use crate::graph::{Leaf, NodeId};

@@ -3,7 +3,7 @@
 use quote::ToTokens;
 use syn::{Expr, ExprClosure};
 
-use super::Lowering;
+use super::lowering::Lowering;
 use crate::ast::Group;
 use crate::errors::Reported;
 use crate::graph::NodeId;

@@ -4,7 +4,7 @@ use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
-use super::Lowering;
+use super::lowering::Lowering;
 use crate::errors::Reported;
 use crate::input::Field;
 use crate::names::Binding;

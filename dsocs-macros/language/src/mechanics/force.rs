@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
 use super::sides;
 use super::works::Force;
+use crate::graph::algebra::gathered_slopes;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
 use crate::model::{Model, PairPoint};
-use crate::passes::gathered_slopes;
 
 /// `L_d(x0, x1)`, on the leg from `N - D` to `N`.
 pub(crate) fn discrete_lagrangian(model: &Model, graph: &mut Graph) -> NodeId {

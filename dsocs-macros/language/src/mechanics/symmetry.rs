@@ -12,10 +12,9 @@ use std::collections::HashMap;
 
 use super::force::points_of_arriving;
 use super::nodes::{LeafOf, Nodes};
+use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::model::{Model, PairPoint, TriplePoint};
-
-use crate::passes::Merge;
 
 /// The answer: a variant of `dsocs_core::Symmetry`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use super::Merge;
+use crate::graph::algebra::Merge;
 use crate::graph::{Graph, Leaf, NodeId, Slopes, Substitution};
 use crate::mechanics::Equation;
 

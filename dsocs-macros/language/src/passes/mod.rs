@@ -10,14 +10,10 @@ mod clear;
 mod collapse;
 mod distribute;
 mod eliminate;
-mod gather;
-mod horner;
-mod merge;
 mod motion;
 mod quotient;
 mod rotate;
 pub(crate) mod share;
-mod simplify;
 pub(crate) mod sparse;
 mod together;
 
@@ -25,13 +21,11 @@ use clear::Cleared;
 use collapse::{Collapse, Variables};
 use eliminate::{Elimination, Rule};
 use quotient::Leaves;
-use simplify::Simplify;
 
+use crate::graph::algebra::{Merge, Simplify, gather_entries};
 use crate::graph::{Graph, Leaf, NodeId, Substitution};
 use crate::mechanics::Equation;
 
-pub(crate) use gather::slopes as gathered_slopes;
-pub(crate) use merge::Merge;
 pub(crate) use motion::{without_cancellation, without_factors};
 pub(crate) use together::together;
 
@@ -116,7 +110,7 @@ pub(crate) fn step(graph: &mut Graph, rows: &[Equation], n: usize, multipliers: 
         .collect();
 
     // gather: what belongs to the coordinate of an entry's column, and to that of its row
-    gather::entries(graph, &mut jacobian);
+    gather_entries(graph, &mut jacobian);
 
     // rotate: sines and cosines at the second point from those at the first. Then rows and Jacobian show all functions that
     // there are.

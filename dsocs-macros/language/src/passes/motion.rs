@@ -4,10 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use super::collapse::{Collapse, Variables};
 use super::eliminate::Elimination;
-use super::horner::Horner;
 use super::quotient::{self, Leaves};
-use super::simplify::Simplify;
 use super::{Cost, MOST_SOLVED};
+use crate::graph::algebra::{Horner, Simplify};
 use crate::graph::{Graph, Leaf, NodeId};
 use crate::mechanics::Equation;
 

@@ -15,19 +15,19 @@ const MOST_TERMS: usize = 20_000;
 const HIGHEST_POWER: i32 = 4;
 
 /// Factors that move, and their exponents.
-pub(super) type Monomial = Vec<(NodeId, i32)>;
+pub(crate) type Monomial = Vec<(NodeId, i32)>;
 /// Monomials and their constant coefficients.
-pub(super) type Polynomial = BTreeMap<Monomial, NodeId>;
+pub(crate) type Polynomial = BTreeMap<Monomial, NodeId>;
 
 /// Multiplies rows out and gathers them.
 #[derive(Default)]
-pub(super) struct Horner {
+pub(crate) struct Horner {
     known: HashMap<NodeId, Option<Polynomial>>,
 }
 
 impl Horner {
     /// The row with few products; `None` if it has too many terms.
-    pub(super) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
+    pub(crate) fn rewrite(&mut self, graph: &mut Graph, row: NodeId) -> Option<NodeId> {
         let polynomial = self.polynomial(graph, row)?;
         let terms = polynomial.into_iter().collect();
         Some(gather(graph, terms, Ties::Last))
@@ -85,7 +85,7 @@ impl Horner {
     }
 }
 
-pub(super) fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
+pub(crate) fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Monomial, coefficient: NodeId) {
     let sum = match polynomial.get(&monomial) {
         Some(&present) => graph.add(present, coefficient),
         None => coefficient,
@@ -97,7 +97,7 @@ pub(super) fn add(graph: &mut Graph, polynomial: &mut Polynomial, monomial: Mono
     }
 }
 
-pub(super) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+pub(crate) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
     if a.len() * b.len() > MOST_TERMS {
         return None;
     }
@@ -118,7 +118,7 @@ pub(super) fn multiply(graph: &mut Graph, a: &Polynomial, b: &Polynomial) -> Opt
 
 /// Which of several factors is taken out that equally many terms share.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ties {
+pub(crate) enum Ties {
     /// The last.
     Last,
     /// That beside which the fewest coordinates stand: what is left may be that of other rows.
@@ -164,7 +164,7 @@ fn coordinates_beside(graph: &Graph, terms: &[(Monomial, NodeId)], (shared, posi
 }
 
 /// The sum of some terms, with what most of them share taken out, and so on in what is left.
-pub(super) fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>, ties: Ties) -> NodeId {
+pub(crate) fn gather(graph: &mut Graph, terms: Vec<(Monomial, NodeId)>, ties: Ties) -> NodeId {
     let Some((shared, positive)) = most_shared(graph, &terms, ties) else {
         let terms: Vec<_> = terms
             .into_iter()

@@ -44,7 +44,7 @@ pub(crate) fn slopes(graph: &mut Graph, slopes: &[NodeId]) -> Option<Vec<NodeId>
 
 /// Gathers the entries of a Jacobian that depend on two coordinates, and takes the brackets off those that depend on more, where something
 /// cancels then.
-pub(super) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
+pub(crate) fn entries(graph: &mut Graph, jacobian: &mut [Vec<NodeId>]) {
     if jacobian.len() < FEWEST {
         return;
     }

@@ -9,7 +9,7 @@ use crate::graph::{Graph, Memory, Node, NodeId, Pass, Unary};
 
 /// Takes common factors out, and squares of roots.
 #[derive(Default)]
-pub(super) struct Simplify {
+pub(crate) struct Simplify {
     memory: Memory,
 }
 
@@ -47,7 +47,7 @@ fn factors(graph: &Graph, term: NodeId) -> Vec<(NodeId, i32)> {
 }
 
 /// A sum as a product with what its terms share, anything else as it is.
-pub(super) fn factored_sum(graph: &mut Graph, id: NodeId) -> NodeId {
+pub(crate) fn factored_sum(graph: &mut Graph, id: NodeId) -> NodeId {
     match graph.terms(id) {
         (terms, constant) if terms.len() > 1 && constant == 0.0 => factored(graph, &terms).unwrap_or(id),
         _ => id,

@@ -1,0 +1,290 @@
+//! The declaration as a whole: its statements in order, each in its scope, then what they say together.
+
+use proc_macro2::Ident;
+use syn::ItemStruct;
+
+use super::lowering::{Lowering, Maps};
+use super::{differentiated, multiples, unused};
+use crate::ast::{Branch, Constraints, Coordinates, Declaration, Directions, Map, Observe, Part, Scalar};
+use crate::errors::{Errors, Reported};
+use crate::graph::NodeId;
+use crate::input::Fields;
+use crate::mechanics;
+use crate::model::{Docs, Kind, Model, ParameterField, Row};
+use crate::names::{Binding, Scope};
+use crate::syntax::first_paragraph;
+
+/// Lowers a declaration whose shape has been checked, with the result `checked`.
+pub(crate) fn model(
+    declaration: &Declaration,
+    item: &ItemStruct,
+    fields: &Fields,
+    checked: Result<(), Reported>,
+    errors: &Errors,
+) -> Result<Model, Reported> {
+    let Coordinates {
+        groups,
+        names: coordinates,
+        ..
+    } = match &declaration.coordinates {
+        Part::Given(coordinates) => coordinates,
+        Part::Broken(reported) => return Err(*reported),
+        Part::Absent => return Err(errors.missing("coordinates(x, y);")),
+    };
+    let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
+    let outer = lowering.scope.len();
+    for binding in &declaration.lets {
+        lowering.origins.clear();
+        let value = match &binding.value {
+            Ok(value) => lowering.binding(value),
+            Err(reported) => Binding::Let(Err(*reported)),
+        };
+        lowering.scope.push(&binding.name, value);
+    }
+    let scopes = Scopes {
+        all: lowering.scope.clone(),
+        outer,
+    };
+
+    // every part is lowered before the first mistake ends the pass, so that all are reported
+    let lagrangian = scopes.part(&mut lowering, &declaration.lagrangian, Lowering::lagrangian);
+    let mut rows = |part, kind| {
+        scopes.part(&mut lowering, part, |lowering, constraints| {
+            lowering.constraints(constraints, kind)
+        })
+    };
+    let holonomic = rows(&declaration.holonomic, Kind::Holonomic);
+    let nonholonomic = rows(&declaration.nonholonomic, Kind::Nonholonomic);
+    let kinematic = rows(&declaration.kinematic, Kind::Kinematic);
+    let directions = scopes.part(&mut lowering, &declaration.directions, Lowering::fields);
+    let branch = scopes.part(&mut lowering, &declaration.branch, Lowering::branch);
+    let observe = scopes.part(&mut lowering, &declaration.observe, Lowering::observe);
+    let maps = scopes.maps(&mut lowering, declaration, lagrangian);
+    let phi_variational = scopes.part(&mut lowering, &declaration.phi_variational, Lowering::triple);
+    let external_forces = scopes.part(
+        &mut lowering,
+        &declaration.external_forces,
+        Lowering::external_forces,
+    );
+    let discrete_lagrangian = scopes.part(
+        &mut lowering,
+        &declaration.discrete_lagrangian,
+        |lowering, value| lowering.discrete_lagrangian(&value.value, &maps),
+    );
+    let discrete_kinematic = scopes.part(
+        &mut lowering,
+        &declaration.discrete_kinematic,
+        |lowering, rows| lowering.discrete_kinematic(rows, &maps),
+    );
+
+    let lagrangian = lagrangian?.ok_or_else(|| errors.missing("lagrangian = …;"));
+    checked?;
+    let lagrangian = lagrangian?;
+    let (holonomic, nonholonomic) = (holonomic?.unwrap_or_default(), nonholonomic?.unwrap_or_default());
+    let mut kinematic = kinematic?.unwrap_or_default();
+    for (row, factor) in kinematic.iter_mut().zip(branch?.unwrap_or_default()) {
+        row.divide = factor;
+    }
+    for (row, discrete) in kinematic.iter_mut().zip(discrete_kinematic?.unwrap_or_default()) {
+        row.discrete = Some(discrete);
+    }
+    third_order(declaration, &kinematic, errors)?;
+    let constraints = [holonomic, nonholonomic, kinematic].concat();
+    multiples::check(&constraints, &lowering.graph, errors)?;
+    let (phi_lagrangian, phi_kinematic) = (maps.0?, maps.1?);
+    // the paper sets φ_{D_V} := φ_{D_K}
+    let phi_variational = match phi_variational? {
+        Some(own) => own,
+        None => phi_kinematic.clone(),
+    };
+    let elsewhere = phi_variational.is_some();
+    let (forms, displacements) = lowering.displacements(declaration, &constraints, directions?, elsewhere)?;
+    let parameters = fields.parameters();
+    let mut graph = lowering.graph;
+    graph.set_numbers(parameters.iter().map(ParameterField::read));
+    let observe = observe?.unwrap_or_default();
+    let mut model = Model {
+        warnings: Vec::new(),
+        docs: docs(declaration, item, &observe),
+        core: declaration.core.given().cloned(),
+        item: item.clone(),
+        coordinates: coordinates.clone(),
+        parameters,
+        lagrangian,
+        constraints,
+        forms,
+        displacements,
+        external_forces: external_forces?.unwrap_or_default(),
+        discrete_lagrangian: discrete_lagrangian?,
+        phi_lagrangian,
+        phi_variational,
+        phi_kinematic,
+        observe,
+        graph,
+    };
+    check_factors(declaration, &model, errors)?;
+    model.warnings = unused::warnings(declaration, &model);
+    model.warnings.extend(differentiated::warnings(&model));
+    Ok(model)
+}
+
+/// Refuses beside constraints of third order what is for those of second order.
+fn third_order(declaration: &Declaration, kinematic: &[Row], errors: &Errors) -> Result<(), Reported> {
+    if kinematic.iter().all(|row| row.order < 3) {
+        return Ok(());
+    }
+    if let Some(discrete) = declaration.discrete_kinematic.given() {
+        return Err(errors.at(
+            &discrete.keyword,
+            "a constraint here is of third order, and is imposed on four nodes by the map of `dddot`; expected no \
+             `discrete_kinematic`, which knows three",
+        ));
+    }
+    if let Some(map) = declaration.phi_kinematic.given()
+        && kinematic.iter().all(|row| row.order == 3)
+    {
+        return Err(errors.at(
+            &map.keyword,
+            "all constraints here are of third order, which a map of four nodes discretizes; expected no `phi_kinematic`, which is for \
+             those of second order (`phi_variational` is where fields and forms are taken)",
+        ));
+    }
+    let mut factors = declaration
+        .branch
+        .given()
+        .into_iter()
+        .flat_map(|branch| &branch.factors);
+    let mut wrong = Ok(());
+    for row in kinematic {
+        if let Some(Ok(Some(factor))) = factors.next()
+            && row.order == 3
+        {
+            wrong = Err(errors.at(
+                &factor.value,
+                "expected `_`: the constraint is of third order, and factors are divided out of those of second order",
+            ));
+        }
+    }
+    wrong
+}
+
+/// Refuses factors that do not divide their constraints.
+fn check_factors(declaration: &Declaration, model: &Model, errors: &Errors) -> Result<(), Reported> {
+    let Some(branch) = declaration.branch.given() else {
+        return Ok(());
+    };
+    let first = model.constraints.len() - model.count(Kind::Kinematic);
+    let mut wrong = Ok(());
+    for (place, factor) in branch.factors.iter().enumerate() {
+        if let Ok(Some(factor)) = factor
+            && mechanics::is_no_factor(model, first + place)
+        {
+            let mut message = "expected a factor of the kinematic constraint: where this is zero and the other equations hold, the \
+                               constraint is not zero"
+                .to_owned();
+            if lacks_power(model, first + place) {
+                message += "; external forces do work there: their power belongs into the constraint";
+            }
+            wrong = Err(errors.at(&factor.value, message));
+        }
+    }
+    wrong
+}
+
+/// Whether a factor is none for the work of external forces alone: without them it divides its constraint.
+fn lacks_power(model: &Model, place: usize) -> bool {
+    if model.external_forces.is_empty() {
+        return false;
+    }
+    let mut free = model.clone();
+    free.external_forces.clear();
+    !mechanics::is_no_factor(&free, place)
+}
+
+/// What the user says for people.
+fn docs(declaration: &Declaration, item: &ItemStruct, observe: &[(Ident, NodeId)]) -> Docs {
+    let groups = declaration.coordinates.given().into_iter();
+    let groups = groups.flat_map(|coordinates| &coordinates.groups);
+    let of_let = |name: &Ident| {
+        let binding = declaration.lets.iter().find(|binding| binding.name == *name);
+        binding.map_or_else(String::new, |binding| binding.doc.clone())
+    };
+    Docs {
+        system: first_paragraph(&item.attrs),
+        coordinates: groups
+            .flat_map(|group| vec![group.doc.clone(); group.length.unwrap_or(1)])
+            .collect(),
+        observe: observe.iter().map(|(name, _)| of_let(name)).collect(),
+    }
+}
+
+/// A statement that may use the `let`s before it.
+trait AfterLets {
+    /// How many `let`s stand before.
+    fn lets_before(&self) -> usize;
+}
+
+macro_rules! after_lets {
+    ($($part:ty),*) => {
+        $(impl AfterLets for $part {
+            fn lets_before(&self) -> usize {
+                self.lets_before
+            }
+        })*
+    };
+}
+
+after_lets!(Scalar, Constraints, Directions, Branch, Observe);
+
+impl AfterLets for Map {
+    fn lets_before(&self) -> usize {
+        // a map uses no `let`; it knows them all to say so
+        usize::MAX
+    }
+}
+
+/// The scopes of the statements.
+struct Scopes {
+    all: Scope,
+    outer: usize,
+}
+
+impl Scopes {
+    fn part<'d, P: AfterLets, T>(
+        &self,
+        lowering: &mut Lowering<'d>,
+        part: &Part<P>,
+        lower: impl FnOnce(&mut Lowering<'d>, &P) -> Result<T, Reported>,
+    ) -> Result<Option<T>, Reported> {
+        match part {
+            Part::Absent => Ok(None),
+            Part::Broken(reported) => Err(*reported),
+            Part::Given(part) => {
+                lowering.scope = self.all.clone();
+                lowering
+                    .scope
+                    .truncate(self.outer.saturating_add(part.lets_before()));
+                lower(lowering, part).map(Some)
+            }
+        }
+    }
+}
+
+impl Scopes {
+    /// The maps of `L_d` and of the kinematic constraints.
+    fn maps(
+        &self,
+        lowering: &mut Lowering<'_>,
+        declaration: &Declaration,
+        lagrangian: Result<Option<NodeId>, Reported>,
+    ) -> Maps {
+        let pairs = self.part(lowering, &declaration.phi_lagrangian, Lowering::pairs);
+        let triple = self.part(lowering, &declaration.phi_kinematic, Lowering::triple);
+        let pairs = pairs.map(|map| match (map, lagrangian) {
+            (Some(declared), _) => declared,
+            (None, Ok(Some(lagrangian))) => lowering.default_pairs(declaration, lagrangian),
+            (None, _) => lowering.paper_pairs(),
+        });
+        (pairs, triple.map(Option::flatten))
+    }
+}

@@ -1,0 +1,154 @@
+//! The state of the pass: the graph so far, and what names mean at the place that is read.
+
+use proc_macro2::{Ident, TokenStream};
+use quote::ToTokens;
+use syn::Expr;
+
+use crate::ast::{Declaration, Group};
+use crate::errors::{Errors, Reported};
+use crate::graph::{Graph, NodeId};
+use crate::input::Fields;
+use crate::model::{PairPoint, TriplePoint};
+use crate::names::{Binding, Scope};
+use crate::syntax::bare;
+
+/// A node, unless a mistake was reported.
+pub(super) type Lowered = Result<NodeId, Reported>;
+
+/// Where a derivative enters an expression.
+#[derive(Clone, Debug)]
+pub(super) struct Origin {
+    pub(super) tokens: TokenStream,
+    pub(super) order: usize,
+}
+
+/// The state of the pass.
+pub(super) struct Lowering<'d> {
+    pub(super) graph: Graph,
+    pub(super) fields: &'d Fields,
+    /// The coordinates as they were declared.
+    pub(super) groups: &'d [Group],
+    /// All coordinates, those of arrays one by one.
+    pub(super) coordinates: &'d [Ident],
+    pub(super) errors: &'d Errors,
+    pub(super) scope: Scope,
+    /// The component of the vector being lowered; `Some` in the maps only.
+    pub(super) component: Option<usize>,
+    /// What a discrete expression is made of; `Some` while one is lowered.
+    pub(super) discrete: Option<Nodes>,
+    /// The names of all `let`s, to tell an unknown name from one that is defined too late.
+    pub(super) later: Vec<String>,
+    /// Those of them that are functions.
+    pub(super) functions: Vec<String>,
+    /// How many terms of sums and calls of functions have been written out.
+    pub(super) expanded: usize,
+    /// The derivatives in the expression being lowered, inner ones first.
+    pub(super) origins: Vec<Origin>,
+}
+
+/// The maps of pairs and triples, as far as they could be read.
+pub(super) type Maps = (
+    Result<Vec<PairPoint>, Reported>,
+    Result<Option<TriplePoint>, Reported>,
+);
+
+/// What a discrete expression is made of.
+#[derive(Clone, Debug)]
+pub(super) struct Nodes {
+    /// How many nodes there are.
+    pub(super) count: usize,
+    /// The maps to the continuous system.
+    pub(super) maps: Maps,
+}
+
+impl<'d> Lowering<'d> {
+    /// The state before the first `let`.
+    pub(super) fn new(
+        declaration: &Declaration,
+        groups: &'d [Group],
+        coordinates: &'d [Ident],
+        fields: &'d Fields,
+        errors: &'d Errors,
+    ) -> Self {
+        let mut lowering = Lowering {
+            graph: Graph::new(),
+            fields,
+            groups,
+            coordinates,
+            errors,
+            scope: Scope::default(),
+            component: None,
+            discrete: None,
+            later: declaration
+                .lets
+                .iter()
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            functions: declaration
+                .lets
+                .iter()
+                .filter(
+                    |binding| matches!(&binding.value, Ok(value) if matches!(bare(value), Expr::Closure(_))),
+                )
+                .map(|binding| binding.name.to_string())
+                .collect(),
+            expanded: 0,
+            origins: Vec::new(),
+        };
+        // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant
+        for (index, field) in fields.iter().enumerate() {
+            lowering.scope.push(&field.ident, Binding::Field(index));
+        }
+        for (index, name) in coordinates.iter().enumerate() {
+            lowering.scope.push(name, Binding::Coordinate(index));
+        }
+        for (index, group) in groups.iter().enumerate() {
+            if group.length.is_some() {
+                lowering.scope.push(&group.name, Binding::Array(index));
+            }
+        }
+        lowering
+    }
+}
+
+impl Lowering<'_> {
+    /// An expression of derivatives below an order.
+    pub(super) fn below(&mut self, limit: usize, expr: &Expr, message: &str) -> Lowered {
+        self.origins.clear();
+        let value = self.expr(expr)?;
+        if self.graph.order(value).is_none_or(|order| order < limit) {
+            return Ok(value);
+        }
+        let (value, _) = self.settled(value);
+        if self.graph.order(value).is_none_or(|order| order < limit) {
+            return Ok(value);
+        }
+        let origin = self.origins.iter().find(|origin| origin.order >= limit);
+        let order = origin.map_or(limit, |origin| origin.order);
+        let tokens = origin.map_or_else(|| expr.to_token_stream(), |origin| origin.tokens.clone());
+        Err(self.errors.at(tokens, of_jerk(message, order)))
+    }
+
+    /// Refuses a jerk, which only kinematic constraints may have.
+    pub(super) fn without_jerk(&self, value: NodeId, tokens: impl ToTokens, expected: &str) -> Lowered {
+        if self.graph.order(value) != Some(3) {
+            return Ok(value);
+        }
+        let origin = self.origins.iter().find(|origin| origin.order > 2);
+        let tokens = origin.map_or_else(|| tokens.into_token_stream(), |origin| origin.tokens.clone());
+        Err(self.errors.at(
+            tokens,
+            format!("a jerk, a third derivative, comes in here; expected {expected}: jerks stand in `kinematic = …;` alone"),
+        ))
+    }
+}
+
+/// What is said about an acceleration, said about a jerk where it is one.
+pub(super) fn of_jerk(message: &str, order: usize) -> String {
+    if order < 3 {
+        return message.to_owned();
+    }
+    message
+        .replacen("an acceleration comes", "a jerk, a third derivative, comes", 1)
+        .replacen("with accelerations it", "with jerks it", 1)
+}

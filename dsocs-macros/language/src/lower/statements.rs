@@ -1,0 +1,133 @@
+//! Statements with one expression for each entry: the Lagrangian, external forces, factors, what is observed.
+
+use proc_macro2::Ident;
+use quote::ToTokens;
+use syn::Expr;
+
+use super::lowering::{Lowered, Lowering, of_jerk};
+use crate::ast::{Branch, Observe, Scalar};
+use crate::errors::Reported;
+use crate::graph::NodeId;
+use crate::names::Binding;
+use crate::nearest::did_you_mean;
+use crate::syntax::{bare, plain_name};
+
+impl Lowering<'_> {
+    pub(super) fn lagrangian(&mut self, lagrangian: &Scalar) -> Lowered {
+        self.below(
+            2,
+            &lagrangian.value,
+            "an acceleration comes in here; expected a Lagrangian of positions and velocities, L(q, v)",
+        )
+    }
+
+    /// The components of the external forces.
+    pub(super) fn external_forces(&mut self, forces: &Scalar) -> Result<Vec<NodeId>, Reported> {
+        if let Expr::Array(list) = bare(&forces.value)
+            && self.groups.iter().all(|group| group.length.is_none())
+        {
+            return Err(self.errors.at(
+                list,
+                "expected one tuple with a component for each coordinate, `external_forces = (f1, f2);`: forces that act together are \
+                 added up",
+            ));
+        }
+        if let Expr::Call(call) = bare(&forces.value)
+            && plain_name(&call.func).is_some_and(|name| name == "each")
+        {
+            return Err(self.errors.at(
+                call,
+                "expected one component for each coordinate, in the shape of the coordinates; those of an array are written `|i| …`",
+            ));
+        }
+        self.origins.clear();
+        let components = self.entries(&forces.value)?;
+        for &component in &components {
+            if self.graph.order(component).is_some_and(|order| order > 1) {
+                let origin = self.origins.iter().find(|origin| origin.order > 1);
+                let order = origin.map_or(2, |origin| origin.order);
+                let tokens =
+                    origin.map_or_else(|| forces.value.to_token_stream(), |origin| origin.tokens.clone());
+                return Err(self.errors.at(
+                    tokens,
+                    of_jerk(
+                        "an acceleration comes in here; expected forces of time, positions and velocities, f(t, q, v)",
+                        order,
+                    ),
+                ));
+            }
+        }
+        Ok(components)
+    }
+
+    pub(super) fn branch(&mut self, branch: &Branch) -> Result<Vec<Option<NodeId>>, Reported> {
+        let factors = branch.factors.iter().map(|factor| match factor {
+            Ok(Some(factor)) => {
+                let factors = self.each(std::slice::from_ref(factor), Self::factor)?;
+                Ok(factors.into_iter().next())
+            }
+            Ok(None) => Ok(None),
+            Err(reported) => Err(*reported),
+        });
+        // collected twice, so that the first mistake does not hide the others
+        let factors: Vec<_> = factors.collect();
+        factors.into_iter().collect()
+    }
+
+    fn factor(&mut self, factor: &Expr) -> Lowered {
+        let value = self.below(
+            2,
+            factor,
+            "an acceleration comes in here; expected a factor of positions and velocities",
+        )?;
+        if self.graph.order(value).is_none() {
+            return Err(self.errors.at(
+                factor,
+                "expected a factor that depends on positions or velocities; dividing by another one changes no root",
+            ));
+        }
+        Ok(value)
+    }
+
+    pub(super) fn observe(&mut self, observe: &Observe) -> Result<Vec<(Ident, NodeId)>, Reported> {
+        let mut seen: Vec<&Ident> = Vec::new();
+        let mut observed = Vec::new();
+        for name in &observe.names {
+            let name = match name {
+                Ok(name) => name,
+                Err(reported) => {
+                    observed.push(Err(*reported));
+                    continue;
+                }
+            };
+            let value = match self.scope.get(name) {
+                _ if seen.contains(&name) => {
+                    Err(self.errors.at(name, format!("`{name}` is observed already")))
+                }
+                Some(Binding::Let(value)) => (*value).and_then(|value| {
+                    self.origins.clear();
+                    let expected =
+                        "what a node knows, an expression of time, positions, velocities and accelerations";
+                    self.without_jerk(value, name, expected)
+                }),
+                Some(other) => {
+                    let message = format!("expected the name of a `let`, but `{name}` is {}", other.kind());
+                    Err(self.errors.at(name, message))
+                }
+                None => {
+                    let text = name.to_string();
+                    let message = if self.later.contains(&text) {
+                        format!("`{text}` is defined further down; expected its `let` before this use")
+                    } else {
+                        let lets = self.scope.names(|binding| matches!(binding, Binding::Let(_)));
+                        format!("no `let` is called `{text}`{}", did_you_mean(&text, lets))
+                    };
+                    Err(self.errors.at(name, message))
+                }
+            };
+            seen.push(name);
+            observed.push(value.map(|value| (name.clone(), value)));
+        }
+        observed.into_iter().collect()
+    }
+}
