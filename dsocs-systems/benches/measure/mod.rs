@@ -376,8 +376,20 @@ fn lean_lines<S: System<2>>(
 ) -> [Line; 3] {
     /// The step of these lines, for smooth motions.
     const H_SMOOTH: f64 = 0.01;
-    const BATCH: u64 = 1000;
-    const LONG: u64 = 20;
+    const BATCH: u32 = 1000;
+    const LONG: u32 = 20;
+    /// Each run begins again after a while.
+    fn again<T>(start: impl Fn() -> T, mut batch: impl FnMut(&mut T)) -> impl FnMut() -> u32 {
+        let (mut run, mut done) = (start(), 0);
+        move || {
+            if done == LONG {
+                (run, done) = (start(), 0);
+            }
+            batch(&mut run);
+            done += 1;
+            BATCH
+        }
+    }
     let flow = || Flow::new(system, H_SMOOTH, Start::second_order(start.0, start.1)).expect("a start");
     let lean = || {
         let mut lean: Box<dyn Kernel + '_> = Box::new(Lean::new(system, H_SMOOTH, &flow().leg()));
@@ -388,23 +400,11 @@ fn lean_lines<S: System<2>>(
     for _ in 0..100 + LONG * BATCH {
         ours.advance().expect("a step");
     }
-    assert!(theirs.steps(LONG * BATCH), "{name}: a smooth motion");
+    assert!(theirs.steps(u64::from(LONG * BATCH)), "{name}: a smooth motion");
     for (ours, theirs) in ours.position().iter().zip(theirs.place()) {
         assert!((ours - theirs).abs() <= 1e-9, "{name}: {ours} {theirs}");
     }
-    // each run begins again after a while
-    fn again<T>(start: impl Fn() -> T, mut batch: impl FnMut(&mut T)) -> impl FnMut() -> u32 {
-        let (mut run, mut done) = (start(), 0);
-        move || {
-            if done == LONG {
-                (run, done) = (start(), 0);
-            }
-            batch(&mut run);
-            done += 1;
-            BATCH as u32
-        }
-    }
-    let one_call = || again(lean, |lean| assert!(black_box(lean).steps(BATCH)));
+    let one_call = || again(lean, |lean| assert!(black_box(lean).steps(u64::from(BATCH))));
     let single = || {
         again(lean, |lean| {
             for _ in 0..BATCH {
@@ -413,7 +413,7 @@ fn lean_lines<S: System<2>>(
         })
     };
     let to = again(flow, |flow| {
-        let end = flow.clock().time_of(flow.clock().index() + BATCH);
+        let end = flow.clock().time_of(flow.clock().index() + u64::from(BATCH));
         black_box(flow.to(end)).expect("steps");
     });
     let advance = again(flow, |flow| {

@@ -276,7 +276,7 @@ fn errors(subject: &Subject<'_>) -> Measured<(Vec<f64>, Errors)> {
         for (node, truth) in nodes.iter().zip(&truth) {
             let declaration = Declaration::of(system);
             let values = [
-                node.leg.q.to_vec(),
+                node.leg.q.clone(),
                 declaration.point(h, node.leg.any(), &node.e).any().v.to_vec(),
                 if truth[2].is_empty() {
                     Vec::new()

@@ -111,18 +111,17 @@ impl Report<'_> {
         figures: impl FnOnce() -> Result<[f64; K], Box<dyn Error>>,
     ) {
         let begun = Instant::now();
-        let measured = figures();
-        let figures = measured.as_ref().map(|figures| &figures[..]);
-        self.push_all(whats.into(), figures.map_err(ToString::to_string), begun);
+        let figures = figures().map_err(|error| error.to_string());
+        self.push_all(whats.into(), figures.as_ref().map(|figures| &figures[..]), begun);
     }
 
     /// Takes in several figures that were measured in one go.
     #[cfg(all(feature = "dsocs", not(test)))]
-    fn push_all(&mut self, whats: Vec<(String, Bar)>, figures: Result<&[f64], String>, begun: Instant) {
+    fn push_all(&mut self, whats: Vec<(String, Bar)>, figures: Result<&[f64], &String>, begun: Instant) {
         for (place, (what, bar)) in whats.into_iter().enumerate() {
-            let figure = match &figures {
+            let figure = match figures {
                 Ok(figures) => Ok(figures[place]),
-                Err(error) => Err(error.clone().into()),
+                Err(error) => Err(error.as_str().into()),
             };
             self.push(what, bar, figure, begun);
         }
