@@ -35,14 +35,14 @@ use held::HeldInputs;
 /// Many trajectories of one system with one step `h`, each from a start of its own.
 ///
 /// The trajectories are divided into blocks of eight. The steps of a block are computed together, one trajectory in each SIMD lane. The
-/// generated code is the same as for a [`Flow`], and so are Newton's iteration, the predictor and the stop rules, which are applied to each
-/// lane. A step is solved as in a single [`Flow`], with all guesses and with damping, if its iteration does not contract at once (for
+/// generated code is the same as for a [`Flow`](crate::Flow), and so are Newton's iteration, the predictor and the stop rules, which are applied to each
+/// lane. A step is solved as in a single [`Flow`](crate::Flow), with all guesses and with damping, if its iteration does not contract at once (for
 /// example at a switch), or if its root may not be the one that continues the motion. A trajectory without a solution ends with its own
 /// error, and the others go on. The blocks are distributed over the threads.
 ///
 /// - Results come in the order of the starts.
 /// - A result does not depend on the number of threads or on the other trajectories: it is the same bit for bit.
-/// - A result agrees bit for bit with that of a [`Flow`] if the system uses no functions but roots and powers. Otherwise
+/// - A result agrees bit for bit with that of a [`Flow`](crate::Flow) if the system uses no functions but roots and powers. Otherwise
 ///   it agrees to rounding, because the vector code of some functions rounds differently.
 ///
 /// ```
@@ -273,7 +273,7 @@ impl<'a, const N: usize> Ensemble<'a, N> {
         Ok(self)
     }
 
-    /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`].
+    /// Sets how often the rows of a step are evaluated from one guess; see [`Flow::max_iterations`](crate::Flow::max_iterations).
     pub fn max_iterations(mut self, limit: u32) -> Self {
         self.max_iterations = limit.max(1);
         self

@@ -86,8 +86,13 @@ extern crate self as dsocs_core;
 
 // From below to above: a folder knows those before it, and none of those after it.
 
-// numbers of all kinds; linear and nonlinear equations; Taylor series
+// work on several cores
+mod threads;
+
+// numbers of all kinds, and functions that samples give; linear and nonlinear equations; Taylor series
 mod number;
+
+mod samples;
 
 mod solve;
 
@@ -128,10 +133,6 @@ pub mod taylor;
 pub mod geometry;
 
 pub mod prelude;
-
-mod samples;
-
-mod threads;
 
 #[cfg(test)]
 mod testing;

@@ -1,7 +1,7 @@
 //! Compositions of the step: orders 4, 6 and 8 at a fixed step.
 //!
 //! Three consecutive nodes, with legs of unequal lengths, determine a parabola. At the middle node it has a value `q`, a slope `v` and a
-//! second derivative `a`. If the equations of the step depend only on these ([`Symmetry::AnyLegs`]), they determine `a` from `(q, v)`.
+//! second derivative `a`. If the equations of the step depend only on these ([`Symmetry::AnyLegs`](crate::Symmetry::AnyLegs)), they determine `a` from `(q, v)`.
 //! Then the map from node to node
 //!
 //! ```text
@@ -15,7 +15,7 @@
 //! # Systems whose legs are joined by momenta
 //!
 //! If the mass matrix varies, or an external force is not a linear function of the velocity, the equations depend on more than the parabola.
-//! Then the legs are joined by the momenta at the nodes ([`Symmetry::Momenta`]). There is half a kick by the constraint force `Q` of the
+//! Then the legs are joined by the momenta at the nodes ([`Symmetry::Momenta`](crate::Symmetry::Momenta)). There is half a kick by the constraint force `Q` of the
 //! continuous system at the first node,
 //!
 //! ```text

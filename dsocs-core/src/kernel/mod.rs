@@ -1,6 +1,6 @@
 //! A declared system as the engine sees it: without its type, on slices.
 //!
-//! [`Shape`] is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
+//! [`Shape`](crate::Shape) is what is known of it at all times, [`Kernel`] what can be asked of it. The attribute implements both through [`compiled`].
 
 pub(crate) mod clock;
 pub mod compiled;
@@ -44,10 +44,10 @@ use crate::tape::Source;
 ///
 /// # What it asks for
 ///
-/// Vectors are slices of the lengths that [`Shape`] says; parameters are values that the caller holds, not the system's own. A slice of another length
+/// Vectors are slices of the lengths that [`Shape`](crate::Shape) says; parameters are values that the caller holds, not the system's own. A slice of another length
 /// leaves the output as it was, or at NaN: the engine makes all slices from the shape.
 pub trait Kernel: Source {
-    /// Values known when a run with the step `h` begins: [`Shape::constants`] numbers.
+    /// Values known when a run with the step `h` begins: [`Shape::constants`](crate::Shape::constants) numbers.
     fn constants(&self, parameters: &[f64], h: f64, constants: &mut [f64]);
 
     /// Sets the second difference that a step of third order goes on from, which stands behind the constants.
@@ -61,7 +61,7 @@ pub trait Kernel: Source {
         fill(past, 0.0);
     }
 
-    /// Values known when a step begins: [`Shape::known`] numbers.
+    /// Values known when a step begins: [`Shape::known`](crate::Shape::known) numbers.
     fn known(&self, constants: &[f64], leg: AnyLeg<'_, f64>, known: &mut [f64]);
 
     /// The rows of a step at the unknowns `z`, and their exact Jacobian `∂row/∂z`, row by row.
@@ -77,7 +77,7 @@ pub trait Kernel: Source {
         let _ = (at, rows, entries);
     }
 
-    /// What each row is, divided by the declared one; ones unless [`Shape::scaled`].
+    /// What each row is, divided by the declared one; ones unless [`Shape::scaled`](crate::Shape::scaled).
     fn scales(&self, at: At<'_>, scales: &mut [f64]) {
         let _ = at;
         fill(scales, 1.0);

@@ -157,7 +157,7 @@ impl Declaration<'_> {
     }
 }
 
-/// Where [`Run::tell`] writes a node. All slices have one entry for each coordinate.
+/// Where [`Run::tell`](crate::Run::tell) writes a node. All slices have one entry for each coordinate.
 #[derive(Debug)]
 pub struct NodeMut<'a> {
     /// Position.
