@@ -1,5 +1,7 @@
 //! The stages of a composed step where all of them are smooth: compiled for every declared type that is composed, and for no other.
 
+#![expect(clippy::float_cmp, reason = "orientations are signs")]
+
 use crate::kernel::clock::Clock;
 use crate::kernel::course::past_is_short;
 use crate::kernel::question::Question;
@@ -18,7 +20,7 @@ use crate::system::System;
 
 /// The current node.
 #[derive(Clone, Debug)]
-pub(super) struct State {
+pub(crate) struct State {
     /// Position.
     pub q: Sum,
     /// Velocity.
@@ -29,7 +31,7 @@ pub(super) struct State {
 
 /// A stage: a leg of the discrete flow with its own length.
 #[derive(Clone, Debug)]
-pub(super) struct Stage {
+pub(crate) struct Stage {
     /// The length of its leg.
     pub h: f64,
     /// Whether it goes against the direction of the run.
@@ -54,7 +56,7 @@ pub(super) struct Stage {
 
 /// What a composed step carries to the next one.
 #[derive(Clone, Debug)]
-pub(super) struct Course {
+pub(crate) struct Course {
     /// Its stages, in order.
     pub stages: Vec<Stage>,
     /// Which node is the current one.
@@ -98,7 +100,7 @@ impl Stage {
 }
 
 /// Makes composed steps as long as all of their stages are smooth.
-pub(super) trait Stages: Send + Sync {
+pub(crate) trait Stages: Send + Sync {
     /// Makes the next step, or changes nothing that matters and asks.
     fn step(&self, course: &mut Course) -> Result<(), Question>;
 }

@@ -223,7 +223,7 @@ impl Equations {
     ///
     /// The index, among these steps, of the first one whose derivatives are not finite.
     pub fn linearize(&self, steps: &Steps<'_>, rooms: &mut Rooms, block: &mut Block) -> Result<(), usize> {
-        self.set(&self.step, &self.of_step, steps, &mut rooms.step);
+        set(&self.step, &self.of_step, steps, &mut rooms.step);
         if block.entries.is_empty() {
             let n = self.coordinates;
             let matrix = (self.rows + n) * (self.rows + 2 * n);
@@ -243,25 +243,9 @@ impl Equations {
         }
     }
 
-    /// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
-    fn set(&self, differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
-        let recorded = &steps.recorded;
-        for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
-            let number = match (*role, input) {
-                (Role::Node(i), _) => Recorded::node(i),
-                (Role::Increment(i), _) => recorded.increment(i),
-                (Role::Difference(i), _) => recorded.difference(i),
-                (Role::Unknown(i), _) => recorded.unknown(i),
-                (Role::Still, Input::Leaf(Leaf::Clock)) => Recorded::TIME,
-                (Role::Fixed(_) | Role::Still, _) => continue,
-            };
-            differential.set(room, place, recorded.gathered(number));
-        }
-    }
-
     /// The points of up to eight nodes of the stretch that was entered: positions, velocities, accelerations.
     pub fn points(&self, steps: &Steps<'_>, rooms: &mut Rooms, points: &mut [Eight]) {
-        self.set(&self.point, &self.of_point, steps, &mut rooms.point);
+        set(&self.point, &self.of_point, steps, &mut rooms.point);
         let (source, count) = (steps.declaration.source(), steps.recorded.count());
         self.point.evaluate_again(source, &mut rooms.point, count);
         for (k, point) in points.iter_mut().enumerate() {
@@ -536,5 +520,21 @@ fn pivot(matrix: &mut [Eight], size: usize, width: usize, k: usize) {
             matrix[k * width + column] = select(own, below);
             matrix[other * width + column] = select(below, own);
         }
+    }
+}
+
+/// Sets the inputs for up to eight steps. Unused lanes repeat the last step.
+fn set(differential: &Differential, roles: &[Role], steps: &Steps<'_>, room: &mut Room) {
+    let recorded = &steps.recorded;
+    for (place, (role, input)) in roles.iter().zip(differential.inputs()).enumerate() {
+        let number = match (*role, input) {
+            (Role::Node(i), _) => Recorded::node(i),
+            (Role::Increment(i), _) => recorded.increment(i),
+            (Role::Difference(i), _) => recorded.difference(i),
+            (Role::Unknown(i), _) => recorded.unknown(i),
+            (Role::Still, Input::Leaf(Leaf::Clock)) => Recorded::TIME,
+            (Role::Fixed(_) | Role::Still, _) => continue,
+        };
+        differential.set(room, place, recorded.gathered(number));
     }
 }

@@ -212,6 +212,7 @@ impl State {
 }
 
 /// Computes the changes from the start to the end: those of position, velocity and acceleration for one variable after the other.
+#[expect(clippy::too_many_lines, reason = "one pass over the steps")]
 fn forward(
     recording: &Recording<'_>,
     variables: &[Variable<'_>],

@@ -71,7 +71,7 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`Flow::new`](crate::Flow::new)(crate::Flow::new) and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
+    /// [`DerivativeError::Run`] as [`crate::Flow::new`] and [`crate::Stepper::to`]; [`DerivativeError::NoSteps`] if `t` is less than a step
     /// away; [`DerivativeError::Jump`] if a step has no root but a jump.
     pub fn new<S: System<N>>(
         system: &'s S,
@@ -124,7 +124,7 @@ impl<'s, const N: usize> Path<'s, N> {
     ///
     /// # Errors
     ///
-    /// [`DerivativeError::Run`] as [`Flow::new`](crate::Flow::new)(crate::Flow::new), [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
+    /// [`DerivativeError::Run`] as [`crate::Flow::new`], [`crate::Inputs::set_input`] and [`crate::Stepper::to`]; [`DerivativeError::Jump`] as above;
     /// [`DerivativeError::NoLegs`] without values; [`DerivativeError::Constraints`] for a system with kinematic or nonholonomic
     /// constraints.
     pub fn plan<S: System<N>, const U: usize>(

@@ -193,7 +193,7 @@ impl<'r, 's> Block<'r, 's> {
             clocks: array::from_fn(|lane| *of_lane(lane).clock()),
         };
         let values: [&[f64]; LANES] = array::from_fn(|lane| of_lane(lane).values());
-        let engine = run.lanes.engine(run.instructions, common, &values);
+        let engine = run.lanes.engine(run.instructions, &common, &values);
         let mut kept = Kept::new(shape);
         for lane in 0..LANES {
             kept.set_lane(lane, &of_lane(lane).course);

@@ -33,7 +33,7 @@ pub(super) trait LaneKernel: Send + Sync {
     fn engine<'k>(
         &'k self,
         instructions: Instructions,
-        common: Common,
+        common: &Common,
         values: &[&[f64]; LANES],
     ) -> Box<dyn Engine + 'k>;
 }
@@ -127,7 +127,7 @@ impl<S: System<N>, const N: usize> LaneKernel for Declared<'_, S, N> {
     fn engine<'k>(
         &'k self,
         instructions: Instructions,
-        common: Common,
+        common: &Common,
         values: &[&[f64]; LANES],
     ) -> Box<dyn Engine + 'k> {
         // sparse elimination is a function of its own, which is compiled for no other registers
@@ -240,7 +240,7 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
     const WATCHED: bool = !S::LINEAR && !S::DIVIDED;
 
     /// Steps with parameters.
-    fn new(token: R::Token, system: &'s S, common: Common, values: &[&[f64]; LANES]) -> Self {
+    fn new(token: R::Token, system: &'s S, common: &Common, values: &[&[f64]; LANES]) -> Self {
         let mut parameters = system.parameters::<Lanes<R>>();
         for (lane, values) in values.iter().enumerate() {
             set_lane(parameters.as_mut(), lane, values);
@@ -250,7 +250,7 @@ impl<'s, R: Chosen, S: System<N>, const N: usize> Steps<'s, R, S, N> {
             system,
             constants: system.constants(&parameters, Lanes::splat(common.h)),
             parameters,
-            common,
+            common: *common,
             coordinates: PhantomData,
         }
     }

@@ -351,6 +351,10 @@ impl<'s> Discrete<'s> {
 
     /// The same with what is known of the run.
     #[inline]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "the references in it are written through"
+    )]
     fn tell_with(&self, constants: &[f64], node: NodeMut<'_>) {
         let Course { solved, clock, .. } = &self.course;
         // the node is the one between the legs, whatever the maps say
@@ -382,13 +386,12 @@ impl<'s> Discrete<'s> {
         let Beginning { q0, v0, a0, t0, .. } = &self.beginning;
         let declaration = self.declaration();
         let found;
-        let a = match a0 {
-            Some(a0) => a0,
-            None => {
-                let acceleration = start::acceleration(&declaration, (*t0, q0, v0), None);
-                found = acceleration.map_or_else(|_| Vector::nan(q0.len()), |(a, _)| a);
-                &found
-            }
+        let a = if let Some(a0) = a0 {
+            a0
+        } else {
+            let acceleration = start::acceleration(&declaration, (*t0, q0, v0), None);
+            found = acceleration.map_or_else(|_| Vector::nan(q0.len()), |(a, _)| a);
+            &found
         };
         let point = AnyPoint {
             t: *t0,
@@ -418,8 +421,8 @@ impl<'s> Discrete<'s> {
         // a node where inputs have changed lies between the same two values on the way back
         let index = self.course.clock.index();
         if let Some(changed) = self.changed.as_ref().filter(|changed| changed.index == index) {
-            turned.before = Some(turned.values);
-            turned.values = changed.before.clone();
+            let before = core::mem::replace(&mut turned.values, changed.before.clone());
+            turned.before = Some(before);
         }
         let course = &mut turned.course;
         course.constants = constants_of(self.kernel, &turned.values, course.h);

@@ -118,6 +118,10 @@ pub fn second_difference<S: Compiled<N>, const N: usize>(system: &S, at: At<'_>,
     }
 }
 
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "the references in it are written through"
+)]
 pub fn report<S: Compiled<N>, const N: usize>(
     system: &S,
     constants: &[f64],

@@ -25,13 +25,6 @@ impl<T: Scalar, const N: usize> Compensated<N, T> {
         }
     }
 
-    /// `left - right` without rounding.
-    pub fn difference(left: &[T; N], right: &[T; N]) -> Self {
-        let mut sum = Self::exact(*left);
-        sum.add(&negative(right));
-        sum
-    }
-
     /// Adds numbers of plain double precision.
     #[inline(always)]
     pub fn add(&mut self, term: &[T; N]) {
@@ -111,13 +104,6 @@ fn fast_two_sum<T: Scalar>(a: T, b: T) -> (T, T) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_difference_keeps_what_rounding_would_take() {
-        let d = Compensated::difference(&[1.0, 1e-20], &[1e-17, -1.0]);
-        assert_eq!(d.hi, [1.0, 1.0]);
-        assert_eq!(d.lo, [-1e-17, 1e-20]);
-    }
 
     #[test]
     fn a_million_tenths_make_their_exact_sum() {

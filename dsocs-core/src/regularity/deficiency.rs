@@ -105,7 +105,7 @@ fn listed(things: &[String]) -> String {
 
 /// Rows in words: `holonomic constraints 1 and 2 and virtual displacement 1`.
 fn named(rows: &[DependentRow]) -> String {
-    let words: Vec<_> = rows.iter().map(|row| row.words()).collect();
+    let words: Vec<_> = rows.iter().map(DependentRow::words).collect();
     let kinds = words.chunk_by(|(kind, ..), (next, ..)| kind == next);
     let kinds: Vec<String> = kinds
         .map(|rows| {
@@ -129,7 +129,7 @@ impl Deficiency {
 
     /// Whether constraints alone depend on each other.
     fn is_of_constraints(&self) -> bool {
-        !self.rows.is_empty() && self.rows.iter().all(|row| row.is_constraint())
+        !self.rows.is_empty() && self.rows.iter().all(DependentRow::is_constraint)
     }
 
     /// The coordinates that are not determined, in words, and how a sentence goes on with `has` and `it`.

@@ -1,5 +1,8 @@
 //! Newton's iteration: when it has arrived, when it must be slowed down, and when it has failed.
 
+// vectors stand in the results themselves, so that nothing is allocated
+#![allow(clippy::result_large_err)]
+
 use core::cmp::Ordering;
 
 use super::convergence::{

@@ -55,6 +55,7 @@ pub(crate) struct Arrays<'p, U> {
 /// The same for numbers of any type, such as lanes.
 #[repr(align(16))] // as the sums, see [`crate::number::compensated`]
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::struct_field_names)] // as they are called
 pub(crate) struct Differences<U, T = f64> {
     /// `∇⁰z, ∇¹z, … ∇⁵z`; NaN where the history is too short.
     differences: [U; DIFFERENCES],

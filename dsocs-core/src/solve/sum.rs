@@ -74,3 +74,15 @@ impl<const N: usize> From<&Sum> for Compensated<N> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_keeps_what_rounding_would_take() {
+        let d = Sum::difference(&[1.0, 1e-20], &[1e-17, -1.0]);
+        assert_eq!(d.hi[..], [1.0, 1.0]);
+        assert_eq!(d.lo[..], [-1e-17, 1e-20]);
+    }
+}

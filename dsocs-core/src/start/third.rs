@@ -54,6 +54,10 @@ pub(crate) struct Began {
 ///
 /// The jerk `j0` comes from the constraints of third order and from the other equations, differentiated. Without it the whole motion would
 /// be of first order: the second difference would be that of another force than the one that the motion has arrived at.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "what a start leaves free is used up by it"
+)]
 pub(super) fn begin(
     declaration: &Declaration<'_>,
     (t0, h): (f64, f64),

@@ -107,7 +107,7 @@ impl Step<'_> {
                     return Ok(report(Root { evaluations, ..root }, Guess::Followed));
                 }
                 Err(Some(fold)) if folds.as_ref().is_none_or(|best| fold.left < best.left) => {
-                    folds = Some(fold)
+                    folds = Some(fold);
                 }
                 Err(_) => {}
             }

@@ -170,7 +170,7 @@ impl Step<'_> {
         // a root beyond the lengths of the legs belongs to no motion, whether it is found first or is the other one
         let reach = self.reach(&legs);
         if continuation != Continuation::Fits && relative(&root.z, &Vector::zero(size.len()), &reach) > FAR {
-            return self.nearer(root, predictor, [size, &reach]);
+            return self.nearer(&root, predictor, [size, &reach]);
         }
         // a root to which neither a past nor an acceleration has led is in question, however straight the way to it was
         let unforeseen = self.are_watched() && predictor.last().is_none() && guess != Guess::Continuous;
@@ -236,7 +236,7 @@ impl Step<'_> {
     #[cold]
     fn nearer(
         &self,
-        far: Root<Vector>,
+        far: &Root<Vector>,
         predictor: &mut Predictor,
         [size, legs]: [&Vector; 2],
     ) -> Result<(Vector, StepReport), NewtonFailure> {
@@ -602,14 +602,14 @@ mod tests {
         };
         let (size, legs) = (step.least(), step.unknown(&leg.d, &[]));
         let failure = step
-            .nearer(far(-3000.0), &mut Predictor::new(1), [&size, &legs])
+            .nearer(&far(-3000.0), &mut Predictor::new(1), [&size, &legs])
             .unwrap_err();
         assert_eq!(failure.reason, StepFailure::NotConverged);
         assert!(failure.other.is_empty());
         // where the legs are as long it is one
         let longer = step.unknown(&[10.0], &[]);
         let (z, _) = step
-            .nearer(far(-3000.0), &mut Predictor::new(1), [&size, &longer])
+            .nearer(&far(-3000.0), &mut Predictor::new(1), [&size, &longer])
             .unwrap();
         assert!((z[0].abs() / (h * h) - 1000.0).abs() < 1e-6, "{z:?}");
     }

@@ -6,6 +6,10 @@ use super::symmetry::Symmetry;
 use crate::tape::quantity::Quantity;
 
 /// What is known of a declared system at all times.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "facts that do not depend on each other"
+)]
 #[derive(Clone, Debug)]
 pub struct Shape {
     /// The name of the declared type.

@@ -5,6 +5,7 @@ use core::ops::ControlFlow;
 use super::control::Tolerance;
 use super::ensemble::{SeriesKernels, Varied};
 use super::flow::{AnyTaylorFlow, TaylorFlow};
+use super::grid::Visit;
 use super::integrator::{Integrator, SHORTER};
 use super::lanes::{Ends, LaneSeries};
 use crate::ensemble::Observed;
@@ -310,8 +311,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             motion.tell(&**equations, node.room());
             observer.node(&node)
         };
-        let node: Option<&mut dyn FnMut(&Integrator) -> ControlFlow<()>> =
-            if observes { Some(&mut node) } else { None };
+        let node: Option<&mut Visit<'_>> = if observes { Some(&mut node) } else { None };
         let until = match motion.hand_nodes_out(&**equations, &self.end, node) {
             ControlFlow::Continue(until) => until,
             ControlFlow::Break(()) => return Goes::Ended(Ok(())),

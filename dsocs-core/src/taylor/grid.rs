@@ -178,6 +178,9 @@ impl AnyTaylorFlow<'_> {
     }
 }
 
+/// What looks at nodes on the way, and may end the run.
+pub(super) type Visit<'a> = dyn FnMut(&Integrator) -> ControlFlow<()> + 'a;
+
 impl Integrator {
     /// Hands out the nodes that the steps have come to, and returns the time that the next ones go towards; breaks at the last node, and
     /// where an observer ends the run.
@@ -185,7 +188,7 @@ impl Integrator {
         &mut self,
         equations: &dyn SeriesKernel,
         end: &End,
-        mut observer: Option<&mut dyn FnMut(&Self) -> ControlFlow<()>>,
+        mut observer: Option<&mut Visit<'_>>,
     ) -> ControlFlow<(), f64> {
         loop {
             if !self.clock.is_handed_out() {
