@@ -173,6 +173,11 @@ impl OwnedPoint<f64> {
         OwnedPoint::new(self.coordinates, self.values.iter().map(|x| number(*x)).collect())
     }
 
+    /// Position, velocity and acceleration, one after the other.
+    pub(crate) fn vectors(&self) -> &[f64] {
+        &self.values[..3 * self.coordinates]
+    }
+
     /// Position, velocity and acceleration, and the time, to be written.
     pub(crate) fn parts(&mut self) -> ([&mut [f64]; 3], &mut f64) {
         let (q, rest) = self.values.split_at_mut(self.coordinates);

@@ -4,7 +4,6 @@ use super::Unresolved;
 use super::{AnyPolynomial, Clock, End, InputError, Node, NodeMut, OneWay, OwnedNode, RunError};
 use crate::kernel::Kernel;
 use crate::kernel::report::StepReport;
-use crate::number::point::AnyPoint;
 use crate::regularity::Regularity;
 use crate::series::rows::Series;
 use crate::tape::declaration::Declaration;
@@ -175,7 +174,8 @@ pub trait Run {
     }
 
     /// Hands out the motion at some times, which are in the order of the run, none of them before the current node, if the method has a faster
-    /// way to do so than [`Run::trace`]. `false` if it has none; then nothing has happened.
+    /// way to do so than [`Run::trace`]. `false` if it has none; then nothing has happened. The observer receives some of the times, and for each
+    /// of them position, velocity and acceleration, one after the other.
     ///
     /// # Errors
     ///
@@ -183,7 +183,7 @@ pub trait Run {
     fn sample_at_once(
         &mut self,
         times: &[f64],
-        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+        observer: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Result<bool, RunError> {
         let _ = (times, observer);
         Ok(false)

@@ -252,6 +252,11 @@ impl OwnedNode {
         }
     }
 
+    /// Position, velocity and acceleration, one after the other.
+    pub(crate) fn point(&self) -> &[f64] {
+        &self.vectors[..3 * self.coordinates]
+    }
+
     /// By reference.
     #[must_use]
     pub fn any(&self) -> AnyNode<'_> {

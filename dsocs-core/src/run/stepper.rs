@@ -7,7 +7,6 @@ use super::{
     Polynomial, Room, Run, RunError, Traced, Trajectory,
 };
 use crate::kernel::report::StepReport;
-use crate::number::point::AnyPoint;
 use crate::number::point::Point;
 use crate::regularity::Regularity;
 use crate::run::Unresolved;
@@ -255,8 +254,11 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         times: &[f64],
         observer: &mut dyn FnMut(f64, &Point<f64, N>),
     ) -> Result<(), RunError> {
-        self.run_mut().sample(times, &mut |t, point: AnyPoint<'_, f64>| {
-            observer(t, &Point::of(point));
+        self.run_mut().sample_together(times, &mut |times, numbers| {
+            let points = numbers.as_chunks().0.as_chunks().0;
+            for (&t, &[q, v, a]) in times.iter().zip(points) {
+                observer(t, &Point { t, q, v, a });
+            }
         })
     }
 

@@ -126,6 +126,22 @@ impl dyn Run + '_ {
         times: &[f64],
         observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
     ) -> Result<(), RunError> {
+        let n = self.kernel().shape().dimension();
+        self.sample_together(times, &mut |times, numbers| {
+            for (&t, numbers) in times.iter().zip(numbers.chunks_exact(3 * n.max(1))) {
+                let (q, rest) = numbers.split_at(n);
+                let (v, a) = rest.split_at(n);
+                observer(t, AnyPoint { t, q, v, a });
+            }
+        })
+    }
+
+    /// The same where the observer receives several times together, and for each of them position, velocity and acceleration, one after the other.
+    pub(crate) fn sample_together(
+        &mut self,
+        times: &[f64],
+        observer: &mut dyn FnMut(&[f64], &[f64]),
+    ) -> Result<(), RunError> {
         in_order(times, self.clock())?;
         if self.sample_at_once(times, observer)? {
             return Ok(());
@@ -218,7 +234,7 @@ pub(crate) fn in_order(times: &[f64], clock: &Clock) -> Result<(), RunError> {
 fn sample(
     run: &mut dyn Run,
     mut times: &[f64],
-    observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+    observer: &mut dyn FnMut(&[f64], &[f64]),
 ) -> Result<(), RunError> {
     let Some(&last) = times.last() else {
         return Ok(());
@@ -230,7 +246,7 @@ fn sample(
         let mut node = OwnedNode::new(0);
         node.take(run);
         while let Some((&t, rest)) = times.split_first().filter(|(t, _)| **t == now) {
-            observer(t, node.any().point());
+            observer(&[t], node.point());
             times = rest;
         }
     }
@@ -242,7 +258,7 @@ fn sample(
                     break;
                 }
                 polynomial.at(t, &mut point);
-                observer(t, point.any());
+                observer(&[t], point.vectors());
                 times = rest;
             }
             Ok(None)

@@ -235,18 +235,16 @@ impl<const N: usize, T: Coefficient> Rows<'_, N, T> {
         self.t
     }
 
-    /// Sets the point of expansion.
+    /// Sets the point of expansion, and what the acceleration of order 0 is expected to be.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, t: T, q: &[T; N], v: &[T; N]) {
-        (self.t, self.q[0], self.v[0]) = (t, *q, *v);
+    pub(crate) fn begin(&mut self, q: &[T; N], v: &[T; N], a: &[T; N]) {
+        (self.q[0], self.v[0], self.v[1]) = (*q, *v, *a);
     }
 
-    /// Sets what the acceleration of order 0 is expected to be.
+    /// The velocity by order, also of orders that are not known.
     #[inline(always)]
-    pub(crate) fn expect(&mut self, a: &[T]) {
-        if let Some(a) = a.first_chunk() {
-            self.v[1] = *a;
-        }
+    pub(crate) fn velocities(&self) -> &[[T; N]; ROWS] {
+        self.v
     }
 
     /// The point of expansion.
@@ -398,22 +396,23 @@ impl Series {
         rows.take_while(is_in_range).count().saturating_sub(1)
     }
 
-    /// Positions, velocities and accelerations of one component at some times after the point of expansion.
+    /// Positions, velocities and accelerations of the component `i` of `n` at some times after the point of expansion.
     ///
     /// Times are put into registers by hand: the compiler puts components into them, and spills.
     #[inline(always)]
     pub(crate) fn values<S: Simd, const R: usize>(
         &self,
         simd: S,
-        i: usize,
+        (i, n): (usize, usize),
         s: &[S::f64s; R],
     ) -> [[S::f64s; R]; 3] {
-        let (last, n) = (self.order(), self.dimension);
         let zero = [simd.splat_f64s(0.0); R];
-        let (mut q, mut v, mut a) = ([simd.splat_f64s(self.q[(last + 1) * n + i]); R], zero, zero);
-        for k in (0..=last).rev() {
-            let (position, velocity) = (self.q[k * n + i], self.v[k * n + i]);
-            let (position, velocity) = (simd.splat_f64s(position), simd.splat_f64s(velocity));
+        let (positions, velocities) = (self.positions(), self.velocities());
+        let (below, highest) = positions.split_at(positions.len().saturating_sub(n));
+        let highest = highest.get(i).copied().unwrap_or(0.0);
+        let (mut q, mut v, mut a) = ([simd.splat_f64s(highest); R], zero, zero);
+        for (position, velocity) in below.chunks_exact(n).zip(velocities.chunks_exact(n)).rev() {
+            let (position, velocity) = (simd.splat_f64s(position[i]), simd.splat_f64s(velocity[i]));
             for r in 0..R {
                 q[r] = simd.mul_add_e_f64s(q[r], s[r], position);
                 // the derivative of a polynomial that is formed from within
@@ -519,7 +518,7 @@ mod tests {
             assert!((value - exact).abs() < 1e-15, "{value}");
         }
         let times = [0.0, 0.25, -0.5, 1.0];
-        for value in series.values(pulp::Scalar, 0, &times) {
+        for value in series.values(pulp::Scalar, (0, 1), &times) {
             for (value, t) in value.iter().zip(&times) {
                 assert!((value - t.exp()).abs() < 1e-15, "{value:?}");
             }

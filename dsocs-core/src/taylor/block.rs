@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use super::control::Tolerance;
+use super::control::{Judged, Sizes, Tolerance};
 use super::ensemble::{SeriesKernels, Varied};
 use super::flow::{AnyTaylorFlow, TaylorFlow};
 use super::grid::Visit;
@@ -66,6 +66,8 @@ struct Trial {
     size: f64,
     /// The shortest that is tried.
     smallest: f64,
+    /// What the control asks of the series of its beginning.
+    sizes: Sizes,
 }
 
 impl Trial {
@@ -323,7 +325,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         let left = (until - motion.t.hi[0]) - motion.t.lo[0];
         let smallest = motion.smallest_step(until);
         core::mem::swap(&mut motion.series, &mut motion.next);
-        let sizes = motion.sizes(&**equations);
+        let sizes = motion.sizes();
         let wanted = motion.wanted(&sizes);
         motion.next.set_order(motion.order.next());
         let mut size = wanted.min(left.abs());
@@ -350,6 +352,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             left,
             size,
             smallest,
+            sizes,
         };
         Goes::On
     }
@@ -392,6 +395,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             until,
             size,
             smallest,
+            ref sizes,
             ..
         } = self.step;
         if lanes.engine.has_compared(lane) {
@@ -408,9 +412,9 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         // a velocity that jumps where no expansion shows a switch
         let jumps = motion.moved(self.step.h()).is_some();
         let weights = motion.control.weights();
-        let sizes = motion.sizes(&**equations);
-        let end = equations.defect(&motion.next, motion.tried.a(), weights);
-        let good = !jumps && motion.control.good(&sizes, end, size);
+        let order = motion.order.current();
+        let Judged { sizes: known, end } = equations.judge(&motion.next, motion.tried.a(), weights, order);
+        let good = !jumps && motion.control.good(sizes, end, size);
         if jumps || (!good && size <= smallest) {
             // what this is, the step says that is made alone
             core::mem::swap(&mut motion.series, &mut motion.next);
@@ -432,6 +436,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             motion.t.add(&[self.step.h()]);
         }
         core::mem::swap(&mut motion.now, &mut motion.tried);
+        motion.known = Some(known);
         motion.steps += 1;
         self.is_complete = false;
         motion.expansions = motion.expansions.saturating_add(1);

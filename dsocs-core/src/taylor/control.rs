@@ -2,12 +2,12 @@
 //! Taylor methods, Experimental Mathematics 14 (2005), section 3.
 
 use crate::error::SetupError;
-use crate::series::orders::{MAX_ORDER, RECIPROCALS};
-use crate::series::rows::Series;
+use crate::series::orders::{MAX_ORDER, RECIPROCALS, ROWS};
+use crate::series::rows::{self, Series};
 use crate::series::switch::Limits;
 
 /// What the control of a step asks of its series.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sizes {
     /// The size of the velocity.
     pub velocity: f64,
@@ -20,13 +20,59 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
-    /// Those of no series.
+    /// Those of a series, for steps of the order `p`, with components multiplied by weights.
+    pub(super) fn of(series: &Series, weights: &[f64], p: usize) -> Self {
+        let size = |k: usize| size(series.velocity_of(k), weights);
+        Self {
+            velocity: size(0),
+            acceleration: size(1),
+            last: [size(p - 1), size(p)],
+            is_in_range: series.is_in_range(),
+        }
+    }
+}
+
+/// What the control of a step asks of the series at its end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Judged {
+    /// What the control of the next step asks.
+    pub sizes: Sizes,
+    /// The size of the acceleration with which the series begins, and of its difference from that which led there.
+    pub end: [f64; 2],
+}
+
+impl Judged {
+    /// Of no series.
     pub(super) const NONE: Self = Self {
-        velocity: f64::NAN,
-        acceleration: f64::NAN,
-        last: [f64::NAN; 2],
-        is_in_range: false,
+        sizes: Sizes {
+            velocity: f64::NAN,
+            acceleration: f64::NAN,
+            last: [f64::NAN; 2],
+            is_in_range: false,
+        },
+        end: [f64::NAN; 2],
     };
+
+    /// Of the velocity by order, up to an order.
+    #[inline(always)]
+    pub(super) fn of<const N: usize>(
+        v: &[[f64; N]; ROWS],
+        order: usize,
+        a: &[f64; N],
+        (weights, p): (&[f64; N], usize),
+    ) -> Self {
+        let (order, p) = (order.clamp(2, MAX_ORDER), p.clamp(2, MAX_ORDER));
+        let acceleration = size(&v[1], weights);
+        Self {
+            sizes: Sizes {
+                velocity: size(&v[0], weights),
+                acceleration,
+                last: [size(&v[p - 1], weights), size(&v[p], weights)],
+                is_in_range: rows::is_in_range(&v[order - 1], &v[order]),
+            },
+            end: [acceleration, distance(&v[1], a, weights)],
+        }
+    }
 }
 
 /// The accuracy of a step.

@@ -156,7 +156,7 @@ impl<'s, const N: usize> TaylorFlow<'s, N> {
     /// by default).
     #[must_use]
     pub fn scales(mut self, scales: [f64; N]) -> Self {
-        self.any.motion.control.scales(&scales);
+        self.any.motion.scales(&scales);
         self
     }
 

@@ -6,14 +6,15 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::flow::AnyTaylorFlow;
-use super::integrator::{Integrator, OnGrid};
+use super::integrator::Integrator;
 use super::recurrences::SeriesKernel;
+use super::state::Parts;
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
 use crate::kernel::report::StepReport;
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, NodeMut, Room, Run, RunError, Search, Traced};
+use crate::run::{AnyPolynomial, AnyVisitor, NodeMut, Room, Run, RunError, Traced};
 
 /// So many points are worked out before they are handed on: whole groups of registers of any size.
 const BUFFER: usize = 8 * REGISTERS;
@@ -92,7 +93,7 @@ impl Run for AnyTaylorFlow<'_> {
     fn sample_at_once(
         &mut self,
         times: &[f64],
-        observer: &mut dyn FnMut(f64, AnyPoint<'_, f64>),
+        observer: &mut dyn FnMut(&[f64], &[f64]),
     ) -> Result<bool, RunError> {
         if self.motion.on_grid.is_some() {
             return Ok(false);
@@ -107,7 +108,11 @@ impl Run for AnyTaylorFlow<'_> {
         let mut rest = times;
         while let Some(&t) = rest.first() {
             if t == self.motion.time() {
-                observer(t, self.motion.point());
+                let AnyPoint { q, v, a, .. } = self.motion.point();
+                for (room, x) in buffer.chunks_exact_mut(n.max(1)).zip([q, v, a]) {
+                    room.copy_from_slice(x);
+                }
+                observer(&[t], &buffer[..3 * n]);
                 rest = &rest[1..];
                 continue;
             }
@@ -125,11 +130,7 @@ impl Run for AnyTaylorFlow<'_> {
                 let within = &next[..first + others];
                 if !within.is_empty() {
                     points(&polynomial, within, &mut buffer);
-                }
-                for (&t, numbers) in within.iter().zip(buffer.chunks_exact(3 * n.max(1))) {
-                    let (q, rest) = numbers.split_at(n);
-                    let (v, a) = rest.split_at(n);
-                    observer(t, AnyPoint { t, q, v, a });
+                    observer(within, &buffer[..within.len() * 3 * n]);
                 }
                 rest = &rest[within.len()..];
                 if within.len() < BUFFER {
@@ -271,25 +272,17 @@ impl Integrator {
 
     /// Stands at the next node of the grid. Nothing is allocated.
     fn arrive_on_grid(&mut self, equations: &dyn SeriesKernel, target: f64) {
-        if let (Some(polynomial), Some(OnGrid { state, point })) = (
-            self.last.map(|(t, h)| AnyPolynomial {
-                series: &self.series,
-                t,
-                from: 0.0,
-                to: h,
-                search: Search::SERIES,
-            }),
-            &mut self.on_grid,
-        ) {
-            polynomial.at(target, point);
-            let AnyPoint { q, v, a, .. } = point.any();
-            state.set_position(q);
-            state.set_velocity(v);
-            state.parts().a.copy_from_slice(a);
-        } else {
-            self.stand_here();
+        match (self.last, &mut self.on_grid) {
+            (Some((t, _)), Some(state)) => {
+                let Parts { q, v, a } = state.parts();
+                let ([q, q_low], [v, v_low]) = (q, v);
+                self.series.point((target - t.hi[0]) - t.lo[0], [q, v, a]);
+                q_low.fill(0.0);
+                v_low.fill(0.0);
+            }
+            _ => self.stand_here(),
         }
-        if let (Some(projection), Some(OnGrid { state, .. })) = (&mut self.projection, &mut self.on_grid) {
+        if let (Some(projection), Some(state)) = (&mut self.projection, &mut self.on_grid) {
             projection.apply(equations, target, state);
         }
         self.shown = target;
@@ -299,39 +292,55 @@ impl Integrator {
 
 /// The motion at some times, worked out several at a time: position, velocity and acceleration of each, one after the other. Nothing is allocated.
 fn points(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
-    dispatch::registers(Values {
-        polynomial: *polynomial,
-        times,
-        points,
-    });
+    fn values<const N: usize>(polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
+        dispatch::registers(Values::<N> {
+            polynomial: *polynomial,
+            times,
+            points,
+        });
+    }
+    match polynomial.series.dimension() {
+        1 => values::<1>(polynomial, times, points),
+        2 => values::<2>(polynomial, times, points),
+        3 => values::<3>(polynomial, times, points),
+        4 => values::<4>(polynomial, times, points),
+        _ => values::<ANY>(polynomial, times, points),
+    }
 }
 
-/// The motion at up to [`BUFFER`] times.
-struct Values<'a, 'f> {
+/// For a number of coordinates for which nothing is compiled of its own.
+const ANY: usize = 0;
+
+/// The motion of `N` coordinates, or of [`ANY`] number, at up to [`BUFFER`] times.
+struct Values<'a, 'f, const N: usize> {
     polynomial: AnyPolynomial<'f>,
     times: &'a [f64],
     points: &'a mut [f64],
 }
 
-impl WithSimd for Values<'_, '_> {
+impl<const N: usize> WithSimd for Values<'_, '_, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let each = 3 * self.polynomial.series.dimension();
+        let n = if N == ANY {
+            self.polynomial.series.dimension()
+        } else {
+            N
+        };
         let (mut times, mut points) = (self.times, self.points);
         while !times.is_empty() {
             let registers = if times.len() > S::F64_LANES { REGISTERS } else { 1 };
             // with a buffer of whole groups there is always room
             let lanes = registers * S::F64_LANES;
-            let Some((group, beyond)) = points.split_at_mut_checked(lanes * each) else {
+            let Some((group, beyond)) = points.split_at_mut_checked(lanes * 3 * n) else {
                 return;
             };
             let (now, later) = times.split_at(lanes.min(times.len()));
             if registers == 1 {
-                fill::<S, 1>(simd, &self.polynomial, now, group);
+                fill::<S, 1>(simd, n, &self.polynomial, now, group);
             } else {
-                fill::<S, REGISTERS>(simd, &self.polynomial, now, group);
+                fill::<S, REGISTERS>(simd, n, &self.polynomial, now, group);
             }
             (times, points) = (later, beyond);
         }
@@ -341,19 +350,24 @@ impl WithSimd for Values<'_, '_> {
 /// Registers of times at once, as long as there are so many: chains of sums wait for themselves, and more of them have no room.
 const REGISTERS: usize = 3;
 
-/// The motion at up to as many times as `R` registers hold, where there is room for all of them.
+/// The motion of `n` coordinates at up to as many times as `R` registers hold, where there is room for all of them.
 #[inline(always)]
-fn fill<S: Simd, const R: usize>(simd: S, polynomial: &AnyPolynomial<'_>, times: &[f64], points: &mut [f64]) {
-    let n = polynomial.series.dimension();
+fn fill<S: Simd, const R: usize>(
+    simd: S,
+    n: usize,
+    polynomial: &AnyPolynomial<'_>,
+    times: &[f64],
+    points: &mut [f64],
+) {
     let mut since = [simd.splat_f64s(0.0); R];
     for (since, &t) in cast_slice_mut::<_, f64>(&mut since).iter_mut().zip(times) {
         *since = polynomial.since(t);
     }
     for i in 0..n {
-        let [q, v, a] = polynomial.series.values(simd, i, &since);
+        let [q, v, a] = polynomial.series.values(simd, (i, n), &since);
         let [q, v, a] = [&q, &v, &a].map(|x| cast_slice::<_, f64>(x));
-        for (lane, point) in points.chunks_exact_mut(3 * n).enumerate() {
-            (point[i], point[n + i], point[2 * n + i]) = (q[lane], v[lane], a[lane]);
+        for (point, ((q, v), a)) in points.chunks_exact_mut(3 * n).zip(q.iter().zip(v).zip(a)) {
+            (point[i], point[n + i], point[2 * n + i]) = (*q, *v, *a);
         }
     }
 }

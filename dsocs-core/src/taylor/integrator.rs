@@ -3,8 +3,7 @@
 use core::fmt;
 use std::borrow::Cow;
 
-use super::control::Sizes;
-use super::control::{Control, Tolerance, exp2};
+use super::control::{Control, Judged, Sizes, Tolerance, exp2};
 use super::order::Order;
 use super::projection::{Projection, size};
 use super::recurrences::SeriesKernel;
@@ -15,7 +14,7 @@ use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use crate::kernel::clock::Clock;
 use crate::kernel::report::{Guess, StepReport};
 use crate::number::compensated::Compensated;
-use crate::number::point::{AnyPoint, OwnedPoint};
+use crate::number::point::AnyPoint;
 use crate::regularity::deficiency;
 use crate::regularity::undefined;
 use crate::run::{AnyPolynomial, NodeMut, RunError, Search};
@@ -48,9 +47,11 @@ pub(super) const SHORTER: f64 = 0.5;
 /// Where a motion is, and how it goes on. What needs the system is given it.
 pub(crate) struct Integrator {
     /// The series of the last step.
-    pub(super) series: Series,
+    pub(super) series: Box<Series>,
     /// The series at the current point; both change places with every step.
-    pub(super) next: Series,
+    pub(super) next: Box<Series>,
+    /// What the control asks of the series at the current point, where the step there told it.
+    pub(super) known: Option<Sizes>,
     /// The control of the steps.
     pub(super) control: Control,
     /// The choice of the order.
@@ -89,8 +90,8 @@ pub(crate) struct Integrator {
     looked: (u64, f64),
     /// How often the motion was expanded on the way to it.
     pub(super) expansions: u32,
-    /// The motion at the current node, where nodes lie on a grid.
-    pub(super) on_grid: Option<OnGrid>,
+    /// Position, velocity and acceleration at the current node, where nodes lie on a grid.
+    pub(super) on_grid: Option<State>,
     /// The time up to which the motion has been shown; see [`crate::Stepper::trace`].
     pub(super) shown: f64,
 }
@@ -122,8 +123,9 @@ impl Integrator {
         equations.declaration().prepare();
         let (order, n) = (tolerance.first_order(), q0.len());
         let mut motion = Self {
-            series: Series::new(n, order),
-            next: Series::new(n, order),
+            series: Box::new(Series::new(n, order)),
+            next: Box::new(Series::new(n, order)),
+            known: None,
             control: Control::new(tolerance, n),
             order: Order::new(tolerance),
             last: None,
@@ -164,6 +166,7 @@ impl Integrator {
         let t = self.side(self.t.hi[0], true);
         self.next.begin(t, self.now.q(), self.now.v());
         self.jump = None;
+        self.known = None;
         if self.watch.is_some() {
             watch::each(equations, |_, _, switch| {
                 switch.set(0.0);
@@ -215,11 +218,10 @@ impl Integrator {
 
     /// Puts the current node of a grid there.
     pub(super) fn stand_here(&mut self) {
-        let n = self.next.dimension();
-        let mut grid = self.on_grid.take().unwrap_or_else(|| OnGrid::new(n));
-        grid.state.copy(&self.now);
-        grid.state.parts().a.copy_from_slice(self.acceleration());
-        self.on_grid = Some(grid);
+        let mut state = self.on_grid.take().unwrap_or_else(|| self.now.clone());
+        state.copy(&self.now);
+        state.parts().a.copy_from_slice(self.acceleration());
+        self.on_grid = Some(state);
     }
 
     /// The acceleration there.
@@ -252,7 +254,7 @@ impl Integrator {
         let declaration = equations.declaration();
         let t = self.clock.time();
         let (q, v, a) = match &self.on_grid {
-            Some(OnGrid { state, .. }) => (state.q(), state.v(), state.a()),
+            Some(state) => (state.q(), state.v(), state.a()),
             None => (self.now.q(), self.now.v(), self.acceleration()),
         };
         for (room, x) in [(node.q, q), (node.v, v), (node.a, a)] {
@@ -392,10 +394,19 @@ impl Integrator {
         }
     }
 
-    /// What the control of the step asks of the series of its beginning.
+    /// What the control of the step asks of the series of its beginning, which has just become the last one.
     #[inline]
-    pub(super) fn sizes(&self, equations: &dyn SeriesKernel) -> Sizes {
-        equations.sizes(&self.series, self.control.weights(), self.order.current())
+    pub(super) fn sizes(&mut self) -> Sizes {
+        match self.known.take() {
+            Some(sizes) => sizes,
+            None => Sizes::of(&self.series, self.control.weights(), self.order.current()),
+        }
+    }
+
+    /// Sets in what units the components compare.
+    pub(super) fn scales(&mut self, scales: &[f64]) {
+        self.control.scales(scales);
+        self.known = None;
     }
 
     /// The smallest step on the way to a time.
@@ -573,10 +584,10 @@ impl Integrator {
         smallest: f64,
     ) -> Outcome {
         core::mem::swap(&mut self.series, &mut self.next);
-        let mut sizes = self.sizes(equations);
+        let mut sizes = self.sizes();
         if !sizes.is_in_range {
             self.cut_to_range();
-            sizes = self.sizes(equations);
+            sizes = self.sizes();
         }
         let wanted = self.wanted(&sizes);
         self.next.set_order(self.order.next());
@@ -599,7 +610,7 @@ impl Integrator {
             let whole = size == left.abs();
             let h = if whole { left } else { size.copysign(left) };
             let t = if whole { until } else { self.t.hi[0] + h };
-            self.arrive(equations, h, t);
+            let Judged { sizes: known, end } = self.arrive(equations, h, t);
             if has_pieces && !at_switch && Self::is_beyond(equations, size) {
                 End { size, at_switch } = self.locate(equations, left.signum(), [0.0, size]);
                 continue;
@@ -607,7 +618,6 @@ impl Integrator {
             let is_knot = self.side(t, true) != self.side(t, false);
             // a velocity that jumps where no expansion shows a switch
             let jumps = !at_switch && !is_knot && self.moved(h).is_some();
-            let end = equations.defect(&self.next, self.tried.a(), self.control.weights());
             let good = !jumps && self.control.good(&sizes, end, size);
             // a jump of the acceleration is passed in a step that no clock would see
             if good || (size <= smallest && self.next.is_finite()) {
@@ -618,6 +628,7 @@ impl Integrator {
                     self.t.add(&[h]);
                 }
                 core::mem::swap(&mut self.now, &mut self.tried);
+                self.known = Some(known);
                 let jump = if at_switch || is_knot || size <= smallest {
                     self.jump_after(equations, h)
                 } else {
@@ -653,23 +664,4 @@ enum Outcome {
     Good,
     NotFinite,
     TooSmall(f64),
-}
-
-/// The motion at a node of a grid.
-pub(super) struct OnGrid {
-    /// Position, velocity and acceleration.
-    pub(super) state: State,
-    /// Room for a point of a polynomial.
-    pub(super) point: OwnedPoint<f64>,
-}
-
-impl OnGrid {
-    /// Room for `n` coordinates.
-    fn new(n: usize) -> Self {
-        let zero = vec![0.0; n];
-        Self {
-            state: State::exact(&zero, &zero),
-            point: OwnedPoint::zero(n),
-        }
-    }
 }

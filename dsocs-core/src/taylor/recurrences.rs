@@ -5,13 +5,12 @@
 
 use std::borrow::Cow;
 
-use super::control::{self, Sizes};
+use super::control::{self, Judged, Sizes};
 use super::state::State;
 use crate::kernel::Kernel;
 use crate::kernel::jets::Jets;
 use crate::number::dispatch::{self, Work};
-use crate::series::orders::MAX_ORDER;
-use crate::series::rows::{self, Rows, Series};
+use crate::series::rows::Series;
 use crate::series::switch::{Switch, Switches};
 use crate::system::System;
 use crate::tape::declaration::Declaration;
@@ -40,21 +39,20 @@ pub(crate) trait SeriesKernel {
         self.expand(series);
     }
 
-    /// What the control of a step of the order `p` asks of its series, with components multiplied by weights.
-    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
-        let size = |k: usize| control::size(series.velocity_of(k), weights);
-        Sizes {
-            velocity: size(0),
-            acceleration: size(1),
-            last: [size(p - 1), size(p)],
-            is_in_range: series.is_in_range(),
+    /// What the control of a step asks of the series at its end; `a` is the acceleration that led there.
+    fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
+        let own = series.velocity_of(1);
+        Judged {
+            sizes: Sizes::of(series, weights, p),
+            end: [control::size(own, weights), control::distance(own, a, weights)],
         }
     }
 
-    /// The size of the acceleration with which a series begins, and of its difference from another one.
-    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
-        let own = series.velocity_of(1);
-        [control::size(own, weights), control::distance(own, a, weights)]
+    /// All of a step in one: goes along its series, begins the next one there, and judges it.
+    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Judged {
+        self.along(step.series, step.h, step.from, step.to);
+        self.begin(next, step.t, step.to);
+        self.judge(next, step.to.a(), step.weights, step.p)
     }
 
     /// What the switches are: those of the declaration, then one for each group of the user's functions. Those where a smooth function is steep
@@ -109,6 +107,24 @@ impl dyn SeriesKernel + '_ {
     }
 }
 
+/// A step along a series.
+pub(crate) struct Along<'a> {
+    /// The series of its beginning.
+    pub series: &'a Series,
+    /// Its length.
+    pub h: f64,
+    /// The state at its beginning.
+    pub from: &'a State,
+    /// The state at its end, which is written.
+    pub to: &'a mut State,
+    /// The time at its end.
+    pub t: f64,
+    /// What components are multiplied by before they are compared.
+    pub weights: &'a [f64],
+    /// The order of the step after it.
+    pub p: usize,
+}
+
 /// The recurrences that the attribute writes, and what they keep.
 pub(super) struct Recurrences<'s, S: System<N>, const N: usize> {
     /// The system.
@@ -135,6 +151,18 @@ impl<'s, S: System<N>, const N: usize> Recurrences<'s, S, N> {
             rounded,
         }
     }
+
+    /// Expands a series, first at the end of a step if there is one. All expansions are this one, so that the recurrences are compiled
+    /// once for each kind of machine.
+    #[inline(never)]
+    fn expand_at(&mut self, next: &mut Series, step: Option<Along<'_>>) -> Judged {
+        let expansion = Expansion {
+            recurrences: self,
+            next,
+            step,
+        };
+        dispatch::run_as(expansion.recurrences.rounded, expansion)
+    }
 }
 
 impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
@@ -155,62 +183,26 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
     }
 
     fn expand(&mut self, series: &mut Series) {
-        let rounded = self.rounded;
-        let Some(series) = &mut series.rows() else {
-            return; // they have as many coordinates as the system
-        };
-        let expansion = Expansion {
-            recurrences: self,
-            series,
-        };
-        dispatch::run_as(rounded, expansion);
+        self.expand_at(series, None);
     }
 
     fn along(&self, series: &Series, h: f64, from: &State, to: &mut State) {
-        dispatch::run_as(self.rounded, Along::<N> { series, h, from, to });
+        dispatch::run_as(self.rounded, Moves::<N> { series, h, from, to });
     }
 
-    fn begin(&mut self, series: &mut Series, t: f64, state: &State) {
-        let rounded = self.rounded;
-        if let (Some(series), Some([q, v])) = (&mut series.rows(), state.sized::<N>()) {
-            series.begin(t, &q.hi, &v.hi);
-            series.expect(state.a());
-            let expansion = Expansion {
-                recurrences: self,
-                series,
-            };
-            dispatch::run_as(rounded, expansion);
-        }
-        series.set_time(t);
-    }
-
-    fn sizes(&self, series: &Series, weights: &[f64], p: usize) -> Sizes {
-        let mut sizes = Sizes::NONE;
-        if let (Some(weights), Some(v)) = (weights.first_chunk::<N>(), series.velocity_table::<N>()) {
-            let (p, order) = (p.clamp(2, MAX_ORDER), series.order());
-            let size = |k: usize| control::size(&v[k], weights);
-            sizes = Sizes {
-                velocity: size(0),
-                acceleration: size(1),
-                last: [size(p - 1), size(p)],
-                is_in_range: rows::is_in_range(&v[order - 1], &v[order]),
-            };
-        }
-        sizes
-    }
-
-    fn defect(&self, series: &Series, a: &[f64], weights: &[f64]) -> [f64; 2] {
+    fn judge(&self, series: &Series, a: &[f64], weights: &[f64], p: usize) -> Judged {
         match (
-            weights.first_chunk::<N>(),
-            a.first_chunk::<N>(),
             series.velocity_table::<N>(),
+            a.first_chunk(),
+            weights.first_chunk(),
         ) {
-            (Some(weights), Some(a), Some(v)) => [
-                control::size(&v[1], weights),
-                control::distance(&v[1], a, weights),
-            ],
-            _ => [f64::NAN; 2],
+            (Some(v), Some(a), Some(weights)) => Judged::of(v, series.order(), a, (weights, p)),
+            _ => Judged::NONE,
         }
+    }
+
+    fn arrive(&mut self, step: Along<'_>, next: &mut Series) -> Judged {
+        self.expand_at(next, Some(step))
     }
 
     fn switches(&self) -> &[&'static str] {
@@ -239,43 +231,79 @@ impl<S: System<N>, const N: usize> SeriesKernel for Recurrences<'_, S, N> {
     }
 }
 
-/// A step along a series.
-struct Along<'a, const N: usize> {
+/// The way along a series.
+struct Moves<'a, const N: usize> {
     series: &'a Series,
     h: f64,
     from: &'a State,
     to: &'a mut State,
 }
 
-impl<const N: usize> Work for Along<'_, N> {
-    type Output = ();
-
+impl<const N: usize> Moves<'_, N> {
+    /// Writes the state at the end, and returns position, velocity and acceleration there.
     #[inline(always)]
-    fn run<const FUSED: bool>(self) {
+    fn make<const FUSED: bool>(self) -> [[f64; N]; 3] {
         let Self { series, h, from, to } = self;
         let [dq, dv, a] = series.increments_of::<FUSED, N>(h);
-        if let Some([mut q, mut v]) = from.sized::<N>() {
-            q.add(&dq);
-            v.add(&dv);
-            to.take(&q, &v, &a);
-        }
+        let Some([mut q, mut v]) = from.sized::<N>() else {
+            return [[f64::NAN; N]; 3]; // it has as many coordinates as the system
+        };
+        q.add(&dq);
+        v.add(&dv);
+        to.take(&q, &v, &a);
+        [q.hi, v.hi, a]
     }
 }
 
-/// One expansion.
-struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
-    recurrences: &'a mut Recurrences<'s, S, N>,
-    series: &'a mut Rows<'c, N>,
-}
-
-impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
+impl<const N: usize> Work for Moves<'_, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
+        self.make::<FUSED>();
+    }
+}
+
+/// One expansion, at the end of a step if there is one.
+struct Expansion<'a, 's, 'c, S: System<N>, const N: usize> {
+    recurrences: &'a mut Recurrences<'s, S, N>,
+    next: &'a mut Series,
+    step: Option<Along<'c>>,
+}
+
+impl<S: System<N>, const N: usize> Work for Expansion<'_, '_, '_, S, N> {
+    type Output = Judged;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Judged {
         let Recurrences {
             system, fixed, table, ..
         } = self.recurrences;
-        system.expand::<f64, FUSED>(fixed, self.series, table);
+        if let Some(step) = &self.step {
+            self.next.set_time(step.t);
+        }
+        let Some(next) = &mut self.next.rows() else {
+            return Judged::NONE; // it has as many coordinates as the system
+        };
+        let mut judges = None;
+        if let Some(Along {
+            series,
+            h,
+            from,
+            to,
+            weights,
+            p,
+            ..
+        }) = self.step
+        {
+            let [q, v, a] = Moves { series, h, from, to }.make::<FUSED>();
+            next.begin(&q, &v, &a);
+            judges = weights.first_chunk().map(|weights| (a, (weights, p)));
+        }
+        system.expand::<f64, FUSED>(fixed, next, table);
+        match &judges {
+            Some((a, by)) => Judged::of(next.velocities(), next.order(), a, *by),
+            None => Judged::NONE,
+        }
     }
 }

@@ -6,8 +6,9 @@
 
 use std::borrow::Cow;
 
+use super::control::Judged;
 use super::integrator::Integrator;
-use super::recurrences::SeriesKernel;
+use super::recurrences::{Along, SeriesKernel};
 use crate::series::orders::ROWS;
 use crate::series::roots::Crossing;
 use crate::series::switch::{Reach, Switch};
@@ -100,13 +101,26 @@ pub(super) struct End {
 
 impl Integrator {
     /// Tries the position, the velocity and the acceleration of the series a time `h` later, where the next series begins.
-    pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) {
+    #[inline]
+    pub(super) fn arrive(&mut self, equations: &mut dyn SeriesKernel, h: f64, t: f64) -> Judged {
+        let end = self.side(t, false);
+        let (weights, p) = (self.control.weights(), self.order.current());
+        let Some(projection) = &mut self.projection else {
+            let step = Along {
+                series: &self.series,
+                h,
+                from: &self.now,
+                to: &mut self.tried,
+                t: end,
+                weights,
+                p,
+            };
+            return equations.arrive(step, &mut self.next);
+        };
         equations.along(&self.series, h, &self.now, &mut self.tried);
-        if let Some(projection) = &mut self.projection {
-            projection.apply(equations, t, &mut self.tried);
-        }
-        let t = self.side(t, false);
-        equations.begin(&mut self.next, t, &self.tried);
+        projection.apply(equations, t, &mut self.tried);
+        equations.begin(&mut self.next, end, &self.tried);
+        equations.judge(&self.next, self.tried.a(), weights, p)
     }
 
     /// Whether an argument is beyond zero at the end of the step that has been tried.
@@ -222,6 +236,7 @@ impl Integrator {
         let Some(mut watch) = self.watch.take() else {
             return;
         };
+        self.known = None;
         watch.touched.clear();
         each(equations, |group, place, switch| {
             switch.begins_with(0);
