@@ -128,6 +128,12 @@ impl<T: Coefficient> Series<T> {
         self.v.as_chunks().0.try_into().ok()
     }
 
+    /// The same, to be set.
+    #[inline]
+    pub(crate) fn velocity_table_mut<const N: usize>(&mut self) -> Option<&mut [[T; N]; ROWS]> {
+        self.v.as_chunks_mut().0.try_into().ok()
+    }
+
     /// Position and velocity at the point of expansion.
     #[inline]
     #[must_use]
@@ -470,10 +476,35 @@ impl Series {
     }
 
     /// Position, velocity and acceleration a time `s` after the point of expansion.
-    pub(crate) fn point(&self, s: f64, [q, v, a]: [&mut [f64]; 3]) {
-        self.increments(s, [&mut *q, &mut *v, a]);
-        for ((q, v), (start, rate)) in q.iter_mut().zip(v).zip(self.q.iter().zip(&self.v)) {
-            (*q, *v) = (start + *q, rate + *v);
+    pub(crate) fn point(&self, s: f64, moves: [&mut [f64]; 3]) {
+        match self.dimension {
+            1 => self.few_points::<1>(s, moves),
+            2 => self.few_points::<2>(s, moves),
+            3 => self.few_points::<3>(s, moves),
+            4 => self.few_points::<4>(s, moves),
+            n => {
+                let [q, v, a] = moves;
+                self.many_increments(n.max(1), s, [&mut *q, &mut *v, a]);
+                for ((q, v), (start, rate)) in q.iter_mut().zip(v).zip(self.q.iter().zip(&self.v)) {
+                    (*q, *v) = (start + *q, rate + *v);
+                }
+            }
+        }
+    }
+
+    /// The same of `N` components.
+    #[inline(always)]
+    fn few_points<const N: usize>(&self, s: f64, moves: [&mut [f64]; 3]) {
+        let [mut q, mut v, a] = self.increments_of::<false, N>(s);
+        if let (Some(start), Some(rate)) = (self.q.first_chunk::<N>(), self.v.first_chunk::<N>()) {
+            for i in 0..N {
+                (q[i], v[i]) = (start[i] + q[i], rate[i] + v[i]);
+            }
+        }
+        for (to, from) in moves.into_iter().zip([q, v, a]) {
+            if let Some(to) = to.first_chunk_mut() {
+                *to = from;
+            }
         }
     }
 }

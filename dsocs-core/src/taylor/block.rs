@@ -257,7 +257,7 @@ impl Lanes<'_> {
             orders[lane] = orders[from];
             if let Some(member) = &mut members[from] {
                 let Integrator { t, now, .. } = &mut member.flow.any.motion;
-                self.ends.set(lane, t.hi[0], now);
+                self.ends.set::<N>(lane, t.hi[0], now);
             }
         }
         self.engine.arrive(h, &mut self.ends);
@@ -381,9 +381,9 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
         };
         ends.t[lane] = t;
         if let Some(projection) = &mut motion.projection {
-            ends.get(lane, &mut motion.tried);
+            ends.get::<N>(lane, &mut motion.tried);
             projection.apply(&**equations, t, &mut motion.tried);
-            ends.set(lane, t, &mut motion.tried);
+            ends.set::<N>(lane, t, &mut motion.tried);
         }
     }
 
@@ -404,7 +404,7 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             (self.stays_alone, self.is_complete) = (true, false);
             return false;
         }
-        lanes.ends.get(lane, &mut motion.tried);
+        lanes.ends.get::<N>(lane, &mut motion.tried);
         motion
             .next
             .begin(lanes.ends.t[lane], motion.tried.q(), motion.tried.v());

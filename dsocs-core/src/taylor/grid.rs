@@ -277,8 +277,11 @@ impl Integrator {
                 let Parts { q, v, a } = state.parts();
                 let ([q, q_low], [v, v_low]) = (q, v);
                 self.series.point((target - t.hi[0]) - t.lo[0], [q, v, a]);
-                q_low.fill(0.0);
-                v_low.fill(0.0);
+                // nobody else asks for them
+                if self.projection.is_some() {
+                    q_low.fill(0.0);
+                    v_low.fill(0.0);
+                }
             }
             _ => self.stand_here(),
         }

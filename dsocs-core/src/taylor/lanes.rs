@@ -2,7 +2,7 @@
 
 use wide::f64x8;
 
-use super::state::{Parts, State};
+use super::state::State;
 use crate::number::compensated::Compensated;
 use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::number::lanes::{LANES, Lanes, Mask};
@@ -40,11 +40,12 @@ impl Ends {
     }
 
     /// Puts the position and the velocity of one motion into its lane.
-    pub fn set(&mut self, lane: usize, t: f64, state: &mut State) {
+    #[inline]
+    pub fn set<const N: usize>(&mut self, lane: usize, t: f64, state: &mut State) {
+        let (lane, rooms) = (lane % LANES, self.q.iter_mut().chain(&mut self.v));
         self.t[lane] = t;
-        let Parts { q, v, .. } = state.parts();
-        for (to, from) in [(&mut self.q, q), (&mut self.v, v)] {
-            for (to, from) in to.iter_mut().zip(from) {
+        for (to, from) in rooms.zip(state.rows::<N>().into_iter().flatten()) {
+            if let Some(to) = to.first_chunk_mut::<N>() {
                 for (to, from) in to.iter_mut().zip(from) {
                     to[lane] = *from;
                 }
@@ -53,17 +54,16 @@ impl Ends {
     }
 
     /// Takes position, velocity and acceleration out of one lane.
-    pub fn get(&self, lane: usize, state: &mut State) {
-        let Parts { q, v, a } = state.parts();
-        for (from, to) in [(&self.q, q), (&self.v, v)] {
-            for (from, to) in from.iter().zip(to) {
+    #[inline]
+    pub fn get<const N: usize>(&self, lane: usize, state: &mut State) {
+        let [[q, q_low], [v, v_low]] = [&self.q, &self.v].map(|[hi, lo]| [hi, lo]);
+        let (lane, all) = (lane % LANES, [q, q_low, v, v_low, &self.a]);
+        for (from, to) in all.into_iter().zip(state.rows::<N>().into_iter().flatten()) {
+            if let Some(from) = from.first_chunk::<N>() {
                 for (from, to) in from.iter().zip(to) {
                     *to = from[lane];
                 }
             }
-        }
-        for (from, to) in self.a.iter().zip(a) {
-            *to = from[lane];
         }
     }
 }
@@ -305,10 +305,18 @@ impl<R: Chosen, S: System<N>, const N: usize> LaneSeries for Expansions<'_, R, S
     }
 
     fn tell(&self, lane: usize, first: usize, series: &mut Series) {
-        for k in [1].into_iter().chain(first.max(2)..=series.order()) {
-            for (v, told) in series.velocity_mut(k).iter_mut().zip(&self.told[k]) {
+        let (lane, order) = (lane % LANES, series.order());
+        let Some(v) = series.velocity_table_mut::<N>() else {
+            return; // it has as many coordinates as the system
+        };
+        let mut take = |k: usize| {
+            for (v, told) in v[k].iter_mut().zip(&self.told[k]) {
                 *v = told[lane];
             }
+        };
+        take(1);
+        for k in first.max(2)..=order {
+            take(k);
         }
     }
 

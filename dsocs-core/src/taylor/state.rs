@@ -108,6 +108,13 @@ impl State {
         (self.n == N).then(|| [sum(q, q_low), sum(v, v_low)])
     }
 
+    /// Position and what rounding took from it, velocity and what rounding took from it, acceleration, with their number of coordinates; `None`
+    /// if it is another.
+    #[inline(always)]
+    pub fn rows<const N: usize>(&mut self) -> Option<&mut [[f64; N]; 5]> {
+        self.numbers.as_chunks_mut().0.try_into().ok()
+    }
+
     /// Takes position, velocity and acceleration; nothing if it has another number of coordinates.
     #[inline(always)]
     pub fn take<const N: usize>(&mut self, q: &Compensated<N>, v: &Compensated<N>, a: &[f64; N]) {
