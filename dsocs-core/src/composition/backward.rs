@@ -14,7 +14,7 @@ use crate::flow::discrete::constants_of;
 use crate::kernel::Kernel;
 use crate::kernel::course::MAX_ITERATIONS;
 use crate::kernel::report::{Guess, StepReport};
-use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg};
+use crate::number::point::{AnyLeg, AnyPoint};
 use crate::solve::{Square, Vector};
 use crate::step::Step;
 
@@ -112,8 +112,8 @@ fn solved(
 #[cold]
 pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyPoint<'_, f64>) -> f64 {
     let h = SHORT * h;
-    let (constants, leg) = (constants_of(kernel, values, h), arriving(h, node));
-    let step = Step::new((kernel, values), &constants, leg.any(), h);
+    let (constants, d) = (constants_of(kernel, values, h), arriving(h, node));
+    let step = Step::new((kernel, values), &constants, leg(node, &d), h);
     step.orientation(&step.unknown(&Vector::of(node.a).map(|a| h * h * a), &[]))
 }
 
@@ -121,18 +121,18 @@ pub(super) fn short_orientation((kernel, values): System<'_>, h: f64, node: AnyP
 /// velocity after a leg depends on that along it. False where that cannot be found out.
 #[cold]
 pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, f64>) -> bool {
-    let (leg, a) = (arriving(h, node), node.a);
+    let (d, a) = (arriving(h, node), node.a);
     let n = a.len();
-    let solve = |leg: &OwnedLeg<f64>| Some(solved(system, h, leg.any(), a, MAX_ITERATIONS)?.0);
-    let Some(e) = solve(&leg) else {
+    let solve = |d: &Vector| Some(solved(system, h, leg(node, d), a, MAX_ITERATIONS)?.0);
+    let Some(e) = solve(&d) else {
         return false;
     };
     let mut slopes = Square::zero(n);
     for (i, slopes) in slopes.entries_mut().chunks_exact_mut(n.max(1)).enumerate() {
-        let size = leg.d[i].abs().max((h * h * a[i]).abs());
+        let size = d[i].abs().max((h * h * a[i]).abs());
         let by = MOVED * if size > 0.0 { size } else { h.abs() };
-        let mut moved = leg.clone();
-        moved.d[i] += by;
+        let mut moved = d.clone();
+        moved[i] += by;
         let Some(changed) = solve(&moved) else {
             return false;
         };
@@ -143,11 +143,16 @@ pub(super) fn passes_singularity(system: System<'_>, h: f64, node: AnyPoint<'_, 
     slopes.determinant().value < 0.0
 }
 
-/// The leg of the length `h` that arrives at a node.
-fn arriving(h: f64, AnyPoint { t, q, v, a }: AnyPoint<'_, f64>) -> OwnedLeg<f64> {
-    OwnedLeg {
-        t,
-        q: q.to_vec(),
-        d: v.iter().zip(a).map(|(v, a)| h * (v - 0.5 * h * a)).collect(),
+/// The leg with an increment that arrives at a node.
+fn leg<'a>(node: AnyPoint<'a, f64>, d: &'a [f64]) -> AnyLeg<'a, f64> {
+    AnyLeg {
+        t: node.t,
+        q: node.q,
+        d,
     }
+}
+
+/// The increment of the leg of the length `h` that arrives at a node.
+fn arriving(h: f64, AnyPoint { v, a, .. }: AnyPoint<'_, f64>) -> Vector {
+    Vector::of(v).zip(a, |v, a| h * (v - 0.5 * h * a))
 }

@@ -9,7 +9,7 @@ pub enum Halt {
     Asks(Question),
 }
 
-/// Why a step is not made by [`smooth`](crate::step::smooth): its equations are looked at as a whole, and then smooth steps go on.
+/// Why a step is not made by the code that is compiled for the declared type: its equations are looked at as a whole, and then smooth steps go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     /// There is no past to predict the step by, or its second difference is given.

@@ -6,6 +6,7 @@ use super::{At, Kernel, Told};
 use crate::kernel::course::Course;
 use crate::kernel::question::{Halt, Question};
 use crate::number::point::AnyLeg;
+use crate::solve::Vector;
 use crate::solve::sparse::Sparse;
 use crate::tape::Shape;
 use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
@@ -354,10 +355,13 @@ impl Kernel for TapeKernel {
             t,
             energy,
         } = told;
+        // where they are not asked for, the energy needs them nevertheless
+        let mut point = [Vector::nan(n), Vector::nan(n)];
+        let [own_q, own_v] = &mut point;
         self.walk(&self.hot.node, &leaf, &mut |place, value| {
             let (out, first) = match place.checked_div(n).unwrap_or(3) {
-                0 => (&mut *q, 0),
-                1 => (&mut *v, n),
+                0 => (&mut own_q[..], 0),
+                1 => (&mut own_v[..], n),
                 2 => (&mut *a, 2 * n),
                 _ if place == 3 * n => (core::slice::from_mut(&mut *t), 3 * n),
                 _ => (&mut *force, 3 * n + 1),
@@ -369,10 +373,15 @@ impl Kernel for TapeKernel {
         let leaf = |which| match which {
             Leaf::Constant(i) => constants.get(i).copied(),
             Leaf::T => Some(*t),
-            Leaf::Q(i) => q.get(i).copied(),
-            Leaf::V(i) => v.get(i).copied(),
+            Leaf::Q(i) => own_q.get(i).copied(),
+            Leaf::V(i) => own_v.get(i).copied(),
             _ => None,
         };
         self.write(&self.hot.energy, &leaf, core::slice::from_mut(energy));
+        for (told, own) in [(q, own_q), (v, own_v)] {
+            for (told, own) in told.iter_mut().zip(own.iter()) {
+                *told = *own;
+            }
+        }
     }
 }

@@ -147,7 +147,7 @@ impl<'a> AnyNode<'a> {
 }
 
 impl Declaration<'_> {
-    /// The multipliers of a node's constraint force, one for each constraint; see [`crate::regularity::multipliers`].
+    /// The multipliers of a node's constraint force, one for each constraint, by the forms of its constraints.
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
         if self.shape().forms == 0 {

@@ -268,7 +268,7 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
         self.run().observe(node.point().any(), out);
     }
 
-    /// The multipliers of a node's constraint force; see [`crate::regularity::multipliers`].
+    /// The multipliers of a node's constraint force, by the forms of its constraints.
     fn multipliers(&self, node: &Node<N>) -> Vec<f64> {
         self.run().multipliers(&node.any())
     }

@@ -58,11 +58,11 @@ impl dyn Run + '_ {
         Ok(())
     }
 
-    /// As [`Self::walk`] to a time that is not infinite: [`crate::Stepper::until`], [`crate::Inputs::drive`].
+    /// As `walk` to a time that is not infinite: [`crate::Stepper::until`], [`crate::Inputs::drive`].
     ///
     /// # Errors
     ///
-    /// As [`Self::walk`]; and [`RunError::Until`] if `t` is infinite.
+    /// As `walk`; and [`RunError::Until`] if `t` is infinite.
     pub fn walk_to(
         &mut self,
         t: f64,
@@ -77,7 +77,7 @@ impl dyn Run + '_ {
     ///
     /// # Errors
     ///
-    /// As [`Self::walk`]; and [`RunError::Event`] if a function has no Taylor series.
+    /// As `walk`; and [`RunError::Event`] if a function has no Taylor series.
     pub fn watch(
         &mut self,
         t: f64,
@@ -176,7 +176,7 @@ impl dyn Run + '_ {
         self.declaration().observe(point, out);
     }
 
-    /// The multipliers of a node's constraint force; see [`crate::regularity::multipliers`].
+    /// The multipliers of a node's constraint force, by the forms of its constraints.
     #[must_use]
     pub fn multipliers(&self, node: &AnyNode<'_>) -> Vec<f64> {
         self.declaration().multipliers(node)

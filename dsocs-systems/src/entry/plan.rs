@@ -27,7 +27,7 @@ pub struct Plan {
     pub method: Method,
     /// Whether the regularity at each node is recorded; possible with the paper's step only.
     pub certify: bool,
-    /// Whether the error at each node is estimated; see [`GlobalError`].
+    /// Whether the error at each node is estimated; see [`dsocs_core::taylor::GlobalError`].
     pub estimate: bool,
     /// Parameters that change during the run.
     pub inputs: Vec<HeldInput>,
