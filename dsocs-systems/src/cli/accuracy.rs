@@ -130,15 +130,15 @@ impl Errors {
         if row.errors.is_empty() {
             return;
         }
-        self.largest.resize(row.errors.len(), (0.0, row.t));
+        self.largest.resize(row.errors.len(), (0.0, row.node.t));
         for (largest, &error) in self.largest.iter_mut().zip(row.errors) {
             if error > largest.0 {
-                *largest = (error, row.t);
+                *largest = (error, row.node.t);
             }
         }
         self.last.clear();
         self.last.extend_from_slice(row.errors);
-        self.time = row.t;
+        self.time = row.node.t;
         self.uncertainty = row.uncertainty;
     }
 

@@ -90,8 +90,8 @@ impl Balance {
             self.terms = (self.terms.0 + terms, self.terms.1 + 1.0);
         }
         self.last[self.count % WINDOW] = Moment {
-            t: row.t,
-            energy: row.energy,
+            t: row.node.t,
+            energy: row.node.energy,
             power,
         };
         self.count += 1;
@@ -123,9 +123,9 @@ fn median([a, b, c, d, e]: [f64; WINDOW]) -> f64 {
 impl Energy {
     /// Looks at a node.
     pub fn look(&mut self, row: &Row<'_>) {
-        let first = *self.first.get_or_insert(row.energy);
-        if row.energy.abs() > self.largest.0.abs() {
-            self.largest = (row.energy, row.t);
+        let first = *self.first.get_or_insert(row.node.energy);
+        if row.node.energy.abs() > self.largest.0.abs() {
+            self.largest = (row.node.energy, row.node.t);
         }
         if first == 0.0 {
             self.growth.look(self.largest);

@@ -10,7 +10,7 @@ use super::label::{label, plain, short};
 use super::moments::Moments;
 use super::output::OutputFile;
 use super::page::{self, Cell, Page, Scene, rounded};
-use crate::entry::{Column, Description, Drawing, Entry, Row};
+use crate::entry::{Column, Description, Drawing, Entry};
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Panel, Style};
 
 /// Width and height of a figure, in pixels: as it is read on a telephone.
@@ -83,13 +83,12 @@ impl MotionPage {
         })
     }
 
-    /// Takes a node.
-    pub fn push(&mut self, row: &Row<'_>) {
-        let values: Vec<f64> = row.values().collect();
+    /// Takes the number of a node and the values of all columns there.
+    pub fn push(&mut self, index: u64, values: &[f64]) {
         for (envelope, &value) in self.shown.envelopes.iter_mut().zip(&values[1..]) {
-            envelope.push([row.t, value]);
+            envelope.push([values[0], value]);
         }
-        self.moments.push(row.index, values);
+        self.moments.push(index, values.to_vec());
     }
 
     /// Writes the page and completes the file. `about` is what is said of the run, `notes` what it told.

@@ -7,7 +7,7 @@ use super::CliError;
 use super::label::label;
 use super::moments::Moments;
 use super::output::OutputFile;
-use crate::entry::{Column, Row};
+use crate::entry::Column;
 use crate::figure::{Axis, BLUE, Curve, Envelope, Figure, Format, Panel, Style};
 
 /// Width of the figure, in pixels.
@@ -91,18 +91,14 @@ impl Plot {
         })
     }
 
-    /// Takes a node.
-    pub fn push(&mut self, row: &Row<'_>) {
+    /// Takes the number of a node and the values of all columns there.
+    pub fn push(&mut self, index: u64, values: &[f64]) {
         if let Some(path) = &mut self.path {
-            let values = path
-                .columns
-                .map(|column| row.values().nth(column).unwrap_or(f64::NAN));
-            path.points.push(row.index, values.to_vec());
+            let values = path.columns.map(|column| values[column]);
+            path.points.push(index, values.to_vec());
         }
         for curve in &mut self.curves {
-            if let Some(value) = row.values().nth(curve.column) {
-                curve.points.push([row.t, value]);
-            }
+            curve.points.push([values[0], values[curve.column]]);
         }
     }
 

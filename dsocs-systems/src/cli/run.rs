@@ -123,15 +123,18 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
-        pictures.push(row);
-        if row.index % PROGRESS == 0 {
-            bar.set_position(row.index);
+        let index = row.node.index;
+        if index % PROGRESS == 0 {
+            bar.set_position(index);
         }
-        if row.index % arguments.every != 0 {
+        let is_written = index % arguments.every == 0;
+        if is_written || pictures.any() {
+            row.write(&mut every_value);
+        }
+        pictures.push(index, &every_value);
+        if !is_written {
             return ControlFlow::Continue(());
         }
-        every_value.clear();
-        every_value.extend(row.values());
         values.clear();
         values.extend(chosen.iter().map(|&column| every_value[column]));
         rows += 1;
@@ -223,13 +226,13 @@ impl Pictures {
         self.plot.is_some() || self.report.is_some()
     }
 
-    /// Takes a node.
-    fn push(&mut self, row: &Row<'_>) {
+    /// Takes the number of a node and, if anything is asked for, the values of all columns there.
+    fn push(&mut self, index: u64, values: &[f64]) {
         if let Some(plot) = &mut self.plot {
-            plot.push(row);
+            plot.push(index, values);
         }
         if let Some(report) = &mut self.report {
-            report.push(row);
+            report.push(index, values);
         }
     }
 
@@ -275,7 +278,7 @@ struct Lost {
 impl Lost {
     /// Looks at a node; the start has no step to be regular.
     fn look(&mut self, row: &Row<'_>) {
-        let Some(regularity) = row.regularity.filter(|_| row.index > 0) else {
+        let Some(regularity) = row.regularity.filter(|_| row.node.index > 0) else {
             return;
         };
         let which = match (regularity.grants_forward(), regularity.grants_backward()) {
@@ -284,7 +287,7 @@ impl Lost {
             (true, false) => "D₁ is singular, no backward flow is granted",
             (false, false) => "D₃ and D₁ are singular, no flow is granted",
         };
-        self.first.get_or_insert((row.index, row.t, which));
+        self.first.get_or_insert((row.node.index, row.node.t, which));
         self.count += 1;
     }
 

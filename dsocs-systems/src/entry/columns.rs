@@ -1,32 +1,20 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Regularity, Unresolved};
+use dsocs_core::{AnyNode, Declaration, Regularity, Unresolved};
 
 use super::description::Description;
 use super::plan::Plan;
 
-/// One node of a run.
-#[derive(Clone, Copy, Debug)]
+/// One node of a run. Observed expressions and multipliers are computed where the row is written: few nodes of a long run are.
+#[derive(Clone, Copy)]
 pub struct Row<'a> {
-    /// The node's number.
-    pub index: u64,
-    /// Time, in s.
-    pub t: f64,
-    /// Position.
-    pub q: &'a [f64],
-    /// Velocity.
-    pub v: &'a [f64],
-    /// Generalized constraint force.
-    pub force: &'a [f64],
-    /// Energy.
-    pub energy: f64,
+    /// The node.
+    pub node: AnyNode<'a>,
+    /// The declaration, with the values that its parameters have at the node.
+    pub declaration: Declaration<'a>,
     /// Where nothing that is declared changes the energy but forces of constraints on positions and velocities: their power and, at some nodes,
     /// the sum of the energy's terms without their signs.
     pub balance: Option<(f64, Option<f64>)>,
-    /// The observed expressions of the declaration.
-    pub observed: &'a [f64],
-    /// The multipliers of the constraints' forms.
-    pub multipliers: &'a [f64],
     /// How regular the equations are at the node, in a certified run.
     pub regularity: Option<Regularity>,
     /// The steps so far that were too long for the external forces.
@@ -38,18 +26,12 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// The row of a node, with what is observed there and the multipliers; without regularity and errors.
-    pub(super) fn of(node: &AnyNode<'a>, observed: &'a [f64], multipliers: &'a [f64]) -> Self {
+    /// The row of a node, without regularity and errors.
+    pub(super) fn of(node: AnyNode<'a>, declaration: Declaration<'a>) -> Self {
         Self {
-            index: node.index,
-            t: node.t,
-            q: node.q,
-            v: node.v,
-            force: node.force,
-            energy: node.energy,
+            node,
+            declaration,
             balance: None,
-            observed,
-            multipliers,
             regularity: None,
             unresolved: None,
             errors: &[],
@@ -57,21 +39,25 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The value of each column, in the order of [`columns`].
-    pub fn values(&self) -> impl Iterator<Item = f64> {
-        let vectors = [self.q, self.v, self.force].into_iter().flatten();
-        [self.t]
-            .into_iter()
-            .chain(vectors.copied())
-            .chain([self.energy])
-            .chain(self.observed.iter().copied())
-            .chain(self.multipliers.iter().copied())
-            .chain(
-                self.regularity
-                    .into_iter()
-                    .flat_map(|at| [at.forward, at.backward]),
-            )
-            .chain(self.errors.iter().copied())
+    /// Puts the value of each column in the place of what is in `values`, in the order of [`columns`].
+    pub fn write(&self, values: &mut Vec<f64>) {
+        let Self {
+            node, declaration, ..
+        } = self;
+        values.clear();
+        values.push(node.t);
+        for vector in [node.q, node.v, node.force] {
+            values.extend(vector);
+        }
+        values.push(node.energy);
+        let begin = values.len();
+        values.resize(begin + declaration.shape().observables.len(), 0.0);
+        declaration.observe(node.point(), &mut values[begin..]);
+        values.extend(declaration.multipliers(node));
+        if let Some(at) = self.regularity {
+            values.extend([at.forward, at.backward]);
+        }
+        values.extend(self.errors);
     }
 }
 

@@ -52,15 +52,13 @@ pub(super) fn ends<S: System<N> + Clone + Sync, const N: usize>(
             Some((place, &values[..]))
         })
         .collect();
-    let mut observed = vec![0.0; shape.observables.len()];
     for (point, node) in ended.iter().enumerate() {
         let Ok(node) = node else { continue };
         for (place, values) in &varied {
             own[*place] = values[point];
         }
-        let (declaration, node) = (Declaration::of(system.kernel()).with(&own), node.any());
-        declaration.observe(node.point(), &mut observed);
-        sink(point, &Row::of(&node, &observed, &declaration.multipliers(&node)));
+        let declaration = Declaration::of(system.kernel()).with(&own);
+        sink(point, &Row::of(node.any(), declaration));
     }
     true
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dsocs_core::taylor::Jet;
 use dsocs_core::{
-    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Declaration, OwnedNode, Run, RunError,
+    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, Declaration, OwnedNode, Run, RunError, Stop,
 };
 
 use super::run::next;
@@ -74,45 +74,28 @@ pub(super) fn go(
         Ok(ended) => (ended, Ok(())),
         Err(error) => (None, Err(error)),
     };
-    let shape = system.shape();
-    let mut observed = vec![0.0; shape.observables.len()];
+    let declaration = run.declaration();
     if let Some(event) = &ended {
         let point = event.point();
-        run.observe(point, &mut observed);
-        sink(Shown::End(&Row {
+        let nowhere = vec![f64::NAN; system.dimension()];
+        let node = AnyNode {
             index: run.clock().index(),
             t: point.t,
             q: point.q,
             v: point.v,
-            force: &vec![f64::NAN; shape.dimension()],
-            energy: system.energy(point.t, point.q, point.v),
-            balance: None,
-            observed: &observed,
-            multipliers: &vec![f64::NAN; shape.forms],
-            regularity: None,
-            unresolved: None,
-            errors: &[],
-            uncertainty: 0.0,
-        }));
+            a: point.a,
+            force: &nowhere,
+            energy: declaration.energy(point.t, point.q, point.v),
+            iterations: 0,
+            stop: Stop::Start,
+        };
+        sink(Shown::End(&Row::of(node, declaration)));
     } else {
-        let mut node = OwnedNode::new(shape.dimension());
+        let mut node = OwnedNode::new(system.dimension());
         node.take(run);
-        show(&run.declaration(), &node.any(), &mut observed, &mut |row| {
-            sink(Shown::End(row));
-        });
+        sink(Shown::End(&Row::of(node.any(), declaration)));
     }
     result.map(|()| ended.map(|event| event.event))
-}
-
-/// Shows a node as a row.
-fn show(
-    declaration: &Declaration<'_>,
-    node: &AnyNode<'_>,
-    observed: &mut [f64],
-    sink: &mut dyn FnMut(&Row<'_>),
-) {
-    declaration.observe(node.point(), observed);
-    sink(&Row::of(node, observed, &declaration.multipliers(node)));
 }
 
 /// Makes the steps.
@@ -130,10 +113,8 @@ fn pass(
         return Ok(None);
     }
     let mut looker = Looker {
-        view: system,
         nodes: nodes && !driven,
         node: OwnedNode::new(system.dimension()),
-        observed: vec![0.0; system.shape().observables.len()],
         sink,
     };
     if !driven {
@@ -163,7 +144,7 @@ fn pass(
         looker.node.take(run);
         if nodes {
             // parameters have the values of now
-            looker.show(&run.declaration());
+            looker.show(run.declaration());
         }
         if (end - looker.node.any().t) * plan.h.signum() < 0.5 * plan.h.abs() {
             return Ok(None);
@@ -173,24 +154,18 @@ fn pass(
 
 /// Hands on what a run shows.
 struct Looker<'l> {
-    /// The system.
-    view: &'l Declaration<'l>,
     /// Whether nodes are shown.
     nodes: bool,
     /// Room for a node.
     node: OwnedNode,
-    /// Room for the observed expressions.
-    observed: Vec<f64>,
     /// Takes it.
     sink: &'l mut dyn FnMut(Shown<'_>),
 }
 
 impl Looker<'_> {
     /// Shows the node that was taken.
-    fn show(&mut self, declaration: &Declaration<'_>) {
-        show(declaration, &self.node.any(), &mut self.observed, &mut |row| {
-            (self.sink)(Shown::Node(row));
-        });
+    fn show(&mut self, declaration: Declaration<'_>) {
+        (self.sink)(Shown::Node(&Row::of(self.node.any(), declaration)));
     }
 }
 
@@ -198,7 +173,7 @@ impl AnyObserver for Looker<'_> {
     fn node(&mut self, run: &dyn Run) -> ControlFlow<()> {
         if self.nodes {
             self.node.take(run);
-            self.show(self.view);
+            self.show(run.declaration());
         }
         ControlFlow::Continue(())
     }

@@ -151,25 +151,19 @@ fn hand_on(
     plan: &Plan,
     sink: &mut dyn FnMut(&Row<'_>) -> ControlFlow<()>,
 ) -> Result<(), RunFailure> {
-    let shape = run.kernel().shape();
-    let (mut observed, mut node) = (
-        vec![0.0; shape.observables.len()],
-        OwnedNode::new(shape.dimension()),
-    );
+    let mut node = OwnedNode::new(run.kernel().shape().dimension());
     let is_driven = forced || !plan.inputs.is_empty();
     let mut failed = None;
     let mut take = |run: &dyn Run| {
         node.take(run);
         // with the values that inputs have by now
         let (declaration, node) = (run.declaration(), node.any());
-        declaration.observe(node.point(), &mut observed);
-        let multipliers = declaration.multipliers(&node);
         let regularity = || run.regularity().or(Some(Regularity::UNKNOWN));
         let mut row = Row {
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
             unresolved: is_driven.then(|| run.unresolved()).flatten(),
             balance: is_closed.then(|| balance(&declaration, &node)),
-            ..Row::of(&node, &observed, &multipliers)
+            ..Row::of(node, declaration)
         };
         let Some(error) = &mut error else {
             return sink(&row);

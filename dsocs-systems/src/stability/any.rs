@@ -154,7 +154,7 @@ impl Subject<'_> {
     fn positions(&self, h: f64, steps: u32, beginning: &Beginning) -> Result<Vec<Vec<f64>>, RunFailure> {
         let mut positions = Vec::new();
         self.steps(h, f64::from(steps), beginning, |row| {
-            positions.push(row.q.to_vec());
+            positions.push(row.node.q.to_vec());
         })?;
         Ok(positions)
     }
@@ -238,10 +238,10 @@ fn long(subject: &Subject<'_>, report: &mut Report<'_>) {
         || {
             let result = subject.steps(h, steps, &subject.start(), |row| {
                 if made < 0.0 {
-                    first = row.energy;
+                    first = row.node.energy;
                 }
                 made += 1.0;
-                change = larger(change, (row.energy - first).abs());
+                change = larger(change, (row.node.energy - first).abs());
             });
             failure = result.err().map(|failure| failure.to_string());
             match &failure {
@@ -387,7 +387,11 @@ fn backward(subject: &Subject<'_>, report: &mut Report<'_>) {
 
 /// Whether position and velocity of a node are numbers. The energy of a motion that is still in the range of numbers need not be.
 fn is_finite(row: &entry::Row<'_>) -> bool {
-    row.q.iter().chain(row.v).all(|number| number.is_finite())
+    row.node
+        .q
+        .iter()
+        .chain(row.node.v)
+        .all(|number| number.is_finite())
 }
 
 /// Starts and steps that make no sense, or hardly: refused with an error, or run with numbers.

@@ -139,7 +139,9 @@ impl<'s> Worker<'s> {
         let mut ends = vec![None; beginnings.len()];
         self.entry
             .ends(&self.run, &beginnings, &parameters, &mut |place, row| {
-                ends[place] = Some(row.values().collect());
+                let mut values = Vec::new();
+                row.write(&mut values);
+                ends[place] = Some(values);
             });
         Beside { points, ends }
     }
@@ -259,11 +261,11 @@ impl Kept {
                 self.read(row);
                 self.extremes(setting);
                 if let Some((every, columns)) = &setting.nodes
-                    && row.index % every == 0
+                    && row.node.index % every == 0
                 {
                     nodes.whole(point);
                     #[allow(clippy::cast_possible_wrap)]
-                    nodes.whole(row.index as i64);
+                    nodes.whole(row.node.index as i64);
                     for &column in columns {
                         nodes.number(self.values[column]);
                     }
@@ -288,8 +290,7 @@ impl Kept {
 
     /// Reads the columns of a node.
     fn read(&mut self, row: &Row<'_>) {
-        self.values.clear();
-        self.values.extend(row.values());
+        row.write(&mut self.values);
     }
 
     /// Updates the extremes.
