@@ -83,7 +83,12 @@ impl<'s, const N: usize> Flow<'s, N> {
     /// The last position that is known: the second node of the start, then the one that [`Stepper::advance`] found.
     #[must_use]
     pub fn position(&self) -> &[f64; N] {
-        self.0.course.q.hi.first_chunk().unwrap_or(&[f64::NAN; N])
+        self.0
+            .course
+            .vectors
+            .position()
+            .first_chunk()
+            .unwrap_or(&[f64::NAN; N])
     }
 
     /// The leg that the next step begins with: the last node and the increment that led to it.
@@ -92,7 +97,7 @@ impl<'s, const N: usize> Flow<'s, N> {
         Leg {
             t: self.time(),
             q: *self.position(),
-            d: sized(&self.0.course.d.hi),
+            d: sized(self.0.course.vectors.increment()),
         }
     }
 }

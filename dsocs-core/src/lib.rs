@@ -154,13 +154,14 @@ pub use derivative::{DerivativeError, Gradient, NodeTangent, Path, Variable};
 pub use ensemble::{Ensemble, Observed};
 pub use error::{FailedStep, SetupError, StepError, Violation};
 pub use flow::{AnyFlow, Flow, Roots, multipliers};
-pub use kernel::{At, Kernel, Told};
+pub use kernel::report::{NodeMut, NodeScalars};
+pub use kernel::{At, Kernel};
 pub use regularity::Regularity;
 pub use run::{
     AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock, End,
-    Event, Events, FailedEvent, Failure, InputError, Inputs, Node, NodeMut, Observer, Occurrence, OnEvent,
-    OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved, Verdict,
-    Visitor, on_event,
+    Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer, Occurrence, OnEvent, OneWay,
+    OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved, Verdict, Visitor,
+    on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};
@@ -176,7 +177,8 @@ pub mod __private {
     pub use crate::kernel::generated::{Compiled, Report};
     pub use crate::kernel::jets::Jets;
     pub use crate::kernel::question::{Halt, Question};
-    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel, Told};
+    pub use crate::kernel::report::NodeMut;
+    pub use crate::kernel::{At, Kernel, TapeError, TapeKernel};
     pub use crate::number::dual::{Dual, Part};
     pub use crate::number::lanes::Lanes;
     pub use crate::number::point::{AnyLeg, AnyPoint, OwnedPoint};

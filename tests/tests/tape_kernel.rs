@@ -1,11 +1,12 @@
 //! A declaration that no compiler has seen is the same system: its tape, walked, gives the same bits as the code that the attribute writes.
 
-use dsocs_core::__private::{AnyLeg, At, Tape, TapeError, TapeKernel, Told};
+use dsocs_core::__private::{AnyLeg, At, Course, Tape, TapeError, TapeKernel};
 use dsocs_core::taylor::AnyTaylorFlow;
 use dsocs_core::{
     AnyFlow, AnyStart, Kernel, OwnedNode, Run, SetupError, Start, Stepper, Stop, System, TaylorFlow,
     Tolerance, dsocs,
 };
+use dsocs_core::{NodeMut, NodeScalars};
 use dsocs_systems::check::{Begin, Expected, Settings, check, check_tape};
 use dsocs_systems::systems::*;
 
@@ -76,18 +77,13 @@ fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
     kernel.scales(at, &mut scales);
     let mut difference = vec![f64::NAN; n];
     kernel.second_difference(at, &mut difference);
-    let mut point = [(); 4].map(|()| vec![f64::NAN; n]);
-    let (mut t, mut energy) = (f64::NAN, f64::NAN);
-    let [q, v, a, force] = &mut point;
-    let told = Told {
-        q,
-        v,
-        a,
-        force,
-        t: &mut t,
-        energy: &mut energy,
+    let (mut vectors, mut scalars) = (vec![f64::NAN; 4 * n], NodeScalars::UNKNOWN);
+    let node = NodeMut {
+        vectors: &mut vectors,
+        scalars: &mut scalars,
     };
-    kernel.report(&constants, leg, &e, told);
+    let course = Course::of_step(shape, (h, &constants), leg, [&e, &past]);
+    kernel.report(&course, node);
     vec![
         ("constants", constants),
         ("past", past),
@@ -99,8 +95,8 @@ fn step(kernel: &dyn Kernel, seed: u64) -> Vec<(&'static str, Vec<f64>)> {
         ("entries", entries),
         ("scales", scales),
         ("second difference", difference),
-        ("point and force", point.concat()),
-        ("time and energy", vec![t, energy]),
+        ("point and force", vectors),
+        ("energy", vec![scalars.energy]),
     ]
 }
 

@@ -15,7 +15,7 @@ use crate::solve::predictor::PAST;
 use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
-use crate::step::smooth::{Rows, read, write};
+use crate::step::smooth::{Rows, parts, read, write};
 use crate::system::System;
 
 /// The current node.
@@ -116,11 +116,12 @@ impl<S: System<N>, const N: usize> Stages for Of<'_, S, N> {
 
 fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result<(), Question> {
     let State { q, v, a } = &mut course.now;
-    let (Some((place_of_q, mut q)), Some((place_of_v, mut v)), Some(place_of_a)) =
-        (read::<N>(q), read::<N>(v), a.first_chunk_mut::<N>())
+    let (Some(place_of_q), Some(place_of_v), Some(place_of_a)) =
+        (parts::<N>(q), parts(v), a.first_chunk_mut::<N>())
     else {
         return Err(Question::Start);
     };
+    let (mut q, mut v) = (read(&place_of_q), read(&place_of_v));
     let mut a = *place_of_a;
     let index = course.clock.index();
     if index == course.since {

@@ -4,7 +4,6 @@ use core::ops::Range;
 
 use super::error::DerivativeError;
 use crate::flow::discrete::Discrete;
-use crate::kernel::course::Course;
 use crate::number::point::AnyLeg;
 use crate::run::Run as _;
 use crate::tape::Eight;
@@ -216,10 +215,9 @@ impl<'s> Checkpoints<'s> {
 /// Keeps the last step of a flow.
 #[inline]
 pub(super) fn keep_last(kept: &mut Kept, flow: &Discrete<'_>) {
-    let Course {
-        solved, predictor, ..
-    } = &flow.course;
-    if let (true, Some(z)) = (flow.course.has_solved, predictor.last()) {
-        kept.keep(solved.t, [&solved.q[..], &solved.d, &solved.e], &z);
+    let course = &flow.course;
+    if let (true, Some(z)) = (course.has_solved, course.predictor.last()) {
+        let leg = course.solved_leg();
+        kept.keep(leg.t, [leg.q, leg.d, course.vectors.e()], &z);
     }
 }

@@ -14,11 +14,11 @@ use super::state::{Found, Now};
 use crate::kernel::clock::Clock;
 use crate::kernel::course::SHORT_PAST;
 use crate::kernel::generated::Report;
+use crate::kernel::report::{NodeMut, NodeScalars};
 use crate::number::instructions::{Chosen, InLanes, Instructions, OTHERS};
 use crate::number::lanes::{LANES, Lanes, Mask, Register};
 use crate::number::point::{Leg, Point};
 use crate::number::scalar::Scalar;
-use crate::run::NodeMut;
 use crate::solve::newton::Stop;
 use crate::solve::unknown::{Linearization, Unknown};
 use crate::step::smooth::FORESEEN;
@@ -98,16 +98,16 @@ impl Told {
 
     /// Writes the node of one lane.
     pub fn write(&self, lane: usize, index: u64, t: f64, node: NodeMut<'_>) {
-        let vectors = [node.q, node.v, node.a, node.force];
-        let count = self.vectors.len() / vectors.len();
-        for (to, from) in vectors.into_iter().zip(self.vectors.chunks_exact(count.max(1))) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = from.0[lane];
-            }
+        for (to, from) in node.vectors.iter_mut().zip(&self.vectors) {
+            *to = from.0[lane];
         }
-        (*node.index, *node.t) = (index, t);
-        *node.energy = self.energy.0[lane];
-        (*node.iterations, *node.stop) = (self.evaluations[lane], Stop::Update);
+        *node.scalars = NodeScalars {
+            index,
+            t,
+            energy: self.energy.0[lane],
+            iterations: self.evaluations[lane],
+            stop: Stop::Update,
+        };
     }
 }
 

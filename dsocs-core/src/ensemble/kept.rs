@@ -74,9 +74,13 @@ impl Kept {
 
     /// Puts what one lane holds into a run.
     pub fn put(&self, lane: usize, course: &mut Course) {
-        let Course { q, d, predictor, .. } = course;
-        let sums = [&mut q.hi, &mut q.lo, &mut d.hi, &mut d.lo];
-        for (one, sums) in sums.into_iter().zip(self.sums.chunks_exact(self.coordinates)) {
+        let Course {
+            vectors, predictor, ..
+        } = course;
+        for (one, sums) in vectors
+            .leg_sums_mut()
+            .zip(self.sums.chunks_exact(self.coordinates))
+        {
             read(one, sums, lane);
         }
         for (place, vector) in self.past.chunks_exact(self.unknowns.max(1)).enumerate() {
@@ -97,11 +101,15 @@ impl Kept {
 
     /// Fills one lane with what a run holds.
     pub fn set_lane(&mut self, lane: usize, course: &Course) {
-        let Course { q, d, predictor, .. } = course;
+        let Course {
+            vectors, predictor, ..
+        } = course;
         self.determinants
             .set_lane(lane, &predictor.determinants, self.unknowns);
-        let sums = [&q.hi, &q.lo, &d.hi, &d.lo];
-        for (one, sums) in sums.into_iter().zip(self.sums.chunks_exact_mut(self.coordinates)) {
+        for (one, sums) in vectors
+            .leg_sums()
+            .zip(self.sums.chunks_exact_mut(self.coordinates))
+        {
             write(sums, lane, one);
         }
         for (to, from) in self

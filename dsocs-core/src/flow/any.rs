@@ -70,8 +70,8 @@ impl<'s> AnyFlow<'s> {
     pub fn leg(&self) -> AnyLeg<'_, f64> {
         AnyLeg {
             t: self.time(),
-            q: &self.0.course.q.hi,
-            d: &self.0.course.d.hi,
+            q: self.0.course.vectors.position(),
+            d: self.0.course.vectors.increment(),
         }
     }
 

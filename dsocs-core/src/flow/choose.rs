@@ -45,8 +45,9 @@ impl Discrete<'_> {
     /// The next nodes that solve the next step: the one that Newton's iteration finds, and another one if deflation finds it.
     pub fn roots(&self) -> Result<(Vector, Option<Vector>), StepError> {
         let course = &self.course;
-        if let Some(e) = &course.third.given {
-            return Ok((course.q.plus(&course.d.plus(e)).hi, None));
+        if let Some(e) = &course.given {
+            let d = course.vectors.d().plus(e);
+            return Ok((course.vectors.q().plus(&d).hi, None));
         }
         let step = self.next_step();
         let pair = step
@@ -58,7 +59,7 @@ impl Discrete<'_> {
 
     /// Solves the next step for the solution nearest to a node.
     pub fn advance_to(&mut self, q2: &[f64]) -> Result<StepReport, StepError> {
-        if self.course.third.given.is_some() {
+        if self.course.given.is_some() {
             // the start has it
             let report = self.answer()?;
             self.course.clock.tick();

@@ -5,15 +5,15 @@ use smallvec::smallvec;
 use super::inputs::Changed;
 use super::stick::Stuck;
 use crate::error::{SetupError, StepError};
+use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
-use crate::kernel::course::{Course, MAX_ITERATIONS, Solved, Third};
+use crate::kernel::course::Course;
 use crate::kernel::question::{Halt, Question};
-use crate::kernel::report::{Guess, StepReport};
-use crate::kernel::{Kernel, Told};
-use crate::number::point::{AnyLeg, AnyPoint};
+use crate::kernel::report::{Guess, NodeMut, StepReport};
+use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
 use crate::run::Unresolved;
-use crate::run::{AnyNode, NodeMut, Run, RunError};
+use crate::run::{AnyNode, Run, RunError};
 use crate::solve::failure::NewtonFailure;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
@@ -97,32 +97,11 @@ impl<'s> Discrete<'s> {
         } else {
             None
         };
-        let zero = Vector::zero(shape.increments);
+        let constants = constants_of(kernel, &values, h);
         let course = Course {
-            h,
-            constants: constants_of(kernel, &values, h),
-            clock: Clock::even(beginning.t0, h),
-            ahead: 1,
-            since: 0,
-            max_iterations: MAX_ITERATIONS,
-            q: beginning.q.clone(),
-            d: beginning.d.clone(),
-            third: Third {
-                e: Sum::exact(zero.clone()),
-                before: zero.clone(),
-                given: beginning.e.clone(),
-            },
-            predictor: Predictor::new(shape.unknowns),
-            solved: Solved {
-                t: 0.0,
-                q: zero.clone(),
-                d: zero.clone(),
-                e: zero,
-                report: NOTHING,
-            },
-            has_solved: false,
-            looked: true,
+            given: beginning.e.clone(),
             rests_at: stuck.as_ref().map(|stuck| stuck.index),
+            ..Course::new(shape, (h, constants), beginning.t0, (&beginning.q, &beginning.d))
         };
         Ok(Self {
             kernel,
@@ -185,7 +164,7 @@ impl<'s> Discrete<'s> {
         if let Some(before) = self.before.take() {
             return self.solve_changed(before);
         }
-        if let Some(second) = self.course.third.given.take() {
+        if let Some(second) = self.course.given.take() {
             return Ok(self.take_given(second));
         }
         // taken out, since the equations look at the rest of the run
@@ -241,10 +220,10 @@ impl<'s> Discrete<'s> {
 
     /// Where a solution leads.
     pub(super) fn leads_to(&self, e: &[f64]) -> Next {
-        let Course { q, d, third, .. } = &self.course;
-        let mut d = d.clone();
+        let vectors = &self.course.vectors;
+        let mut d = vectors.d();
         let second = self.shape().is_of_third_order().then(|| {
-            let mut second = third.e.clone();
+            let mut second = vectors.second();
             second.add(e);
             second
         });
@@ -252,7 +231,7 @@ impl<'s> Discrete<'s> {
             Some(second) => d = d.plus(second),
             None => d.add(e),
         }
-        let q = q.plus(&d);
+        let q = vectors.q().plus(&d);
         Next { q, d, second }
     }
 
@@ -260,25 +239,20 @@ impl<'s> Discrete<'s> {
     pub(super) fn commit(&mut self, Next { q, d, second }: Next, e: &[f64], report: StepReport) {
         let t = self.next_leg().t;
         let course = &mut self.course;
-        course.solved = Solved {
-            t,
-            q: core::mem::replace(&mut course.q, q).hi,
-            d: core::mem::replace(&mut course.d, d).hi,
-            e: Vector::of(e),
-            report,
-        };
+        course.vectors.commit(&q, &d, e);
+        (course.solved_at, course.report) = (t, report);
         course.has_solved = true;
         if let Some(second) = second {
-            self.go_on(second);
+            self.go_on(&second);
         }
     }
 
     /// Of third order: goes on from a second difference.
-    pub(super) fn go_on(&mut self, second: Sum) {
+    pub(super) fn go_on(&mut self, second: &Sum) {
         let course = &mut self.course;
         self.kernel.remember(&mut course.constants, &second.hi);
-        course.third.before = core::mem::replace(&mut course.third.e, second).hi;
-        course.third.given = None;
+        course.vectors.go_on(second);
+        course.given = None;
     }
 
     /// Makes the step whose second difference is known.
@@ -288,14 +262,14 @@ impl<'s> Discrete<'s> {
             stop: Stop::Start,
             guess: Guess::Given,
         };
-        let d = self.course.d.plus(&second);
-        let q = self.course.q.plus(&d);
+        let d = self.course.vectors.d().plus(&second);
+        let q = self.course.vectors.q().plus(&d);
         let e = second.hi.clone();
         let next = Next { q, d, second: None };
         self.commit(next, &e, report);
         // as a third difference after none
-        self.course.third.e = Sum::exact(Vector::zero(e.len()));
-        self.go_on(second);
+        self.course.vectors.set_second(&Sum::exact(Vector::zero(e.len())));
+        self.go_on(&second);
         report
     }
 
@@ -326,7 +300,7 @@ impl<'s> Discrete<'s> {
         let failing = Failing {
             index: course.index(),
             time: course.time(),
-            q0: &course.q.plus(&course.d.negated()).hi,
+            q0: &course.vectors.q().plus(&course.vectors.d().negated()).hi,
         };
         self.next_step().error(&failing, cause)
     }
@@ -338,45 +312,39 @@ impl<'s> Discrete<'s> {
     }
 
     /// Writes the middle node of the last step.
-    fn tell_solved(&self, node: NodeMut<'_>) {
-        if self.shape().is_of_third_order() {
-            // as it was before the step
-            let mut constants = Vector::of(&self.course.constants);
-            self.kernel.remember(&mut constants, &self.course.third.before);
-            self.tell_with(&constants, node);
-        } else {
-            self.tell_with(&self.course.constants, node);
-        }
-    }
-
-    /// The same with what is known of the run.
     #[inline]
     #[expect(
         clippy::needless_pass_by_value,
         reason = "the references in it are written through"
     )]
-    fn tell_with(&self, constants: &[f64], node: NodeMut<'_>) {
-        let Course { solved, clock, .. } = &self.course;
-        // the node is the one between the legs, whatever the maps say
-        copy(node.q, &solved.q);
-        let told = Told {
-            q: &mut [],
-            v: node.v,
-            a: node.a,
-            force: &mut *node.force,
-            t: &mut *node.t,
-            energy: node.energy,
-        };
-        self.kernel.report(constants, solved.leg(), &solved.e, told);
-        (*node.index, *node.t) = (clock.index(), clock.time());
-        (*node.iterations, *node.stop) = (solved.report.iterations, solved.report.stop);
+    fn tell_solved(&self, node: NodeMut<'_>) {
+        let Course { clock, report, .. } = &self.course;
+        let NodeMut { vectors, scalars } = node;
+        self.kernel.report(
+            &self.course,
+            NodeMut {
+                vectors: &mut *vectors,
+                scalars: &mut *scalars,
+            },
+        );
+        (scalars.index, scalars.t) = (clock.index(), clock.time());
+        (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
+        if self.stuck.is_some() || self.changed.is_some() {
+            self.tell_force(vectors);
+        }
+    }
+
+    /// Writes the constraint force of a node where the step's equations were others.
+    #[cold]
+    fn tell_force(&self, vectors: &mut [f64]) {
+        let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
         if self.stuck.is_some() {
-            self.tell_sides(node.force);
+            self.tell_sides(force);
         }
         if let Some(changed) = &self.changed
-            && changed.index == clock.index()
+            && changed.index == self.course.clock.index()
         {
-            copy(node.force, &changed.force);
+            copy(force, &changed.force);
         }
     }
 
@@ -426,8 +394,8 @@ impl<'s> Discrete<'s> {
         }
         let course = &mut turned.course;
         course.constants = constants_of(self.kernel, &turned.values, course.h);
-        course.d = self.course.d.negated();
-        course.q = self.course.q.plus(&course.d);
+        let d = self.course.vectors.d().negated();
+        course.vectors.set_leg(&self.course.vectors.q().plus(&d), &d);
         course.predictor.turn();
         if self.shape().is_of_third_order() {
             turned.turn_third();
@@ -447,9 +415,9 @@ impl<'s> Discrete<'s> {
     /// step; at the start it is the one that the step back goes on from.
     fn turn_third(&mut self) {
         if self.course.has_solved {
-            self.course.third.given = Some(self.course.third.e.clone());
-        } else if let Some(first) = self.course.third.given.take() {
-            self.go_on(first);
+            self.course.given = Some(self.course.vectors.second());
+        } else if let Some(first) = self.course.given.take() {
+            self.go_on(&first);
         }
         // third differences change their signs, and begin anew
         self.course.predictor = Predictor::new(self.shape().unknowns);
@@ -457,7 +425,9 @@ impl<'s> Discrete<'s> {
 
     /// How regular the equations of the last step are.
     fn regularity_of_last(&self) -> Option<Regularity> {
-        let Course { solved, h, third, .. } = &self.course;
+        let Course {
+            vectors, report, h, ..
+        } = &self.course;
         if !self.course.has_solved {
             return None;
         }
@@ -466,21 +436,21 @@ impl<'s> Discrete<'s> {
             return Some(Regularity::of_declaration(
                 &declaration,
                 *h,
-                solved.leg(),
-                &solved.e,
+                self.course.solved_leg(),
+                vectors.e(),
             ));
         }
         // the step of the start is none of the declaration's
-        if solved.report.guess == Guess::Given && solved.report.stop == Stop::Start {
+        if report.guess == Guess::Given && report.stop == Stop::Start {
             return None;
         }
         Some(Regularity::of_third(
-            &declaration.after(&third.before),
-            &third.before,
+            &declaration.after(vectors.before()),
+            vectors.before(),
             &self.shape().third_order,
             *h,
-            solved.leg(),
-            &solved.e,
+            self.course.solved_leg(),
+            vectors.e(),
         ))
     }
 }
@@ -497,7 +467,7 @@ impl Run for Discrete<'_> {
     #[inline]
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
         self.steps(1)?;
-        Ok(self.course.solved.report)
+        Ok(self.course.report)
     }
 
     fn reach(&mut self, end: &End) -> Result<(), RunError> {
@@ -541,20 +511,5 @@ impl Run for Discrete<'_> {
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {
         self.change(place, value)
-    }
-}
-
-/// Before the first step.
-const NOTHING: StepReport = StepReport {
-    iterations: 0,
-    stop: Stop::Start,
-    guess: Guess::Given,
-};
-
-/// As many numbers as there is room for.
-#[inline]
-pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = *from;
     }
 }

@@ -1,10 +1,10 @@
 //! Steps of a flow in which something rests where a function jumps; see [`crate::regularity::sticking`].
 
-use super::discrete::{Discrete, copy};
+use super::discrete::Discrete;
 use super::inputs::Changed;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
-use crate::number::point::{AnyLeg, AnyPoint};
+use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::sticking::{self, Contact, Sticking};
 use crate::run::Unresolved;
 use crate::solve::Vector;
@@ -228,9 +228,9 @@ impl Discrete<'_> {
 
     /// Goes on with a second difference that was solved for with sides.
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport, sticking: Sticking) -> Option<()> {
-        let mut d = self.course.d.clone();
+        let mut d = self.course.vectors.d();
         d.add(e);
-        let q = self.course.q.plus(&d);
+        let q = self.course.vectors.q().plus(&d);
         if !q.hi.is_finite() {
             return None;
         }
@@ -248,10 +248,9 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn tell_sides(&self, force: &mut [f64]) {
         if let Some(Sticking { first, second, .. }) = self.last_sides() {
-            let solved = &self.course.solved;
-            let sided =
-                self.declaration()
-                    .sided_force(self.course.h, solved.leg(), &solved.e[..], [first, second]);
+            let course = &self.course;
+            let (leg, e) = (course.solved_leg(), course.vectors.e());
+            let sided = self.declaration().sided_force(course.h, leg, e, [first, second]);
             copy(force, &sided);
         }
     }

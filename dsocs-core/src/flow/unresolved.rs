@@ -36,26 +36,25 @@ impl Discrete<'_> {
             return self.course.predictor.foresees(z, FORESEEN);
         }
         // steps without unknowns have no predictor
-        self.course.has_solved && predictor::foresees(&self.course.solved.e, e, FORESEEN)
+        self.course.has_solved && predictor::foresees(self.course.vectors.e(), e, FORESEEN)
     }
 
     /// Looks at the step that was solved, and at the one before if nobody has: where the solution was not foreseen.
     #[cold]
     pub(super) fn look_between(&mut self, e: &[f64], stop: Stop) {
         let course = &self.course;
-        let last = course.has_solved.then_some(&course.solved);
-        if let (Some(last), false) = (last, course.looked) {
+        if course.has_solved && !course.looked {
             let before = course.clock.time_of(course.index().saturating_sub(1));
             let leg = AnyLeg {
                 t: before,
-                ..last.leg()
+                ..course.solved_leg()
             };
-            let part = self.departure(leg, &last.e);
-            self.count(before, part, last.report.stop);
+            let (part, stop) = (self.departure(leg, course.vectors.e()), course.report.stop);
+            self.count(before, part, stop);
         }
         // a step that begins at a jump meets it once more
         let course = &self.course;
-        let begins_at_jump = course.has_solved && course.solved.report.stop == Stop::Jump;
+        let begins_at_jump = course.has_solved && course.report.stop == Stop::Jump;
         if stop == Stop::Jump || !begins_at_jump {
             let leg = AnyLeg {
                 t: course.time(),

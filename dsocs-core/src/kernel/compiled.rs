@@ -1,8 +1,10 @@
 //! What the attribute writes, behind [`Kernel`](super::Kernel): each function is compiled once for a declared type, and reads slices as arrays.
 #![allow(missing_docs)] // what each does, the trait says
 
-use super::{At, Told};
+use super::At;
+use crate::kernel::course::{Course, Solved};
 use crate::kernel::generated::{Compiled, Report};
+use crate::kernel::report::NodeMut;
 use crate::number::array::Array;
 use crate::number::point::AnyLeg;
 use crate::number::point::Leg;
@@ -15,14 +17,6 @@ fn leg<const N: usize>(leg: AnyLeg<'_, f64>) -> Option<Leg<f64, N>> {
         q: *leg.q.first_chunk()?,
         d: *leg.d.first_chunk()?,
     })
-}
-
-/// Writes an array where there is room for it.
-#[inline]
-fn put<const N: usize>(place: &mut [f64], vector: &[f64; N]) {
-    if let Some(place) = place.first_chunk_mut() {
-        *place = *vector;
-    }
 }
 
 /// Writes as many numbers as there is room for.
@@ -122,20 +116,20 @@ pub fn second_difference<S: Compiled<N>, const N: usize>(system: &S, at: At<'_>,
     clippy::needless_pass_by_value,
     reason = "the references in it are written through"
 )]
-pub fn report<S: Compiled<N>, const N: usize>(
-    system: &S,
-    constants: &[f64],
-    first: AnyLeg<'_, f64>,
-    e: &[f64],
-    told: Told<'_>,
-) {
-    if let (Some(constants), Some(leg), Some(e)) = (Array::read(constants), leg(first), e.first_chunk()) {
+pub fn report<S: Compiled<N>, const N: usize>(system: &S, course: &Course, node: NodeMut<'_>) {
+    if let (Some(constants), Some(Solved { leg, e, before }), [q, v, a, q_force]) = (
+        <S::Constants<f64> as Array<f64>>::read(&course.constants),
+        course.vectors.solved(course.solved_at),
+        node.vectors.as_chunks_mut().0,
+    ) {
+        // of third order, as it was before the step
+        let mut constants = *constants;
+        S::remember::<f64>(&mut constants, before);
+        let constants = &constants;
         let known = system.known(constants, &leg);
         let Report { point, force, energy } = system.report(constants, &known, &leg, e);
-        put(told.q, &point.q);
-        put(told.v, &point.v);
-        put(told.a, &point.a);
-        put(told.force, &force);
-        (*told.t, *told.energy) = (point.t, energy);
+        // the node is the one between the legs, whatever the maps say
+        (*q, *v, *a, *q_force) = (leg.q, point.v, point.a, force);
+        node.scalars.energy = energy;
     }
 }

@@ -1,8 +1,9 @@
 //! What a run of steps carries from one to the next.
 
-use super::report::StepReport;
+use super::report::{Guess, StepReport};
 use crate::kernel::clock::Clock;
-use crate::number::point::AnyLeg;
+use crate::number::point::{AnyLeg, Leg, copy};
+use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
 use crate::solve::{Numbers, Vector};
@@ -12,7 +13,7 @@ use crate::tape::Shape;
 /// parts of updates apart.
 pub(crate) const MAX_ITERATIONS: u32 = 60;
 
-/// What a run of steps carries from one to the next: the last leg in compensated sums, past solutions, and the step that was solved last.
+/// What a run of steps carries from one to the next: the last leg in compensated sums, the step that was solved last, and past solutions.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// The step, negative back in time.
@@ -27,16 +28,16 @@ pub struct Course {
     pub(crate) since: u64,
     /// How often the rows may be evaluated from one guess.
     pub(crate) max_iterations: u32,
-    /// The last position that is known.
-    pub(crate) q: Sum,
-    /// The increment that led to it.
-    pub(crate) d: Sum,
-    /// What a step of third order knows beside.
-    pub(crate) third: Third,
+    /// The last leg, the step that was solved last, and the past of third order.
+    pub(crate) vectors: Vectors,
+    /// Of third order, the second difference of the next step, where it is known: that of the start, and of a run that has just turned round.
+    pub(crate) given: Option<Sum>,
     /// The past solutions.
     pub(crate) predictor: Predictor,
-    /// The last step that was solved; it is one once the run has made a step.
-    pub(crate) solved: Solved,
+    /// The time of the middle node of the last step, where the system asks for it.
+    pub(crate) solved_at: f64,
+    /// How the last step was solved.
+    pub(crate) report: StepReport,
     /// Whether a step was solved.
     pub(crate) has_solved: bool,
     /// Whether the last step was examined for forces that switch.
@@ -45,47 +46,257 @@ pub struct Course {
     pub(crate) rests_at: Option<u64>,
 }
 
-/// What a step of third order knows beside the last node and the increment to it.
+/// The vectors that a run carries from step to step. They lie in one piece, so that a step finds them all at once.
 #[derive(Clone, Debug)]
-pub(crate) struct Third {
-    /// The second difference that ends with the last node.
-    pub e: Sum,
-    /// The second difference that the last step went on from.
-    pub before: Vector,
-    /// The second difference of the next step, where it is known: that of the start, and of a run that has just turned round.
-    pub given: Option<Sum>,
+pub(crate) struct Vectors {
+    /// How many increments there are.
+    increments: usize,
+    /// [`Vectors::COUNT`] vectors, one after the other, in the order of [`Arrays`].
+    numbers: Vec<f64>,
 }
 
-/// A step that was solved.
-#[derive(Clone, Debug)]
-pub(crate) struct Solved {
-    /// The time of its middle node, where the system asks for it.
-    pub t: f64,
-    /// The middle node.
-    pub q: Vector,
+/// [`Vectors`] as arrays.
+pub(crate) struct Arrays<'c, const N: usize> {
+    /// The last position that is known.
+    pub q: [&'c mut [f64; N]; 2],
     /// The increment that led to it.
-    pub d: Vector,
-    /// The second difference; of third order, the third.
-    pub e: Vector,
-    /// How it was solved.
-    pub report: StepReport,
+    pub d: [&'c mut [f64; N]; 2],
+    /// The middle node of the step that was solved last.
+    pub solved_q: &'c mut [f64; N],
+    /// The increment that led to it.
+    pub solved_d: &'c mut [f64; N],
+    /// The second difference of that step; of third order, the third.
+    pub e: &'c mut [f64; N],
+    /// Of third order: the second difference that ends with the last node.
+    pub second: [&'c mut [f64; N]; 2],
+    /// Of third order: the second difference that the last step went on from.
+    pub before: &'c mut [f64; N],
 }
 
-impl Solved {
-    /// The first two nodes.
-    pub fn leg(&self) -> AnyLeg<'_, f64> {
-        AnyLeg {
-            t: self.t,
-            q: &self.q,
-            d: &self.d,
+/// The step that was solved last.
+pub(crate) struct Solved<'c, const N: usize> {
+    /// Its first two nodes.
+    pub leg: Leg<f64, N>,
+    /// Its second difference; of third order, the third.
+    pub e: &'c [f64; N],
+    /// Of third order: the second difference that it went on from.
+    pub before: &'c [f64; N],
+}
+
+/// The places of the first parts of sums, and of vectors.
+const Q: usize = 0;
+const D: usize = 2;
+const SOLVED_Q: usize = 4;
+const SOLVED_D: usize = 5;
+const E: usize = 6;
+const SECOND: usize = 7;
+const BEFORE: usize = 9;
+
+impl Vectors {
+    /// How many vectors there are.
+    const COUNT: usize = 10;
+
+    /// Those of a run that begins with a leg.
+    pub fn new(q: &Sum, d: &Sum) -> Self {
+        let increments = d.hi.len();
+        let mut vectors = Self {
+            increments,
+            numbers: vec![0.0; Self::COUNT * increments],
+        };
+        vectors.set_sum(Q, q);
+        vectors.set_sum(D, d);
+        vectors
+    }
+
+    /// As arrays; `None` of another number of coordinates.
+    #[allow(clippy::inline_always)] // part of every step
+    #[inline(always)]
+    pub fn arrays<const N: usize>(&mut self) -> Option<Arrays<'_, N>> {
+        let [
+            q,
+            q_low,
+            d,
+            d_low,
+            solved_q,
+            solved_d,
+            e,
+            second,
+            second_low,
+            before,
+        ] = self.numbers.as_chunks_mut().0
+        else {
+            return None;
+        };
+        Some(Arrays {
+            q: [q, q_low],
+            d: [d, d_low],
+            solved_q,
+            solved_d,
+            e,
+            second: [second, second_low],
+            before,
+        })
+    }
+
+    /// The step that was solved last, as arrays; `None` of another number of coordinates.
+    #[inline]
+    pub fn solved<const N: usize>(&self, t: f64) -> Option<Solved<'_, N>> {
+        let [_, _, _, _, q, d, e, _, _, before] = self.numbers.as_chunks().0 else {
+            return None;
+        };
+        Some(Solved {
+            leg: Leg { t, q: *q, d: *d },
+            e,
+            before,
+        })
+    }
+
+    fn vector(&self, place: usize) -> &[f64] {
+        let n = self.increments;
+        self.numbers.get(place * n..(place + 1) * n).unwrap_or(&[])
+    }
+
+    fn set(&mut self, place: usize, vector: &[f64]) {
+        let n = self.increments;
+        let room = self.numbers.get_mut(place * n..(place + 1) * n);
+        copy(room.unwrap_or(&mut []), vector);
+    }
+
+    fn sum(&self, place: usize) -> Sum {
+        Sum {
+            hi: Vector::of(self.vector(place)),
+            lo: Vector::of(self.vector(place + 1)),
         }
+    }
+
+    fn set_sum(&mut self, place: usize, sum: &Sum) {
+        self.set(place, &sum.hi);
+        self.set(place + 1, &sum.lo);
+    }
+
+    /// The last position that is known, rounded.
+    pub fn position(&self) -> &[f64] {
+        self.vector(Q)
+    }
+
+    /// The increment that led to it, rounded.
+    pub fn increment(&self) -> &[f64] {
+        self.vector(D)
+    }
+
+    /// The last position that is known.
+    pub fn q(&self) -> Sum {
+        self.sum(Q)
+    }
+
+    /// The increment that led to it.
+    pub fn d(&self) -> Sum {
+        self.sum(D)
+    }
+
+    /// Sets the last leg.
+    pub fn set_leg(&mut self, q: &Sum, d: &Sum) {
+        self.set_sum(Q, q);
+        self.set_sum(D, d);
+    }
+
+    /// Goes on from the last leg, which is then the first of the step that was solved, with the difference `e`.
+    pub fn commit(&mut self, q: &Sum, d: &Sum, e: &[f64]) {
+        let n = self.increments;
+        self.numbers.copy_within(Q * n..(Q + 1) * n, SOLVED_Q * n);
+        self.numbers.copy_within(D * n..(D + 1) * n, SOLVED_D * n);
+        self.set(E, e);
+        self.set_leg(q, d);
+    }
+
+    /// The second difference of the step that was solved last; of third order, the third.
+    pub fn e(&self) -> &[f64] {
+        self.vector(E)
+    }
+
+    /// Of third order: the second difference that ends with the last node.
+    pub fn second(&self) -> Sum {
+        self.sum(SECOND)
+    }
+
+    /// Of third order: the second difference that the last step went on from.
+    pub fn before(&self) -> &[f64] {
+        self.vector(BEFORE)
+    }
+
+    /// Of third order: goes on from a second difference.
+    pub fn go_on(&mut self, second: &Sum) {
+        let n = self.increments;
+        self.numbers.copy_within(SECOND * n..(SECOND + 1) * n, BEFORE * n);
+        self.set_sum(SECOND, second);
+    }
+
+    /// Of third order: sets the second difference that ends with the last node.
+    pub fn set_second(&mut self, second: &Sum) {
+        self.set_sum(SECOND, second);
+    }
+
+    /// The sums of the last leg: the position and the increment, each with what rounding took away.
+    pub fn leg_sums(&self) -> impl Iterator<Item = &[f64]> {
+        (Q..SOLVED_Q).map(|place| self.vector(place))
+    }
+
+    /// The sums of the last leg, to be changed.
+    pub fn leg_sums_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.numbers
+            .chunks_exact_mut(self.increments.max(1))
+            .take(SOLVED_Q)
     }
 }
 
+/// Before the first step.
+const NOTHING: StepReport = StepReport {
+    iterations: 0,
+    stop: Stop::Start,
+    guess: Guess::Given,
+};
+
 impl Course {
+    /// A run with the step `h` that begins at a time, with the leg that ends with `q`.
+    pub(crate) fn new(shape: &Shape, (h, constants): (f64, Numbers), t0: f64, (q, d): (&Sum, &Sum)) -> Self {
+        Self {
+            h,
+            constants,
+            clock: Clock::even(t0, h),
+            ahead: 1,
+            since: 0,
+            max_iterations: MAX_ITERATIONS,
+            vectors: Vectors::new(q, d),
+            given: None,
+            predictor: Predictor::new(shape.unknowns),
+            solved_at: 0.0,
+            report: NOTHING,
+            has_solved: false,
+            looked: true,
+            rests_at: None,
+        }
+    }
+
+    /// A run that has made one step: from a leg, with the second difference `e`; of third order, with the third difference `e` after the second
+    /// difference `past`. It is what [`Kernel::report`](crate::Kernel::report) can be asked with.
+    #[must_use]
+    pub fn of_step(
+        shape: &Shape,
+        (h, constants): (f64, &[f64]),
+        leg: AnyLeg<'_, f64>,
+        [e, past]: [&[f64]; 2],
+    ) -> Self {
+        let [q, d] = [leg.q, leg.d].map(|vector| Sum::exact(Vector::of(vector)));
+        let mut course = Self::new(shape, (h, constants.into()), leg.t, (&q, &d));
+        course.vectors.set(BEFORE, past);
+        course.vectors.commit(&q, &d, e);
+        (course.solved_at, course.has_solved) = (leg.t, true);
+        course
+    }
+
     /// How many numbers it holds, about.
     pub(crate) fn numbers(&self) -> usize {
-        self.constants.len() + 12 * self.q.hi.len() + 7 * self.predictor.size().len()
+        self.constants.len() + self.vectors.numbers.len() + 7 * self.predictor.size().len()
     }
 
     /// Goes on from the step with the middle node `index`, which the run has not gone to by itself.
@@ -108,8 +319,17 @@ impl Course {
     pub(crate) fn next_leg(&self, shape: &Shape) -> AnyLeg<'_, f64> {
         AnyLeg {
             t: if shape.depends_on_time { self.time() } else { 0.0 },
-            q: &self.q.hi,
-            d: &self.d.hi,
+            q: self.vectors.position(),
+            d: self.vectors.increment(),
+        }
+    }
+
+    /// The first two nodes of the step that was solved last.
+    pub(crate) fn solved_leg(&self) -> AnyLeg<'_, f64> {
+        AnyLeg {
+            t: self.solved_at,
+            q: self.vectors.vector(SOLVED_Q),
+            d: self.vectors.vector(SOLVED_D),
         }
     }
 

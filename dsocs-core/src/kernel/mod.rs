@@ -15,6 +15,7 @@ pub use tape::{TapeError, TapeKernel};
 
 use crate::kernel::course::Course;
 use crate::kernel::question::Halt;
+use crate::kernel::report::NodeMut;
 use crate::number::point::AnyLeg;
 use crate::solve::sparse::Sparse;
 use crate::tape::Source;
@@ -92,8 +93,10 @@ pub trait Kernel: Source {
     /// Makes up to `count` steps of a run, as long as they are smooth.
     fn smooth(&self, course: &mut Course, count: u64) -> Halt;
 
-    /// What is told of the middle node of a step with the second difference `e`.
-    fn report(&self, constants: &[f64], leg: AnyLeg<'_, f64>, e: &[f64], told: Told<'_>);
+    /// Writes what is told of the middle node of the step that was solved last: position, velocity and acceleration, the generalized constraint force (in
+    /// units of `L` per unit of the coordinate) and the energy. Velocity, acceleration, force and energy are those at `φ_{D_K}⁻¹(q0, q1, q2)`; the
+    /// position is the node `q1`, whatever the maps say.
+    fn report(&self, course: &Course, node: NodeMut<'_>);
 }
 
 /// Fills a slice; compiled once, not with every system that has nothing to say.
@@ -111,21 +114,4 @@ pub struct At<'a> {
     pub known: &'a [f64],
     /// The unknowns.
     pub z: &'a [f64],
-}
-
-/// Where [`Kernel::report`] writes: the point `φ_{D_K}⁻¹(q0, q1, q2)`, the generalized constraint force and the energy there.
-#[derive(Debug)]
-pub struct Told<'a> {
-    /// The position.
-    pub q: &'a mut [f64],
-    /// The velocity.
-    pub v: &'a mut [f64],
-    /// The acceleration.
-    pub a: &'a mut [f64],
-    /// The constraint force, in units of `L` per unit of the coordinate.
-    pub force: &'a mut [f64],
-    /// The time.
-    pub t: &'a mut f64,
-    /// The energy.
-    pub energy: &'a mut f64,
 }

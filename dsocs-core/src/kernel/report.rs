@@ -1,4 +1,4 @@
-//! How a step was solved.
+//! What is told of a step: how it was solved, and the node that it was solved for.
 
 use crate::solve::Vector;
 use crate::solve::newton::{Root, Stop};
@@ -33,6 +33,52 @@ pub enum Guess {
     Given,
     /// At the end of a homotopy: a path along which the residual of the straight line is reduced to zero little by little.
     Followed,
+}
+
+/// Where a node is written: by [`Run::tell`](crate::Run::tell) all of it, by [`Kernel::report`](crate::Kernel::report) what a step knows.
+#[derive(Debug)]
+pub struct NodeMut<'a> {
+    /// Position, velocity, acceleration and generalized constraint force, one after the other: four numbers for each coordinate.
+    pub vectors: &'a mut [f64],
+    /// What is no vector.
+    pub scalars: &'a mut NodeScalars,
+}
+
+/// What a node has beside its vectors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeScalars {
+    /// The number of the node.
+    pub index: u64,
+    /// Time.
+    pub t: f64,
+    /// The energy.
+    pub energy: f64,
+    /// How often the rows were evaluated.
+    pub iterations: u32,
+    /// How the iteration ended.
+    pub stop: Stop,
+}
+
+impl NodeScalars {
+    /// Before a run has written them.
+    pub const UNKNOWN: Self = Self {
+        index: 0,
+        t: f64::NAN,
+        energy: f64::NAN,
+        iterations: 0,
+        stop: Stop::Start,
+    };
+}
+
+impl NodeMut<'_> {
+    /// Position, velocity, acceleration and constraint force, each by itself.
+    pub fn split(&mut self) -> [&mut [f64]; 4] {
+        let n = self.vectors.len() / 4;
+        let (q, rest) = self.vectors.split_at_mut(n);
+        let (v, rest) = rest.split_at_mut(n);
+        let (a, force) = rest.split_at_mut(n);
+        [q, v, a, force]
+    }
 }
 
 /// What is told of a root.

@@ -2,11 +2,11 @@
 
 use thiserror::Error;
 
-use super::{At, Kernel, Told};
+use super::{At, Kernel};
 use crate::kernel::course::Course;
 use crate::kernel::question::{Halt, Question};
-use crate::number::point::AnyLeg;
-use crate::solve::Vector;
+use crate::kernel::report::NodeMut;
+use crate::number::point::{AnyLeg, copy};
 use crate::solve::sparse::Sparse;
 use crate::tape::Shape;
 use crate::tape::{Leaf, Number as _, Part, Program, Segment, Source, Tape};
@@ -341,29 +341,24 @@ impl Kernel for TapeKernel {
         self.write(&self.hot.second_difference, &|which| of_iteration(at, which), e);
     }
 
-    fn report(&self, constants: &[f64], leg: AnyLeg<'_, f64>, e: &[f64], told: Told<'_>) {
+    fn report(&self, course: &Course, mut node: NodeMut<'_>) {
         let n = self.shape.dimension();
+        let (leg, e) = (course.solved_leg(), course.vectors.e());
+        // as it was before the step
+        let mut constants = course.constants.clone();
+        self.remember(&mut constants, course.vectors.before());
         let leaf = |which| match which {
             Leaf::E(i) => e.get(i).copied(),
-            which => self.of_leg(constants, leg, which),
+            which => self.of_leg(&constants, leg, which),
         };
-        let Told {
-            q,
-            v,
-            a,
-            force,
-            t,
-            energy,
-        } = told;
-        // where they are not asked for, the energy needs them nevertheless
-        let mut point = [Vector::nan(n), Vector::nan(n)];
-        let [own_q, own_v] = &mut point;
+        let mut t = f64::NAN;
+        let [q, v, a, force] = node.split();
         self.walk(&self.hot.node, &leaf, &mut |place, value| {
             let (out, first) = match place.checked_div(n).unwrap_or(3) {
-                0 => (&mut own_q[..], 0),
-                1 => (&mut own_v[..], n),
+                0 => (&mut *q, 0),
+                1 => (&mut *v, n),
                 2 => (&mut *a, 2 * n),
-                _ if place == 3 * n => (core::slice::from_mut(&mut *t), 3 * n),
+                _ if place == 3 * n => (core::slice::from_mut(&mut t), 3 * n),
                 _ => (&mut *force, 3 * n + 1),
             };
             if let Some(out) = out.get_mut(place - first) {
@@ -372,16 +367,15 @@ impl Kernel for TapeKernel {
         });
         let leaf = |which| match which {
             Leaf::Constant(i) => constants.get(i).copied(),
-            Leaf::T => Some(*t),
-            Leaf::Q(i) => own_q.get(i).copied(),
-            Leaf::V(i) => own_v.get(i).copied(),
+            Leaf::T => Some(t),
+            Leaf::Q(i) => q.get(i).copied(),
+            Leaf::V(i) => v.get(i).copied(),
             _ => None,
         };
-        self.write(&self.hot.energy, &leaf, core::slice::from_mut(energy));
-        for (told, own) in [(q, own_q), (v, own_v)] {
-            for (told, own) in told.iter_mut().zip(own.iter()) {
-                *told = *own;
-            }
-        }
+        let mut energy = f64::NAN;
+        self.write(&self.hot.energy, &leaf, core::slice::from_mut(&mut energy));
+        // the node is the one between the legs, whatever the maps say
+        copy(q, leg.q);
+        node.scalars.energy = energy;
     }
 }

@@ -225,6 +225,14 @@ pub(crate) fn moved(x: &[f64], j: usize) -> Vec<Tangent> {
         .collect()
 }
 
+/// Copies as many numbers as there is room for.
+#[inline]
+pub(crate) fn copy(to: &mut [f64], from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = *from;
+    }
+}
+
 /// A vector with its number of coordinates; what is missing is NaN.
 pub(crate) fn sized<T: Scalar, const N: usize>(numbers: &[T]) -> [T; N] {
     if let Some(vector) = numbers.first_chunk() {

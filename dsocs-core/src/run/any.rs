@@ -1,9 +1,9 @@
 //! A run of any method and any number of coordinates.
 
 use super::Unresolved;
-use super::{AnyPolynomial, Clock, End, InputError, Node, NodeMut, OneWay, OwnedNode, RunError};
+use super::{AnyPolynomial, Clock, End, InputError, Node, OneWay, OwnedNode, RunError};
 use crate::kernel::Kernel;
-use crate::kernel::report::StepReport;
+use crate::kernel::report::{NodeMut, StepReport};
 use crate::regularity::Regularity;
 use crate::series::rows::Series;
 use crate::tape::declaration::Declaration;
@@ -220,9 +220,7 @@ impl<const N: usize> Node<N> {
     /// The current node of a run.
     #[inline]
     pub(crate) fn of<R: Run + ?Sized>(run: &R) -> Self {
-        let mut node = Self::unknown();
-        run.tell(node.room());
-        node
+        Self::told(|node| run.tell(node))
     }
 }
 

@@ -27,7 +27,7 @@ pub use any::{AnyVisitor, Room, Run, Traced};
 pub use error::{Behind, FailedEvent, InputError, OneWay, RunError};
 pub use events::{AnyEvent, AnyEvents, AnyOccurrence, Event, Events, Occurrence};
 pub use inputs::{Inputs, held_value};
-pub use node::{AnyNode, Node, NodeMut, OwnedNode};
+pub use node::{AnyNode, Node, OwnedNode};
 pub use observer::{AnyObserver, Observer, OnEvent, Verdict, on_event};
 pub(crate) use polynomial::Search;
 pub use polynomial::{AnyPolynomial, Polynomial};

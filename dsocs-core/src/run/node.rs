@@ -1,5 +1,6 @@
 //! A node: what a run hands out.
 
+use crate::kernel::report::{NodeMut, NodeScalars};
 use crate::number::point::Point;
 use crate::number::point::{AnyPoint, sized};
 use crate::regularity::multipliers::multipliers;
@@ -44,40 +45,36 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    /// Room for a node.
+    /// The node that something writes; NaN where it writes nothing.
     #[inline]
-    pub(crate) fn unknown() -> Self {
-        let unknown = [f64::NAN; N];
+    pub(crate) fn told(tell: impl FnOnce(NodeMut<'_>)) -> Self {
+        let (mut vectors, mut scalars) = ([[f64::NAN; N]; 4], NodeScalars::UNKNOWN);
+        tell(NodeMut {
+            vectors: vectors.as_flattened_mut(),
+            scalars: &mut scalars,
+        });
+        let [q, v, a, force] = vectors;
+        let NodeScalars {
+            index,
+            t,
+            energy,
+            iterations,
+            stop,
+        } = scalars;
         Self {
-            index: 0,
-            t: f64::NAN,
-            q: unknown,
-            v: unknown,
-            a: unknown,
-            force: unknown,
-            energy: f64::NAN,
-            iterations: 0,
-            stop: Stop::Start,
+            index,
+            t,
+            q,
+            v,
+            a,
+            force,
+            energy,
+            iterations,
+            stop,
         }
     }
 
-    /// Where a run writes its current node.
-    #[inline]
-    pub fn room(&mut self) -> NodeMut<'_> {
-        NodeMut {
-            q: &mut self.q,
-            v: &mut self.v,
-            a: &mut self.a,
-            force: &mut self.force,
-            index: &mut self.index,
-            t: &mut self.t,
-            energy: &mut self.energy,
-            iterations: &mut self.iterations,
-            stop: &mut self.stop,
-        }
-    }
-
-    /// The same with any number of coordinates.
+    /// The node with any number of coordinates.
     #[must_use]
     pub fn any(&self) -> AnyNode<'_> {
         AnyNode {
@@ -157,46 +154,22 @@ impl Declaration<'_> {
     }
 }
 
-/// Where [`Run::tell`](crate::Run::tell) writes a node. All slices have one entry for each coordinate.
-#[derive(Debug)]
-pub struct NodeMut<'a> {
-    /// Position.
-    pub q: &'a mut [f64],
-    /// Velocity.
-    pub v: &'a mut [f64],
-    /// Acceleration.
-    pub a: &'a mut [f64],
-    /// The generalized constraint force.
-    pub force: &'a mut [f64],
-    /// The number of the node.
-    pub index: &'a mut u64,
-    /// Time.
-    pub t: &'a mut f64,
-    /// The energy.
-    pub energy: &'a mut f64,
-    /// How often the rows were evaluated.
-    pub iterations: &'a mut u32,
-    /// How the iteration ended.
-    pub stop: &'a mut Stop,
-}
-
 impl NodeMut<'_> {
     /// Writes a node; of another length, as much of it as there is room for.
     #[inline]
     pub fn write(self, node: &AnyNode<'_>) {
-        let vectors = [
-            (self.q, node.q),
-            (self.v, node.v),
-            (self.a, node.a),
-            (self.force, node.force),
-        ];
-        for (room, vector) in vectors {
-            for (room, x) in room.iter_mut().zip(vector) {
-                *room = *x;
-            }
+        let NodeMut { vectors, scalars } = self;
+        let numbers = [node.q, node.v, node.a, node.force].into_iter().flatten();
+        for (room, x) in vectors.iter_mut().zip(numbers) {
+            *room = *x;
         }
-        (*self.index, *self.t, *self.energy) = (node.index, node.t, node.energy);
-        (*self.iterations, *self.stop) = (node.iterations, node.stop);
+        *scalars = NodeScalars {
+            index: node.index,
+            t: node.t,
+            energy: node.energy,
+            iterations: node.iterations,
+            stop: node.stop,
+        };
     }
 }
 
@@ -207,16 +180,8 @@ pub struct OwnedNode {
     pub(super) coordinates: usize,
     /// Position, velocity, acceleration and force.
     vectors: Vec<f64>,
-    /// The number of the node.
-    index: u64,
-    /// Time.
-    t: f64,
-    /// The energy.
-    energy: f64,
-    /// How often the rows were evaluated.
-    iterations: u32,
-    /// How the iteration ended.
-    stop: Stop,
+    /// What is no vector.
+    scalars: NodeScalars,
 }
 
 impl OwnedNode {
@@ -226,29 +191,15 @@ impl OwnedNode {
         Self {
             coordinates,
             vectors: vec![f64::NAN; 4 * coordinates],
-            index: 0,
-            t: f64::NAN,
-            energy: f64::NAN,
-            iterations: 0,
-            stop: Stop::Start,
+            scalars: NodeScalars::UNKNOWN,
         }
     }
 
     /// Where a run writes its current node.
     pub fn room(&mut self) -> NodeMut<'_> {
-        let (q, rest) = self.vectors.split_at_mut(self.coordinates);
-        let (v, rest) = rest.split_at_mut(self.coordinates);
-        let (a, force) = rest.split_at_mut(self.coordinates);
         NodeMut {
-            q,
-            v,
-            a,
-            force,
-            index: &mut self.index,
-            t: &mut self.t,
-            energy: &mut self.energy,
-            iterations: &mut self.iterations,
-            stop: &mut self.stop,
+            vectors: &mut self.vectors,
+            scalars: &mut self.scalars,
         }
     }
 
@@ -263,16 +214,23 @@ impl OwnedNode {
         let (q, rest) = self.vectors.split_at(self.coordinates);
         let (v, rest) = rest.split_at(self.coordinates);
         let (a, force) = rest.split_at(self.coordinates);
+        let NodeScalars {
+            index,
+            t,
+            energy,
+            iterations,
+            stop,
+        } = self.scalars;
         AnyNode {
-            index: self.index,
-            t: self.t,
+            index,
+            t,
             q,
             v,
             a,
             force,
-            energy: self.energy,
-            iterations: self.iterations,
-            stop: self.stop,
+            energy,
+            iterations,
+            stop,
         }
     }
 }

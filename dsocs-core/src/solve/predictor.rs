@@ -342,6 +342,10 @@ impl Predictor {
     #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
     pub fn arrays<U: Array<f64>>(&mut self) -> Option<Arrays<'_, U>> {
+        // one look in place of eight
+        if self.past.len() < (DIFFERENCES + 2) * U::LENGTH {
+            return None;
+        }
         let (d0, rest) = U::split(&mut self.past)?;
         let (d1, rest) = U::split(rest)?;
         let (d2, rest) = U::split(rest)?;

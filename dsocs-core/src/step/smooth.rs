@@ -225,12 +225,16 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
     }
 }
 
-/// A sum as arrays, which is written back with [`write`].
+/// A sum of arrays, which is written back with [`write`].
 #[inline(always)]
-pub(crate) fn read<const N: usize>(sum: &mut Sum) -> Option<([&mut [f64; N]; 2], Compensated<N>)> {
-    let (hi, lo) = (sum.hi.first_chunk_mut()?, sum.lo.first_chunk_mut()?);
-    let sums = Compensated { hi: *hi, lo: *lo };
-    Some(([hi, lo], sums))
+pub(crate) fn read<const N: usize>([hi, lo]: &[&mut [f64; N]; 2]) -> Compensated<N> {
+    Compensated { hi: **hi, lo: **lo }
+}
+
+/// The parts of a sum as arrays.
+#[inline(always)]
+pub(crate) fn parts<const N: usize>(sum: &mut Sum) -> Option<[&mut [f64; N]; 2]> {
+    Some([sum.hi.first_chunk_mut()?, sum.lo.first_chunk_mut()?])
 }
 
 /// Arrays back into a sum.
@@ -256,37 +260,21 @@ struct State<const N: usize> {
     reason = "the state of the steps stays in registers: what is read once, the loop, what is written once"
 )]
 pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, count: u64) -> Halt {
-    if course.third.given.is_some() {
-        return Halt::Asks(Question::Start);
-    }
     let may_switch = S::ORDER == 2 && (S::EXTERNAL_FORCES || S::PIECEWISE);
-    let (Some((place_of_q, q)), Some((place_of_d, d))) = (read::<N>(&mut course.q), read::<N>(&mut course.d))
-    else {
+    let Some(vectors) = course.vectors.arrays::<N>().filter(|_| course.given.is_none()) else {
         return Halt::Asks(Question::Start);
     };
-    let mut place_of_third = None;
-    let mut third = None;
-    if const { S::ORDER > 2 }
-        && let (Some((place, second)), Some(before)) = (
-            read::<N>(&mut course.third.e),
-            course.third.before.first_chunk_mut::<N>(),
-        )
-    {
-        third = Some((second, *before));
-        place_of_third = Some((place, before));
-    }
-    let mut state = State { q, d, third };
+    let (e, solved_q, solved_d) = (vectors.e, vectors.solved_q, vectors.solved_d);
+    let third = (S::ORDER > 2).then(|| (read(&vectors.second), *vectors.before));
+    let mut state = State {
+        q: read(&vectors.q),
+        d: read(&vectors.d),
+        third,
+    };
     let Some((constants, _)) = <S::Constants<f64> as Array<f64>>::split(&mut course.constants) else {
         return Halt::Asks(Question::Start);
     };
     let Some(mut past) = course.predictor.arrays::<S::Unknown<f64>>() else {
-        return Halt::Asks(Question::Start);
-    };
-    let (Some(e), Some(solved_q), Some(solved_d)) = (
-        course.solved.e.first_chunk_mut::<N>(),
-        course.solved.q.first_chunk_mut::<N>(),
-        course.solved.d.first_chunk_mut::<N>(),
-    ) else {
         return Halt::Asks(Question::Start);
     };
     let mut made = 0;
@@ -345,8 +333,8 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             S::remember(constants, &second.hi);
         }
         (*e, *solved_q, *solved_d) = (found, leg.q, leg.d);
-        course.solved.t = leg.t;
-        course.solved.report = StepReport {
+        course.solved_at = leg.t;
+        course.report = StepReport {
             iterations: solved.root.evaluations,
             stop: solved.root.stop,
             guess: Guess::Predicted,
@@ -355,11 +343,11 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
         course.clock.tick();
         made += 1;
     };
-    write(place_of_q, &state.q);
-    write(place_of_d, &state.d);
-    if let (Some((place, place_of_before)), Some((second, before))) = (place_of_third, &state.third) {
-        write(place, second);
-        *place_of_before = *before;
+    write(vectors.q, &state.q);
+    write(vectors.d, &state.d);
+    if let (true, Some((second, before))) = (S::ORDER > 2, &state.third) {
+        write(vectors.second, second);
+        *vectors.before = *before;
     }
     halt
 }

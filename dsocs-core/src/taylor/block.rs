@@ -308,11 +308,8 @@ impl<O: Observer<N>, const N: usize> Member<'_, O, N> {
             return Goes::On;
         }
         let observer = &mut self.observer;
-        let mut node = |motion: &Integrator| {
-            let mut node = Node::unknown();
-            motion.tell(&**equations, node.room());
-            observer.node(&node)
-        };
+        let mut node =
+            |motion: &Integrator| observer.node(&Node::told(|node| motion.tell(&**equations, node)));
         let node: Option<&mut Visit<'_>> = if observes { Some(&mut node) } else { None };
         let until = match motion.hand_nodes_out(&**equations, &self.end, node) {
             ControlFlow::Continue(until) => until,

@@ -11,10 +11,10 @@ use super::recurrences::SeriesKernel;
 use super::state::Parts;
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
-use crate::kernel::report::StepReport;
+use crate::kernel::report::{NodeMut, StepReport};
 use crate::number::dispatch;
 use crate::number::point::AnyPoint;
-use crate::run::{AnyPolynomial, AnyVisitor, NodeMut, Room, Run, RunError, Traced};
+use crate::run::{AnyPolynomial, AnyVisitor, Room, Run, RunError, Traced};
 
 /// So many points are worked out before they are handed on: whole groups of registers of any size.
 const BUFFER: usize = 8 * REGISTERS;

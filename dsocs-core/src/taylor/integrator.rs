@@ -12,12 +12,12 @@ use super::watch::{self, End, Watch};
 use crate::error::SetupError;
 use crate::error::series::{FailedSeries, Jump, SeriesError, SeriesFailure};
 use crate::kernel::clock::Clock;
-use crate::kernel::report::{Guess, StepReport};
+use crate::kernel::report::{Guess, NodeMut, NodeScalars, StepReport};
 use crate::number::compensated::Compensated;
-use crate::number::point::AnyPoint;
+use crate::number::point::{AnyPoint, copy};
 use crate::regularity::deficiency;
 use crate::regularity::undefined;
-use crate::run::{AnyPolynomial, NodeMut, RunError, Search};
+use crate::run::{AnyPolynomial, RunError, Search};
 use crate::series::rows::Series;
 use crate::solve::newton::Stop;
 use crate::start::Phase;
@@ -250,22 +250,25 @@ impl Integrator {
     }
 
     /// Writes the current node.
-    pub(super) fn tell(&self, equations: &dyn SeriesKernel, node: NodeMut<'_>) {
+    pub(super) fn tell(&self, equations: &dyn SeriesKernel, mut node: NodeMut<'_>) {
         let declaration = equations.declaration();
         let t = self.clock.time();
         let (q, v, a) = match &self.on_grid {
             Some(state) => (state.q(), state.v(), state.a()),
             None => (self.now.q(), self.now.v(), self.acceleration()),
         };
-        for (room, x) in [(node.q, q), (node.v, v), (node.a, a)] {
-            for (room, x) in room.iter_mut().zip(x) {
-                *room = *x;
-            }
+        let [room_q, room_v, room_a, force] = node.split();
+        for (room, x) in [(room_q, q), (room_v, v), (room_a, a)] {
+            copy(room, x);
         }
-        declaration.continuous_force_into(AnyPoint { t, q, v, a }, node.force);
-        (*node.index, *node.t) = (self.clock.index(), t);
-        *node.energy = declaration.energy(t, q, v);
-        (*node.iterations, *node.stop) = (self.expansions, Stop::Start);
+        declaration.continuous_force_into(AnyPoint { t, q, v, a }, force);
+        *node.scalars = NodeScalars {
+            index: self.clock.index(),
+            t,
+            energy: declaration.energy(t, q, v),
+            iterations: self.expansions,
+            stop: Stop::Start,
+        };
     }
 
     /// Goes back to a point of the last step, a time `s` after its start.

@@ -78,8 +78,8 @@ pub(crate) fn kernel(name: &Ident, generics: &Generics, n: usize, kind: Kind) ->
             fn smooth(&self, course: &mut ::dsocs_core::__private::Course, count: u64) -> ::dsocs_core::__private::Halt {
                 #hot::smooth #of(self, course, count)
             }
-            fn report(&self, constants: &[f64], leg: #leg, e: &[f64], told: ::dsocs_core::__private::Told<'_>) {
-                #hot::report #of(self, constants, leg, e, told)
+            fn report(&self, course: &::dsocs_core::__private::Course, node: ::dsocs_core::__private::NodeMut<'_>) {
+                #hot::report #of(self, course, node)
             }
         }
     }
