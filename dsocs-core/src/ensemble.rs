@@ -258,8 +258,8 @@ impl<'a, const N: usize> Ensemble<'a, N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, if a holonomic constraint depends on it, or if there are not as many plans as
-    /// starts. A value that is not finite, or that the motion cannot go on with, is the error of its own trajectory.
+    /// [`RunError::Input`] if there is no such parameter, if it stands in a holonomic constraint or inside a `dot(…)`, or if there are not
+    /// as many plans as starts. A value that is not finite, or that the motion cannot go on with, is the error of its own trajectory.
     pub fn held(
         mut self,
         parameter: &str,

@@ -167,6 +167,7 @@ impl Shape {
             forms: S::FORMS,
             third_order: Cow::Borrowed(S::THIRD_ORDER),
             of_positions: Cow::Borrowed(S::OF_POSITIONS),
+            of_rates: Cow::Borrowed(S::OF_RATES),
             depends_on_time: S::DEPENDS_ON_TIME,
             external_forces: S::EXTERNAL_FORCES,
             linear: S::LINEAR,

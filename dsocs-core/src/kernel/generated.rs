@@ -51,6 +51,9 @@ pub trait Compiled<const N: usize>: Source + Sized {
     /// The parameters that holonomic constraints depend on, by their places: they cannot change during a run.
     const OF_POSITIONS: &'static [usize] = &[];
 
+    /// The parameters inside a `dot(…)`, by their places: their rates are taken to be zero, so they cannot change during a run.
+    const OF_RATES: &'static [usize] = &[];
+
     /// The values of the parameters, in order.
     fn parameters<T: Scalar>(&self) -> Self::Parameters<T>;
 

@@ -134,6 +134,15 @@ pub enum InputError {
         /// How many starts.
         starts: usize,
     },
+    /// The parameter stands inside a `dot(…)`, where its own rate is taken to be zero.
+    #[error(
+        "`{parameter}` cannot change at a node: it stands inside a `dot(…)`, which takes its rate to be zero, so what is differentiated \
+         there would have to jump; declare `{parameter}` as `Samples` or as a function of `t`, whose rates are known"
+    )]
+    Rate {
+        /// The name.
+        parameter: Cow<'static, str>,
+    },
     /// A holonomic constraint depends on the parameter.
     #[error(
         "`{parameter}` cannot change at a node: a holonomic constraint depends on it, and the position would have to jump; write the \

@@ -32,7 +32,9 @@ pub fn held_value(plan: &[[f64; 2]], t: f64, h: f64) -> Option<f64> {
 ///
 /// If a nonholonomic constraint changes, the velocity jumps onto it, by an impulse of the constraint force.
 ///
-/// A parameter of a holonomic constraint cannot be an input: the position would have to jump.
+/// A parameter of a holonomic constraint cannot be an input: the position would have to jump. Neither can a parameter inside a `dot(…)`
+/// of the declaration: the derivative does not contain the parameter's own rate, and what is differentiated would have to jump. Declare
+/// these as [`crate::Samples`] or as a function of `t`, whose rates are known.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -60,7 +62,8 @@ pub trait Inputs<const N: usize>: Stepper<N> {
     ///
     /// # Errors
     ///
-    /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if a holonomic constraint depends on it;
+    /// [`RunError::Input`] if there is no such parameter, if the value is not finite, or if the parameter stands in a holonomic constraint
+    /// or inside a `dot(…)`;
     /// [`RunError::Setup`] if the motion cannot go on with the value, for example because no acceleration is found.
     /// The run then stays as it was.
     fn set_input(&mut self, parameter: &str, value: f64) -> Result<(), RunError> {
@@ -115,6 +118,9 @@ pub(crate) fn place(shape: &Shape, parameter: &str, value: f64) -> Result<usize,
     }
     if shape.of_positions.contains(&place) {
         return Err(refused(InputError::Position { parameter }));
+    }
+    if shape.of_rates.contains(&place) {
+        return Err(refused(InputError::Rate { parameter }));
     }
     Ok(place)
 }

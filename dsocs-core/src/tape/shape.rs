@@ -46,6 +46,8 @@ pub struct Shape {
     pub third_order: Cow<'static, [usize]>,
     /// The places of the parameters that holonomic constraints depend on.
     pub of_positions: Cow<'static, [usize]>,
+    /// The places of the parameters inside a `dot(…)`: the derivative takes their own rates to be zero.
+    pub of_rates: Cow<'static, [usize]>,
     /// Whether any expression depends on time.
     pub depends_on_time: bool,
     /// Whether external forces act.

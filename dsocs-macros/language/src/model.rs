@@ -45,6 +45,8 @@ pub struct Model {
     pub(crate) phi_variational: Option<TriplePoint>,
     /// The observed expressions and their names, in `Q`, `V`, `A` and `T`.
     pub(crate) observe: Vec<(Ident, NodeId)>,
+    /// The expressions that the user differentiates along the motion: what stands in a `dot(…)`.
+    pub(crate) differentiated: Vec<NodeId>,
     /// What has no effect, or hardly the one that is meant.
     pub(crate) warnings: Vec<Warning>,
     /// What is said of all this for people; the parameters carry theirs themselves.
@@ -105,9 +107,20 @@ impl Model {
     /// jump.
     pub(crate) fn parameters_of_positions(&self) -> Vec<usize> {
         let holonomic = self.constraints.iter().filter(|row| row.kind == Kind::Holonomic);
+        self.parameters_of(holonomic.map(|row| row.value))
+    }
+
+    /// The parameters inside a `dot(…)`, by their places: the derivative takes their rates to be zero, so where one of them changes, what
+    /// is differentiated would have to jump.
+    pub(crate) fn parameters_of_rates(&self) -> Vec<usize> {
+        self.parameters_of(self.differentiated.iter().copied())
+    }
+
+    /// The parameters that values depend on, by their places.
+    fn parameters_of(&self, values: impl Iterator<Item = NodeId>) -> Vec<usize> {
         let mut found = BTreeSet::new();
-        for row in holonomic {
-            for param in self.graph.params_of(row.value) {
+        for value in values {
+            for param in self.graph.params_of(value) {
                 match param {
                     Param::Number(place) => {
                         found.insert(place);

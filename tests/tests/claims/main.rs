@@ -22,6 +22,7 @@ mod flow;
 mod garbage;
 mod geometry;
 mod global_error;
+mod input_rates;
 mod inputs;
 mod jacobians;
 mod jumps;

@@ -94,10 +94,16 @@ fn types(model: &Model, graph: &Graph, stages: &Stages, unknowns: &Unknowns) -> 
         n + model.multipliers(),
     ]
     .map(Literal::usize_unsuffixed);
-    let of_positions = model.parameters_of_positions();
-    let of_positions = of_positions.into_iter().map(Literal::usize_unsuffixed);
+    // what is empty has its default
+    let places = |name: TokenStream, places: Vec<usize>| {
+        let literals = places.iter().copied().map(Literal::usize_unsuffixed);
+        (!places.is_empty()).then(|| quote!(const #name: &'static [usize] = &[#(#literals),*];))
+    };
+    let of_positions = places(quote!(OF_POSITIONS), model.parameters_of_positions());
+    let of_rates = places(quote!(OF_RATES), model.parameters_of_rates());
     quote! {
-        const OF_POSITIONS: &'static [usize] = &[#(#of_positions),*];
+        #of_positions
+        #of_rates
         const LINEAR: bool = #linear;
         const JUMPS: bool = #jumps;
         const PIECEWISE: bool = #piecewise;

@@ -231,6 +231,7 @@ impl Lowering<'_> {
                 ),
             ));
         }
+        self.differentiated.push(value);
         for _ in 0..times {
             value = self.graph.total_derivative(value);
         }

@@ -33,12 +33,17 @@ pub(crate) fn model(
     };
     let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
     let outer = lowering.scope.len();
+    let used = unused::used(declaration);
     for binding in &declaration.lets {
         lowering.origins.clear();
+        let differentiated = lowering.differentiated.len();
         let value = match &binding.value {
             Ok(value) => lowering.binding(value),
             Err(reported) => Binding::Let(Err(*reported)),
         };
+        if !used.contains(&binding.name.to_string()) {
+            lowering.differentiated.truncate(differentiated);
+        }
         lowering.scope.push(&binding.name, value);
     }
     let scopes = Scopes {
@@ -120,6 +125,7 @@ pub(crate) fn model(
         phi_variational,
         phi_kinematic,
         observe,
+        differentiated: lowering.differentiated,
         graph,
     };
     check_factors(declaration, &model, errors)?;

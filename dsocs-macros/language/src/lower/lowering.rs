@@ -42,6 +42,8 @@ pub(super) struct Lowering<'d> {
     pub(super) functions: Vec<String>,
     /// How many terms of sums and calls of functions have been written out.
     pub(super) expanded: usize,
+    /// What is differentiated along the motion.
+    pub(super) differentiated: Vec<NodeId>,
     /// The derivatives in the expression being lowered, inner ones first.
     pub(super) origins: Vec<Origin>,
 }
@@ -93,6 +95,7 @@ impl<'d> Lowering<'d> {
                 .map(|binding| binding.name.to_string())
                 .collect(),
             expanded: 0,
+            differentiated: Vec::new(),
             origins: Vec::new(),
         };
         // fields first: where a field and a coordinate clash, the clash is reported and the coordinate is meant

@@ -6,7 +6,7 @@ use proc_macro2::Ident;
 use syn::visit::{self, Visit};
 use syn::{Expr, ExprPath};
 
-use crate::ast::{Declaration, Entry, MapRule};
+use crate::ast::{Declaration, Entry, Let, MapRule};
 use crate::graph::{Graph, Leaf};
 use crate::model::{Kind, Model, Warning};
 
@@ -44,17 +44,10 @@ fn is_at_rest(model: &Model, graph: &Graph, i: usize) -> bool {
 
 /// The `let`s whose names stand nowhere else.
 fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
-    let mut mentioned = Mentioned::default();
-    for expr in expressions(declaration) {
-        mentioned.visit_expr(expr);
+    let mut mentioned = in_statements(declaration);
+    for binding in &declaration.lets {
+        mentioned.of(binding);
     }
-    let observed = declaration
-        .observe
-        .given()
-        .into_iter()
-        .flat_map(|part| &part.names);
-    let observed = observed.flatten().map(ToString::to_string);
-    mentioned.0.extend(observed);
     let unused = declaration.lets.iter().filter(|binding| {
         let name = binding.name.to_string();
         !binding.shared && !name.starts_with('_') && !mentioned.0.contains(&name)
@@ -66,15 +59,37 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
     unused.map(|binding| warning(&binding.name)).collect()
 }
 
-/// All expressions of a declaration.
+/// The names that statements use, directly or through `let`s.
+pub(super) fn used(declaration: &Declaration) -> HashSet<String> {
+    let mut mentioned = in_statements(declaration);
+    // a `let` uses those before it
+    for binding in declaration.lets.iter().rev() {
+        if mentioned.0.contains(&binding.name.to_string()) {
+            mentioned.of(binding);
+        }
+    }
+    mentioned.0
+}
+
+/// The names that stand in statements, other than `let`s.
+fn in_statements(declaration: &Declaration) -> Mentioned {
+    let mut mentioned = Mentioned::default();
+    for expr in expressions(declaration) {
+        mentioned.visit_expr(expr);
+    }
+    let observed = declaration
+        .observe
+        .given()
+        .into_iter()
+        .flat_map(|part| &part.names);
+    let observed = observed.flatten().map(ToString::to_string);
+    mentioned.0.extend(observed);
+    mentioned
+}
+
+/// All expressions of statements, other than `let`s.
 fn expressions(declaration: &Declaration) -> Vec<&Expr> {
     let mut all: Vec<&Expr> = Vec::new();
-    all.extend(
-        declaration
-            .lets
-            .iter()
-            .filter_map(|binding| binding.value.as_ref().ok()),
-    );
     for part in [
         &declaration.lagrangian,
         &declaration.discrete_lagrangian,
@@ -119,6 +134,15 @@ fn values<'d>(entries: impl Iterator<Item = &'d Entry>) -> impl Iterator<Item = 
 /// The names that stand in expressions.
 #[derive(Default)]
 struct Mentioned(HashSet<String>);
+
+impl Mentioned {
+    /// Those in the value of a `let`.
+    fn of(&mut self, binding: &Let) {
+        if let Ok(value) = &binding.value {
+            self.visit_expr(value);
+        }
+    }
+}
 
 impl<'ast> Visit<'ast> for Mentioned {
     fn visit_expr_path(&mut self, path: &'ast ExprPath) {

@@ -8,6 +8,7 @@ mod hints;
 mod meaning;
 mod mistakes;
 mod random;
+mod rates;
 mod text;
 mod third_order;
 mod time_mistakes;
