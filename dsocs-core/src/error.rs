@@ -17,6 +17,21 @@ use crate::regularity::undefined::Undefined;
 use crate::solve::failure::{History, NewtonFailure, StepFailure};
 use crate::tape::Symmetry;
 
+/// Makes the `Debug` of an error its message, so that `fn main() -> Result<(), Box<dyn Error>>` and `unwrap` print a text for people.
+///
+/// A message of this library tells its cause, too: the sources of an error need not be printed after it.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! debug_is_message {
+    ($error:ident $(<$size:ident>)?) => {
+        impl $(<const $size: usize>)? ::core::fmt::Debug for $error $(<$size>)? {
+            fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                ::core::fmt::Display::fmt(self, f)
+            }
+        }
+    };
+}
+
 /// A failed iteration, after what the equations leave open, or what in them has no value, if that is why.
 struct Told<'a>(Option<&'a Deficiency>, Option<&'a Undefined>, &'a NewtonFailure);
 
@@ -69,7 +84,7 @@ impl fmt::Display for Violation {
 }
 
 /// Why a run could not be set up.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SetupError {
     /// The step is zero, infinite or not a number.
@@ -260,6 +275,8 @@ pub enum SetupError {
     Series(#[from] SeriesError),
 }
 
+crate::debug_is_message!(SetupError);
+
 /// What is said of roots that have become one.
 const MULTIPLE: &str = "every update of the iteration is the same part of the one before, so several solutions are one here, and the equations do not \
                         determine it as the theorem asks: write the root itself instead of a power of it, as `ddot(x) + x` for `(ddot(x) + x).powi(2)`";
@@ -360,8 +377,10 @@ impl FailedStep {
 }
 
 /// A step without a solution. The details are boxed, so that a step that succeeds costs nothing more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct StepError(Box<FailedStep>);
+
+crate::debug_is_message!(StepError);
 
 impl StepError {
     /// Wraps the details.

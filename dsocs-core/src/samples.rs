@@ -46,7 +46,7 @@ pub struct Samples {
 }
 
 /// Samples that do not define a function.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SamplesError {
     /// There are no samples.
@@ -75,6 +75,8 @@ pub enum SamplesError {
         before: f64,
     },
 }
+
+crate::debug_is_message!(SamplesError);
 
 impl Samples {
     /// Straight lines from sample to sample. A sample is a place and a value.

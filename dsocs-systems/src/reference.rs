@@ -11,7 +11,7 @@ use crate::pendulum::InertiaWheelPendulum;
 const TOLERANCE: f64 = 1e-16;
 
 /// The continuous motion could not be computed.
-#[derive(Clone, Debug, Error)]
+#[derive(Clone, Error)]
 #[error("the continuous pendulum cannot be integrated beyond t = {time}: {cause}")]
 pub struct ReferenceError {
     /// The time that was reached, in s.
@@ -20,6 +20,8 @@ pub struct ReferenceError {
     #[source]
     pub cause: RunError,
 }
+
+dsocs_core::debug_is_message!(ReferenceError);
 
 /// A motion of the continuous pendulum on its proper branch, at equal intervals.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::run::RunError;
 
 /// Why a path could not be run, or not be differentiated.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DerivativeError {
     /// The path could not be run.
@@ -102,3 +102,5 @@ pub enum DerivativeError {
         time: f64,
     },
 }
+
+crate::debug_is_message!(DerivativeError);

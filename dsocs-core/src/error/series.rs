@@ -9,7 +9,7 @@ use crate::regularity::deficiency::Deficiency;
 use crate::regularity::undefined::Undefined;
 
 /// Why a run by Taylor series failed.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SeriesFailure {
     /// A coefficient of the series is infinite or not a number.
@@ -58,6 +58,8 @@ pub enum SeriesFailure {
         by: Jump,
     },
 }
+
+crate::debug_is_message!(SeriesFailure);
 
 /// What makes a velocity, or a position, jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,8 +111,10 @@ pub struct FailedSeries {
 
 /// A run by Taylor series that failed, or did not begin. The details are boxed, so that a step that succeeds costs nothing
 /// more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct SeriesError(Box<FailedSeries>);
+
+crate::debug_is_message!(SeriesError);
 
 impl SeriesError {
     /// Wraps the details.

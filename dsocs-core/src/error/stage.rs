@@ -66,8 +66,10 @@ impl FailedStage {
 }
 
 /// A composed step that failed. The details are boxed, so that a step that succeeds costs nothing more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct StageError(Box<FailedStage>);
+
+crate::debug_is_message!(StageError);
 
 impl StageError {
     /// Wraps the details.

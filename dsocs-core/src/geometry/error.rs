@@ -6,7 +6,7 @@ use crate::error::SetupError;
 use crate::solve::failure::NewtonFailure;
 
 /// A step could not be solved, or its solution could not be differentiated.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
     /// The step or a parameter cannot be used.
@@ -74,6 +74,8 @@ pub enum GeometryError {
         q1: Vec<f64>,
     },
 }
+
+crate::debug_is_message!(GeometryError);
 
 /// How far the search for a first node came.
 fn last_update(update: f64) -> String {

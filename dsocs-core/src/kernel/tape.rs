@@ -26,7 +26,7 @@ pub struct TapeKernel {
 }
 
 /// Why a tape and a shape make no system.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum TapeError {
     /// The tape and the shape belong to different declarations, or the tape is malformed.
@@ -45,6 +45,8 @@ pub enum TapeError {
     )]
     Functions,
 }
+
+crate::debug_is_message!(TapeError);
 
 /// What is evaluated often. Each program reads what was computed before from the slices that it is handed.
 #[derive(Debug)]

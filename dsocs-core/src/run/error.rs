@@ -13,7 +13,7 @@ use crate::solve::failure::StepFailure;
 ///
 /// The variants say what failed; each carries the step, the time, the nodes and the cause, and its message says what to try.
 /// [`core::error::Error::source`] returns the cause. The details are boxed, so that a step that succeeds costs nothing more.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// The run could not be set up.
@@ -48,8 +48,10 @@ pub enum RunError {
     OneWay(Box<OneWay>),
 }
 
+crate::debug_is_message!(RunError);
+
 /// A time to run to that lies behind the current time, in the direction of the run.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[error(
     "t = {until} cannot be reached from t = {time}{}: it lies the other way (a negative step, or `reverse`, runs back in time)",
     with_the_step(*.h)
@@ -63,13 +65,15 @@ pub struct Behind {
     pub h: Option<f64>,
 }
 
+crate::debug_is_message!(Behind);
+
 /// The step as a message tells it.
 fn with_the_step(h: Option<f64>) -> String {
     h.map_or_else(String::new, |h| format!(" with the step h = {h}"))
 }
 
 /// The function of an event has no value or no derivatives at a point of the motion.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[derive(Clone, Copy, PartialEq, Error)]
 #[error(
     "the function of event {event} has no Taylor series at t = {time}: it is not finite there, or it is an observed expression \
      that calls a function of the user's (give it as Event::function)"
@@ -81,6 +85,8 @@ pub struct FailedEvent {
     pub time: f64,
 }
 
+crate::debug_is_message!(FailedEvent);
+
 /// A method that has no step back in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OneWay {
@@ -91,7 +97,7 @@ pub struct OneWay {
 }
 
 /// An input that cannot be set.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InputError {
     /// There is no parameter of that name.
@@ -153,6 +159,8 @@ pub enum InputError {
         parameter: Cow<'static, str>,
     },
 }
+
+crate::debug_is_message!(InputError);
 
 impl RunError {
     /// A time that lies behind.

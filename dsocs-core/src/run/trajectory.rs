@@ -76,7 +76,7 @@ impl<'a, const N: usize> IntoIterator for &'a Trajectory<N> {
 }
 
 /// A run that failed, with everything that it had computed.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[error("{error}")]
 pub struct Failure<const N: usize> {
     /// Why it ended.
@@ -85,3 +85,5 @@ pub struct Failure<const N: usize> {
     /// The nodes before the failure.
     pub trajectory: Trajectory<N>,
 }
+
+crate::debug_is_message!(Failure<N>);

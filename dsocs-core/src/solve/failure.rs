@@ -37,7 +37,7 @@ impl fmt::Display for StepFailure {
 }
 
 /// A failed Newton iteration: why it ended, and its history.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct NewtonFailure {
     /// Why it ended.
     pub reason: StepFailure,
@@ -50,6 +50,8 @@ pub struct NewtonFailure {
     /// The unknowns of the other root, for [`StepFailure::AmbiguousRoot`]; empty otherwise.
     pub other: Vec<f64>,
 }
+
+crate::debug_is_message!(NewtonFailure);
 
 /// So many of the last updates say how the iteration converges.
 const TAIL: usize = 8;

@@ -92,9 +92,11 @@ fn called_with_plain(arguments: &[Dual<f64>], call: &dyn Fn(&[f64]) -> f64) -> D
 }
 
 /// Bytes that are no tape, or a tape of another version of this crate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, Copy, PartialEq, Eq, Error)]
 #[error("these bytes are no tape of this version")]
 pub struct MalformedTape;
+
+crate::debug_is_message!(MalformedTape);
 
 /// The operations of a declaration, and the programs that were made of them so far.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use proc_macro2::Span;
 /// A mistake in a declaration, and where it is.
 ///
 /// In text, places are those of the text. In tokens that a compiler has handed over, they are those of its files.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Mistake {
     /// The line in which the mistake begins, from 1.
@@ -53,6 +53,13 @@ impl fmt::Display for Mistake {
     /// `line:column: message`.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}:{}: {}", self.line, self.column, self.message)
+    }
+}
+
+impl fmt::Debug for Mistake {
+    /// Its message: `main` and `unwrap` print a text for people.
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, formatter)
     }
 }
 

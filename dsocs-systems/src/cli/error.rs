@@ -147,7 +147,7 @@ fn numbered(options: &[&str], count: usize) -> String {
 }
 
 /// A command failed.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum CliError {
     /// A name does not exist.
@@ -342,6 +342,8 @@ pub enum CliError {
     #[error(transparent)]
     Figure(#[from] FigureError),
 }
+
+dsocs_core::debug_is_message!(CliError);
 
 impl CliError {
     /// An error of standard output; a reader that has gone is told apart.

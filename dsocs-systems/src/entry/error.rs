@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{RunFailure, UnknownName};
 
 /// An entry contradicts the declaration of its system.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[error("the entry `{name}`: {cause}")]
 pub struct EntryError {
     /// The entry.
@@ -16,8 +16,10 @@ pub struct EntryError {
     pub cause: Mistake,
 }
 
+dsocs_core::debug_is_message!(EntryError);
+
 /// What is wrong with an entry.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Mistake {
     /// The number of components of a vector is not the number of coordinates.
@@ -46,8 +48,10 @@ pub enum Mistake {
     Twice,
 }
 
+dsocs_core::debug_is_message!(Mistake);
+
 /// A system could not be checked.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CheckFailure {
     /// The start does not fit the system.
@@ -63,3 +67,5 @@ pub enum CheckFailure {
     #[error("the motion to check: {0}")]
     Geometry(#[from] GeometryError),
 }
+
+dsocs_core::debug_is_message!(CheckFailure);

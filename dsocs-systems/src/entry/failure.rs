@@ -6,7 +6,7 @@ use dsocs_core::{RunError, SetupError};
 use thiserror::Error;
 
 /// A run did not reach its end.
-#[derive(Clone, Debug, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum RunFailure {
     /// It did not begin.
@@ -32,3 +32,5 @@ pub enum RunFailure {
     #[error("the error cannot be estimated: {0}")]
     Estimate(#[source] RunError),
 }
+
+dsocs_core::debug_is_message!(RunFailure);

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// A name that does not exist, and those that do.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[derive(Clone, PartialEq, Eq, Error)]
 #[error("there is no {kind} `{name}`{}; known: {}", suggestion(.nearest.as_deref()), .known.join(", "))]
 pub struct UnknownName {
     /// What the name should have named.
@@ -15,6 +15,8 @@ pub struct UnknownName {
     /// All names.
     pub known: Vec<String>,
 }
+
+dsocs_core::debug_is_message!(UnknownName);
 
 impl UnknownName {
     /// The error for a name that is none of `known`.

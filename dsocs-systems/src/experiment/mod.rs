@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::reference::ReferenceError;
 
 /// An experiment failed.
-#[derive(Clone, Debug, Error)]
+#[derive(Clone, Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
     /// A run could not be set up.
@@ -23,6 +23,8 @@ pub enum ExperimentError {
     #[error(transparent)]
     Reference(#[from] ReferenceError),
 }
+
+dsocs_core::debug_is_message!(ExperimentError);
 
 /// How the second node follows from position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]

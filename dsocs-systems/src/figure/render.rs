@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{Figure, draw};
 
 /// A figure could not be made.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum FigureError {
     /// The file name says neither SVG nor PNG.
@@ -23,6 +23,8 @@ pub enum FigureError {
     #[error("the picture cannot be made: {0}")]
     Png(String),
 }
+
+dsocs_core::debug_is_message!(FigureError);
 
 /// The format of a figure's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::entry::UnknownName;
 
 /// A sweep cannot begin or go on. A point that fails is not such an error: the table has a row that says why.
-#[derive(Debug, Error)]
+#[derive(Error)]
 #[non_exhaustive]
 pub enum SweepError {
     /// The plan is not valid TOML.
@@ -75,6 +75,8 @@ pub enum SweepError {
     #[error("a thread of the sweep panicked: {0}")]
     Panicked(String),
 }
+
+dsocs_core::debug_is_message!(SweepError);
 
 impl SweepError {
     /// Something is wrong at a place of a plan.

@@ -16,6 +16,7 @@ mod driven_library;
 mod energy;
 mod ensemble;
 mod error_tables;
+mod error_text;
 mod external_forces;
 mod factors_at_rest;
 mod flow;
