@@ -203,6 +203,11 @@ pub mod __private {
         pub use crate::step::smooth::smooth;
     }
 
+    /// Constants that a declaration knows without an import.
+    pub mod __circle {
+        pub use core::f64::consts::{PI, TAU};
+    }
+
     /// Computes a part of a long method in a function of its own.
     #[inline(never)]
     pub fn apart<R>(part: impl FnOnce() -> R) -> R {

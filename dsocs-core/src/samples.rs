@@ -1,17 +1,20 @@
 //! Functions that are given by samples: a measured wind, a planned torque.
 
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
 use thiserror::Error;
 
 use crate::number::real::Real;
 
-/// A function of one variable through given samples, with straight lines or a cubic spline between them. A sample is a place (a value of the
+/// A function of one variable through given samples, with straight lines or cubic polynomials between them. A sample is a place (a value of the
 /// argument) and the value of the function there.
 ///
 /// A declaration calls [`Samples::at`] like any other function, with the time or a coordinate as argument. Before the first and after the
 /// last sample the function is constant.
 ///
-/// Where two pieces meet, a derivative jumps: the first derivative of straight lines, the third of a spline. This does not lower the
-/// order 2 of the step. A step of a [`TaylorFlow`](crate::TaylorFlow) ends at such a place.
+/// Where two pieces meet, a derivative jumps: the first derivative of straight lines ([`Samples::linear`]), the second of a curve that keeps
+/// between its samples ([`Samples::monotone`]), the third of a spline ([`Samples::cubic`]). This does not lower the order 2 of the step. A step of a [`TaylorFlow`](crate::TaylorFlow) ends at such a place.
 ///
 /// ```
 /// use dsocs_core::prelude::*;
@@ -46,7 +49,7 @@ pub struct Samples {
 }
 
 /// Samples that do not define a function.
-#[derive(Clone, Copy, PartialEq, Error)]
+#[derive(Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum SamplesError {
     /// There are no samples.
@@ -73,6 +76,24 @@ pub enum SamplesError {
         place: f64,
         /// The place before.
         before: f64,
+    },
+    /// A file of samples cannot be read.
+    #[error("cannot read {}: {cause}", .file.display())]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        cause: String,
+    },
+    /// A line of a file is no sample.
+    #[error("line {line} of {} is `{found}`; expected a place and a value, two numbers", .file.display())]
+    Line {
+        /// The file.
+        file: PathBuf,
+        /// The number of the line, from 1.
+        line: usize,
+        /// The line.
+        found: String,
     },
 }
 
@@ -104,8 +125,100 @@ impl Samples {
     pub fn cubic(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, SamplesError> {
         let (places, values) = checked(samples)?;
         let chords = slopes(&places, &values);
-        let lengths: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let lengths = lengths(&places);
         let tangents = tangents(&lengths, &chords);
+        Ok(Self::hermite(places, &values, (&lengths, &chords), &tangents))
+    }
+
+    /// Cubic polynomials that do not overshoot: between two samples the function lies between their values, and where samples rise or
+    /// fall, so does it. It is once continuously differentiable. For a smooth monotone function its error is of third order in the distances
+    /// of the places at least; beside an extremum it is of second order, since the curve is flat at a sample that is one.
+    ///
+    /// The slopes at the samples are weighted harmonic means of those of the chords (F. N. Fritsch and J. Butland, *A method for constructing
+    /// local monotone piecewise cubic interpolants*, SIAM J. Sci. Stat. Comput. 5, 1984), as in `PchipInterpolator` of scipy.
+    ///
+    /// ```
+    /// use dsocs_core::Samples;
+    ///
+    /// // a valve that opens: a spline would swing below 0 and above 1
+    /// let valve = Samples::monotone([(0.0, 0.0), (1.0, 0.0), (1.1, 1.0), (2.0, 1.0)])?;
+    /// assert!((0..=200).all(|k| (0.0..=1.0).contains(&valve.at(0.01 * f64::from(k)))));
+    /// # Ok::<(), dsocs_core::SamplesError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Samples::linear`].
+    pub fn monotone(samples: impl IntoIterator<Item = (f64, f64)>) -> Result<Self, SamplesError> {
+        let (places, values) = checked(samples)?;
+        let (lengths, chords) = (lengths(&places), slopes(&places, &values));
+        let tangents = monotone_tangents(&lengths, &chords);
+        Ok(Self::hermite(places, &values, (&lengths, &chords), &tangents))
+    }
+
+    /// The samples of a text file, such as a `.csv` file: a place and a value in each line, between them a comma, a semicolon or blanks. A first
+    /// line of names is left out, as are empty lines and those that begin with `#`.
+    ///
+    /// ```
+    /// use dsocs_core::Samples;
+    ///
+    /// # let folder = std::env::temp_dir().join(format!("dsocs-samples-{}", std::process::id()));
+    /// # std::fs::create_dir_all(&folder)?;
+    /// # let file = folder.join("wind.csv");
+    /// std::fs::write(&file, "time,wind\n0,1.5\n1,2.5\n")?;
+    /// let wind = Samples::monotone(Samples::read(&file)?)?;
+    /// assert_eq!(wind.at(0.5), 2.0);
+    /// # std::fs::remove_dir_all(folder)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`SamplesError::File`] if the file cannot be read; [`SamplesError::Line`] if a line is not of two numbers.
+    pub fn read(file: impl AsRef<Path>) -> Result<Vec<(f64, f64)>, SamplesError> {
+        let file = file.as_ref();
+        let refused = |error: io::Error| SamplesError::File {
+            file: file.to_owned(),
+            cause: error.to_string(),
+        };
+        let text = fs::read_to_string(file).map_err(refused)?;
+        let lines = text
+            .trim_start_matches('\u{feff}')
+            .lines()
+            .map(str::trim)
+            .enumerate();
+        let lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let mut samples = Vec::new();
+        for (row, (number, line)) in lines.enumerate() {
+            let fields = line
+                .split([',', ';', '\t', ' '])
+                .map(|field| field.trim().trim_matches('"'));
+            let numbers: Vec<Option<f64>> = (fields.filter(|field| !field.is_empty()))
+                .map(|field| field.parse().ok())
+                .collect();
+            match numbers.as_slice() {
+                &[Some(place), Some(value)] => samples.push((place, value)),
+                // names of the columns
+                names if row == 0 && names.iter().all(Option::is_none) => {}
+                _ => {
+                    return Err(SamplesError::Line {
+                        file: file.to_owned(),
+                        line: number + 1,
+                        found: line.to_owned(),
+                    });
+                }
+            }
+        }
+        Ok(samples)
+    }
+
+    /// Cubic polynomials with given slopes at the samples.
+    fn hermite(
+        places: Vec<f64>,
+        values: &[f64],
+        (lengths, chords): (&[f64], &[f64]),
+        tangents: &[f64],
+    ) -> Self {
         let mut pieces: Vec<_> = (0..chords.len())
             .map(|i| {
                 let (h, chord, [left, right]) = (lengths[i], chords[i], [tangents[i], tangents[i + 1]]);
@@ -114,7 +227,7 @@ impl Samples {
             })
             .collect();
         pieces.extend(values.last().map(|&last| [last, 0.0, 0.0, 0.0]));
-        Ok(Self { places, pieces })
+        Self { places, pieces }
     }
 
     /// The places of the samples, in ascending order.
@@ -166,6 +279,45 @@ fn slopes(places: &[f64], values: &[f64]) -> Vec<f64> {
     let values = values.windows(2).map(|pair| pair[1] - pair[0]);
     let places = places.windows(2).map(|pair| pair[1] - pair[0]);
     values.zip(places).map(|(rise, run)| rise / run).collect()
+}
+
+/// The distances of the places.
+fn lengths(places: &[f64]) -> Vec<f64> {
+    places.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+/// Slopes at the samples with which cubic polynomials are monotone wherever the samples are: at most three times those of the chords beside
+/// them, and zero at extrema.
+fn monotone_tangents(lengths: &[f64], chords: &[f64]) -> Vec<f64> {
+    let last = chords.len();
+    match last {
+        0 => return vec![0.0],
+        1 => return vec![chords[0]; 2],
+        _ => {}
+    }
+    // by the parabola through three samples, unless it would turn
+    let end = |near: usize, far: usize| {
+        let (h, k, chord, next) = (lengths[near], lengths[far], chords[near], chords[far]);
+        let slope = ((2.0 * h + k) * chord - h * next) / (h + k);
+        if slope * chord <= 0.0 {
+            0.0
+        } else if chord * next <= 0.0 && slope.abs() > 3.0 * chord.abs() {
+            3.0 * chord
+        } else {
+            slope
+        }
+    };
+    let mut tangents = Vec::with_capacity(last + 1);
+    tangents.push(end(0, 1));
+    for i in 1..last {
+        let ([h, k], [left, right]) = ([lengths[i - 1], lengths[i]], [chords[i - 1], chords[i]]);
+        let turns = left == 0.0 || right == 0.0 || (left > 0.0) != (right > 0.0);
+        let weights = [2.0 * k + h, k + 2.0 * h];
+        let mean = (weights[0] + weights[1]) / (weights[0] / left + weights[1] / right);
+        tangents.push(if turns { 0.0 } else { mean });
+    }
+    tangents.push(end(last - 1, last - 2));
+    tangents
 }
 
 /// The slopes of the spline at the samples, by elimination of a tridiagonal system (de Boor, *A Practical Guide to Splines*, chapter IV).
@@ -260,6 +412,164 @@ mod tests {
                 "{knot}: {left} {right}"
             );
         }
+    }
+
+    /// Numbers between -1 and 1 that look random.
+    fn draws(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64) / f64::from(1_u32 << 30) - 1.0
+        }
+    }
+
+    #[test]
+    fn a_monotone_curve_does_not_overshoot() {
+        for seed in 0..200 {
+            let mut draw = draws(seed);
+            let mut place = 0.0;
+            let samples: Vec<(f64, f64)> = (0..9)
+                .map(|_| {
+                    place += 1e-3 + draw().abs();
+                    // some of them equal, some of another size
+                    let value = (2.0 * draw()).round() * 10_f64.powf(2.0 * draw());
+                    (place, value)
+                })
+                .collect();
+            let curve = Samples::monotone(samples.clone()).unwrap();
+            let mut spline_overshoots = false;
+            let spline = Samples::cubic(samples.clone()).unwrap();
+            for pair in samples.windows(2) {
+                let [(from, left), (to, right)] = [pair[0], pair[1]];
+                let (low, high) = (left.min(right), left.max(right));
+                // rounding of the terms of a cubic
+                let slack = 1e-13 * left.abs().max(right.abs());
+                let mut before = left;
+                for k in 1..=50 {
+                    let x = from + (to - from) * f64::from(k) / 50.0;
+                    let value = if k == 50 { right } else { curve.at(x) };
+                    assert!(low - slack <= value && value <= high + slack, "{seed} at {x}");
+                    assert!(
+                        (value - before) * (right - left) >= -slack * (right - left).abs(),
+                        "{seed} at {x}"
+                    );
+                    before = value;
+                    let value = spline.at(x);
+                    spline_overshoots |= value < low - 1e-3 || value > high + 1e-3;
+                }
+            }
+            assert!(spline_overshoots, "{seed}: a spline would do as well");
+            // the slope is continuous
+            for &(knot, _) in &samples[1..8] {
+                let slope = |x: f64| curve.at(Dual::new(x, 1.0)).eps;
+                let [left, right] = [knot - 1e-10, knot + 1e-10].map(slope);
+                assert!(
+                    (left - right).abs() < 1e-3 * (1.0 + left.abs()),
+                    "{seed}: {left} {right}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_monotone_curve_is_of_third_order() {
+        let error = |count: i32| {
+            let h = 1.0 / f64::from(count);
+            let samples = (0..=count).map(|k| (h * f64::from(k), (h * f64::from(k)).exp()));
+            let samples = Samples::monotone(samples).unwrap();
+            (0..1000)
+                .map(|k| 0.001 * f64::from(k))
+                .map(|x| (samples.at(x) - x.exp()).abs())
+                .fold(0.0, f64::max)
+        };
+        let order = (error(40) / error(80)).log2();
+        assert!(order > 2.9, "{order}");
+    }
+
+    /// Against `PchipInterpolator` of scipy 1.17.1.
+    #[test]
+    fn a_monotone_curve_by_another_hand() {
+        const AT: [f64; 8] = [0.25, 0.75, 1.2, 1.45, 2.0, 2.9, 3.1, 3.7];
+        for (values, expected) in [
+            (
+                [0.0, 1.0, 4.0, 4.5, 2.0],
+                [
+                    0.068_965_517_241_379_31,
+                    0.581_896_551_724_137_9,
+                    2.154_440_099_537_859_4,
+                    3.894_317_454_674_724_6,
+                    4.294_578_083_237_877,
+                    4.498_248_186_330_660_5,
+                    4.4627,
+                    3.074_099_999_999_999,
+                ],
+            ),
+            (
+                [0.0, 3.0, 1.0, -4.0, -4.5],
+                [
+                    1.546_875_000_000_000_2,
+                    2.890_624_999_999_999_6,
+                    2.473_230_769_230_769_3,
+                    1.205_538_461_538_462,
+                    -1.024_728_085_501_566_4,
+                    -3.887_079_126_725_536_7,
+                    -4.081_127_071_823_205,
+                    -4.444_209_944_751_381,
+                ],
+            ),
+        ] {
+            let places = [0.0, 1.0, 1.5, 3.0, 4.0];
+            let curve = Samples::monotone(places.into_iter().zip(values)).unwrap();
+            for (x, expected) in AT.into_iter().zip(expected) {
+                let value = curve.at(x);
+                assert!(
+                    (value - expected).abs() < 1e-14,
+                    "{x}: {value}, expected {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn samples_of_a_file() {
+        let folder = std::env::temp_dir().join(format!("dsocs-samples-of-a-file-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let read = |text: &str| {
+            let file = folder.join("samples.csv");
+            fs::write(&file, text).unwrap();
+            Samples::read(&file)
+        };
+        let expected = Ok(vec![(0.0, 1.5), (1e-1, -2.0)]);
+        for text in [
+            "0,1.5\n0.1,-2\n",
+            "\u{feff}time, value\r\n0, 1.5\r\n\r\n1e-1, -2.0",
+            "# measured\nt;x\n0;1.5\n# again\n.1;-2\n",
+            "0 1.5\n0.1\t-2\n",
+            "\"t\",\"x\"\n\"0\",\"1.5\"\n0.1,-2\n",
+        ] {
+            assert_eq!(read(text), expected, "{text}");
+        }
+        for (text, wrong) in [
+            ("0,1\nsoon,2\n", 2),
+            ("0,1\n1\n", 2),
+            ("0,1,2\n", 1),
+            ("t,x\nt,x\n", 2),
+            ("1,x\n", 1),
+        ] {
+            let found = read(text);
+            assert!(
+                matches!(&found, Err(SamplesError::Line { line, .. }) if *line == wrong),
+                "{text}: {found:?}"
+            );
+        }
+        fs::remove_dir_all(&folder).unwrap();
+        let none = Samples::read(&folder).unwrap_err();
+        assert!(
+            matches!(none, SamplesError::File { .. }) && none.to_string().contains("cannot read"),
+            "{none}"
+        );
     }
 
     #[test]

@@ -108,7 +108,7 @@ use proc_macro::TokenStream;
 ///   `<`: if one of the numbers is NaN, `min` gives `b` and `max` gives `a`.
 /// - A parameter is a field of the struct, by its name alone. Fields of type `f32` and of the integer types that
 ///   `f64` can represent exactly are converted. A `bool` can be used in conditions. `masses[2]`, `geometry.length`,
-///   `table.value(3)`, `std::f64::consts::PI` and constants in capitals are parameters too: any expression without
+///   `table.value(3)`, `std::f64::consts::LN_2` and constants in capitals (`PI` and `TAU` without an import) are parameters too: any expression without
 ///   coordinates.
 /// - Any other function or method of coordinates is your own: `curvature.at(x, y)`, `friction(dot(x))`. If its derivative is
 ///   needed, it is called with dual numbers, so it has to be generic over its number type. Its arguments are

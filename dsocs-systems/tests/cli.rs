@@ -686,8 +686,8 @@ fn an_input_is_held_from_time_to_time() {
             "none.csv is no plan of an input",
         ),
         (
-            vec!["--input".to_owned(), written("words.csv", "0,1\nsoon,2\n")],
-            "a time and a value in row 2, found `soon,2`",
+            vec!["--input".to_owned(), written("soon.csv", "0,1\nsoon,2\n")],
+            "line 2 of soon.csv is `soon,2`; expected a place and a value",
         ),
         (
             vec!["--input".to_owned(), written("back.csv", "0,1\n0,2\n")],

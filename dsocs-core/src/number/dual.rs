@@ -25,13 +25,13 @@ impl Part for f64 {
 
 /// A value and a derivative: the number type in which the cost of a [`Path`](crate::Path) is written.
 ///
-/// It has the functions of [`Real`]. The right operand of its operators may be an `f64`. Comparisons look only at the value.
+/// It has the functions of [`Real`]. An operand of its operators may be an `f64`, on either side. Comparisons look only at the value.
 ///
 /// ```
 /// use dsocs_core::{Dual, Real};
 ///
 /// let x = Dual::new(0.5, 1.0);
-/// let y = x * x * 3.0 + x.sin();
+/// let y = 3.0 * x * x + x.sin();
 /// assert_eq!((y.re, y.eps), (0.75 + 0.5_f64.sin(), 3.0 + 0.5_f64.cos()));
 /// ```
 #[derive(Clone, Copy, Debug)]

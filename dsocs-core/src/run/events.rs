@@ -145,7 +145,8 @@ impl<'e, const N: usize> Event<'e, N> {
         Self(AnyEvent::observable(index))
     }
 
-    /// A function of position, velocity and acceleration. A [`Jet`] has the functions of [`crate::Real`].
+    /// A function of position, velocity and acceleration. A [`Jet`] has the functions of [`crate::Real`], and a plain number may stand on either
+    /// side of an operator: `Event::function(|p| 2.9 + p.q[2])`.
     #[must_use]
     pub fn function(function: impl Fn(&Point<Jet, N>) -> Jet + 'e) -> Self {
         Self(AnyEvent::function(move |point| function(&Point::of(point))))

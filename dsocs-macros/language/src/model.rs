@@ -202,6 +202,8 @@ pub(crate) struct Warning {
     pub(crate) place: Ident,
     /// What is to be said about it.
     pub(crate) message: String,
+    /// Whether nothing uses the name, of which the compiler has a warning of its own.
+    pub(crate) unused: bool,
 }
 
 /// Documentation, each in one line.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
+use dsocs_core::Samples;
 
 use super::CliError;
 use crate::entry::{Entry, HeldInput, UnknownName};
@@ -56,41 +57,23 @@ impl InputArguments {
 
 /// The times and values of a plan.
 fn plan(path: &Path) -> Result<Vec<[f64; 2]>, String> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|error| error.to_string())?;
-    let mut values: Vec<[f64; 2]> = Vec::new();
-    for (place, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| error.to_string())?;
-        let line = place + 1;
-        let [time, value] = [0, 1].map(|column| record.get(column).map(str::parse::<f64>));
-        match (time, value) {
-            (Some(Ok(time)), Some(Ok(value)))
-                if record.len() == 2 && time.is_finite() && value.is_finite() =>
-            {
-                if let Some(&[before, _]) = values.last().filter(|[before, _]| *before >= time) {
-                    return Err(format!(
-                        "the time {time} of row {line} comes after {before}; expected times that ascend"
-                    ));
-                }
-                values.push([time, value]);
-            }
-            // names of the columns
-            (Some(Err(_)), Some(Err(_))) if line == 1 && record.len() == 2 => {}
-            _ => {
-                let found: Vec<_> = record.iter().collect();
-                return Err(format!(
-                    "expected a time and a value in row {line}, found `{}`",
-                    found.join(",")
-                ));
-            }
+    let samples = Samples::read(path).map_err(|error| error.to_string())?;
+    for (place, pair) in samples.windows(2).enumerate() {
+        let ([before, time], row) = ([pair[0].0, pair[1].0], place + 2);
+        if before >= time {
+            return Err(format!(
+                "the time {time} of row {row} comes after {before}; expected times that ascend"
+            ));
         }
     }
-    if values.is_empty() {
+    if let Some((time, value)) = samples
+        .iter()
+        .find(|(time, value)| !(time.is_finite() && value.is_finite()))
+    {
+        return Err(format!("it has the row {time}, {value}; expected finite numbers"));
+    }
+    if samples.is_empty() {
         return Err("it has no rows; expected times and values".to_owned());
     }
-    Ok(values)
+    Ok(samples.into_iter().map(|(time, value)| [time, value]).collect())
 }

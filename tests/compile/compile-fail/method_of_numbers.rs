@@ -1,4 +1,5 @@
-//! Methods that numbers do not have, with names like those that they have; a user's own is found first.
+//! Methods that numbers do not have, with names like those that they have; a user's own is found first. What a method is called elsewhere is
+//! in `elsewhere.rs`.
 
 use dsocs_core::{Real, dsocs};
 
@@ -18,7 +19,7 @@ impl<R: Real> Wave for R {
 
 #[dsocs {
     coordinates(x, y);
-    lagrangian = (dot(x).square() + dot(y).pow(2)) / 2 - x.cube() - y.sqr() - x.sinn();
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - x.cube() - y.sqr() - x.sinn();
 }]
 pub struct Slider;
 

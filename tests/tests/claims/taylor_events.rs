@@ -3,7 +3,7 @@
 #![allow(clippy::float_cmp)] // the flow stands exactly where the event was
 
 use dsocs_core::taylor::{Jet, TaylorFlow, Tolerance};
-use dsocs_core::{Event, Events, Node, Occurrence, Real, RunError, Start, Stepper, dsocs, on_event};
+use dsocs_core::{Dual, Event, Events, Node, Occurrence, Real, RunError, Start, Stepper, dsocs, on_event};
 use dsocs_systems::{CurvedParticle, InertiaWheelPendulum};
 
 const Q0: [f64; 2] = [0.0, 0.0];
@@ -45,6 +45,48 @@ fn the_particle_crosses_an_axis_where_its_circle_does() {
             assert!((event.q[i] - q[i]).abs() < 1e-12 && (event.v[i] - v[i]).abs() < 1e-12);
         }
     }
+}
+
+/// A plain number may stand on either side.
+#[test]
+fn numbers_stand_on_either_side() {
+    let particle = particle();
+    let count = |event: Event<'static, 2>| {
+        let mut flow = TaylorFlow::new(&particle, START, Tolerance::relative(1e-10)).unwrap();
+        let mut found = Vec::new();
+        let mut events = Events::new(vec![event]);
+        let mut keep = on_event(|event: &Occurrence<2>| found.push(event.t));
+        flow.watch(20.0, &mut events, &mut keep).unwrap();
+        found
+    };
+    let pairs: [(Event<'static, 2>, Event<'static, 2>); 5] = [
+        (
+            Event::function(|p| -0.3 + p.q[1]),
+            Event::function(|p| p.q[1] - 0.3),
+        ),
+        (
+            Event::function(|p| 0.3 - p.q[1]),
+            Event::function(|p| p.q[1] - 0.3),
+        ),
+        (
+            Event::function(|p| 2.0 * p.q[1] - 0.6),
+            Event::function(|p| p.q[1] * 2.0 - 0.6),
+        ),
+        (
+            Event::function(|p| 3.0 / (2.0 + p.v[0]) - 1.2),
+            Event::function(|p| (p.v[0] + 2.0).recip() * 3.0 - 1.2),
+        ),
+        (
+            Event::function(|p| 7.0 % (3.0 + p.v[0]) - 0.9),
+            Event::function(|p| Jet::from(7.0) % (p.v[0] + 3.0) - 0.9),
+        ),
+    ];
+    for (place, (left, right)) in pairs.into_iter().enumerate() {
+        let [left, right] = [count(left), count(right)];
+        assert!(!left.is_empty() && left == right, "{place}: {left:?}, {right:?}");
+    }
+    let x = Dual::new(0.5, 1.0);
+    assert_eq!((2.0 - 3.0 / x).eps, 12.0);
 }
 
 #[test]

@@ -72,6 +72,23 @@ impl<D: Part> Rem for Dual<D> {
     }
 }
 
+/// The operations with a plain number on the left.
+macro_rules! with_number_on_the_left {
+    ($($trait:ident $method:ident),* $(,)?) => {
+        $(
+            impl<D: Part> $trait<Dual<D>> for f64 {
+                type Output = Dual<D>;
+
+                fn $method(self, other: Dual<D>) -> Dual<D> {
+                    $trait::$method(Dual::from(self), other)
+                }
+            }
+        )*
+    };
+}
+
+with_number_on_the_left!(Add add, Sub sub, Mul mul, Div div, Rem rem);
+
 impl<D: Part> Add<f64> for Dual<D> {
     type Output = Self;
 

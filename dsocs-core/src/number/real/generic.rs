@@ -10,9 +10,10 @@ use super::Real;
 /// Asked for every argument and for the result at once, it is refused once. `F` is the function: the type of a closure, so that the compiler
 /// proposes no bound for the number of generated code, which nobody could write down.
 #[diagnostic::on_unimplemented(
-    message = "a function that a declaration calls has to be generic over `Real`, and this one is of `{T}`",
-    label = "expected a function that is generic over `Real`",
-    note = "derivatives come from other numbers than `f64`: `fn f<R: dsocs_core::Real>(x: R) -> R`"
+    message = "a function that a declaration calls has to be generic over its number, and this one is of `{T}`: write it as \
+               `fn f<R: dsocs_core::Real>(x: R) -> R`",
+    label = "expected a function of `R: dsocs_core::Real` in place of `{T}`",
+    note = "derivatives come from other numbers than `f64`; inside the function, `R::from(2.0)` makes a number of an `f64`"
 )]
 pub trait Generic<T, F>: Sized {
     /// The number as the function takes it.

@@ -100,7 +100,7 @@ impl Neg for Jet {
     }
 }
 
-/// The same operation with a plain number, and in place.
+/// The operations with a plain number on either side, and in place.
 macro_rules! others {
     ($($trait:ident $method:ident $assign:ident $in_place:ident),* $(,)?) => {
         $(
@@ -110,6 +110,15 @@ macro_rules! others {
                 #[inline(always)]
                 fn $method(self, other: f64) -> Self {
                     $trait::$method(self, Self::from(other))
+                }
+            }
+
+            impl $trait<Jet> for f64 {
+                type Output = Jet;
+
+                #[inline(always)]
+                fn $method(self, other: Jet) -> Jet {
+                    $trait::$method(Jet::from(self), other)
                 }
             }
 

@@ -165,17 +165,7 @@ fn hint_for(method: &Ident, count: usize) -> Option<TokenStream> {
 
 /// The function of `f64` that is likely to be meant by the name of another method.
 fn meant(name: &str) -> Option<&'static str> {
-    const MEANT: [(&str, &str); 9] = [
-        ("pow", "powi"),
-        ("square", "powi(2)"),
-        ("squared", "powi(2)"),
-        ("sqr", "powi(2)"),
-        ("cube", "powi(3)"),
-        ("log_e", "ln"),
-        ("arcsin", "asin"),
-        ("arccos", "acos"),
-        ("arctan", "atan"),
-    ];
+    const MEANT: [(&str, &str); 2] = [("sqr", "powi(2)"), ("cube", "powi(3)")];
     let known = MEANT.iter().find(|(known, _)| *known == name);
     known
         .map(|(_, meant)| *meant)

@@ -33,9 +33,21 @@ pub(crate) fn expand(model: &Model) -> TokenStream {
     }
 }
 
-/// A warning at the user's name. The stable compiler lets an attribute warn in no other way than by the use of something deprecated.
+/// A warning at the user's name: that of the compiler itself where a name is not used. The stable compiler lets an attribute say something
+/// of its own only by the use of something deprecated.
 fn warning(warning: &Warning) -> TokenStream {
-    let Warning { place, message } = warning;
+    let Warning {
+        place,
+        message,
+        unused,
+    } = warning;
+    if *unused {
+        return quote! {
+            const _: () = {
+                let #place = ();
+            };
+        };
+    }
     quote! {
         #[allow(non_upper_case_globals)]
         const _: () = {

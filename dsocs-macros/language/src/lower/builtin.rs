@@ -105,6 +105,11 @@ impl Builtin {
         BUILTINS.iter().map(|(name, _)| *name)
     }
 
+    /// Whether it is a function of the receiver alone.
+    pub(super) fn is_of_one(self) -> bool {
+        self.arguments() == 0
+    }
+
     /// How many arguments it takes beside the receiver.
     fn arguments(self) -> usize {
         match self {

@@ -5,6 +5,7 @@ use quote::{ToTokens, quote, quote_spanned};
 use syn::{Expr, ExprCall, ExprMethodCall};
 
 use super::builtin::{Builtin, is_not_supported};
+use super::elsewhere::is_module;
 use super::lowering::{Lowered, Lowering, Origin};
 use crate::errors::Reported;
 use crate::graph::{Callee, NodeId};
@@ -66,12 +67,6 @@ impl Lowering<'_> {
                     let message = "`t` is time, and no function; a product is written with `*`";
                     return Err(self.errors.at(name, message));
                 }
-                None if Builtin::find(&text).is_some() => {
-                    return Err(self.errors.at(
-                        name,
-                        format!("functions of numbers are methods in Rust: expected `(…).{text}()` or `f64::{text}(…)`"),
-                    ));
-                }
                 None if is_higher_derivative(&text) => return Err(self.too_high(name)),
                 None if self.functions.contains(&text) => {
                     return Err(self.errors.at(
@@ -81,8 +76,16 @@ impl Lowering<'_> {
                         ),
                     ));
                 }
-                None => {}
+                None => {
+                    if let Some(reported) = self.function_elsewhere(name, call.args.first()) {
+                        return Err(reported);
+                    }
+                }
             }
+        } else if let Expr::Lit(number) = bare(&call.func) {
+            return Err(self
+                .errors
+                .at(number, "a number is no function; a product is written with `*`"));
         } else if let Expr::Path(path) = &*call.func
             && path.qself.is_none()
             && path.path.segments.len() == 2
@@ -122,6 +125,9 @@ impl Lowering<'_> {
     pub(super) fn method_call(&mut self, call: &ExprMethodCall, whole: &Expr) -> Lowered {
         let name = call.method.to_string();
         let arguments: Vec<_> = call.args.iter().collect();
+        if let Some(module) = self.module(&call.receiver) {
+            return Err(self.function_of_module(module, &call.method));
+        }
         if let Some(builtin) = Builtin::find(&name)
             && !self.is_no_number(&call.receiver)
         {
@@ -149,6 +155,9 @@ impl Lowering<'_> {
                 .at(&call.method, format!("expected `{name}({receiver})`")));
         }
         let receiver = self.expr(&call.receiver)?;
+        if let Some(reported) = self.method_elsewhere(&call.method) {
+            return Err(reported);
+        }
         if is_not_supported(&name) && self.graph.leaves(receiver).next().is_some() {
             return Err(self.errors.at(
                 &call.method,
@@ -159,6 +168,11 @@ impl Lowering<'_> {
             ));
         }
         self.opaque(Callee::Method(call.method.clone()), Some(receiver), &arguments)
+    }
+
+    /// The module of functions that an expression would be elsewhere: `np` in `np.sin(x)`.
+    pub(super) fn module<'e>(&self, expr: &'e Expr) -> Option<&'e Ident> {
+        plain_name(expr).filter(|name| is_module(name) && self.scope.get(name).is_none())
     }
 
     fn opaque(&mut self, callee: Callee, receiver: Option<NodeId>, arguments: &[&Expr]) -> Lowered {

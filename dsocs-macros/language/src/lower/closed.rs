@@ -1,6 +1,6 @@
 //! Expressions of the parameters alone, which become code as they stand, with `self.` before the fields.
 
-use proc_macro2::{Literal, Span, TokenStream};
+use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{ToTokens, quote_spanned};
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
@@ -95,8 +95,31 @@ impl Rewrite<'_, '_> {
         if let Err(reported) = self.lowering.check_free_name(name) {
             self.wrong = Some(reported);
         }
-        None
+        is_of_circle(name).then(|| free(name))
     }
+}
+
+/// A name that is none of the declaration's: a constant of the user's module, or one of the circle, which need not be imported.
+pub(super) fn free(name: &Ident) -> TokenStream {
+    if !is_of_circle(name) {
+        return name.to_token_stream();
+    }
+    // what the user's module calls so comes first
+    let span = Span::call_site().located_at(name.span());
+    quote_spanned! {span=> {
+        #[allow(unused_imports)]
+        use ::dsocs_core::__private::__circle::*;
+        {
+            #[allow(unused_imports)]
+            use self::*;
+            #name
+        }
+    }}
+}
+
+/// Whether a name is that of a constant of the circle.
+fn is_of_circle(name: &Ident) -> bool {
+    name == "PI" || name == "TAU"
 }
 
 impl Rewrite<'_, '_> {

@@ -24,6 +24,7 @@ pub(super) fn warnings(model: &Model) -> Vec<Warning> {
             message: "this row is the second derivative of a function of the coordinates alone, and acts like a constraint on it: it holds \
                       the acceleration, and the function itself drifts away; write the function under `holonomic`, which keeps it"
                 .into(),
+            unused: false,
         })
         .collect()
 }

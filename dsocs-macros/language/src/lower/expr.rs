@@ -4,6 +4,7 @@ use proc_macro2::Ident;
 use quote::{ToTokens, quote};
 use syn::{BinOp, Block, Expr, ExprField, ExprIf, ExprLit, ExprPath, Lit, Member, Stmt, UnOp};
 
+use super::closed::free;
 use super::lowering::{Lowered, Lowering};
 use super::wrong::{is_zero, not_a_number};
 use crate::errors::Reported;
@@ -141,7 +142,7 @@ impl Lowering<'_> {
             }
             None => {
                 self.check_free_name(name)?;
-                self.graph.param(name.to_token_stream())
+                self.graph.param(free(name))
             }
         };
         Ok(node)
@@ -290,6 +291,9 @@ impl Lowering<'_> {
     }
 
     fn field(&mut self, field: &ExprField, whole: &Expr) -> Lowered {
+        if let (Some(module), Member::Named(name)) = (self.module(&field.base), &field.member) {
+            return Err(self.constant_of_module(module, name));
+        }
         if self.is_closed(whole) {
             if let Some(name) = plain_name(&field.base).filter(|name| *name == "self") {
                 let member = field.member.to_token_stream();
@@ -306,6 +310,12 @@ impl Lowering<'_> {
         }
         let value = self.expr(&field.base);
         value.and_then(|_| {
+            if let Member::Named(name) = &field.member
+                && self.component.is_none()
+                && let Some(reported) = self.method_without_call(name)
+            {
+                return Err(reported);
+            }
             let message = if self.component.is_some() {
                 "expected a coordinate of a node, such as `q0.x`; this is no node"
             } else {

@@ -7,6 +7,7 @@ mod constraints;
 mod declaration;
 mod differentiated;
 mod discrete;
+mod elsewhere;
 mod expr;
 mod function;
 mod index;

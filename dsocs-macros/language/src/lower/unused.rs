@@ -22,6 +22,7 @@ pub(super) fn warnings(declaration: &Declaration, model: &Model) -> Vec<Warning>
                     "nothing determines the acceleration of `{name}`: the Lagrangian has no `dot({name})`, and no constraint binds \
                      it"
                 ),
+                unused: false,
             });
         }
     }
@@ -55,6 +56,7 @@ fn unused_lets(declaration: &Declaration) -> Vec<Warning> {
     let warning = |name: &Ident| Warning {
         place: name.clone(),
         message: format!("nothing uses this `let`; `_{name}` says that it is meant so"),
+        unused: true,
     };
     unused.map(|binding| warning(&binding.name)).collect()
 }

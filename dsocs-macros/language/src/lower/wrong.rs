@@ -4,6 +4,7 @@ use proc_macro2::{Ident, Span};
 use quote::{ToTokens, quote};
 use syn::{Expr, Lit, UnOp};
 
+use super::elsewhere::constant;
 use super::lowering::Lowering;
 use crate::errors::Reported;
 use crate::input::Field;
@@ -81,6 +82,9 @@ impl Lowering<'_> {
             "dot" | "ddot" | "dddot" => format!("expected an argument, `{text}(…)`"),
             "sum" | "product" => format!("expected a range and a closure, `{text}(0..8, |i| …)`"),
             "time" if self.component.is_none() => "no name `time` is known here; time is called `t`".to_owned(),
+            _ if constant(&text).is_some() => {
+                format!("no name `{text}` is known here; did you mean `{}`?", constant(&text).unwrap_or_default())
+            }
             "self" => "expected the parameter by its name alone, without `self`".to_owned(),
             _ if text.starts_with(|first: char| first.is_uppercase()) => return Ok(()),
             _ if self.later.contains(&text) => {

@@ -13,6 +13,7 @@ use crate::syntax::plain_name;
 mod coordinates;
 mod each;
 mod lets;
+mod operator;
 mod values;
 
 use self::lets::read_let;
@@ -77,7 +78,7 @@ pub(crate) fn declaration(tokens: TokenStream, errors: &Errors) -> Declaration {
                 }
             }
             Err(error) => {
-                let reported = errors.push(error);
+                let reported = errors.push(operator::missing(&chunk, error));
                 mark_broken(&mut declaration, chunk, reported);
             }
         }

@@ -34,6 +34,73 @@ fn other_ways_of_writing() {
         []
     );
 
+    // functions and constants by their names elsewhere
+    for (call, name, meant) in [
+        ("sin(x)", "sin", "expected `(…).sin()` or `f64::sin(…)`"),
+        ("max(x, y)", "max", "expected `(…).max(…)`"),
+        ("log(x)", "log", "expected `(…).ln()`"),
+        ("sign(x)", "sign", "expected `(…).signum()`"),
+        ("pow(x, 2)", "pow", "expected `(…).powi(2)` or `.powf(a)`"),
+        ("fabs(x)", "fabs", "expected `(…).abs()`"),
+        ("arctan2(y, x)", "arctan2", "expected `(…).atan2(x)`"),
+        ("diff(x, t)", "diff", "expected `dot(x)`"),
+        (
+            "Derivative(x * y, t)",
+            "Derivative",
+            "expected `dot(x*y)`, and `ddot(x*y)` for the second one",
+        ),
+        ("pi * x", "pi", "did you mean `PI`?"),
+        ("tau * x", "tau", "did you mean `TAU`?"),
+        ("np.pi * x", "np", "expected `PI`, without `np`"),
+        ("np.sin(x)", "np", "expected `(…).sin()`, without `np`"),
+        (
+            "math.sqrt(x * y)",
+            "math",
+            "expected `(…).sqrt()`, without `math`",
+        ),
+        ("np.sign(x)", "np", "expected `(…).signum()`"),
+        (
+            "x.abs",
+            "abs",
+            "a method is called with parentheses: expected `.abs()`",
+        ),
+        ("(x * y).sqrt", "sqrt", "expected `.sqrt()`"),
+        ("x.sign", "sign", "expected `.signum()`"),
+        ("x.squared()", "squared", "expected `.powi(2)`"),
+        ("dot(x).pow(2)", "pow", "expected `.powi(2)` or `.powf(a)`"),
+        ("x.arcsin()", "arcsin", "expected `.asin()`"),
+        ("2 (x + y)", "2", "a product is written with `*`"),
+        (
+            "mass x.sin()",
+            "x",
+            "expected `;` or an operator: a product is written with `*`",
+        ),
+        ("2 x", "x", "a product is written with `*`"),
+        ("x.sin() y.cos()", "y", "a product is written with `*`"),
+        (
+            "mass * (2 x)",
+            "x",
+            "expected an operator: a product is written with `*`",
+        ),
+    ] {
+        expression(&format!("{call} * y"), name, meant);
+    }
+    // a name of the declaration comes first, and a path is the user's own
+    for own in [
+        "let sign = |i| i; lagrangian = sign(x) * dot(x);",
+        "let pi = 3; lagrangian = pi * dot(x);",
+        "let np = 3; lagrangian = np * dot(x);",
+        "lagrangian = self::sign(x) * dot(x) * PI * TAU;",
+        "lagrangian = Wave::squared(x) * dot(x);",
+        "lagrangian = square(x) * dot(x);",
+    ] {
+        assert_eq!(
+            mistakes_on(&format!("coordinates(x, y); {own}"), ITEM),
+            [],
+            "{own}"
+        );
+    }
+
     statement("holonomic = x - y = 0;", "= 0", "leave this out");
     statement("holonomic = [x - y == 0.0, y];", "== 0.0", "leave this out");
     statement("nonholonomic = dot(x) = y;", "= y", "`a = b` is written `a - b`");

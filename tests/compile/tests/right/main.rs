@@ -5,6 +5,7 @@
 
 mod arrays;
 mod constraints;
+mod elsewhere;
 mod expressions;
 mod forces;
 mod functions;

@@ -1,0 +1,160 @@
+//! Functions and constants by the names that they have elsewhere: in mathematics, in Python, in C.
+
+use proc_macro2::Ident;
+use quote::ToTokens;
+
+use super::builtin::Builtin;
+use super::lowering::Lowering;
+use crate::errors::Reported;
+
+/// Functions of numbers by other names, and the method that each is here.
+const METHODS: [(&str, &str); 24] = [
+    ("pow", "powi(2)` or `.powf(a)"),
+    ("power", "powi(2)` or `.powf(a)"),
+    ("square", "powi(2)"),
+    ("squared", "powi(2)"),
+    ("cubed", "powi(3)"),
+    ("sign", "signum()"),
+    ("sgn", "signum()"),
+    ("fabs", "abs()"),
+    ("arcsin", "asin()"),
+    ("arccos", "acos()"),
+    ("arctan", "atan()"),
+    ("arctan2", "atan2(x)"),
+    ("arcsinh", "asinh()"),
+    ("arccosh", "acosh()"),
+    ("arctanh", "atanh()"),
+    ("arsinh", "asinh()"),
+    ("arcosh", "acosh()"),
+    ("artanh", "atanh()"),
+    ("log_e", "ln()"),
+    ("loge", "ln()"),
+    ("log1p", "ln_1p()"),
+    ("expm1", "exp_m1()"),
+    ("maximum", "max(…)"),
+    ("minimum", "min(…)"),
+];
+
+/// Those of them that are as likely to be a function of the user's own.
+const OWN: [&str; 3] = ["square", "squared", "cubed"];
+
+/// What the time derivative is called elsewhere.
+const DERIVATIVES: [&str; 6] = ["diff", "Diff", "der", "deriv", "derivative", "Derivative"];
+
+/// Modules of functions elsewhere.
+const MODULES: [&str; 9] = [
+    "np", "numpy", "math", "Math", "cmath", "jnp", "sp", "sympy", "torch",
+];
+
+/// The method that a function is here, as it is called: `sin()`, `max(…)`.
+fn method(name: &str) -> Option<String> {
+    match name {
+        // of one number it is the natural one
+        "log" => return Some("ln()` or `.log10()".to_owned()),
+        "powi" => return Some("powi(2)".to_owned()),
+        _ => {}
+    }
+    let own =
+        Builtin::find(name).map(|builtin| format!("{name}({})", if builtin.is_of_one() { "" } else { "…" }));
+    own.or_else(|| of_method(name).map(ToOwned::to_owned))
+}
+
+/// The method that is meant by another name of it.
+pub(super) fn of_method(name: &str) -> Option<&'static str> {
+    let known = METHODS.iter().find(|(known, _)| *known == name);
+    known.map(|(_, meant)| *meant)
+}
+
+/// The constant that is meant by another name of it.
+pub(super) fn constant(name: &str) -> Option<&'static str> {
+    match name {
+        "pi" | "Pi" | "π" => Some("PI"),
+        "tau" | "Tau" | "τ" => Some("TAU"),
+        _ => None,
+    }
+}
+
+/// Whether a name is that of a module of functions.
+pub(super) fn is_module(name: &Ident) -> bool {
+    MODULES.iter().any(|module| name == module)
+}
+
+impl Lowering<'_> {
+    /// What to say about a function that is called as elsewhere: `sin(x)`, `sign(x)`, `diff(x, t)`.
+    pub(super) fn function_elsewhere(
+        &self,
+        name: &Ident,
+        argument: Option<&impl ToTokens>,
+    ) -> Option<Reported> {
+        let text = name.to_string();
+        if DERIVATIVES.contains(&text.as_str()) {
+            let argument = argument.map_or_else(|| "x".to_owned(), written);
+            let message = format!(
+                "the time derivative is called `dot`: expected `dot({argument})`, and `ddot({argument})` for the second one{}",
+                own(&text)
+            );
+            return Some(self.errors.at(name, message));
+        }
+        if OWN.contains(&text.as_str()) {
+            return None;
+        }
+        let meant = method(&text)?;
+        let message = match Builtin::find(&text) {
+            Some(_) if text != "log" => {
+                format!(
+                    "functions of numbers are methods in Rust: expected `(…).{meant}` or `f64::{text}(…)`"
+                )
+            }
+            _ => format!(
+                "functions of numbers are methods in Rust: expected `(…).{meant}`{}",
+                own(&text)
+            ),
+        };
+        Some(self.errors.at(name, message))
+    }
+
+    /// What to say about a function of a module: `np.sin(x)`.
+    pub(super) fn function_of_module(&self, module: &Ident, name: &Ident) -> Reported {
+        let meant = method(&name.to_string()).unwrap_or_else(|| format!("{name}()"));
+        let message =
+            format!("functions of numbers are methods in Rust: expected `(…).{meant}`, without `{module}`");
+        self.errors.at(module, message)
+    }
+
+    /// What to say about a constant of a module: `np.pi`.
+    pub(super) fn constant_of_module(&self, module: &Ident, name: &Ident) -> Reported {
+        let text = name.to_string();
+        let meant = constant(&text).map_or_else(
+            || format!("no name `{module}` is known here; expected the number itself"),
+            |meant| format!("expected `{meant}`, without `{module}`"),
+        );
+        self.errors.at(module, meant)
+    }
+
+    /// What to say about a method without its parentheses: `x.abs`.
+    pub(super) fn method_without_call(&self, name: &Ident) -> Option<Reported> {
+        let meant = method(&name.to_string())?;
+        let message = format!("a method is called with parentheses: expected `.{meant}`");
+        Some(self.errors.at(name, message))
+    }
+
+    /// What to say about a method of numbers that has another name here: `x.squared()`.
+    pub(super) fn method_elsewhere(&self, name: &Ident) -> Option<Reported> {
+        let meant = of_method(&name.to_string())?;
+        let message = format!(
+            "numbers have no method `{name}`: expected `.{meant}` (a method of your own of this name is called by the path of its trait, \
+             `Trait::{name}(…)`)"
+        );
+        Some(self.errors.at(name, message))
+    }
+}
+
+/// How a function of the user's own is called whose name means something else.
+fn own(name: &str) -> String {
+    format!(" (a function of your own of this name is called by its path, `self::{name}(…)`)")
+}
+
+/// An expression as its user wrote it.
+fn written(expr: &impl ToTokens) -> String {
+    expr.to_token_stream().to_string().replace(' ', "")
+}
