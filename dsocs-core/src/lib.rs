@@ -158,10 +158,10 @@ pub use kernel::report::{NodeMut, NodeScalars};
 pub use kernel::{At, Kernel};
 pub use regularity::Regularity;
 pub use run::{
-    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock, End,
-    Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer, Occurrence, OnEvent, OneWay,
-    OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved, Verdict, Visitor,
-    on_event,
+    AnyEvent, AnyEvents, AnyNode, AnyObserver, AnyOccurrence, AnyPolynomial, AnyVisitor, Behind, Clock,
+    CsvWriter, End, Event, Events, FailedEvent, Failure, InputError, Inputs, Node, Observer, Occurrence,
+    OnEvent, OneWay, OwnedNode, Polynomial, Room, Run, RunError, Stepper, Traced, Trajectory, Unresolved,
+    Verdict, Visitor, on_event,
 };
 pub use samples::{Samples, SamplesError};
 pub use start::{AnyStart, Start};

@@ -107,6 +107,34 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
         forces
     }
 
+    /// The generalized constraint force at a point of a motion, such as a sample ([`crate::Stepper::sample`]) or an event
+    /// ([`crate::Occurrence::point`]), by the equations of the continuous system: `Q = d/dt ∂L/∂v − ∂L/∂q − f` with the external forces `f`, in
+    /// units of `L` per unit of the coordinate. It is as exact as the acceleration of the point.
+    ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    ///
+    /// /// A mass on a rod.
+    /// #[dsocs {
+    ///     coordinates(x, y);
+    ///     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - 9.81 * y;
+    ///     holonomic = x.powi(2) + y.powi(2) - 1;
+    /// }]
+    /// struct Rod;
+    ///
+    /// let start = Start::second_order([1.0, 0.0], [0.0, 0.0]);
+    /// let mut motion = TaylorFlow::new(&Rod, start, Tolerance::relative(1e-12))?;
+    /// motion.sample(&[0.1, 0.2, 0.3], &mut |_, point| {
+    ///     let [x, y] = Rod.constraint_force(point);
+    ///     // from rest at the height of the pivot the rod pulls with three times the weight's part along it
+    ///     assert!((x.hypot(y) - 3.0 * 9.81 * point.q[1].abs()).abs() < 1e-9);
+    /// })?;
+    /// # Ok::<(), RunError>(())
+    /// ```
+    fn constraint_force(&self, point: &Point<f64, N>) -> [f64; N] {
+        sized(&Declaration::of(self).continuous_force(point.any()))
+    }
+
     /// The generalized constraint force at the second of three nodes with the step `h` between them, in units of `L` per unit
     /// of the coordinate: `Q = -(D₁L_d(q1,q2) + D₂L_d(q0,q1) + f⁻_d(q1,q2) + f⁺_d(q0,q1))`, with the external forces `f_d`. The
     /// second node is at the time `t`.

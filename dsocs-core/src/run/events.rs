@@ -202,7 +202,7 @@ impl<const N: usize> Occurrence<N> {
         }
     }
 
-    /// Position, velocity and acceleration, as [`crate::System::observe`] takes them.
+    /// Position, velocity and acceleration, as [`crate::System::observe`] and [`crate::System::constraint_force`] take them.
     #[must_use]
     pub fn point(&self) -> Point<f64, N> {
         Point {

@@ -10,6 +10,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod any;
+mod csv;
 mod error;
 mod events;
 pub(crate) mod inputs;
@@ -24,6 +25,7 @@ mod verbs;
 
 pub use crate::kernel::clock::{Clock, End};
 pub use any::{AnyVisitor, Room, Run, Traced};
+pub use csv::CsvWriter;
 pub use error::{Behind, FailedEvent, InputError, OneWay, RunError};
 pub use events::{AnyEvent, AnyEvents, AnyOccurrence, Event, Events, Occurrence};
 pub use inputs::{Inputs, held_value};

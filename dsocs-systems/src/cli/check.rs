@@ -21,7 +21,7 @@ pub struct CheckArguments {
     /// Systems of `list` [default: all systems]
     systems: Vec<String>,
     /// The step h, in s [default: the system's own]
-    #[arg(long, visible_alias = "h", value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true, value_parser = expression::number)]
     step: Option<f64>,
     /// The end of the motion that is checked, in s [default: the system's own]
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = expression::number)]
@@ -57,7 +57,10 @@ pub fn check(arguments: &CheckArguments, program: &mut Program) -> Result<(), Cl
     let mut text = String::new();
     for entry in entries {
         arguments.from.set(entry)?;
-        let a0 = arguments.from.a0(entry).or_else(|| arguments.from.near(entry));
+        let a0 = match arguments.from.a0(entry)? {
+            None => arguments.from.near(entry)?,
+            a0 => a0,
+        };
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,

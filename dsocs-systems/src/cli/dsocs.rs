@@ -45,7 +45,7 @@ pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
         syntax: Arguments::command,
         ..Program::new(entries)
     };
-    let arguments = Arguments::parse();
+    let arguments: Arguments = super::arguments();
     finish(
         program
             .verified()

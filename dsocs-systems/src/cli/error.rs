@@ -220,6 +220,16 @@ pub enum CliError {
         /// The option.
         option: &'static str,
     },
+    /// The components of a vector are not all told, or not in one way.
+    #[error(
+        "`{option}`: {reason}; expected a number for each coordinate, or `name=number` for those that differ from the system's own start"
+    )]
+    Components {
+        /// The option.
+        option: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
     /// Options that do not go together.
     #[error("`{option}` does not go with `{other}`: {reason}")]
     Conflict {
@@ -368,6 +378,7 @@ impl CliError {
             | Self::NotJson(_)
             | Self::PageFormat(_)
             | Self::Path { .. }
+            | Self::Components { .. }
             | Self::Conflict { .. }
             | Self::Which { .. }
             | Self::NoStart { .. }

@@ -4,7 +4,7 @@
 const DEPTH: usize = 64;
 
 /// What can be written.
-const GRAMMAR: &str = "numbers, pi, sqrt(…), + - * / and parentheses";
+const GRAMMAR: &str = "numbers, pi, sqrt(…), 30deg, + - * / and parentheses";
 
 /// Reads a number or an expression.
 pub fn number(text: &str) -> Result<f64, String> {
@@ -82,14 +82,25 @@ impl Reader<'_> {
             }
             self.closed()?.sqrt()
         } else if self.take("(") {
-            self.closed()?
+            let value = self.closed()?;
+            self.in_degrees(value)
         } else if self.take("pi") || self.take("π") {
             std::f64::consts::PI
         } else {
-            self.literal()?
+            let value = self.literal()?;
+            self.in_degrees(value)
         };
         self.depth -= 1;
         Ok(value)
+    }
+
+    /// What has no sign, and may be in degrees.
+    fn in_degrees(&mut self, value: f64) -> f64 {
+        if self.take("deg") || self.take("°") {
+            value.to_radians()
+        } else {
+            value
+        }
     }
 
     /// A sum up to a closing parenthesis.
@@ -144,6 +155,9 @@ mod tests {
             ("--1", 1.0),
             ("2*-3", -6.0),
             (".5", 0.5),
+            ("30deg", PI / 6.0),
+            ("-90 deg", -PI / 2.0),
+            ("(45 + 45)° / 2", PI / 4.0),
         ] {
             let found = number(text).unwrap();
             assert!((found - value).abs() <= 1e-15 * value.abs(), "{text}: {found}");
@@ -167,6 +181,8 @@ mod tests {
             ("1.2.3", "`1.2.3` is not"),
             ("2^3", "operator before `^3`"),
             ("1e", "`1e` is not"),
+            ("30 degrees", "operator before `rees`"),
+            ("pi deg", "operator before `deg`"),
         ] {
             let message = number(text).unwrap_err();
             assert!(message.contains(reason), "{text}: {message}");

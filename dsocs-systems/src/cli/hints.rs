@@ -501,3 +501,87 @@ fn no_number_is_shown_where_there_is_none() {
         }
     }
 }
+
+/// What is printed for arguments that cannot be read.
+fn refused(words: &str) -> String {
+    let given = || core::iter::once("dsocs").chain(words.split(' '));
+    let error = Arguments::try_parse_from(given()).unwrap_err();
+    let given = given().map(ToOwned::to_owned);
+    super::led(error, &Arguments::command(), given).to_string()
+}
+
+#[test]
+fn options_by_their_names_elsewhere_lead_to_those_here() {
+    for (words, meant) in [
+        ("run dry --dt 0.1", "--step"),
+        ("run dry --h 0.1", "--step"),
+        ("run dry --dt=0.1", "--step"),
+        ("check dry --h 0.1", "--step"),
+        ("stability dry --dt 0.1", "--step"),
+        ("run dry --tend 5", "--until"),
+        ("run dry --tol 1e-9", "--tolerance"),
+        ("run dry --x0 1", "--q0"),
+        ("run dry --output a.csv", "--out"),
+    ] {
+        let text = refused(words);
+        assert!(
+            text.contains(&format!("a similar argument exists: '{meant}'")),
+            "{words}: {text}"
+        );
+        assert!(!text.contains("-- --"), "{words}: {text}");
+    }
+    // a command without that option is told of none
+    let text = refused("list --dt 0.1");
+    assert!(!text.contains("--step"), "{text}");
+    // a slip of the finger is told of by clap itself
+    let text = refused("run dry --untill 1");
+    assert!(text.contains("'--until'"), "{text}");
+    let text = refused("check dry --input dry=a.csv");
+    assert!(
+        text.contains("--set NAME=VALUE") && text.contains("run --input"),
+        "{text}"
+    );
+}
+
+#[test]
+fn starts_by_the_names_of_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = |start: &str| {
+        let words = format!("run forgotten --until 0.02 {start}");
+        execute(folder.path(), words.trim_end()).map(|()| {
+            let table = std::fs::read_to_string(folder.path().join("a.csv")).unwrap();
+            let row = table.lines().nth(1).unwrap();
+            row.split(',')
+                .skip(1)
+                .take(4)
+                .map(|field| field.parse::<f64>().unwrap())
+                .collect::<Vec<_>>()
+        })
+    };
+    // the system's own start is (0.3, -0.2), (0, 0.5)
+    for (start, expected) in [
+        ("", [0.3, -0.2, 0.0, 0.5]),
+        ("--q0 y=0.4", [0.3, 0.4, 0.0, 0.5]),
+        ("--q0 y=0.4,x=-0.1", [-0.1, 0.4, 0.0, 0.5]),
+        (
+            "--q0 x=90deg --v0 x=-pi/2",
+            [1.570_796_326_794_896_6, -0.2, -1.570_796_326_794_896_6, 0.5],
+        ),
+        ("--q0 1,2 --v0 3,4", [1.0, 2.0, 3.0, 4.0]),
+    ] {
+        assert_eq!(first(start).unwrap(), expected, "{start}");
+    }
+    for (start, message) in [
+        (
+            "--q0 x=1,2",
+            "`--q0`: some numbers have the names of coordinates and others have not",
+        ),
+        ("--q0 x=1,x=2", "the coordinate `x` is given twice"),
+        ("--v0 z=1", "there is no coordinate `z`; known: x, y"),
+        ("--near-a0 x=1", "the coordinate `y` has no value"),
+        ("--q1 y=1", "`--q1`: the coordinate `x` has no value"),
+    ] {
+        let error = first(start).unwrap_err().to_string();
+        assert!(error.contains(message), "{start}: {error}");
+    }
+}

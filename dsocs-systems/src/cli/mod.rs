@@ -73,6 +73,7 @@ mod terminal;
 use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::entry::{Entry, EntryError, Mistake, UnknownName};
@@ -155,12 +156,82 @@ struct Program {
 #[must_use]
 pub fn main(entries: impl IntoIterator<Item = Entry>) -> ExitCode {
     let program = Program::new(entries);
-    let Arguments { command } = Arguments::parse();
+    let Arguments { command } = arguments();
     finish(
         program
             .verified()
             .and_then(|mut program| command.execute(&mut program)),
     )
+}
+
+/// Options by their names elsewhere, and what each is here.
+const ELSEWHERE: [(&str, &str); 22] = [
+    ("--dt", "--step"),
+    ("--h", "--step"),
+    ("--timestep", "--step"),
+    ("--time-step", "--step"),
+    ("--stepsize", "--step"),
+    ("--step-size", "--step"),
+    ("--delta-t", "--step"),
+    ("--tend", "--until"),
+    ("--t-end", "--until"),
+    ("--t1", "--until"),
+    ("--end", "--until"),
+    ("--duration", "--until"),
+    ("--time", "--until"),
+    ("--tol", "--tolerance"),
+    ("--rtol", "--tolerance"),
+    ("--x0", "--q0"),
+    ("--initial", "--q0"),
+    ("--param", "--set"),
+    ("--parameter", "--set"),
+    ("--output", "--out"),
+    ("--method", "--order"),
+    ("--force", "--input"),
+];
+
+/// The arguments of the program; ends it where they cannot be read.
+fn arguments<P: Parser>() -> P {
+    P::try_parse().unwrap_or_else(|error| led(error, &P::command(), std::env::args()).exit())
+}
+
+/// An error of the arguments, with the option that is meant where one was given by its name elsewhere.
+fn led(mut error: clap::Error, syntax: &clap::Command, given: impl Iterator<Item = String>) -> clap::Error {
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
+        return error;
+    };
+    let option = option.split('=').next().unwrap_or_default().to_owned();
+    let command = given.skip(1).find_map(|word| syntax.find_subcommand(word));
+    if error.kind() != ErrorKind::UnknownArgument {
+        return error;
+    }
+    if command.is_some_and(|command| command.get_name() == "check") && option == "--input" {
+        let advice = "the theorems are about a motion whose parameters stay: '--set NAME=VALUE' gives the value that is held; \
+                      'run --input NAME=FILE --estimate-error' measures the error of a run whose inputs change";
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![advice.into()]),
+        );
+        return error;
+    }
+    let meant = ELSEWHERE
+        .iter()
+        .find(|(name, _)| *name == option)
+        .map(|(_, meant)| *meant);
+    let known = |meant: &&str| {
+        let mut arguments = command.into_iter().flat_map(clap::Command::get_arguments);
+        arguments.any(|argument| {
+            argument
+                .get_long()
+                .is_some_and(|long| meant.strip_prefix("--") == Some(long))
+        })
+    };
+    if let Some(meant) = meant.filter(known) {
+        error.remove(ContextKind::Suggested);
+        error.insert(ContextKind::SuggestedArg, ContextValue::String(meant.to_owned()));
+    }
+    error
 }
 
 /// Reports what went wrong.

@@ -15,7 +15,7 @@ use super::expression;
 use super::input::InputArguments;
 use super::motion::{MotionPage, titles};
 use super::plot::Plot;
-use super::start::{BeginArguments, StartArguments, StartOption};
+use super::start::{BeginArguments, Component, StartArguments, StartOption, component, vector};
 use super::table::{TableFormat, TableWriter};
 use super::{CliError, Program, interrupt, progress};
 use crate::entry::{Beginning, Column, Entry, Method, Plan, Row, RunFailure, UnknownName, columns};
@@ -43,10 +43,10 @@ pub struct RunArguments {
     inputs: InputArguments,
     /// The second node, a number for each coordinate, instead of a velocity
     #[arg(
-        long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number,
+        long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = component,
         conflicts_with_all = ["v0", "start"]
     )]
-    q1: Option<Vec<f64>>,
+    q1: Option<Vec<Component>>,
     /// How it begins with position and velocity
     #[command(flatten)]
     begin: BeginArguments,
@@ -340,8 +340,9 @@ fn finish(table: TableWriter<Destination>) -> Result<(), CliError> {
 fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliError> {
     let q0 = arguments.from.q0(entry)?;
     let v0 = || arguments.from.v0(entry);
-    let given = match (&arguments.q1, arguments.begin.start) {
-        (Some(q1), _) => Beginning::Nodes { q0, q1: q1.clone() },
+    let q1 = vector("--q1", arguments.q1.as_deref(), None, entry)?;
+    let given = match (q1, arguments.begin.start) {
+        (Some(q1), _) => Beginning::Nodes { q0, q1 },
         (None, Some(StartOption::Paper)) => Beginning::Paper { q0, v0: v0()? },
         (None, Some(StartOption::SecondOrder)) => Beginning::SecondOrder { q0, v0: v0()? },
         (None, None) => match arguments.from.third_order(entry, &q0)? {
@@ -349,7 +350,7 @@ fn beginning(arguments: &RunArguments, entry: &Entry) -> Result<Beginning, CliEr
             None => Beginning::SecondOrder { q0, v0: v0()? },
         },
     };
-    let given = match arguments.from.near(entry) {
+    let given = match arguments.from.near(entry)? {
         Some(near) => Beginning::Near(near, Box::new(given)),
         None => given,
     };

@@ -64,7 +64,7 @@ pub fn stability(arguments: &StabilityArguments, program: &mut Program) -> Resul
     let (mut text, mut systems, mut all) = (String::new(), Vec::new(), Vec::new());
     for entry in entries {
         arguments.from.set(entry)?;
-        let a0 = arguments.from.a0(entry);
+        let a0 = arguments.from.a0(entry)?;
         let settings = Settings {
             h: arguments.step.unwrap_or(entry.default_step()),
             until: arguments.until,

@@ -5,46 +5,115 @@ use clap::{Args, ValueEnum};
 use super::CliError;
 use super::expression;
 use crate::check::Begin;
-use crate::entry::{Beginning, Entry};
+use crate::entry::{Beginning, Entry, UnknownName};
 
 /// Where a motion begins, and the parameters.
 #[derive(Args, Debug)]
 pub struct StartArguments {
-    /// The first node, a number for each coordinate; numbers may be written like `pi/2` or `sqrt(2)`, as in all options
-    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
-    q0: Option<Vec<f64>>,
+    /// The first node, a number for each coordinate, or those by name that differ from the system's own start (`theta=30deg`); numbers may be written like `pi/2`, `sqrt(2)` or `30deg`, as in all options
+    #[arg(long, value_name = "A,B", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
+    q0: Option<Vec<Component>>,
     /// The initial velocity, a number for each coordinate
-    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
-    v0: Option<Vec<f64>>,
+    #[arg(long, value_name = "C,D", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
+    v0: Option<Vec<Component>>,
     /// The initial acceleration, a number for each coordinate, if a constraint is of third order
-    #[arg(long, value_name = "E,F", allow_hyphen_values = true, value_delimiter = ',', value_parser = expression::number)]
-    a0: Option<Vec<f64>>,
+    #[arg(long, value_name = "E,F", allow_hyphen_values = true, value_delimiter = ',', value_parser = component)]
+    a0: Option<Vec<Component>>,
     /// The initial constraint force, a number for each coordinate, in place of the initial acceleration
     #[arg(
         long,
         value_name = "G,H",
         allow_hyphen_values = true,
         value_delimiter = ',',
-        value_parser = expression::number,
+        value_parser = component,
         conflicts_with = "a0"
     )]
-    f0: Option<Vec<f64>>,
+    f0: Option<Vec<Component>>,
     /// Which initial acceleration is meant where the equations allow several: the solution nearest to this one, a number for each coordinate
     #[arg(
         long,
         value_name = "E,F",
         allow_hyphen_values = true,
         value_delimiter = ',',
-        value_parser = expression::number,
+        value_parser = component,
         conflicts_with_all = ["a0", "f0"]
     )]
-    near_a0: Option<Vec<f64>>,
+    near_a0: Option<Vec<Component>>,
     /// The time at which the motion begins, in s
     #[arg(long, value_name = "T", allow_hyphen_values = true, default_value = "0", value_parser = expression::number)]
     t0: f64,
     /// A parameter's value; may be given several times
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true, value_parser = assignment)]
     set: Vec<(String, f64)>,
+}
+
+/// A component of a vector: a number in the order of the coordinates, or one by the name of its coordinate.
+#[derive(Clone, Debug)]
+pub struct Component {
+    /// The name, if it is given.
+    name: Option<String>,
+    /// The value.
+    value: f64,
+}
+
+/// Reads `value` or `name=value`.
+pub fn component(text: &str) -> Result<Component, String> {
+    let (name, value) = match text.split_once('=') {
+        Some((name, value)) => (Some(name.trim().to_owned()), value),
+        None => (None, text),
+    };
+    let value = expression::number(value)?;
+    Ok(Component { name, value })
+}
+
+/// The vector that an option gives. Coordinates that it does not name have the values of `own`.
+///
+/// # Errors
+///
+/// [`CliError`] if there is no such coordinate, one is named twice or not at all, or some have names and others have not.
+pub fn vector(
+    option: &'static str,
+    given: Option<&[Component]>,
+    own: Option<&[f64]>,
+    entry: &Entry,
+) -> Result<Option<Vec<f64>>, CliError> {
+    let Some(given) = given else {
+        return Ok(own.map(<[f64]>::to_vec));
+    };
+    let refused = |reason: String| CliError::Components { option, reason };
+    let named = given.iter().filter(|component| component.name.is_some()).count();
+    if named == 0 {
+        return Ok(Some(given.iter().map(|component| component.value).collect()));
+    }
+    if named < given.len() {
+        return Err(refused(
+            "some numbers have the names of coordinates and others have not".to_owned(),
+        ));
+    }
+    let names: Vec<&str> = entry.description().names().collect();
+    let mut values: Vec<Option<f64>> = vec![None; names.len()];
+    for Component { name, value } in given {
+        let name = name.as_deref().unwrap_or_default();
+        let Some(place) = names.iter().position(|known| *known == name) else {
+            return Err(UnknownName::new("coordinate", name, names).into());
+        };
+        if values[place].replace(*value).is_some() {
+            return Err(refused(format!("the coordinate `{name}` is given twice")));
+        }
+    }
+    let own = own.filter(|own| own.len() == names.len());
+    let parts = values
+        .iter()
+        .zip(&names)
+        .enumerate()
+        .map(|(place, (value, name))| {
+            value.or_else(|| own.map(|own| own[place])).ok_or_else(|| {
+                refused(format!(
+                    "the coordinate `{name}` has no value, and the system has none of its own for it"
+                ))
+            })
+        });
+    parts.collect::<Result<_, _>>().map(Some)
 }
 
 /// How a motion begins with its position and velocity.
@@ -107,46 +176,52 @@ impl StartArguments {
     ///
     /// # Errors
     ///
-    /// [`CliError::NoStart`] if neither the options nor the entry have one.
+    /// [`CliError::NoStart`] if neither the options nor the entry have one, and the errors of [`vector`].
     pub fn q0(&self, entry: &Entry) -> Result<Vec<f64>, CliError> {
-        let given = self.q0.as_ref().or(entry.default_start().map(|[q0, _]| q0));
-        given.cloned().ok_or_else(|| self.missing(entry))
+        let own = entry.default_start().map(|[q0, _]| q0.as_slice());
+        vector("--q0", self.q0.as_deref(), own, entry)?.ok_or_else(|| self.missing(entry))
     }
 
     /// The initial velocity.
     ///
     /// # Errors
     ///
-    /// [`CliError::NoStart`] if neither the options nor the entry have one.
+    /// As [`StartArguments::q0`].
     pub fn v0(&self, entry: &Entry) -> Result<Vec<f64>, CliError> {
-        let given = self.v0.as_ref().or(entry.default_start().map(|[_, v0]| v0));
-        given.cloned().ok_or_else(|| self.missing(entry))
+        let own = entry.default_start().map(|[_, v0]| v0.as_slice());
+        vector("--v0", self.v0.as_deref(), own, entry)?.ok_or_else(|| self.missing(entry))
     }
 
     /// The initial acceleration, if the options or the entry have one.
-    pub fn a0(&self, entry: &Entry) -> Option<Vec<f64>> {
-        let given = self.a0.as_deref().or(entry.default_acceleration());
-        given.map(<[f64]>::to_vec)
+    ///
+    /// # Errors
+    ///
+    /// Those of [`vector`].
+    pub fn a0(&self, entry: &Entry) -> Result<Option<Vec<f64>>, CliError> {
+        vector("--a0", self.a0.as_deref(), entry.default_acceleration(), entry)
     }
 
     /// The acceleration that is meant where there are several, if the options or the entry say it.
-    pub fn near(&self, entry: &Entry) -> Option<Vec<f64>> {
-        let given = self.near_a0.as_deref().or(entry.default_near());
-        given.map(<[f64]>::to_vec)
+    ///
+    /// # Errors
+    ///
+    /// Those of [`vector`].
+    pub fn near(&self, entry: &Entry) -> Result<Option<Vec<f64>>, CliError> {
+        vector("--near-a0", self.near_a0.as_deref(), entry.default_near(), entry)
     }
 
     /// The beginning at `q0` with an acceleration or a force, if the options or the entry have one.
     ///
     /// # Errors
     ///
-    /// [`CliError::NoStart`] if there is no velocity.
+    /// [`CliError::NoStart`] if there is no velocity, and the errors of [`vector`].
     pub fn third_order(&self, entry: &Entry, q0: &[f64]) -> Result<Option<Beginning>, CliError> {
         let q0 = q0.to_vec();
-        if let Some(force) = self.f0.clone() {
+        if let Some(force) = vector("--f0", self.f0.as_deref(), None, entry)? {
             let v0 = self.v0(entry)?;
             return Ok(Some(Beginning::ThirdOrderByForce { q0, v0, force }));
         }
-        let Some(a0) = self.a0(entry) else {
+        let Some(a0) = self.a0(entry)? else {
             return Ok(None);
         };
         let v0 = self.v0(entry)?;

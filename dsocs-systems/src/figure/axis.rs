@@ -207,19 +207,23 @@ fn logarithmic_ticks((from, to): (f64, f64)) -> Vec<f64> {
         .collect()
 }
 
-/// The label of a tick on a logarithmic axis with this range: powers of ten, and between them the digit alone where less than two decades
-/// are shown. Where no power of ten is shown a digit would not tell its power, which then stands beside it.
+/// The label of a tick on a logarithmic axis with this range: powers of ten. Where less than two decades are shown every tick has a label, which
+/// tells the whole number: a digit alone would not tell its power.
 fn logarithmic_label(value: f64, (from, to): (f64, f64)) -> String {
     // a tick is one digit times a power of ten, but for rounding
     let exponent = (value.log10() + 1e-6).floor();
     let digit = (value / 10f64.powf(exponent)).round();
-    let has_decade = from.log10().ceil() <= to.log10() + 1e-9;
-    if digit < 1.5 {
+    let few = to < 100.0 * from;
+    let ordinary = from >= 5e-4 && to <= 2e5;
+    if few && ordinary {
+        let digits = (-exponent).max(0.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 0 and 4
+        let text = format!("{:.*}", digits as usize, digit * 10f64.powf(exponent));
+        text
+    } else if digit < 1.5 {
         format!("10{}", superscript(exponent))
-    } else if !has_decade {
+    } else if few {
         format!("{digit}·10{}", superscript(exponent))
-    } else if to < 100.0 * from {
-        digit.to_string()
     } else {
         String::new()
     }
@@ -284,9 +288,21 @@ mod tests {
         assert_eq!(logarithmic_label(1e-3, (1e-4, 1e-2)), "10⁻³");
         assert_eq!(logarithmic_label(1e12, (1e11, 2e12)), "10¹²");
         assert_eq!(logarithmic_label(0.02, (1e-3, 0.3)), "");
-        assert_eq!(logarithmic_label(0.02, (0.01, 0.3)), "2");
-        assert_eq!(logarithmic_label(0.5, (0.15, 3.0)), "5");
-        assert_eq!(logarithmic_label(0.02, (0.015, 0.08)), "2·10⁻²");
+        assert_eq!(logarithmic_label(2e-5, (1e-5, 3e-4)), "2·10⁻⁵");
+        assert_eq!(logarithmic_label(1e-5, (1e-5, 3e-4)), "10⁻⁵");
+        assert_eq!(logarithmic_label(2e7, (1.5e7, 8e7)), "2·10⁷");
+        // every label of an axis of few decades is a number that is greater than the one before
+        for (range, expected) in [
+            ((0.01, 0.3), &["0.01", "0.02", "0.05", "0.1", "0.2"][..]),
+            ((0.15, 3.0), &["0.2", "0.5", "1", "2"]),
+            ((1.7, 60.0), &["2", "5", "10", "20", "50"]),
+            ((150.0, 2500.0), &["200", "500", "1000", "2000"]),
+            ((0.015, 0.08), &["0.02", "0.05"]),
+        ] {
+            let ticks = Scale::Logarithmic.ticks(range).into_iter();
+            let labels: Vec<String> = ticks.map(|(_, label)| label).collect();
+            assert_eq!(labels, expected);
+        }
         assert_eq!(linear_label(-0.5, (-1.0, 1.0)), "−0.5");
         assert_eq!(linear_label(1e-17, (-1.0, 1.0)), "0");
         assert_eq!(linear_label(15_000.0, (0.0, 16_000.0)), "15000");

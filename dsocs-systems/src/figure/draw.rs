@@ -357,9 +357,15 @@ impl<'p> Axes<'p> {
     }
 
     /// The labels of curves at their ends: on the right of the last point, or where there is no room, on its left and out of the way of the curve;
-    /// within the frame, and below one another.
+    /// within the frame, off the lines of other curves, and none on another.
     fn ends(&self, svg: &mut Svg, entries: &[(&Curve, &str)]) {
         let shown = |point: &&[f64; 2]| self.panel.x.shows(point[0]) && self.panel.y.shows(point[1]);
+        let lines: Vec<Vec<[f64; 2]>> = (self.panel.curves.iter())
+            .map(|curve| {
+                let points = curve.points.iter().filter(shown);
+                points.map(|&[x, y]| [self.across(x), self.down(y)]).collect()
+            })
+            .collect();
         let mut places: Vec<_> = entries
             .iter()
             .filter_map(|(curve, label)| {
@@ -373,29 +379,87 @@ impl<'p> Axes<'p> {
             })
             .collect();
         places.sort_by(|(a, ..), (b, ..)| a[1].total_cmp(&b[1]));
-        let mut taken: Vec<[f64; 3]> = Vec::new();
+        let mut taken: Vec<Area> = Vec::new();
         for ([x, y], rises, label, colour) in places {
             let length = width(label, SIZES[1]);
-            let (anchor, x, y) = if x + CORNER + length < self.area.right() {
-                (Anchor::Start, x + CORNER / 2.0, y)
-            } else {
-                let aside = if rises { -SIZES[1] } else { SIZES[1] };
-                (Anchor::End, x.min(self.area.right() - CORNER / 2.0), y + aside)
+            let box_of = |anchor, [x, y]: [f64; 2]| Area {
+                left: if anchor == Anchor::Start { x } else { x - length },
+                top: y - SIZES[1] / 2.0,
+                width: length,
+                height: SIZES[1],
             };
-            let from = if anchor == Anchor::Start { x } else { x - length };
-            let mut y = y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
-            for [left, right, above] in &taken {
-                if from < *right && from + length > *left && y - above < SIZES[1] {
-                    y = above + SIZES[1];
+            // how much is in the way of a label: other labels, and lines
+            let crowd = |candidate: &Area| -> usize {
+                let labels = taken.iter().filter(|other| candidate.meets(other)).count();
+                let crossed = (lines.iter())
+                    .filter(|line| line.windows(2).any(|leg| candidate.is_crossed([leg[0], leg[1]])));
+                1000 * labels + crossed.count()
+            };
+            let mut best: Option<(usize, Anchor, [f64; 2], Area)> = None;
+            for (anchor, at) in self.beside([x, y], rises, length) {
+                let area = box_of(anchor, at);
+                let crowd = crowd(&area);
+                if best.as_ref().is_none_or(|(least, ..)| crowd < *least) {
+                    best = Some((crowd, anchor, at, area));
                 }
             }
-            taken.push([from, from + length, y]);
+            let Some((_, anchor, at, area)) = best else {
+                continue;
+            };
+            taken.push(area);
             let lettering = Lettering {
                 colour,
-                ..plain([x, y], anchor)
+                ..plain(at, anchor)
             };
             svg.text(label, &lettering);
         }
+    }
+
+    /// Where the label of a curve that ends at a point may stand, the best places first.
+    fn beside(&self, [x, y]: [f64; 2], rises: bool, length: f64) -> Vec<(Anchor, [f64; 2])> {
+        let within = |y: f64| y.clamp(self.area.top + SIZES[1], self.area.bottom() - SIZES[1] / 2.0);
+        let (right, left) = (x + CORNER / 2.0, x.min(self.area.right() - CORNER / 2.0));
+        let aside = if rises { -SIZES[1] } else { SIZES[1] };
+        let mut places = Vec::new();
+        if x + CORNER + length < self.area.right() {
+            places.push((Anchor::Start, [right, within(y)]));
+            for k in [0.5, -0.5, 1.0, -1.0] {
+                places.push((Anchor::Start, [right, within(y + k * aside)]));
+            }
+        }
+        for k in [1.0, -1.0, 1.5, -1.5, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0, 5.0, -5.0] {
+            places.push((Anchor::End, [left, within(y + k * aside)]));
+        }
+        places
+    }
+}
+
+impl Area {
+    /// Whether two areas have points in common.
+    fn meets(&self, other: &Self) -> bool {
+        self.left < other.right()
+            && other.left < self.right()
+            && self.top < other.bottom()
+            && other.top < self.bottom()
+    }
+
+    /// Whether a straight line has points inside (Liang and Barsky's algorithm).
+    fn is_crossed(&self, [from, to]: [[f64; 2]; 2]) -> bool {
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        let sides = [[self.left, self.right()], [self.top, self.bottom()]];
+        for (k, [low, high]) in sides.into_iter().enumerate() {
+            let change = to[k] - from[k];
+            if change == 0.0 {
+                if from[k] <= low || from[k] >= high {
+                    return false;
+                }
+                continue;
+            }
+            let ends = [low, high].map(|side| (side - from[k]) / change);
+            first = first.max(ends[0].min(ends[1]));
+            last = last.min(ends[0].max(ends[1]));
+        }
+        first < last
     }
 }
 
@@ -508,6 +572,73 @@ mod tests {
             );
             // the curve ends at 128
             assert!((number("y") < 125.0) == up, "{text}");
+        }
+    }
+
+    /// Curves in bundles, whose ends lie on each other's lines.
+    #[test]
+    fn labels_at_the_ends_of_curves_lie_on_no_other_line() {
+        for seed in 0..60_u32 {
+            let slope = |k: u32| f64::from((seed * 7 + k * 13) % 17) / 17.0 - 0.5;
+            let curves = (0..4_u32).map(|k| {
+                let height = 20.0 + 20.0 * f64::from(k);
+                let length = 1.0 + 0.25 * f64::from((seed + k) % 4);
+                Curve {
+                    points: vec![
+                        [0.0, height - 12.0 * slope(k)],
+                        [length, height + 12.0 * slope(k)],
+                    ],
+                    label: Some(format!("curve {k}")),
+                    ..figure(Vec::new(), Style::Line(1.0)).panels[0].curves[0].clone()
+                }
+            });
+            let mut figure = figure(Vec::new(), Style::Line(1.0));
+            figure.panels[0].y = Axis::linear("θ [rad]").over(0.0, 100.0);
+            figure.panels[0].curves = curves.collect();
+            figure.panels[0].legend = Legend::Ends;
+            let svg = figure.svg();
+            let lines: Vec<Vec<[f64; 2]>> = svg
+                .split("points=\"")
+                .skip(1)
+                // ticks are black
+                .filter(|rest| rest.split("/>").next().unwrap().contains("#0072B2"))
+                .map(|rest| {
+                    let pairs = rest.split('"').next().unwrap().split(' ');
+                    let number = |text: &str| text.parse::<f64>().unwrap();
+                    pairs
+                        .map(|pair| pair.split_once(',').map(|(x, y)| [number(x), number(y)]).unwrap())
+                        .collect()
+                })
+                .collect();
+            assert_eq!(lines.len(), 4, "{svg}");
+            let boxes: Vec<Area> = (0..4)
+                .map(|k| {
+                    let label = format!("curve {k}");
+                    let (text, _) = svg.split_once(&format!(">{label}<")).unwrap();
+                    let (_, text) = text.rsplit_once("<text").unwrap();
+                    let number = |name: &str| -> f64 {
+                        let (_, rest) = text.split_once(&format!(" {name}=\"")).unwrap();
+                        rest.split('"').next().unwrap().parse().unwrap()
+                    };
+                    let length = width(&label, SIZES[1]);
+                    let end = if text.contains("text-anchor=\"end\"") {
+                        length
+                    } else {
+                        0.0
+                    };
+                    Area {
+                        left: number("x") - end,
+                        top: number("y") - 0.8 * SIZES[1],
+                        width: length,
+                        height: 0.8 * SIZES[1],
+                    }
+                })
+                .collect();
+            for (k, area) in boxes.iter().enumerate() {
+                let crossed = lines.iter().any(|line| area.is_crossed([line[0], line[1]]));
+                let met = boxes[..k].iter().any(|other| area.meets(other));
+                assert!(!crossed && !met, "{seed}: label {k}\n{svg}");
+            }
         }
     }
 
