@@ -353,6 +353,8 @@ impl<'s> Composed<'s> {
             index: self.course.clock.index(),
             stage: place + 1,
             backward: fraction < 0.0,
+            constrained: self.kernel.shape().kinematic > 0,
+            piecewise: self.kernel.shape().piecewise,
             cause: match failure {
                 momenta::Failure::NotSolved(cause) => StageFailure::Leg { time, h, cause },
                 momenta::Failure::Singularity => StageFailure::Singularity { time, h },
@@ -399,6 +401,8 @@ impl<'s> Composed<'s> {
             index: self.course.clock.index(),
             stage: place + 1,
             backward: true,
+            constrained: self.kernel.shape().kinematic > 0,
+            piecewise: self.kernel.shape().piecewise,
             cause,
         })
     }
@@ -417,6 +421,8 @@ impl<'s> Composed<'s> {
             index: self.course.clock.index(),
             stage: place + 1,
             backward: stage.backward,
+            constrained: self.kernel.shape().kinematic > 0,
+            piecewise: self.kernel.shape().piecewise,
             cause: StageFailure::Step(self.step_of(stage).error(&failing, cause)),
         })
     }

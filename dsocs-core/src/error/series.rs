@@ -83,6 +83,9 @@ impl Jump {
     }
 }
 
+/// With a relative tolerance above this, the steps themselves may have led to where a motion ends.
+const LOOSE: f64 = 1e-5;
+
 /// A last step below this part of the mean tells that steps have become shorter and shorter.
 const COLLAPSED: f64 = 1e-3;
 
@@ -105,6 +108,8 @@ pub struct FailedSeries {
     pub deficiency: Option<Deficiency>,
     /// Whether a factor of a constraint may be why: whether there is a kinematic constraint.
     pub may_divide: bool,
+    /// The relative tolerance of a step.
+    pub tolerance: f64,
     /// What happened.
     pub cause: SeriesFailure,
 }
@@ -139,10 +144,16 @@ impl fmt::Display for SeriesError {
             undefined,
             deficiency,
             may_divide,
+            tolerance,
             cause,
             ..
         } = &*self.0;
-        let singular = Singular(deficiency.as_ref(), *may_divide, q, v);
+        let singular = Singular {
+            deficiency: deficiency.as_ref(),
+            may_divide: *may_divide,
+            tolerance: *tolerance,
+            at: (q, v),
+        };
         match (cause, undefined) {
             (SeriesFailure::NotFinite, Some(undefined)) => write!(
                 f,
@@ -167,9 +178,7 @@ impl fmt::Display for SeriesError {
             (SeriesFailure::TooManySteps { steps, last, mean }, _) if *last < COLLAPSED * mean => write!(
                 f,
                 "{steps} steps have been made and t = {t} reached, where they have become as short as {last:e}; their mean is \
-                 {mean:e}. More steps would hardly help: the motion comes close to a singularity or to a place where the system is \
-                 not smooth (q = {q:?}, v = {v:?}). If a function of your own branches there, let it compare the numbers that it is \
-                 given, not their values"
+                 {mean:e}. More steps would hardly help: {singular}"
             ),
             (SeriesFailure::TooManySteps { steps, .. }, _) => write!(
                 f,
@@ -183,6 +192,28 @@ impl fmt::Display for SeriesError {
                  constraint",
                 coordinates.join(", ")
             ),
+            (SeriesFailure::Jumps { switch, by }, _)
+                if switch
+                    .as_ref()
+                    .is_some_and(|switch| function_of(switch).is_some()) =>
+            {
+                let (what, function) = (
+                    by.what(),
+                    switch.as_deref().and_then(function_of).unwrap_or_default(),
+                );
+                let user = match by {
+                    Jump::Position | Jump::Constraint => "a constraint on positions or velocities",
+                    Jump::Lagrangian => "the momentum",
+                };
+                write!(
+                    f,
+                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{function}` has a corner or a jump \
+                     there, and {user} depends on it. Use a smooth interpolation: `Samples::monotone` or `Samples::cubic` for \
+                     `Samples::linear`, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`. Or let the run end here, and \
+                     begin another one with the {what} after the jump",
+                    coordinates.join(", ")
+                )
+            }
             (SeriesFailure::Jumps { switch, by }, _) => {
                 let place = match switch {
                     Some(switch) => format!("`{switch}` is zero there, and beyond"),
@@ -217,13 +248,38 @@ impl fmt::Display for SeriesError {
     }
 }
 
-/// What is said of a place that steps do not get past, whether a factor of a constraint may be why, at a position and a velocity.
-struct Singular<'a>(Option<&'a Deficiency>, bool, &'a [f64], &'a [f64]);
+/// The function in whose inside a comparison decides, if a switch is one.
+fn function_of(switch: &str) -> Option<&str> {
+    switch.strip_prefix("a comparison in ")
+}
+
+/// What is said of a place that steps do not get past.
+struct Singular<'a> {
+    /// What the equations hardly determine there.
+    deficiency: Option<&'a Deficiency>,
+    /// Whether a factor of a constraint may be why.
+    may_divide: bool,
+    /// The relative tolerance of a step.
+    tolerance: f64,
+    /// The position and the velocity.
+    at: (&'a [f64], &'a [f64]),
+}
 
 impl fmt::Display for Singular<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(deficiency, may_divide, q, v) = self;
-        match deficiency {
+        let (q, v) = self.at;
+        let tolerance = self.tolerance;
+        let is_loose = tolerance > LOOSE;
+        if is_loose {
+            // what the equations are like where the motion never comes says nothing
+            return write!(
+                f,
+                "the tolerance {tolerance:e} is large: each step may miss the motion by this part of the velocity, the errors add up, and \
+                 they may have led here, where steps become short (q = {q:?}, v = {v:?}). Take a tolerance of 1e-9 or less, which costs \
+                 little more. If the motion ends here with it, too, its message says why"
+            );
+        }
+        match self.deficiency {
             Some(deficiency) => write!(
                 f,
                 "at q = {q:?}, v = {v:?} the equations hardly determine the acceleration: {deficiency}"
@@ -233,7 +289,7 @@ impl fmt::Display for Singular<'_> {
                 "the motion comes close to a singularity, or to a place where the system is not smooth (q = {q:?}, v = {v:?})"
             )?,
         }
-        if *may_divide {
+        if self.may_divide {
             f.write_str(
                 ". Perhaps a factor of a kinematic constraint is zero there: divide it out (`branch = divide(factor)`). Or the constraint force \
                  cannot do there what the constraint asks for. In a Lyapunov constraint the power of an external force may be missing: friction \

@@ -17,6 +17,10 @@ pub struct FailedStage {
     pub stage: usize,
     /// Whether its leg goes against the direction of the run.
     pub backward: bool,
+    /// Whether there is a constraint on accelerations, which may have no motion back in time.
+    pub constrained: bool,
+    /// Whether a force or a constraint jumps with positions or velocities.
+    pub piecewise: bool,
     /// What happened.
     pub cause: StageFailure,
 }
@@ -90,6 +94,8 @@ impl fmt::Display for StageError {
             method,
             stage,
             backward,
+            constrained,
+            piecewise,
             cause,
             ..
         } = &*self.0;
@@ -112,10 +118,20 @@ impl fmt::Display for StageError {
                 " jumps: the solution at t = {time} is not the one that the motion leads to over the leg of {h:.3e}",
             )?,
         }
-        if method.order() > 2 {
+        let is_explained = matches!(cause, StageFailure::Step(error) if error.details().undefined.is_some());
+        if method.order() > 2 && *constrained && !is_explained {
             f.write_str(
                 "; the method has legs that go back in time, where a constraint such as a decrease of energy may have no \
                  motion: take a smaller h, the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
+            )?;
+        } else if *piecewise && !is_explained {
+            f.write_str(
+                "; a force here jumps with the motion (`signum`, a comparison), and this method does not follow a motion that comes to rest \
+                 at a jump: take the step of order 2 (Flow), which does, or a steep smooth function, such as `(v / 0.001).tanh()`",
+            )?;
+        } else if method.order() > 2 && !is_explained {
+            f.write_str(
+                "; take a smaller h, the step of order 2 (Flow) or the continuous motion to a tolerance (TaylorFlow)",
             )?;
         } else if !matches!(cause, StageFailure::Step(_)) {
             f.write_str("; take a smaller h, Flow or the continuous motion to a tolerance (TaylorFlow)")?;

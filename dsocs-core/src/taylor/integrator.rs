@@ -575,6 +575,7 @@ impl Integrator {
             .then(open)
             .flatten(),
             may_divide: equations.declaration().constraints()[2] > 0,
+            tolerance: self.control.relative(),
             cause,
         })
     }

@@ -25,6 +25,9 @@ pub struct AccuracyArguments {
 /// The unit round-off of double precision, `2⁻⁵³`.
 const UNIT: f64 = f64::EPSILON / 2.0;
 
+/// Above this tolerance the errors of the steps may add up to some per cent in a run of hundreds of turns.
+const LOOSE: f64 = 1e-5;
+
 /// A tolerance that can be reached; what is no tolerance is left for what refuses it.
 fn reachable(tolerance: f64) -> f64 {
     if tolerance > 0.0 {
@@ -52,14 +55,20 @@ impl AccuracyArguments {
         }
     }
 
-    /// What is to be said of a tolerance that cannot be reached.
+    /// What is to be said of a tolerance that cannot be reached, or is so large that little may be left of the motion.
     pub fn note(&self) -> Option<String> {
-        let tolerance = self
-            .tolerance
-            .filter(|&tolerance| reachable(tolerance) > tolerance)?;
-        Some(format!(
-            "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their size, and that is the tolerance taken"
-        ))
+        let tolerance = self.tolerance?;
+        if reachable(tolerance) > tolerance {
+            return Some(format!(
+                "note: the tolerance {tolerance:e} cannot be reached: numbers of double precision are rounded by {UNIT:.1e} of their size, and that is the tolerance taken"
+            ));
+        }
+        (tolerance > LOOSE && !self.estimate_error).then(|| {
+            format!(
+                "warning: the tolerance {tolerance:e} is that of each step, and the errors of the steps add up: energies and constraints on \
+                 accelerations drift, and in the end nothing may be left of the motion. 1e-9 costs little more; --estimate-error measures the error"
+            )
+        })
     }
 
     /// Whether errors are to be estimated.
@@ -164,5 +173,30 @@ impl Errors {
             parts.join(", "),
             self.uncertainty
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::AccuracyArguments;
+
+    #[test]
+    fn a_tolerance_is_told_of_where_little_may_be_left_of_the_motion() {
+        let note = |tolerance, estimate_error| {
+            let arguments = AccuracyArguments {
+                order: None,
+                tolerance: Some(tolerance),
+                estimate_error,
+            };
+            arguments.note().unwrap_or_default()
+        };
+        for tolerance in [0.3, 1e-3, 1e-4] {
+            assert!(note(tolerance, false).contains("errors of the steps add up"), "{tolerance}");
+            assert_eq!(note(tolerance, true), "", "the error is measured");
+        }
+        for tolerance in [1e-5, 1e-9, 1e-15] {
+            assert_eq!(note(tolerance, false), "");
+        }
+        assert!(note(1e-17, false).contains("cannot be reached"));
     }
 }

@@ -1,5 +1,6 @@
 //! What the whole thing proves, one file per claim: `cargo test -p dsocs-tests --test claims FILE::` runs one.
 
+mod advice;
 mod cells;
 mod chain;
 mod compensated;

@@ -1,0 +1,183 @@
+//! A message is about what is so: a tolerance that is too large is no singularity, a system without a constraint on accelerations has no
+//! decrease of energy, and corners of samples are smoothed by another interpolation.
+
+use dsocs_core::prelude::*;
+use dsocs_core::{Composition, Samples};
+
+/// A particle whose path is a circle.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2;
+    let speed = (dot(x).powi(2) + dot(y).powi(2)).sqrt();
+    kinematic = (dot(x) * ddot(y) - ddot(x) * dot(y)) / speed.powi(3) - 1;
+    variational = [(dot(x), dot(y))];
+}]
+struct Circle;
+
+/// A mass that falls into a centre.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = -1 / x.powi(2);
+}]
+struct Centre;
+
+#[test]
+fn a_tolerance_that_is_too_large_is_told() {
+    let run = |tolerance: f64| {
+        let start = Start::second_order([0.0, 0.0], [1.0, 1.0]);
+        let mut flow = TaylorFlow::new(&Circle, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(500.0)
+    };
+    for tolerance in [0.3, 0.03] {
+        let error = run(tolerance).unwrap_err().to_string();
+        let told = format!("the tolerance {tolerance:e} is large");
+        assert!(error.contains(&told) && error.contains("1e-9"), "{error}");
+        assert!(
+            !error.contains("singularity") && !error.contains("too small"),
+            "{error}"
+        );
+    }
+    // as it advises
+    let node = run(1e-9).unwrap();
+    assert!((node.v[0].hypot(node.v[1]) - 2.0_f64.sqrt()).abs() < 1e-6);
+    // a singularity is one
+    let fall = |tolerance: f64| {
+        let start = Start::second_order([1.0], [0.0]);
+        let mut flow = TaylorFlow::new(&Centre, start, Tolerance::relative(tolerance)).unwrap();
+        flow.to(3.0).unwrap_err().to_string()
+    };
+    let error = fall(1e-9);
+    assert!(
+        error.contains("singularity") && !error.contains("is large"),
+        "{error}"
+    );
+}
+
+/// Dry friction, in which a mass comes to rest.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    external_forces = -0.5 * dot(x).signum();
+}]
+struct Dry;
+
+/// A mass that vanishes on the way.
+#[dsocs {
+    coordinates(x);
+    lagrangian = x.powi(2) * dot(x).powi(2) / 2 - x;
+}]
+struct Vanishing;
+
+/// A motor that takes energy away, fast.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - x.powi(2) / 2;
+    kinematic = dot(dot(x).powi(2) / 2 + x.powi(2) / 2) + 400 * dot(x).powi(2);
+    constraint_forces = [(1,)];
+    branch = divide(dot(x));
+}]
+struct Brake;
+
+#[test]
+fn a_composition_speaks_of_constraints_that_there_are() {
+    let fails = |result: Result<Node<1>, RunError>| result.unwrap_err().to_string();
+    let run = |h: f64, x: f64| {
+        let start = Start::second_order([x], [0.0]);
+        ComposedFlow::new(&Dry, h, Composition::SUZUKI_4, start)?.to(30.0)
+    };
+    for (h, x) in [(0.01, 1.0), (0.01, 0.1), (0.1, 1.0)] {
+        let error = fails(run(h, x));
+        assert!(
+            !error.contains("energy") && !error.contains("constraint"),
+            "{error}"
+        );
+        assert!(
+            error.contains("the step of order 2 (Flow)") && error.contains("tanh"),
+            "{error}"
+        );
+    }
+    // as it advises
+    let node = Flow::new(&Dry, 0.01, Start::second_order([1.0], [0.0]))
+        .unwrap()
+        .to(30.0);
+    assert_eq!(node.unwrap().v, [0.0]);
+    let start = Start::second_order([1.0], [0.0]);
+    let error = fails(
+        ComposedFlow::new(&Vanishing, 0.01, Composition::SUZUKI_4, start)
+            .unwrap()
+            .to(30.0),
+    );
+    assert!(
+        !error.contains("energy") && !error.contains("constraint such"),
+        "{error}"
+    );
+    let start = Start::second_order([1.0], [-0.5]);
+    let error = fails(
+        ComposedFlow::new(&Brake, 0.1, Composition::SUZUKI_4, start)
+            .unwrap()
+            .to(3.0),
+    );
+    assert!(
+        error.contains("a constraint such as a decrease of energy"),
+        "{error}"
+    );
+}
+
+/// A mass on a rope that a winch winds.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    holonomic = x.powi(2) + y.powi(2) - winch.at(t).powi(2);
+}]
+struct Rope {
+    winch: Samples,
+}
+
+/// The same in the angle.
+#[dsocs {
+    coordinates(cart, theta);
+    let x = cart + winch.at(t) * theta.sin();
+    let y = -winch.at(t) * theta.cos();
+    lagrangian = (dot(cart).powi(2) + dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+}]
+struct Cable {
+    winch: Samples,
+}
+
+#[test]
+fn corners_of_samples_ask_for_a_smooth_interpolation() {
+    let samples = [(0.0, 1.0), (1.0, 1.2), (2.0, 1.0), (3.0, 1.1)];
+    let tolerance = Tolerance::relative(1e-9);
+    let hangs = Start::second_order([0.0, -1.0], [0.0, 0.0]).projected();
+    let moves = Start::second_order([0.0, 1.0], [0.0, -0.2]);
+    let rope = |winch: Samples| TaylorFlow::new(&Rope { winch }, hangs, tolerance)?.to(2.5);
+    let cable = |winch: Samples| TaylorFlow::new(&Cable { winch }, moves, tolerance)?.to(2.5);
+    let corners = || Samples::linear(samples).unwrap();
+    for error in [rope(corners()).unwrap_err(), cable(corners()).unwrap_err()] {
+        let error = error.to_string();
+        assert!(
+            error.contains("`winch.at` has a corner or a jump there"),
+            "{error}"
+        );
+        assert!(
+            error.contains("Use a smooth interpolation") && error.contains("`Samples::monotone`"),
+            "{error}"
+        );
+        assert!(
+            !error.contains("a comparison in") && !error.contains("energy is lost"),
+            "{error}"
+        );
+        assert!(error.len() < 560, "{}: {error}", error.len());
+    }
+    // as it advises
+    for smooth in [
+        Samples::monotone(samples).unwrap(),
+        Samples::cubic(samples).unwrap(),
+    ] {
+        let length = smooth.at(2.5);
+        let node = rope(smooth.clone()).unwrap();
+        assert!((node.q[0].hypot(node.q[1]) - length).abs() < 1e-12);
+        cable(smooth).unwrap();
+    }
+}
