@@ -53,6 +53,8 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// The parameters: fields of type `f64` and the elements of arrays of them, in order. Fields of other types are not
     /// listed.
     const PARAMETERS: &'static [Quantity];
+    /// The fields of other types, which are no parameters, each with its type in the place of the documentation.
+    const OTHERS: &'static [Quantity] = &[];
     /// The observed expressions (`observe = […]`), in order.
     const OBSERVABLES: &'static [Quantity];
 
@@ -182,6 +184,7 @@ impl Shape {
             doc: Cow::Borrowed(S::DOC),
             coordinates: Cow::Borrowed(const { &S::COORDINATES }),
             parameters: Cow::Borrowed(S::PARAMETERS),
+            others: Cow::Borrowed(S::OTHERS),
             observables: Cow::Borrowed(S::OBSERVABLES),
             increments: N,
             unknowns: <S::Unknown<f64> as Array<f64>>::LENGTH,

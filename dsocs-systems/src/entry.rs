@@ -391,8 +391,15 @@ impl Entry {
             *place = value;
             return Ok(());
         }
-        let known = parameters.iter().map(|parameter| parameter.name.clone());
-        Err(UnknownName::new("parameter", name, known))
+        Err(self.unknown_parameter(name))
+    }
+
+    /// The error for a name that no parameter has.
+    pub(crate) fn unknown_parameter(&self, name: &str) -> UnknownName {
+        let known = self.description.parameters.iter();
+        let known = known.map(|parameter| parameter.name.clone());
+        let ty = self.system.kernel().shape().type_of_other(name);
+        UnknownName::new("parameter", name, known).of_type(ty)
     }
 
     /// Runs as planned and hands each node to `sink`, which may end the run.

@@ -192,59 +192,58 @@ impl fmt::Display for SeriesError {
                  constraint",
                 coordinates.join(", ")
             ),
-            (SeriesFailure::Jumps { switch, by }, _)
-                if switch
-                    .as_ref()
-                    .is_some_and(|switch| function_of(switch).is_some()) =>
-            {
-                let (what, function) = (
-                    by.what(),
-                    switch.as_deref().and_then(function_of).unwrap_or_default(),
-                );
-                let user = match by {
-                    Jump::Position | Jump::Constraint => "a constraint on positions or velocities",
-                    Jump::Lagrangian => "the momentum",
-                };
-                write!(
-                    f,
-                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: `{function}` has a corner or a jump \
-                     there, and {user} depends on it. Use a smooth interpolation: `Samples::monotone` or `Samples::cubic` for \
-                     `Samples::linear`, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`. Or let the run end here, and \
-                     begin another one with the {what} after the jump",
-                    coordinates.join(", ")
-                )
-            }
             (SeriesFailure::Jumps { switch, by }, _) => {
-                let place = match switch {
-                    Some(switch) => format!("`{switch}` is zero there, and beyond"),
-                    None => "beyond this place".to_owned(),
-                };
                 let what = by.what();
-                let (why, advice) = match by {
-                    Jump::Position => (
-                        "a holonomic constraint asks for another position than before",
-                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
-                    ),
-                    Jump::Constraint => (
-                        "a constraint on positions or velocities asks for another velocity than before. How such an impact goes \
-                         on (how much energy is lost) the declaration does not say",
-                        "round the corner off, as `(x.powi(2) + 1e-6).sqrt()` does for `x.abs()`, or a spline for the linear pieces of \
-                         `Samples`",
-                    ),
-                    Jump::Lagrangian => (
-                        "the Lagrangian is another, or the momentum that belongs to this velocity is. The force at such a jump is an impulse, \
-                         which no derivative of the pieces has",
-                        "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
-                    ),
-                };
                 write!(
                     f,
-                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {place} {why}. Either {advice}; \
-                     or let the run end here, and begin another one with the {what} after the jump",
-                    coordinates.join(", ")
+                    "the {what} would have to jump at t = {t}, ({}) = {q:?}, with the velocity {v:?}: {}; or let the run end here, and begin another \
+                     one with the {what} after the jump",
+                    coordinates.join(", "),
+                    Jumping(switch.as_deref(), *by)
                 )
             }
         }
+    }
+}
+
+/// Why a velocity or a position would have to jump, and what to write in place of that.
+struct Jumping<'a>(Option<&'a str>, Jump);
+
+impl fmt::Display for Jumping<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(switch, by) = *self;
+        if let Some(function) = switch.and_then(function_of) {
+            let user = match by {
+                Jump::Position | Jump::Constraint => "a constraint on positions or velocities",
+                Jump::Lagrangian => "the momentum",
+            };
+            return write!(
+                f,
+                "`{function}` has a corner or a jump there, and {user} depends on it. Use a smooth interpolation: `Samples::monotone` or \
+                 `Samples::cubic` for `Samples::linear`, and in a function of your own a smooth one for `if`, `min`, `max` or `abs`"
+            );
+        }
+        let place = match switch {
+            Some(switch) => format!("`{switch}` is zero there, and beyond"),
+            None => "beyond this place".to_owned(),
+        };
+        let (why, advice) = match by {
+            Jump::Position => (
+                "a holonomic constraint asks for another position than before",
+                "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+            ),
+            Jump::Constraint => (
+                "a constraint on positions or velocities asks for another velocity than before. How such an impact goes on (how much energy is \
+                 lost) the declaration does not say",
+                "round the corner off, as `(x.powi(2) + 1e-6).sqrt()` does for `x.abs()`, or a spline for the linear pieces of `Samples`",
+            ),
+            Jump::Lagrangian => (
+                "the Lagrangian is another, or the momentum that belongs to this velocity is. The force at such a jump is an impulse, which no \
+                 derivative of the pieces has",
+                "make the jump steep and smooth, such as `(x / 0.001).tanh()` for `x.signum()`",
+            ),
+        };
+        write!(f, "{place} {why}. Either {advice}")
     }
 }
 

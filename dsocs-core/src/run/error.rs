@@ -108,6 +108,16 @@ pub enum InputError {
         /// The names of the parameters.
         parameters: Vec<Cow<'static, str>>,
     },
+    /// The field of that name is no parameter.
+    #[error(
+        "the field `{field}` is of type `{ty}`, and no parameter: parameters are fields of type `f64`, and the elements of arrays of them"
+    )]
+    Type {
+        /// The field.
+        field: String,
+        /// Its type.
+        ty: String,
+    },
     /// The value is infinite or not a number.
     #[error("the input `{parameter}` is {value}; it must be finite")]
     NotFinite {

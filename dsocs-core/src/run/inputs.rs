@@ -102,9 +102,15 @@ pub trait Inputs<const N: usize>: Stepper<N> {
 /// The place of a parameter.
 pub(crate) fn known(shape: &Shape, parameter: &str) -> Result<usize, InputError> {
     let place = shape.parameters.iter().position(|known| known.name == parameter);
-    place.ok_or_else(|| InputError::Unknown {
-        parameter: parameter.to_owned(),
-        parameters: shape.parameters.iter().map(|known| known.name.clone()).collect(),
+    place.ok_or_else(|| match shape.type_of_other(parameter) {
+        Some(ty) => InputError::Type {
+            field: parameter.to_owned(),
+            ty: ty.to_owned(),
+        },
+        None => InputError::Unknown {
+            parameter: parameter.to_owned(),
+            parameters: shape.parameters.iter().map(|known| known.name.clone()).collect(),
+        },
     })
 }
 

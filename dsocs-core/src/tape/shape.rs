@@ -20,6 +20,8 @@ pub struct Shape {
     pub coordinates: Cow<'static, [Quantity]>,
     /// The parameters that are numbers, in order.
     pub parameters: Cow<'static, [Quantity]>,
+    /// The fields that are no parameters, each with its type in the place of the documentation.
+    pub others: Cow<'static, [Quantity]>,
     /// The observed expressions, in order.
     pub observables: Cow<'static, [Quantity]>,
     /// How many numbers an increment has: as many as a position, unless a coordinate is no number.
@@ -67,6 +69,13 @@ pub struct Shape {
 }
 
 impl Shape {
+    /// The type of a field that is no parameter, by its name.
+    #[must_use]
+    pub fn type_of_other(&self, name: &str) -> Option<&str> {
+        let field = self.others.iter().find(|field| field.name == name);
+        field.map(|field| &*field.doc)
+    }
+
     /// How many coordinates there are.
     #[must_use]
     pub fn dimension(&self) -> usize {

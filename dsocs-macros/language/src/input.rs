@@ -90,6 +90,17 @@ impl Fields {
             .collect()
     }
 
+    /// The other fields, each with its type.
+    pub(crate) fn others(&self) -> Vec<(String, String)> {
+        let others = self
+            .0
+            .iter()
+            .filter(|field| field.reference || field.parameters().is_empty());
+        others
+            .map(|field| (field.ident.unraw().to_string(), field.ty.clone()))
+            .collect()
+    }
+
     /// The fields that can be listed and set by name.
     pub(crate) fn parameters(&self) -> Vec<ParameterField> {
         self.0

@@ -23,6 +23,8 @@ pub struct Model {
     pub(crate) coordinates: Vec<Ident>,
     /// The numbers among the fields, in order.
     pub(crate) parameters: Vec<ParameterField>,
+    /// The other fields, each with its type.
+    pub(crate) others: Vec<(String, String)>,
     /// All expressions.
     pub(crate) graph: Graph,
     /// `L`, in `Q`, `V` and `T`.

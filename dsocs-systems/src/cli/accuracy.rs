@@ -191,7 +191,10 @@ mod tests {
             arguments.note().unwrap_or_default()
         };
         for tolerance in [0.3, 1e-3, 1e-4] {
-            assert!(note(tolerance, false).contains("errors of the steps add up"), "{tolerance}");
+            assert!(
+                note(tolerance, false).contains("errors of the steps add up"),
+                "{tolerance}"
+            );
             assert_eq!(note(tolerance, true), "", "the error is measured");
         }
         for tolerance in [1e-5, 1e-9, 1e-15] {

@@ -196,6 +196,17 @@ struct Pushed {
     strength: f64,
 }
 
+/// A mass on springs, whose number is no number of the type `f64`.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - springs * stiffness * x.powi(2) / 2;
+}]
+#[derive(Clone)]
+struct Springs {
+    stiffness: f64,
+    springs: u32,
+}
+
 /// The systems.
 fn entries() -> Vec<Entry> {
     let [one, two] = [1.0, 2.0];
@@ -216,6 +227,11 @@ fn entries() -> Vec<Entry> {
         Entry::new(Forgotten { friction: 0.3 }).start([0.3, -0.2], [0.0, 0.5]),
         Entry::new(Idle { gain: one }).start([one, 0.0], [0.0, 0.0]),
         Entry::new(Pushed { strength: one }).start([0.0, 0.0], [0.0, 0.0]),
+        Entry::new(Springs {
+            stiffness: one,
+            springs: 2,
+        })
+        .start([one], [0.0]),
     ]
     .into_iter()
     .map(|entry| {
@@ -584,4 +600,20 @@ fn starts_by_the_names_of_coordinates() {
         let error = first(start).unwrap_err().to_string();
         assert!(error.contains(message), "{start}: {error}");
     }
+}
+
+#[test]
+fn a_field_that_is_no_parameter_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for words in ["run springs --set springs=3", "run springs --input springs=a.csv"] {
+        let error = execute(folder.path(), words).unwrap_err().to_string();
+        assert!(
+            error.contains("is of type `u32`, and parameters are fields of type `f64`"),
+            "{words}: {error}"
+        );
+    }
+    let error = execute(folder.path(), "run springs --set sprigs=3")
+        .unwrap_err()
+        .to_string();
+    assert!(!error.contains("u32"), "{error}");
 }

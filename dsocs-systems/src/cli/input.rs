@@ -6,7 +6,7 @@ use clap::Args;
 use dsocs_core::Samples;
 
 use super::CliError;
-use crate::entry::{Entry, HeldInput, UnknownName};
+use crate::entry::{Entry, HeldInput};
 
 /// Parameters that change during a run.
 #[derive(Args, Debug)]
@@ -40,7 +40,7 @@ impl InputArguments {
                     .map(|known| known.name.clone())
                     .collect();
                 let Some(parameter) = known.iter().find(|known| *known == name) else {
-                    return Err(UnknownName::new("parameter", name, known).into());
+                    return Err(entry.unknown_parameter(name).into());
                 };
                 let values = plan(Path::new(file)).map_err(|reason| CliError::Plan {
                     file: file.clone(),

@@ -4,7 +4,10 @@ use thiserror::Error;
 
 /// A name that does not exist, and those that do.
 #[derive(Clone, PartialEq, Eq, Error)]
-#[error("there is no {kind} `{name}`{}; known: {}", suggestion(.nearest.as_deref()), .known.join(", "))]
+#[error(
+    "there is no {kind} `{name}`{}{}; known: {}",
+    suggestion(.nearest.as_deref()), of_type(.ty.as_deref()), .known.join(", ")
+)]
 pub struct UnknownName {
     /// What the name should have named.
     pub kind: &'static str,
@@ -12,6 +15,8 @@ pub struct UnknownName {
     pub name: String,
     /// The name that is nearest, if one is near.
     pub nearest: Option<String>,
+    /// The type of a field of that name, which is no parameter.
+    pub ty: Option<String>,
     /// All names.
     pub known: Vec<String>,
 }
@@ -27,9 +32,28 @@ impl UnknownName {
             kind,
             name: name.to_owned(),
             nearest,
+            ty: None,
             known,
         }
     }
+
+    /// The error for a name that is that of a field of a type, if it is.
+    #[must_use]
+    pub fn of_type(self, ty: Option<&str>) -> Self {
+        Self {
+            ty: ty.map(ToOwned::to_owned),
+            ..self
+        }
+    }
+}
+
+/// What is said of a field of a type.
+fn of_type(ty: Option<&str>) -> String {
+    ty.map_or_else(String::new, |ty| {
+        format!(
+            ": the field of this name is of type `{ty}`, and parameters are fields of type `f64` and the elements of arrays of them"
+        )
+    })
 }
 
 /// The name that is fewest typing mistakes away, if it is near: one mistake in three letters, or its beginning.

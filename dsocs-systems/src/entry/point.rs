@@ -37,7 +37,7 @@ pub enum Watchable {
 }
 
 /// What a run shows.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub enum Shown<'a> {
     /// A node.
     Node(&'a Row<'a>),

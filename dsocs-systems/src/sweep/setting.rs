@@ -388,7 +388,7 @@ fn parameter(name: &str, entry: &Entry, at: &str) -> Result<Cow<'static, str>, S
     };
     known()
         .find(|known| *known == name)
-        .ok_or_else(|| SweepError::unknown(at, UnknownName::new("parameter", name, known())))
+        .ok_or_else(|| SweepError::unknown(at, entry.unknown_parameter(name)))
 }
 
 /// Where the values of a quantity go.

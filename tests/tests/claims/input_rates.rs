@@ -162,6 +162,30 @@ fn are_refused_by_every_method() {
     flow.to(0.1).unwrap();
 }
 
+/// A field that is no number is no parameter, which is told.
+#[test]
+fn of_other_types_are_told() {
+    let sampled = Sampled {
+        cart: 1.5,
+        load: 0.7,
+        length: Samples::linear([(0.0, 1.0), (1.0, 1.2)]).unwrap(),
+        gravity: 9.81,
+    };
+    let mut flow = Flow::new(&sampled, 0.01, start()).unwrap();
+    let Err(RunError::Input(error)) = flow.set_input("length", 1.3) else {
+        panic!("samples were taken for a number");
+    };
+    let expected = InputError::Type {
+        field: "length".to_owned(),
+        ty: "Samples".to_owned(),
+    };
+    assert_eq!(*error, expected);
+    assert!(
+        error.to_string().contains("parameters are fields of type `f64`"),
+        "{error}"
+    );
+}
+
 /// A lane, or a run, may have a value of its own.
 #[test]
 fn may_vary_between_runs() {

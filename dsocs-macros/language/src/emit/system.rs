@@ -105,6 +105,10 @@ fn metadata(model: &Model) -> TokenStream {
     let observables = observables.map(|((name, _), doc)| quantity(&plain(name), doc));
     let parameters = model.parameters.iter();
     let parameters = parameters.map(|field| quantity(&field.name, &field.doc));
+    let others = (!model.others.is_empty()).then(|| {
+        let others = model.others.iter().map(|(name, ty)| quantity(name, ty));
+        quote!(const OTHERS: &'static [::dsocs_core::Quantity] = &[#(#others),*];)
+    });
     let (own_name, doc) = (plain(name), &model.docs.system);
     let symmetry = symmetry(model);
     let depends_on_time = model.depends_on_time();
@@ -132,6 +136,7 @@ fn metadata(model: &Model) -> TokenStream {
             const DOC: &'static str = #doc;
             const COORDINATES: [::dsocs_core::Quantity; #n] = [#(#coordinates),*];
             const PARAMETERS: &'static [::dsocs_core::Quantity] = &[#(#parameters),*];
+            #others
             const OBSERVABLES: &'static [::dsocs_core::Quantity] = &[#(#observables),*];
             #order
             const FORMS: usize = #forms;

@@ -33,19 +33,7 @@ pub(crate) fn model(
     };
     let mut lowering = Lowering::new(declaration, groups, coordinates, fields, errors);
     let outer = lowering.scope.len();
-    let used = unused::used(declaration);
-    for binding in &declaration.lets {
-        lowering.origins.clear();
-        let differentiated = lowering.differentiated.len();
-        let value = match &binding.value {
-            Ok(value) => lowering.binding(value),
-            Err(reported) => Binding::Let(Err(*reported)),
-        };
-        if !used.contains(&binding.name.to_string()) {
-            lowering.differentiated.truncate(differentiated);
-        }
-        lowering.scope.push(&binding.name, value);
-    }
+    lets(&mut lowering, declaration);
     let scopes = Scopes {
         all: lowering.scope.clone(),
         outer,
@@ -115,6 +103,7 @@ pub(crate) fn model(
         item: item.clone(),
         coordinates: coordinates.clone(),
         parameters,
+        others: fields.others(),
         lagrangian,
         constraints,
         forms,
@@ -132,6 +121,24 @@ pub(crate) fn model(
     model.warnings = unused::warnings(declaration, &model);
     model.warnings.extend(differentiated::warnings(&model));
     Ok(model)
+}
+
+/// Lowers the `let`s, in order.
+fn lets(lowering: &mut Lowering<'_>, declaration: &Declaration) {
+    let used = unused::used(declaration);
+    for binding in &declaration.lets {
+        lowering.origins.clear();
+        let differentiated = lowering.differentiated.len();
+        let value = match &binding.value {
+            Ok(value) => lowering.binding(value),
+            Err(reported) => Binding::Let(Err(*reported)),
+        };
+        // the derivatives in what nothing uses are none of the model's
+        if !used.contains(&binding.name.to_string()) {
+            lowering.differentiated.truncate(differentiated);
+        }
+        lowering.scope.push(&binding.name, value);
+    }
 }
 
 /// Refuses beside constraints of third order what is for those of second order.

@@ -34,7 +34,30 @@ fn other_ways_of_writing() {
         []
     );
 
-    // functions and constants by their names elsewhere
+    statement("holonomic = x - y = 0;", "= 0", "leave this out");
+    statement("holonomic = [x - y == 0.0, y];", "== 0.0", "leave this out");
+    statement("nonholonomic = dot(x) = y;", "= y", "`a = b` is written `a - b`");
+
+    expression(
+        "x**2 * dot(x)",
+        "**",
+        "`**` is no power in Rust; expected `.powi(2)`",
+    );
+    expression("x**y * dot(x)", "**", "expected `.powf(y)`");
+    expression("x ** mass", "**", "expected `.powf(mass)`");
+    expression("2**0.5 * dot(x)", "**", "expected `.powf(0.5)`");
+    assert_eq!(
+        mistakes_on(
+            "coordinates(x); let e = dot(x) * *shared; lagrangian = e * e;",
+            ITEM
+        ),
+        []
+    );
+}
+
+/// Functions and constants by their names elsewhere.
+#[test]
+fn names_elsewhere() {
     for (call, name, meant) in [
         ("sin(x)", "sin", "expected `(…).sin()` or `f64::sin(…)`"),
         ("max(x, y)", "max", "expected `(…).max(…)`"),
@@ -100,26 +123,6 @@ fn other_ways_of_writing() {
             "{own}"
         );
     }
-
-    statement("holonomic = x - y = 0;", "= 0", "leave this out");
-    statement("holonomic = [x - y == 0.0, y];", "== 0.0", "leave this out");
-    statement("nonholonomic = dot(x) = y;", "= y", "`a = b` is written `a - b`");
-
-    expression(
-        "x**2 * dot(x)",
-        "**",
-        "`**` is no power in Rust; expected `.powi(2)`",
-    );
-    expression("x**y * dot(x)", "**", "expected `.powf(y)`");
-    expression("x ** mass", "**", "expected `.powf(mass)`");
-    expression("2**0.5 * dot(x)", "**", "expected `.powf(0.5)`");
-    assert_eq!(
-        mistakes_on(
-            "coordinates(x); let e = dot(x) * *shared; lagrangian = e * e;",
-            ITEM
-        ),
-        []
-    );
 }
 
 /// What has no effect is no mistake, but is told.
