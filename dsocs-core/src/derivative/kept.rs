@@ -67,14 +67,12 @@ impl Kept {
         self.first + self.count
     }
 
-    /// Keeps a step: its time, the middle node, the increment and the second difference in one, and the unknowns.
+    /// Keeps a step: its time; the middle node, the increment and the second difference in one; the unknowns.
     #[inline]
-    pub fn keep(&mut self, t: f64, vectors: [&[f64]; 3], z: &[f64]) {
+    pub fn keep(&mut self, t: f64, step: &[f64], z: &[f64]) {
         self.count += 1;
         self.numbers.push(t);
-        for vector in vectors {
-            self.numbers.extend_from_slice(vector);
-        }
+        self.numbers.extend_from_slice(step);
         self.numbers.extend_from_slice(z);
     }
 
@@ -217,7 +215,6 @@ impl<'s> Checkpoints<'s> {
 pub(super) fn keep_last(kept: &mut Kept, flow: &Discrete<'_>) {
     let course = &flow.course;
     if let (true, Some(z)) = (course.has_solved, course.predictor.last()) {
-        let leg = course.solved_leg();
-        kept.keep(leg.t, [leg.q, leg.d, course.vectors.e()], &z);
+        kept.keep(course.solved_at, course.vectors.solved_step(), z);
     }
 }

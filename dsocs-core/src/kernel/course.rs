@@ -209,6 +209,12 @@ impl Vectors {
         self.set_leg(q, d);
     }
 
+    /// The step that was solved last: its middle node, the increment that led to it and the second difference, one after the other.
+    pub fn solved_step(&self) -> &[f64] {
+        let n = self.increments;
+        self.numbers.get(SOLVED_Q * n..SECOND * n).unwrap_or(&[])
+    }
+
     /// The second difference of the step that was solved last; of third order, the third.
     pub fn e(&self) -> &[f64] {
         self.vector(E)

@@ -423,9 +423,9 @@ impl Predictor {
     }
 
     /// The last solution; `None` without a past.
-    pub fn last(&self) -> Option<Vector> {
+    pub fn last(&self) -> Option<&[f64]> {
         let last = self.vector(0);
-        (!last.iter().any(|z| z.is_nan())).then(|| Vector::of(last))
+        (!last.iter().any(|z| z.is_nan())).then_some(last)
     }
 
     /// The last solutions, the last first, at most [`PAST`].
@@ -447,7 +447,7 @@ impl Predictor {
 
     /// The unknowns of the next step; `None` without a past.
     pub fn predict(&self) -> Option<Vector> {
-        let last = self.last()?;
+        let last = Vector::of(self.last()?);
         let [d1, d2, d3, d4, d5] = [1, 2, 3, 4, 5].map(|place| Vector::of(self.vector(place)));
         Some(extrapolate(&last, [&d1, &d2, &d3, &d4, &d5]))
     }

@@ -51,8 +51,8 @@ impl Step<'_> {
     ) -> Result<(Vector, StepReport), NewtonFailure> {
         let straight = (Vector::zero(self.shape().unknowns), Guess::Straight);
         let continuous = self.continuous().map(|z| (z, Guess::Continuous));
-        let last = predictor.last().map(|z| (z, Guess::Last));
-        let turned = predictor.last().and_then(|z| self.turned(&z));
+        let last = predictor.last().map(|z| (Vector::of(z), Guess::Last));
+        let turned = predictor.last().and_then(|z| self.turned(z));
         // the first step has the acceleration for its best guess; later the last solution is nearer
         let guesses = if last.is_none() {
             [continuous.clone(), Some(straight.clone()), None, None]

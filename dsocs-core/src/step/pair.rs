@@ -241,7 +241,7 @@ impl Step<'_> {
         [size, legs]: [&Vector; 2],
     ) -> Result<(Vector, StepReport), NewtonFailure> {
         let guesses = [
-            (predictor.last(), Guess::Last),
+            (predictor.last().map(Vector::of), Guess::Last),
             (Some(Vector::zero(size.len())), Guess::Straight),
             (self.continuous(), Guess::Continuous),
         ];
@@ -426,7 +426,7 @@ impl Step<'_> {
         let beside = |part: f64| root.zip(size, |root, size| root + part * root.abs().max(size));
         let guesses = [
             Some(start.clone()),
-            predictor.last(),
+            predictor.last().map(Vector::of),
             self.continuous(),
             Some(Vector::zero(size.len())),
             Some(beside(1e-6)),
