@@ -13,6 +13,7 @@ use crate::number::composition::Composition;
 use crate::number::message::{Magnitude, Numbers, Rounded, Short};
 use crate::regularity::Regularity;
 use crate::regularity::deficiency::{Deficiency, DependentRow};
+use crate::regularity::singular::Singularity;
 use crate::regularity::undefined::Undefined;
 use crate::solve::failure::{History, NewtonFailure, StepFailure};
 use crate::tape::Symmetry;
@@ -281,6 +282,10 @@ crate::debug_is_message!(SetupError);
 const MULTIPLE: &str = "every update of the iteration is the same part of the one before, so several solutions are one here, and the equations do not \
                         determine it as the theorem asks: write the root itself instead of a power of it, as `ddot(x) + x` for `(ddot(x) + x).powi(2)`";
 
+/// What is said where the equations become singular.
+const SINGULAR: &str = "the motion ends there, and what any step finds beyond is no continuation of it: end the run before, or look for what vanishes there (a \
+                        mass, the coefficient of an acceleration in a constraint, the forces' hold on what it prescribes)";
+
 /// What to try where the second-order start fails.
 fn acceleration_advice(
     v0: &[f64],
@@ -345,6 +350,8 @@ pub struct FailedStep {
     pub deficiency: Option<Deficiency>,
     /// What in the equations has no value at the middle node, if that is why the step failed.
     pub undefined: Option<Undefined>,
+    /// The time, about, where the equations become singular and the acceleration grows without bound, if that is why the step failed.
+    pub singular_at: Option<f64>,
     /// For [`StepFailure::NoSolution`], the rows that are not met at the minimum of the residual, each with its value there, in its
     /// units; empty otherwise.
     pub unmet: Vec<(DependentRow, f64)>,
@@ -394,9 +401,19 @@ impl StepError {
         &self.0
     }
 
+    /// The same, of a step on whose way no motion leads past a singularity.
+    pub(crate) fn at(mut self, singularity: Singularity) -> Self {
+        self.0.singular_at = Some(singularity.time);
+        self.0.deficiency = singularity.deficiency;
+        self
+    }
+
     /// What to try, for people.
     fn advice(&self) -> &'static str {
         let step = &*self.0;
+        if step.singular_at.is_some() {
+            return SINGULAR;
+        }
         // where a factor may be divided out the advice is about that
         let deficiency = step.deficiency.as_ref().filter(|_| !step.may_divide);
         if let Some(advice) = deficiency.and_then(Deficiency::advice) {
@@ -453,6 +470,7 @@ impl StepError {
                 "the motion ends here, unless a smaller h leads past: ask whether the constraint forces can do at this state what the \
                  constraints ask for, with the external forces that act"
             }
+            StepFailure::PassesSingularity => SINGULAR,
             StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"
@@ -491,6 +509,13 @@ impl fmt::Display for StepError {
                 f,
                 "; the smallest value of {row} that is reached is {}, and it has to be 0",
                 Short(left.abs())
+            )?;
+        }
+        if let Some(time) = step.singular_at {
+            write!(
+                f,
+                "; the equations become singular near t = {}, where the acceleration grows without bound",
+                Rounded(time)
             )?;
         }
         let condition = step.regularity.condition();

@@ -131,6 +131,7 @@ mod choose;
 pub(crate) mod discrete;
 mod forces;
 mod inputs;
+mod singular;
 mod stick;
 mod unresolved;
 pub use any::AnyFlow;

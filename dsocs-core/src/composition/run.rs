@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::backward;
 use super::momenta::{self, Momenta};
 use super::stages::{Course, Stage, Stages, State};
-use crate::error::SetupError;
 use crate::error::stage::{FailedStage, StageError, StageFailure};
+use crate::error::{SetupError, StepError};
 use crate::flow::discrete::{check, constants_of};
 use crate::kernel::Kernel;
 use crate::kernel::clock::Clock;
@@ -18,7 +18,8 @@ use crate::kernel::report::{Guess, NodeMut, StepReport};
 use crate::number::composition::Composition;
 use crate::number::point::{AnyPoint, OwnedLeg, copy};
 use crate::regularity::Regularity;
-use crate::run::{AnyNode, Run, RunError};
+use crate::regularity::singular::{self, Place};
+use crate::run::{AnyNode, NearlySingular, Run, RunError};
 use crate::solve::Vector;
 use crate::solve::failure::NewtonFailure;
 use crate::solve::newton::Stop;
@@ -45,6 +46,8 @@ pub(crate) struct Composed<'s> {
     pub h: f64,
     /// What a step carries to the next one.
     pub(super) course: Course,
+    /// The steps near a singularity.
+    nearly_singular: Option<NearlySingular>,
     /// The current node with its momentum, and the legs of the stages in the last steps, where momenta join the legs.
     joined: Option<Box<Joined>>,
 }
@@ -141,6 +144,7 @@ impl<'s> Composed<'s> {
                 report: START,
                 max_iterations: MAX_ITERATIONS,
             },
+            nearly_singular: None,
             joined,
         };
         run.prepare();
@@ -278,6 +282,13 @@ impl<'s> Composed<'s> {
                 let cause = self.step_of(stage).not_finite(&z);
                 return Err(self.failed(place, &state, cause));
             }
+            let from = Place {
+                t: now + begun,
+                q: before,
+                v: state.v.hi.zip(&a_before, |v, a| v + -half * a),
+            };
+            self.look_for_singularity(place, (from, &state), (&z, report.guess))?;
+            let stage = &self.course.stages[place];
             let turned = stage.longest && self.step_of(stage).orientation(&z) != self.course.orientation;
             self.course.stages[place].found = z;
             total = StepReport {
@@ -393,6 +404,37 @@ impl<'s> Composed<'s> {
         Err(self.refused(place, StageFailure::Singularity { time, h }))
     }
 
+    /// Looks at a stage whose determinant comes near to zero or has passed it, or that was not solved from its prediction: a motion that ends at
+    /// a singularity does not go on behind it.
+    #[cold]
+    fn look_for_singularity(
+        &mut self,
+        place: usize,
+        (from, state): (Place, &State),
+        (z, guess): (&[f64], Guess),
+    ) -> Result<(), StageError> {
+        let stage = &self.course.stages[place];
+        let determinants = &stage.predictor.determinants;
+        let is_led = guess == Guess::Predicted || stage.predictor.last().is_none();
+        if is_led && !determinants.fall() {
+            return Ok(());
+        }
+        let to = Place {
+            t: stage.leg.t,
+            q: state.q.hi.clone(),
+            v: state.kicked(0.5 * stage.h),
+        };
+        let turned = determinants.turn();
+        if let Some(singularity) = singular::on_the_way(&self.declaration(), &[from, to], &state.a) {
+            let cause = self.step_of(stage).passes(z);
+            return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
+        }
+        if turned {
+            NearlySingular::count(&mut self.nearly_singular, stage.leg.t);
+        }
+        Ok(())
+    }
+
     /// The error of a stage whose solution cannot belong to the motion.
     #[cold]
     fn refused(&self, place: usize, cause: StageFailure) -> StageError {
@@ -410,6 +452,17 @@ impl<'s> Composed<'s> {
     /// The error of a stage that could not be made.
     #[cold]
     fn failed(&self, place: usize, state: &State, cause: NewtonFailure) -> StageError {
+        self.failed_at(place, state, |error| error, cause)
+    }
+
+    /// The same, with more that is known of it.
+    fn failed_at(
+        &self,
+        place: usize,
+        state: &State,
+        known: impl FnOnce(StepError) -> StepError,
+        cause: NewtonFailure,
+    ) -> StageError {
         let stage = &self.course.stages[place];
         let failing = Failing {
             index: self.course.clock.index(),
@@ -423,7 +476,7 @@ impl<'s> Composed<'s> {
             backward: stage.backward,
             constrained: self.kernel.shape().kinematic > 0,
             piecewise: self.kernel.shape().piecewise,
-            cause: StageFailure::Step(self.step_of(stage).error(&failing, cause)),
+            cause: StageFailure::Step(known(self.step_of(stage).error(&failing, cause))),
         })
     }
 
@@ -545,6 +598,10 @@ impl Run for Composed<'_> {
 
     fn regularity(&self) -> Option<Regularity> {
         self.regularity_of_last()
+    }
+
+    fn nearly_singular(&self) -> Option<NearlySingular> {
+        self.nearly_singular
     }
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {

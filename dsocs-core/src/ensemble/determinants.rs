@@ -5,7 +5,7 @@
 
 use crate::number::lanes::{LANES, Lanes, Register};
 use crate::number::scalar::Scalar;
-use crate::solve::predictor::{self, Continuation, PAST, STEADY};
+use crate::solve::predictor::{self, PAST, STEADY};
 
 /// The determinants at the last solutions, the last first, each lane in a unit of its own; NaN where they are not known.
 #[derive(Clone, Copy)]
@@ -36,9 +36,9 @@ impl<R: Register> Determinants<R> {
         }
     }
 
-    /// Takes the determinants of the step that is being made; the lanes of `active` in which they do not continue those before, as bits.
+    /// Takes the determinants of the step that is being made; the lanes of `active` in which they ask for a look at the step, as bits.
     #[inline(always)]
-    pub fn take(&mut self, now: Lanes<R>, active: u32) -> u32 {
+    pub fn take(&mut self, now: Lanes<R>, active: u32, watched: bool) -> u32 {
         self.next = now;
         let near = (self.last[0] - now)
             .abs()
@@ -52,7 +52,13 @@ impl<R: Register> Determinants<R> {
         for (to, from) in last.iter_mut().zip(self.last) {
             *to = from.into();
         }
-        departing(open, &last, self.units, self.steady[0], &self.next.into())
+        asking(
+            open,
+            watched,
+            &last,
+            (self.units, self.steady[0]),
+            &self.next.into(),
+        )
     }
 
     /// Puts the determinants taken last among those of the past.
@@ -108,18 +114,18 @@ fn one(last: &[[f64; LANES]; PAST], unit: i32, steady: u32, lane: usize) -> pred
     }
 }
 
-/// Those of some lanes in which the determinant departs from its continuation.
+/// Those of some lanes whose determinants ask for a look at the step.
 #[inline(never)] // seldom needed: most determinants hardly change from step to step
-fn departing(
+fn asking(
     open: u32,
+    watched: bool,
     last: &[[f64; LANES]; PAST],
-    units: [i32; LANES],
-    steady: u32,
+    (units, steady): ([i32; LANES], u32),
     now: &[f64; LANES],
 ) -> u32 {
-    let departs = |lane: usize| one(last, units[lane], steady, lane).compare(now[lane]) != Continuation::Fits;
+    let asks = |lane: usize| one(last, units[lane], steady, lane).asks(now[lane], watched);
     (0..LANES)
         .filter(|lane| open >> lane & 1 == 1)
-        .filter(|&lane| departs(lane))
-        .fold(0, |departing, lane| departing | 1 << lane)
+        .filter(|&lane| asks(lane))
+        .fold(0, |asking, lane| asking | 1 << lane)
 }

@@ -176,8 +176,7 @@ pub(super) fn solve<R: Register, E: Equations<R>>(
 fn dense_update<R: Register, E: Equations<R>>(equations: &E, z: &E::Z) -> (E::Z, Lanes<R>) {
     let at = equations.linearize(z);
     let (solution, determinants) = if E::LINEAR {
-        let nan = Lanes::splat(f64::NAN);
-        (E::Z::solve_scaled(&at.jacobian, &at.rows), nan)
+        E::Z::solve_scaled(&at.jacobian, &at.rows, equations.scales())
     } else {
         E::Z::solve_lanes(&at.jacobian, &at.rows, equations.scales())
     };

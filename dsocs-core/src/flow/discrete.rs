@@ -12,8 +12,7 @@ use crate::kernel::question::{Halt, Question};
 use crate::kernel::report::{Guess, NodeMut, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
-use crate::run::Unresolved;
-use crate::run::{AnyNode, Run, RunError};
+use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::failure::NewtonFailure;
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
@@ -41,6 +40,8 @@ pub(crate) struct Discrete<'s> {
     pub(super) changed: Option<Box<Changed>>,
     /// The steps that were too long for the external forces.
     pub(super) unresolved: Option<Box<Unresolved>>,
+    /// The steps near a singularity.
+    pub(super) nearly_singular: Option<NearlySingular>,
     /// The sides of functions that jump, where the last step was solved with them.
     pub(super) stuck: Option<Box<Stuck>>,
 }
@@ -111,6 +112,7 @@ impl<'s> Discrete<'s> {
             before: None,
             changed: None,
             unresolved: None,
+            nearly_singular: None,
             stuck,
         })
     }
@@ -200,6 +202,9 @@ impl<'s> Discrete<'s> {
             {
                 return report;
             }
+        }
+        if report.stop != Stop::Jump {
+            self.look_for_singularity(&e, &z, report.guess)?;
         }
         self.course.predictor.push(&z);
         if !foreseen {
@@ -507,6 +512,10 @@ impl Run for Discrete<'_> {
 
     fn unresolved(&self) -> Option<Unresolved> {
         self.unresolved.as_deref().copied()
+    }
+
+    fn nearly_singular(&self) -> Option<NearlySingular> {
+        self.nearly_singular
     }
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {

@@ -1,7 +1,7 @@
 //! A run of any method and any number of coordinates.
 
-use super::Unresolved;
 use super::{AnyPolynomial, Clock, End, InputError, Node, OneWay, OwnedNode, RunError};
+use super::{NearlySingular, Unresolved};
 use crate::kernel::Kernel;
 use crate::kernel::report::{NodeMut, StepReport};
 use crate::regularity::Regularity;
@@ -136,6 +136,11 @@ pub trait Run {
 
     /// The steps so far that were too long for the external forces; see [`crate::Stepper::unresolved`].
     fn unresolved(&self) -> Option<Unresolved> {
+        None
+    }
+
+    /// The steps so far in which the equations were nearly singular; see [`crate::Stepper::nearly_singular`].
+    fn nearly_singular(&self) -> Option<NearlySingular> {
         None
     }
 

@@ -9,7 +9,7 @@ use super::{
 use crate::kernel::report::StepReport;
 use crate::number::point::Point;
 use crate::regularity::Regularity;
-use crate::run::Unresolved;
+use crate::run::{NearlySingular, Unresolved};
 use crate::tape::declaration::Declaration;
 
 /// Receives the motion of a step, polynomial by polynomial. It may return a time at which the method is to stop, counted from the
@@ -121,6 +121,12 @@ pub trait Stepper<const N: usize>: Iterator<Item = Result<Node<N>, RunError>> {
     /// methods.
     fn unresolved(&self) -> Option<Unresolved> {
         self.run().unresolved()
+    }
+
+    /// The steps of a [`crate::Flow`] so far in which the equations were nearly singular, or the stages of a composed one. `None` if there were
+    /// none, and for all other methods.
+    fn nearly_singular(&self) -> Option<NearlySingular> {
+        self.run().nearly_singular()
     }
 
     /// Makes one step like [`Stepper::step`] and hands the motion during the step to a visitor.

@@ -82,7 +82,10 @@ fn scale_rows<T: Scalar, const M: usize>(a: &mut [[T; M]; M]) -> [T; M] {
 ///
 /// It is never part of its caller, whose own room on the stack, with the matrix of a large system in it, would be as large again.
 #[inline(never)]
-pub(crate) fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], right: &[T; M]) -> [T; M] {
+pub(crate) fn eliminate_scaled<T: Scalar, const M: usize>(
+    matrix: &[[T; M]; M],
+    right: &[T; M],
+) -> ([T; M], Scaled<T, M>) {
     eliminate_scaled_here(matrix, right)
 }
 
@@ -91,14 +94,37 @@ pub(crate) fn eliminate_scaled<T: Scalar, const M: usize>(matrix: &[[T; M]; M], 
 pub(crate) fn eliminate_scaled_here<T: Scalar, const M: usize>(
     matrix: &[[T; M]; M],
     right: &[T; M],
-) -> [T; M] {
+) -> ([T; M], Scaled<T, M>) {
     let (mut a, mut x) = (*matrix, *right);
     let scales = scale_rows(&mut a);
     for (x, scale) in x.iter_mut().zip(scales) {
         *x = *x * scale;
     }
-    eliminate_here(&mut a, &mut x);
-    x
+    let Pivots { sign, .. } = eliminate_here(&mut a, &mut x);
+    let mut pivots = x;
+    for (k, pivot) in pivots.iter_mut().enumerate() {
+        *pivot = a[k][k] / scales[k];
+    }
+    (x, Scaled { sign, pivots })
+}
+
+/// The factors of the determinant of rows that were brought to a common size for their elimination.
+pub(crate) struct Scaled<T, const M: usize> {
+    /// -1 where rows were exchanged an odd number of times, 1 elsewhere.
+    pub sign: T,
+    /// The pivots, and the rows' sizes among them.
+    pub pivots: [T; M],
+}
+
+impl<T: Scalar, const M: usize> Scaled<T, M> {
+    /// That of the first lane.
+    #[inline(always)]
+    pub fn determinant(&self) -> Determinant {
+        Determinant::of_pivots(
+            self.pivots.iter().map(|pivot| pivot.lane(0)),
+            self.sign.lane(0) < 0.0,
+        )
+    }
 }
 
 /// What elimination tells of the pivots.

@@ -19,6 +19,9 @@ pub enum StepFailure {
     /// At the root that was found, a denominator of a declared row is zero, so the row is not defined. Or a factor of the row that does not
     /// depend on the unknowns is zero, so the row holds for all values of the unknowns.
     Degenerate,
+    /// Between the last node and the next one the equations become singular, and the acceleration grows without bound: no motion leads past, and
+    /// the solution that was found belongs to another one.
+    PassesSingularity,
     /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
     AmbiguousRoot,
 }
@@ -30,6 +33,7 @@ impl fmt::Display for StepFailure {
             Self::Singular => "the Jacobian is singular",
             Self::NotConverged => "Newton's iteration does not converge",
             Self::NoSolution => "what is declared cannot be met here",
+            Self::PassesSingularity => "the equations become singular on the way of this step",
             Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })

@@ -91,6 +91,9 @@ pub(crate) const FITS: f64 = 0.5;
 /// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
 pub(crate) const STEADY: f64 = 0.25;
 
+/// A determinant that falls by more than this part of itself in one step may pass through zero in the next two.
+const FALLS: f64 = 0.5;
+
 /// What a determinant says of the root that a step has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuation {
@@ -111,9 +114,9 @@ impl Determinants {
         steady: [false; 2],
     };
 
-    /// Takes the determinant of the step that is being solved.
+    /// Takes the determinant of the step that is being solved, and tells whether it has hardly changed since the last ones.
     #[inline]
-    pub fn take(&mut self, determinant: Determinant) -> Continuation {
+    pub fn is_steady(&mut self, determinant: Determinant) -> bool {
         if self.last[0].is_nan() {
             self.unit = determinant.exponent;
         }
@@ -121,15 +124,42 @@ impl Determinants {
         self.next = now;
         // false also where there is no past
         self.steady[1] = (self.last[0] - now).abs() <= STEADY * now.abs();
-        if self.steady == [true; 2] {
+        self.steady == [true; 2]
+    }
+
+    /// Takes the determinant of the step that is being solved.
+    pub fn take(&mut self, determinant: Determinant) -> Continuation {
+        if self.is_steady(determinant) {
             Continuation::Fits
         } else {
-            self.compare(now)
+            self.compare(self.next)
         }
     }
 
-    /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
+    /// Whether a determinant that is not steady asks for a look at the step: it comes near to zero, or has passed it; or, where roots are
+    /// `watched` for others nearby, it departs from its continuation.
     #[inline(never)] // seldom needed: most determinants hardly change from step to step
+    pub fn asks(&self, now: f64, watched: bool) -> bool {
+        now.is_nan() || self.falls(now) || watched && self.compare(now) != Continuation::Fits
+    }
+
+    /// Whether the determinant of the step that was solved last comes near to zero, or has passed it.
+    pub fn fall(&self) -> bool {
+        self.falls(self.next)
+    }
+
+    /// Whether it has passed zero.
+    pub fn turn(&self) -> bool {
+        self.last[0] * self.next < 0.0
+    }
+
+    /// False also where there is no past.
+    fn falls(&self, now: f64) -> bool {
+        let last = self.last[0];
+        last * now < 0.0 || last.abs() > (1.0 + FALLS) * now.abs()
+    }
+
+    /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
     pub fn compare(&self, now: f64) -> Continuation {
         let [a, b, c, _] = self.last;
         // as many as are known

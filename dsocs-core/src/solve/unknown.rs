@@ -21,10 +21,10 @@ pub struct Linearization<T: Scalar, U: Unknown<T>> {
 }
 
 impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
-    /// Newton's update `δ`, which solves `jacobian · δ = -rows`; `None` as for [`Unknown::solve`].
+    /// Newton's update `δ`, which solves `jacobian · δ = -rows`, and the determinant; `None` as for [`Unknown::solve`].
     #[inline]
     #[must_use]
-    pub fn update(&self) -> Option<U> {
+    pub(crate) fn update(&self) -> (Option<U>, Determinant) {
         U::solve(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
     }
 
@@ -65,9 +65,10 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// rule (four products and one division in all); more are Gauss elimination with row-scaled partial pivoting.
     /// Nothing is allocated.
     ///
-    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
+    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite. Beside it stands the
+    /// determinant, of the first lane.
     #[must_use]
-    fn solve(matrix: &Self::Square, right: &Self) -> Option<Self>;
+    fn solve(matrix: &Self::Square, right: &Self) -> (Option<Self>, Determinant);
 
     /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it: it may be infinite or
     /// NaN. Rows of three and more unknowns are taken as they are, and destroyed. If the solution is finite, `true` says
@@ -80,9 +81,9 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     fn determinant(matrix: &Self::Square) -> Determinant;
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve`]. In lanes without a solution
-    /// some component is infinite or NaN.
+    /// some component is infinite or NaN. Beside it stands the determinant, as for [`Unknown::solve_lanes`].
     #[must_use]
-    fn solve_scaled(matrix: &Self::Square, right: &Self) -> Self;
+    fn solve_scaled(matrix: &Self::Square, right: &Self, scales: &[T; 2]) -> (Self, T);
 
     /// Solves `matrix · z = right` in every lane by itself, with the operations of [`Unknown::solve_quick`].
     ///
@@ -117,21 +118,26 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
-    fn solve(matrix: &[[T; M]; M], right: &Self) -> Option<Self> {
+    fn solve(matrix: &[[T; M]; M], right: &Self) -> (Option<Self>, Determinant) {
         // M is a literal where this is compiled: one branch is left
-        let solution = match M {
+        let (solution, determinant) = match M {
             1 => {
                 let mut solution = *right;
                 solution[0] = right[0] / matrix[0][0];
-                solution
+                (solution, Determinant::of(matrix[0][0].lane(0)))
             }
-            2 => cramer(matrix, right).unwrap_or_else(|| eliminate_scaled(matrix, right)),
-            _ => eliminate_scaled(matrix, right),
+            2 => {
+                let determinant = determinant(matrix);
+                let solution = cramer(matrix, right).unwrap_or_else(|| eliminate_scaled(matrix, right).0);
+                (solution, Determinant::of(determinant.lane(0)))
+            }
+            _ => {
+                let (solution, scaled) = eliminate_scaled(matrix, right);
+                (solution, scaled.determinant())
+            }
         };
-        solution
-            .iter()
-            .all(|&x| every_lane(x, f64::is_finite))
-            .then_some(solution)
+        let finite = solution.iter().all(|&x| every_lane(x, f64::is_finite));
+        (finite.then_some(solution), determinant)
     }
 
     #[inline]
@@ -172,29 +178,36 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline(always)]
-    fn solve_scaled(matrix: &[[T; M]; M], right: &Self) -> Self {
+    fn solve_scaled(matrix: &[[T; M]; M], right: &Self, scales: &[T; 2]) -> (Self, T) {
         match M {
             1 => {
                 let mut solution = *right;
                 solution[0] = right[0] / matrix[0][0];
-                solution
+                (solution, matrix[0][0])
             }
             2 => {
                 let determinant = determinant(matrix);
                 let quick = quotients(matrix, right, determinant);
                 if is_safe(determinant) {
-                    return quick;
+                    return (quick, determinant);
                 }
                 let size = determinant.abs();
-                let slow = eliminate_scaled_here(matrix, right);
+                let (slow, _) = eliminate_scaled_here(matrix, right);
                 let mut solution = quick;
                 for ((solution, quick), slow) in solution.iter_mut().zip(quick).zip(slow) {
                     let bounded = T::select_lt(size, T::splat(LARGEST_DETERMINANT), quick, slow);
                     *solution = T::select_lt(T::splat(SMALLEST_DETERMINANT), size, bounded, slow);
                 }
-                solution
+                (solution, determinant)
             }
-            _ => eliminate_scaled_here(matrix, right),
+            _ => {
+                let (solution, scaled) = eliminate_scaled_here(matrix, right);
+                let mut determinant = scaled.sign;
+                for (k, pivot) in scaled.pivots.iter().enumerate() {
+                    determinant = determinant * (*pivot * scales[k.min(1)]);
+                }
+                (solution, determinant)
+            }
         }
     }
 
@@ -241,7 +254,7 @@ mod tests {
 
     fn check<const M: usize>(matrix: [[f64; M]; M], solution: [f64; M], tolerance: f64) {
         let right = matrix.map(|row| row.iter().zip(&solution).map(|(a, x)| a * x).sum());
-        let found = <[f64; M]>::solve(&matrix, &right).expect("a regular matrix");
+        let found = <[f64; M]>::solve(&matrix, &right).0.expect("a regular matrix");
         for (found, x) in found.iter().zip(&solution) {
             assert!((found - x).abs() <= tolerance * x.abs(), "{found} {x}");
         }
@@ -293,19 +306,19 @@ mod tests {
 
     #[test]
     fn a_singular_or_infinite_system_has_no_solution() {
-        assert_eq!(<[f64; 1]>::solve(&[[0.0]], &[0.0]), None);
-        assert_eq!(<[f64; 2]>::solve(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 2.0]), None);
-        assert_eq!(<[f64; 2]>::solve(&[[0.0, 0.0], [0.0, 0.0]], &[0.0, 0.0]), None);
+        assert_eq!(<[f64; 1]>::solve(&[[0.0]], &[0.0]).0, None);
+        assert_eq!(<[f64; 2]>::solve(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 2.0]).0, None);
+        assert_eq!(<[f64; 2]>::solve(&[[0.0, 0.0], [0.0, 0.0]], &[0.0, 0.0]).0, None);
         assert_eq!(
-            <[f64; 2]>::solve(&[[f64::NAN, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
+            <[f64; 2]>::solve(&[[f64::NAN, 1.0], [0.0, 1.0]], &[1.0, 2.0]).0,
             None
         );
         assert_eq!(
-            <[f64; 2]>::solve(&[[f64::INFINITY, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
+            <[f64; 2]>::solve(&[[f64::INFINITY, 1.0], [0.0, 1.0]], &[1.0, 2.0]).0,
             None
         );
         assert_eq!(
-            <[f64; 3]>::solve(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], &[1.0; 3]),
+            <[f64; 3]>::solve(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], &[1.0; 3]).0,
             None
         );
     }
@@ -316,6 +329,6 @@ mod tests {
             rows: [3.0, 4.0],
             jacobian: [[2.0, 0.0], [0.0, -2.0]],
         };
-        assert_eq!(line.update(), Some([-1.5, 2.0]));
+        assert_eq!(line.update(), (Some([-1.5, 2.0]), Determinant::of(-4.0)));
     }
 }

@@ -7,6 +7,7 @@ use crate::kernel::report::report;
 use crate::regularity::Regularity;
 use crate::regularity::deficiency::{self, DependentRow};
 use crate::regularity::multipliers;
+use crate::regularity::singular::{self, Place, Singularity};
 use crate::regularity::undefined;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::{self, Fold, Root, Stop};
@@ -19,6 +20,9 @@ const ASIDE: [f64; 3] = [0.083, -0.117, 0.059];
 
 /// How often the continuous system's third derivative is improved by the acceleration that belongs to it.
 const THIRD_DERIVATIVE: usize = 4;
+
+/// A singularity is looked for so many steps ahead of a step without a solution.
+const AHEAD: f64 = 4.0;
 
 /// A row that is left by less than this part of what is left of another one is met.
 const UNMET: f64 = 1e-3;
@@ -186,6 +190,18 @@ impl Step<'_> {
         }
     }
 
+    /// The failure of a step that leads past a singularity.
+    #[cold]
+    pub fn passes(&self, z: &[f64]) -> NewtonFailure {
+        NewtonFailure {
+            reason: StepFailure::PassesSingularity,
+            unknowns: z.to_vec(),
+            residual: self.linearize(z).rows.to_vec(),
+            updates: Vec::new(),
+            other: Vec::new(),
+        }
+    }
+
     /// The error of the step.
     #[cold]
     pub fn error(&self, at: &Failing<'_>, cause: NewtonFailure) -> StepError {
@@ -203,6 +219,7 @@ impl Step<'_> {
             StepFailure::NotFinite
             | StepFailure::Degenerate
             | StepFailure::AmbiguousRoot
+            | StepFailure::PassesSingularity
             | StepFailure::NoSolution => None,
         };
         let undefined = match cause.reason {
@@ -223,7 +240,7 @@ impl Step<'_> {
                 .map(|i| leg.q[i] + (leg.d[i] + (before[i] + e[i])))
                 .collect()
         };
-        StepError::new(FailedStep {
+        let error = StepError::new(FailedStep {
             index: at.index,
             time: at.time,
             h: self.h,
@@ -244,9 +261,33 @@ impl Step<'_> {
             may_divide: self.shape().may_divide(),
             deficiency,
             undefined,
+            singular_at: None,
             unmet,
             cause,
-        })
+        });
+        match self.ahead_of_singularity(error.details().cause.reason) {
+            Some(singularity) => error.at(singularity),
+            None => error,
+        }
+    }
+
+    /// The singularity that a step without a solution comes to.
+    fn ahead_of_singularity(&self, reason: StepFailure) -> Option<Singularity> {
+        if self.is_of_third_order() || !matches!(reason, StepFailure::NoSolution | StepFailure::NotConverged)
+        {
+            return None;
+        }
+        let (leg, h) = (self.leg, self.h);
+        let declaration = self.declaration();
+        let (q, v) = (Vector::of(leg.q), Vector::of(leg.d).map(|d| d / h));
+        let (a, _) = start::acceleration(&declaration, (leg.t, &q, &v), None).ok()?;
+        // as the acceleration in the middle of the leg leads on
+        let at = |steps: f64| Place {
+            t: leg.t + steps * h,
+            q: q.zip(&v, |q, v| q + steps * h * v),
+            v: v.zip(&a, |v, a| v + (steps + 0.5) * h * a),
+        };
+        singular::on_the_way(&declaration, &[at(-0.5), at(AHEAD)], &a)
     }
 
     /// The unknowns of a step that turns as the last one did, where that turned by much: the last leg but one, mirrored

@@ -129,15 +129,17 @@ impl Step<'_> {
     /// Holds the determinant at a root against those of the steps before.
     #[cold]
     pub(super) fn continuation(&self, root: &Root<Vector>, predictor: &mut Predictor) -> Continuation {
-        if !self.are_watched() {
-            return Continuation::Fits;
-        }
         let determinant = if root.determinant.value.is_nan() {
             self.determinant(&root.z)
         } else {
             root.determinant
         };
-        predictor.take_determinant(determinant)
+        let continuation = predictor.take_determinant(determinant);
+        if self.are_watched() {
+            continuation
+        } else {
+            Continuation::Fits
+        }
     }
 
     /// Whether another root may be as near to the guess as this one.

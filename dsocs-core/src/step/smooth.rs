@@ -16,7 +16,7 @@ use crate::number::compensated::Compensated;
 use crate::number::point::Leg;
 use crate::solve::elimination::Determinant;
 use crate::solve::newton::{self, Evaluation, Quick, Root};
-use crate::solve::predictor::{self, Arrays, Continuation};
+use crate::solve::predictor::{self, Arrays};
 use crate::solve::sparse::{Product, Update};
 use crate::solve::sum::Sum;
 use crate::solve::unknown::Unknown;
@@ -70,8 +70,8 @@ impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
         let rows = linearization.rows;
         let (update, safe, determinant) = if self.are_linear() {
             // the only update has to be a good one
-            let update = linearization.update();
-            (update.unwrap_or(rows), update.is_some(), Determinant::UNKNOWN)
+            let (update, determinant) = linearization.update();
+            (update.unwrap_or(rows), update.is_some(), determinant)
         } else {
             linearization.quick_update()
         };
@@ -166,15 +166,13 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
             return Err(Question::Unsettled);
         };
-        if self.are_watched() {
-            let fits = !root.determinant.value.is_nan()
-                && past.determinants.take(root.determinant) == Continuation::Fits;
-            if !fits {
-                return Err(Question::Departs);
-            }
-            if pair::in_question(&root, self.past_is_short) {
-                return Err(Question::Bends);
-            }
+        let watched = self.are_watched();
+        let determinants = &mut past.determinants;
+        if !determinants.is_steady(root.determinant) && determinants.asks(determinants.next, watched) {
+            return Err(Question::Departs);
+        }
+        if watched && pair::in_question(&root, self.past_is_short) {
+            return Err(Question::Bends);
         }
         let e = self
             .system

@@ -1,0 +1,92 @@
+//! Steps near a singularity of the equations.
+
+use super::discrete::Discrete;
+use crate::error::StepError;
+use crate::kernel::report::Guess;
+use crate::regularity::Regularity;
+use crate::regularity::singular::{self, Place};
+use crate::run::NearlySingular;
+use crate::solve::Vector;
+
+/// Equations whose smallest singular value is below this, where their determinant falls, are nearly singular.
+const NEARLY: f64 = 0.1;
+
+impl Discrete<'_> {
+    /// Looks at a step whose determinant comes near to zero or has passed it, or that was not solved from its prediction: a motion that ends at
+    /// a singularity does not go on behind it.
+    #[cold]
+    pub(super) fn look_for_singularity(
+        &mut self,
+        e: &[f64],
+        z: &[f64],
+        guess: Guess,
+    ) -> Result<(), StepError> {
+        let course = &self.course;
+        let determinants = &course.predictor.determinants;
+        let near = Vector::of(e).map(|e| e / (course.h * course.h));
+        let is_led = match course.predictor.last() {
+            Some(_) => guess == Guess::Predicted,
+            // without a past the start is what the determinant comes from
+            None => {
+                let [first, middle, _] = self.way(e);
+                !singular::falls(&self.declaration(), [&first, &middle], &near)
+            }
+        };
+        if self.shape().is_of_third_order() || is_led && !determinants.fall() {
+            return Ok(());
+        }
+        if let Some(singularity) = singular::on_the_way(&self.declaration(), &self.way(e), &near) {
+            let cause = self.next_step().passes(z);
+            return Err(self.failed(cause).at(singularity));
+        }
+        let is_near = determinants.turn()
+            || determinants.fall() && {
+                let found = Regularity::of_declaration(&self.declaration(), course.h, self.next_leg(), e);
+                found.forward < NEARLY * found.largest_forward
+            };
+        if is_near {
+            NearlySingular::count(&mut self.nearly_singular, course.time());
+        }
+        Ok(())
+    }
+
+    /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg.
+    fn way(&self, e: &[f64]) -> [Place; 3] {
+        let (course, leg) = (&self.course, self.next_leg());
+        let (h, t) = (course.h, course.time());
+        let velocity = |d: &[f64], e: &[f64]| Vector::of(d).zip(e, |d, e| (d + 0.5 * e) / h);
+        let solved = &course.solved;
+        let before = if course.has_solved {
+            Place {
+                t: t - h,
+                q: solved.q.clone(),
+                v: velocity(&solved.d, &solved.e),
+            }
+        } else if course.index() == 1 {
+            let beginning = &self.beginning;
+            Place {
+                t: beginning.t0,
+                q: beginning.q0.clone(),
+                v: beginning.v0.clone(),
+            }
+        } else {
+            Place {
+                t: t - 0.5 * h,
+                q: Vector::of(leg.q).zip(leg.d, |q, d| q - 0.5 * d),
+                v: Vector::of(leg.d).map(|d| d / h),
+            }
+        };
+        let here = Place {
+            t,
+            q: Vector::of(leg.q),
+            v: velocity(leg.d, e),
+        };
+        let next = Vector::of(leg.d).zip(e, |d, e| d + e);
+        let after = Place {
+            t: t + 0.5 * h,
+            q: here.q.zip(&next, |q, d| q + 0.5 * d),
+            v: next.map(|d| d / h),
+        };
+        [before, here, after]
+    }
+}

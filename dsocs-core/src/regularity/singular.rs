@@ -1,0 +1,146 @@
+//! Whether a step leads past a place where the equations do not determine the acceleration.
+//!
+//! There the determinant of the equations for the acceleration passes through zero. It may be a factor of a constraint that vanishes: then the
+//! motion goes on as if nothing were there. Else the acceleration grows without bound, and no motion leads past. The discrete equations have
+//! roots on both sides, so a step jumps over the place.
+
+use crate::number::point::AnyPoint;
+use crate::regularity::deficiency::{self, Deficiency};
+use crate::solve::elimination::Determinant;
+use crate::solve::predictor::Determinants;
+use crate::solve::{Square, Vector};
+use crate::start;
+use crate::tape::declaration::Declaration;
+
+/// In so many equal parts the way between two places is divided.
+const PLACES: u32 = 12;
+
+/// How often the place of a singularity is halved.
+const HALVINGS: u32 = 40;
+
+/// A jump of the acceleration by less than this part of itself is none.
+const JUMPS: f64 = 0.1;
+
+/// A place on the way of a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Place {
+    /// The time.
+    pub t: f64,
+    /// The position.
+    pub q: Vector,
+    /// The velocity.
+    pub v: Vector,
+}
+
+/// Where no motion leads past.
+#[derive(Clone, Debug)]
+pub(crate) struct Singularity {
+    /// The time, about.
+    pub time: f64,
+    /// What is not determined there, if that can be told.
+    pub deficiency: Option<Deficiency>,
+}
+
+/// The acceleration and the multipliers at a place, and the determinant of their equations.
+struct Solved {
+    /// What they are.
+    motion: Vector,
+    /// What it is.
+    determinant: Determinant,
+}
+
+impl Solved {
+    /// Whether the determinant has another sign.
+    fn is_opposite(&self, other: &Self) -> bool {
+        self.determinant.value * other.determinant.value < 0.0
+    }
+}
+
+impl Place {
+    /// A place between this one and another.
+    fn towards(&self, other: &Self, part: f64) -> Self {
+        let between = |from: &Vector, to: &Vector| from.zip(to, |from, to| from + part * (to - from));
+        Self {
+            t: self.t + part * (other.t - self.t),
+            q: between(&self.q, &other.q),
+            v: between(&self.v, &other.v),
+        }
+    }
+
+    /// The acceleration here; `None` where there is none.
+    fn solve(&self, declaration: &Declaration<'_>, near: &[f64]) -> Option<Solved> {
+        let Self { t, q, v } = self;
+        let (a, multipliers) = start::acceleration(declaration, (*t, q, v), Some(near)).ok()?;
+        let size = a.len() + multipliers.len();
+        let (mut rows, mut jacobian) = (Vector::nan(size), Square::zero(size));
+        let point = AnyPoint { t: *t, q, v, a: &a };
+        declaration.linearize_continuous(point, &multipliers, &mut rows, jacobian.entries_mut());
+        let determinant = jacobian.determinant();
+        (!determinant.value.is_nan()).then(|| Solved {
+            motion: Vector::from_fn(size, |i| {
+                a.get(i).copied().unwrap_or_else(|| multipliers[i - a.len()])
+            }),
+            determinant,
+        })
+    }
+}
+
+/// Whether the determinant of the equations for the acceleration has come near to zero or passed it from one place to another.
+#[cold]
+pub(crate) fn falls(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> bool {
+    let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
+        return true;
+    };
+    let mut determinants = Determinants::UNKNOWN;
+    for solved in [first, second] {
+        determinants.push();
+        determinants.take(solved.determinant);
+    }
+    determinants.fall()
+}
+
+/// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.
+#[cold]
+pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f64]) -> Option<Singularity> {
+    let places = way.windows(2).flat_map(|ends| {
+        (0..PLACES).map(|place| ends[0].towards(&ends[1], f64::from(place) / f64::from(PLACES)))
+    });
+    // a place without an acceleration is left out: it may be that of the singularity itself
+    let solved: Vec<(Place, Solved)> = places
+        .chain(way.last().cloned())
+        .filter_map(|place| place.solve(declaration, near).map(|solved| (place, solved)))
+        .collect();
+    let jumps = |before: &Solved, after: &Solved| {
+        (0..near.len()).any(|i| {
+            let mut all = solved.iter().map(|(_, solved)| solved.motion[i]);
+            let first = all.next().unwrap_or(0.0);
+            let (least, most) = all.fold((first, first), |(least, most), a| (least.min(a), most.max(a)));
+            let jump = (after.motion[i] - before.motion[i]).abs();
+            jump >= 0.5 * (most - least) && jump > JUMPS * most.abs().max(least.abs())
+        })
+    };
+    let [(before, there), (after, _)] = solved
+        .windows(2)
+        .find(|pair| pair[0].1.is_opposite(&pair[1].1) && jumps(&pair[0].1, &pair[1].1))?
+    else {
+        return None;
+    };
+    let (mut from, mut to) = (before.clone(), after.clone());
+    for _ in 0..HALVINGS {
+        let middle = from.towards(&to, 0.5);
+        match middle.solve(declaration, near) {
+            Some(solved) if !solved.is_opposite(there) => from = middle,
+            _ => to = middle,
+        }
+    }
+    let point = AnyPoint {
+        t: to.t,
+        q: &to.q,
+        v: &to.v,
+        a: near,
+    };
+    Some(Singularity {
+        time: to.t,
+        deficiency: deficiency::near_point(declaration, point),
+    })
+}
