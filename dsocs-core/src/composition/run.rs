@@ -413,23 +413,27 @@ impl<'s> Composed<'s> {
         (from, state): (Place, &State),
         (z, guess): (&[f64], Guess),
     ) -> Result<(), StageError> {
-        let stage = &self.course.stages[place];
-        let determinants = &stage.predictor.determinants;
+        let stage = &mut self.course.stages[place];
+        let determinants = &mut stage.predictor.determinants;
+        let (fallen, part) = (determinants.fall(), determinants.part());
+        if fallen || part.is_nan() {
+            determinants.look();
+        }
         let is_led = guess == Guess::Predicted || stage.predictor.last().is_none();
-        if is_led && !determinants.fall() {
+        if is_led && !fallen {
             return Ok(());
         }
+        let stage = &self.course.stages[place];
         let to = Place {
             t: stage.leg.t,
             q: state.q.hi.clone(),
             v: state.kicked(0.5 * stage.h),
         };
-        let turned = determinants.turn();
         if let Some(singularity) = singular::on_the_way(&self.declaration(), &[from, to], &state.a) {
             let cause = self.step_of(stage).passes(z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
-        if turned {
+        if part < 0.0 {
             NearlySingular::count(&mut self.nearly_singular, stage.leg.t);
         }
         Ok(())

@@ -191,7 +191,7 @@ fn step<S: System<N>, const N: usize>(system: &S, course: &mut Course) -> Result
             Array::read(&stage.found),
             stage.predictor.arrays::<S::Unknown<f64>>(),
         ) {
-            past.push(z);
+            past.push(z, !S::DIVIDED && !S::LINEAR);
         }
         stage.remember_leg();
     }

@@ -5,7 +5,7 @@
 
 use crate::number::lanes::{LANES, Lanes, Register};
 use crate::number::scalar::Scalar;
-use crate::solve::predictor::{self, PAST, STEADY};
+use crate::solve::predictor::{self, Continuation, FALLEN, PAST, STEADY};
 
 /// The determinants at the last solutions, the last first, each lane in a unit of its own; NaN where they are not known.
 #[derive(Clone, Copy)]
@@ -16,6 +16,8 @@ pub(super) struct Determinants<R> {
     units: [i32; LANES],
     /// What the first pivot is multiplied by, and every other one: the inverse of the unit, shared out.
     pub scales: [Lanes<R>; 2],
+    /// The inverses of those that were looked at last.
+    inverse: Lanes<R>,
     /// Those of the step that is being made.
     next: Lanes<R>,
     /// The lanes in which the last one was nearly that before it, and in which that of the step that is being made is nearly the
@@ -31,14 +33,21 @@ impl<R: Register> Determinants<R> {
             last: [nan; PAST],
             units: [0; LANES],
             scales: [Lanes::splat(1.0); 2],
+            inverse: nan,
             next: nan,
             steady: [0; 2],
         }
     }
 
-    /// Takes the determinants of the step that is being made; the lanes of `active` in which they ask for a look at the step, as bits.
+    /// The lanes in which determinants have become small since they were looked at last, or have passed zero, as bits.
     #[inline(always)]
-    pub fn take(&mut self, now: Lanes<R>, active: u32, watched: bool) -> u32 {
+    pub fn fallen(&self, now: Lanes<R>) -> u32 {
+        (now * self.inverse).below(Lanes::splat(FALLEN)).bits()
+    }
+
+    /// Takes the determinants of the step that is being made; the lanes of `active` in which they do not continue those before, as bits.
+    #[inline(always)]
+    pub fn take(&mut self, now: Lanes<R>, active: u32) -> u32 {
         self.next = now;
         let near = (self.last[0] - now)
             .abs()
@@ -52,13 +61,7 @@ impl<R: Register> Determinants<R> {
         for (to, from) in last.iter_mut().zip(self.last) {
             *to = from.into();
         }
-        asking(
-            open,
-            watched,
-            &last,
-            (self.units, self.steady[0]),
-            &self.next.into(),
-        )
+        departing(open, &last, self.units, self.steady[0], &self.next.into())
     }
 
     /// Puts the determinants taken last among those of the past.
@@ -78,7 +81,7 @@ impl<R: Register> Determinants<R> {
         for (to, from) in moved.scales.iter_mut().zip(&self.scales) {
             *to = from.moved();
         }
-        moved.next = self.next.moved();
+        (moved.inverse, moved.next) = (self.inverse.moved(), self.next.moved());
         (moved.units, moved.steady) = (self.units, self.steady);
         moved
     }
@@ -86,7 +89,8 @@ impl<R: Register> Determinants<R> {
     /// What one lane holds.
     #[inline]
     pub fn lane(&self, lane: usize) -> predictor::Determinants {
-        one(&self.last.map(Into::into), self.units[lane], self.steady[0], lane)
+        let known = (self.inverse.lane(lane), self.units[lane]);
+        one(&self.last.map(Into::into), known, self.steady[0], lane)
     }
 
     /// Fills one lane, of a system with so many unknowns.
@@ -95,6 +99,7 @@ impl<R: Register> Determinants<R> {
             last.set_lane(lane, value);
         }
         self.steady[0] = self.steady[0] & !(1 << lane) | u32::from(determinants.steady[0]) << lane;
+        self.inverse.set_lane(lane, determinants.inverse);
         self.units[lane] = determinants.unit;
         let others = i32::try_from(unknowns.saturating_sub(1)).unwrap_or(i32::MAX);
         let share = determinants.unit / others.saturating_add(1);
@@ -105,27 +110,36 @@ impl<R: Register> Determinants<R> {
 }
 
 /// One lane of the past.
-fn one(last: &[[f64; LANES]; PAST], unit: i32, steady: u32, lane: usize) -> predictor::Determinants {
+fn one(
+    last: &[[f64; LANES]; PAST],
+    (inverse, unit): (f64, i32),
+    steady: u32,
+    lane: usize,
+) -> predictor::Determinants {
     predictor::Determinants {
         last: core::array::from_fn(|k| last[k][lane]),
         unit,
+        inverse,
         steady: [steady >> lane & 1 == 1, false],
         ..predictor::Determinants::UNKNOWN
     }
 }
 
-/// Those of some lanes whose determinants ask for a look at the step.
+/// Those of some lanes in which the determinant departs from its continuation.
 #[inline(never)] // seldom needed: most determinants hardly change from step to step
-fn asking(
+fn departing(
     open: u32,
-    watched: bool,
     last: &[[f64; LANES]; PAST],
-    (units, steady): ([i32; LANES], u32),
+    units: [i32; LANES],
+    steady: u32,
     now: &[f64; LANES],
 ) -> u32 {
-    let asks = |lane: usize| one(last, units[lane], steady, lane).asks(now[lane], watched);
+    let departs = |lane: usize| {
+        let past = one(last, (f64::NAN, units[lane]), steady, lane);
+        past.compare(now[lane]) != Continuation::Fits
+    };
     (0..LANES)
         .filter(|lane| open >> lane & 1 == 1)
-        .filter(|&lane| asks(lane))
-        .fold(0, |asking, lane| asking | 1 << lane)
+        .filter(|&lane| departs(lane))
+        .fold(0, |departing, lane| departing | 1 << lane)
 }

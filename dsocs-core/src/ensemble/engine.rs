@@ -331,9 +331,12 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 // a flow by itself looks at what may come to rest
                 alone |= task.active & !foresees(&guess, &roots.z).bits();
             }
-            let looked_at = task.active & !alone;
-            let watched = Steps::<R, S, N>::WATCHED;
-            alone |= now.determinants.take(roots.determinants, looked_at, watched);
+            if !guess.as_ref().is_empty() {
+                alone |= task.active & now.determinants.fallen(roots.determinants);
+            }
+            if Steps::<R, S, N>::WATCHED {
+                alone |= now.determinants.take(roots.determinants, task.active & !alone);
+            }
             let is_told = index == task.last;
             if is_told {
                 let Report { point, force, energy } = system.report(constants, &known, &leg, &e);

@@ -3,17 +3,13 @@
 use super::discrete::Discrete;
 use crate::error::StepError;
 use crate::kernel::report::Guess;
-use crate::regularity::Regularity;
 use crate::regularity::singular::{self, Place};
 use crate::run::NearlySingular;
 use crate::solve::Vector;
 
-/// Equations whose smallest singular value is below this, where their determinant falls, are nearly singular.
-const NEARLY: f64 = 0.1;
-
 impl Discrete<'_> {
-    /// Looks at a step whose determinant comes near to zero or has passed it, or that was not solved from its prediction: a motion that ends at
-    /// a singularity does not go on behind it.
+    /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
+    /// singularity does not go on behind it.
     #[cold]
     pub(super) fn look_for_singularity(
         &mut self,
@@ -21,31 +17,28 @@ impl Discrete<'_> {
         z: &[f64],
         guess: Guess,
     ) -> Result<(), StepError> {
-        let course = &self.course;
-        let determinants = &course.predictor.determinants;
-        let near = Vector::of(e).map(|e| e / (course.h * course.h));
-        let is_led = match course.predictor.last() {
-            Some(_) => guess == Guess::Predicted,
-            // without a past the start is what the determinant comes from
-            None => {
-                let [first, middle, _] = self.way(e);
-                !singular::falls(&self.declaration(), [&first, &middle], &near)
-            }
-        };
-        if self.shape().is_of_third_order() || is_led && !determinants.fall() {
+        let determinants = &mut self.course.predictor.determinants;
+        let (fallen, part) = (determinants.fall(), determinants.part());
+        if fallen || part.is_nan() {
+            determinants.look();
+        }
+        let is_led = guess == Guess::Predicted && !part.is_nan();
+        if self.shape().is_of_third_order() || is_led && !fallen {
             return Ok(());
         }
-        if let Some(singularity) = singular::on_the_way(&self.declaration(), &self.way(e), &near) {
+        let (way, declaration) = (self.way(e), self.declaration());
+        let near = Vector::of(e).map(|e| e / (self.course.h * self.course.h));
+        let falls = singular::falls(&declaration, [&way[0], &way[1]], &near);
+        // without a past it is the start that the determinant comes from
+        if part.is_nan() && !falls {
+            return Ok(());
+        }
+        if let Some(singularity) = singular::on_the_way(&declaration, &way, &near) {
             let cause = self.next_step().passes(z);
             return Err(self.failed(cause).at(singularity));
         }
-        let is_near = determinants.turn()
-            || determinants.fall() && {
-                let found = Regularity::of_declaration(&self.declaration(), course.h, self.next_leg(), e);
-                found.forward < NEARLY * found.largest_forward
-            };
-        if is_near {
-            NearlySingular::count(&mut self.nearly_singular, course.time());
+        if part < 0.0 || falls {
+            NearlySingular::count(&mut self.nearly_singular, self.course.time());
         }
         Ok(())
     }

@@ -7,7 +7,6 @@
 use crate::number::point::AnyPoint;
 use crate::regularity::deficiency::{self, Deficiency};
 use crate::solve::elimination::Determinant;
-use crate::solve::predictor::Determinants;
 use crate::solve::{Square, Vector};
 use crate::start;
 use crate::tape::declaration::Declaration;
@@ -17,6 +16,9 @@ const PLACES: u32 = 12;
 
 /// How often the place of a singularity is halved.
 const HALVINGS: u32 = 40;
+
+/// A determinant that falls by more than this part of itself in one step may pass through zero in the next two.
+const FALLS: f64 = 0.5;
 
 /// A jump of the acceleration by less than this part of itself is none.
 const JUMPS: f64 = 0.1;
@@ -85,18 +87,15 @@ impl Place {
     }
 }
 
-/// Whether the determinant of the equations for the acceleration has come near to zero or passed it from one place to another.
+/// Whether the determinant of the equations for the acceleration changes so much from one place to another that it may pass zero in two such steps.
 #[cold]
 pub(crate) fn falls(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> bool {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {
         return true;
     };
-    let mut determinants = Determinants::UNKNOWN;
-    for solved in [first, second] {
-        determinants.push();
-        determinants.take(solved.determinant);
-    }
-    determinants.fall()
+    let unit = second.determinant.exponent;
+    let [before, now] = [first, second].map(|solved| solved.determinant.in_units_of(unit));
+    before * now < 0.0 || before.abs() > (1.0 + FALLS) * now.abs()
 }
 
 /// The first singularity on a way through some places that no motion leads past, with accelerations looked for near one.

@@ -76,6 +76,8 @@ pub(crate) struct Determinants {
     pub last: [f64; PAST],
     /// The power of two that is their unit.
     pub unit: i32,
+    /// The inverse of the one that was looked at last, in that unit; NaN before.
+    pub inverse: f64,
     /// That of the step which is being solved.
     pub next: f64,
     /// Whether the last one was nearly that before it, and whether the one which is being solved is nearly the last.
@@ -91,8 +93,8 @@ pub(crate) const FITS: f64 = 0.5;
 /// Determinants in a row that differ by no more, relative to themselves, do not depart: a jump to the other root would show.
 pub(crate) const STEADY: f64 = 0.25;
 
-/// A determinant that falls by more than this part of itself in one step may pass through zero in the next two.
-const FALLS: f64 = 0.5;
+/// A determinant is looked at where it has become smaller than this part of what it was when it was looked at last.
+pub(crate) const FALLEN: f64 = 0.5;
 
 /// What a determinant says of the root that a step has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,56 +112,52 @@ impl Determinants {
     pub const UNKNOWN: Self = Self {
         last: [f64::NAN; PAST],
         unit: 0,
+        inverse: f64::NAN,
         next: f64::NAN,
         steady: [false; 2],
     };
 
-    /// Takes the determinant of the step that is being solved, and tells whether it has hardly changed since the last ones.
+    /// Takes the determinant of the step that is being solved.
     #[inline]
-    pub fn is_steady(&mut self, determinant: Determinant) -> bool {
-        if self.last[0].is_nan() {
+    pub fn take(&mut self, determinant: Determinant) -> Continuation {
+        if self.inverse.is_nan() {
             self.unit = determinant.exponent;
         }
         let now = determinant.in_units_of(self.unit);
         self.next = now;
         // false also where there is no past
         self.steady[1] = (self.last[0] - now).abs() <= STEADY * now.abs();
-        self.steady == [true; 2]
-    }
-
-    /// Takes the determinant of the step that is being solved.
-    pub fn take(&mut self, determinant: Determinant) -> Continuation {
-        if self.is_steady(determinant) {
+        if self.steady == [true; 2] {
             Continuation::Fits
         } else {
-            self.compare(self.next)
+            self.compare(now)
         }
     }
 
-    /// Whether a determinant that is not steady asks for a look at the step: it comes near to zero, or has passed it; or, where roots are
-    /// `watched` for others nearby, it departs from its continuation.
-    #[inline(never)] // seldom needed: most determinants hardly change from step to step
-    pub fn asks(&self, now: f64, watched: bool) -> bool {
-        now.is_nan() || self.falls(now) || watched && self.compare(now) != Continuation::Fits
+    /// Whether a determinant has become small since it was looked at last, or has passed zero.
+    #[inline]
+    pub fn has_fallen(&self, determinant: Determinant) -> bool {
+        // false also where there is no past
+        determinant.in_units_of(self.unit) * self.inverse < FALLEN
     }
 
-    /// Whether the determinant of the step that was solved last comes near to zero, or has passed it.
+    /// How large the determinant of the step that was solved last is, in units of that which was looked at last; NaN if it is not known.
+    pub fn part(&self) -> f64 {
+        self.next * self.inverse
+    }
+
+    /// Notes that the step that was solved last was looked at.
+    pub fn look(&mut self) {
+        self.inverse = self.next.recip();
+    }
+
+    /// Whether the determinant of the step that was solved last has become small, or has passed zero.
     pub fn fall(&self) -> bool {
-        self.falls(self.next)
-    }
-
-    /// Whether it has passed zero.
-    pub fn turn(&self) -> bool {
-        self.last[0] * self.next < 0.0
-    }
-
-    /// False also where there is no past.
-    fn falls(&self, now: f64) -> bool {
-        let last = self.last[0];
-        last * now < 0.0 || last.abs() > (1.0 + FALLS) * now.abs()
+        self.part() < FALLEN
     }
 
     /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.
+    #[inline(never)] // seldom needed: most determinants hardly change from step to step
     pub fn compare(&self, now: f64) -> Continuation {
         let [a, b, c, _] = self.last;
         // as many as are known
@@ -265,16 +263,18 @@ pub(crate) fn foresees(guess: &[f64], z: &[f64], part: f64) -> bool {
 }
 
 impl<U: Unknown<f64>> Arrays<'_, U> {
-    /// Takes in the solution of a step.
+    /// Takes in the solution of a step; the determinant only of a system whose roots are watched for others.
     #[allow(clippy::inline_always)] // part of every step
     #[inline(always)]
-    pub fn push(&mut self, z: &U) {
+    pub fn push(&mut self, z: &U, watched: bool) {
         push(
             self.differences.iter_mut().map(|difference| &mut **difference),
             self.size,
             z,
         );
-        self.determinants.push();
+        if watched {
+            self.determinants.push();
+        }
     }
 
     /// The unknowns of the next step; `None` without a past.

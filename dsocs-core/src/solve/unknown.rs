@@ -21,11 +21,18 @@ pub struct Linearization<T: Scalar, U: Unknown<T>> {
 }
 
 impl<T: Scalar, U: Unknown<T>> Linearization<T, U> {
-    /// Newton's update `δ`, which solves `jacobian · δ = -rows`, and the determinant; `None` as for [`Unknown::solve`].
+    /// Newton's update `δ`, which solves `jacobian · δ = -rows`; `None` as for [`Unknown::solve`].
     #[inline]
     #[must_use]
-    pub(crate) fn update(&self) -> (Option<U>, Determinant) {
-        U::solve(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
+    pub fn update(&self) -> Option<U> {
+        self.update_and_determinant().0
+    }
+
+    /// Newton's update, and the determinant of the Jacobian.
+    #[inline]
+    #[must_use]
+    pub(crate) fn update_and_determinant(&self) -> (Option<U>, Determinant) {
+        U::solve_with_determinant(&self.jacobian, &self.rows.zip(&self.rows, |row, _| -row))
     }
 
     /// Newton's update without a look at it, whether it can be trusted if it is finite, and the determinant (see
@@ -65,10 +72,16 @@ pub trait Unknown<T: Scalar>: Copy + Debug + AsRef<[T]> + AsMut<[T]> {
     /// rule (four products and one division in all); more are Gauss elimination with row-scaled partial pivoting.
     /// Nothing is allocated.
     ///
-    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite. Beside it stands the
-    /// determinant, of the first lane.
+    /// `None` if in any lane the solution is not finite: the matrix is singular, or something was not finite.
+    #[inline]
     #[must_use]
-    fn solve(matrix: &Self::Square, right: &Self) -> (Option<Self>, Determinant);
+    fn solve(matrix: &Self::Square, right: &Self) -> Option<Self> {
+        Self::solve_with_determinant(matrix, right).0
+    }
+
+    /// The solution of [`Unknown::solve`], and the determinant of the first lane.
+    #[must_use]
+    fn solve_with_determinant(matrix: &Self::Square, right: &Self) -> (Option<Self>, Determinant);
 
     /// Puts the solution of `matrix · z = right` in the place of `right`, but does not look at it: it may be infinite or
     /// NaN. Rows of three and more unknowns are taken as they are, and destroyed. If the solution is finite, `true` says
@@ -118,7 +131,7 @@ impl<T: Scalar, const M: usize> Unknown<T> for [T; M] {
     }
 
     #[inline]
-    fn solve(matrix: &[[T; M]; M], right: &Self) -> (Option<Self>, Determinant) {
+    fn solve_with_determinant(matrix: &[[T; M]; M], right: &Self) -> (Option<Self>, Determinant) {
         // M is a literal where this is compiled: one branch is left
         let (solution, determinant) = match M {
             1 => {
@@ -254,7 +267,7 @@ mod tests {
 
     fn check<const M: usize>(matrix: [[f64; M]; M], solution: [f64; M], tolerance: f64) {
         let right = matrix.map(|row| row.iter().zip(&solution).map(|(a, x)| a * x).sum());
-        let found = <[f64; M]>::solve(&matrix, &right).0.expect("a regular matrix");
+        let found = <[f64; M]>::solve(&matrix, &right).expect("a regular matrix");
         for (found, x) in found.iter().zip(&solution) {
             assert!((found - x).abs() <= tolerance * x.abs(), "{found} {x}");
         }
@@ -306,19 +319,19 @@ mod tests {
 
     #[test]
     fn a_singular_or_infinite_system_has_no_solution() {
-        assert_eq!(<[f64; 1]>::solve(&[[0.0]], &[0.0]).0, None);
-        assert_eq!(<[f64; 2]>::solve(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 2.0]).0, None);
-        assert_eq!(<[f64; 2]>::solve(&[[0.0, 0.0], [0.0, 0.0]], &[0.0, 0.0]).0, None);
+        assert_eq!(<[f64; 1]>::solve(&[[0.0]], &[0.0]), None);
+        assert_eq!(<[f64; 2]>::solve(&[[1.0, 2.0], [2.0, 4.0]], &[1.0, 2.0]), None);
+        assert_eq!(<[f64; 2]>::solve(&[[0.0, 0.0], [0.0, 0.0]], &[0.0, 0.0]), None);
         assert_eq!(
-            <[f64; 2]>::solve(&[[f64::NAN, 1.0], [0.0, 1.0]], &[1.0, 2.0]).0,
+            <[f64; 2]>::solve(&[[f64::NAN, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
             None
         );
         assert_eq!(
-            <[f64; 2]>::solve(&[[f64::INFINITY, 1.0], [0.0, 1.0]], &[1.0, 2.0]).0,
+            <[f64; 2]>::solve(&[[f64::INFINITY, 1.0], [0.0, 1.0]], &[1.0, 2.0]),
             None
         );
         assert_eq!(
-            <[f64; 3]>::solve(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], &[1.0; 3]).0,
+            <[f64; 3]>::solve(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]], &[1.0; 3]),
             None
         );
     }
@@ -329,6 +342,9 @@ mod tests {
             rows: [3.0, 4.0],
             jacobian: [[2.0, 0.0], [0.0, -2.0]],
         };
-        assert_eq!(line.update(), (Some([-1.5, 2.0]), Determinant::of(-4.0)));
+        assert_eq!(
+            line.update_and_determinant(),
+            (Some([-1.5, 2.0]), Determinant::of(-4.0))
+        );
     }
 }

@@ -213,7 +213,7 @@ mod tests {
         let found = square.solve(&right);
         assert_eq!(
             found.as_deref(),
-            <[f64; M]>::solve(matrix, &right).0.as_ref().map(|x| &x[..])
+            <[f64; M]>::solve(matrix, &right).as_ref().map(|x| &x[..])
         );
         let (mut left, mut solution, mut quick) = (*matrix, right, Vector::of(&right));
         let expected = <[f64; M]>::solve_quick(&mut left, &mut solution);

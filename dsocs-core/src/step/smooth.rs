@@ -16,7 +16,7 @@ use crate::number::compensated::Compensated;
 use crate::number::point::Leg;
 use crate::solve::elimination::Determinant;
 use crate::solve::newton::{self, Evaluation, Quick, Root};
-use crate::solve::predictor::{self, Arrays};
+use crate::solve::predictor::{self, Arrays, Continuation};
 use crate::solve::sparse::{Product, Update};
 use crate::solve::sum::Sum;
 use crate::solve::unknown::Unknown;
@@ -70,7 +70,7 @@ impl<S: System<N>, const N: usize> Quick for Rows<'_, S, N> {
         let rows = linearization.rows;
         let (update, safe, determinant) = if self.are_linear() {
             // the only update has to be a good one
-            let (update, determinant) = linearization.update();
+            let (update, determinant) = linearization.update_and_determinant();
             (update.unwrap_or(rows), update.is_some(), determinant)
         } else {
             linearization.quick_update()
@@ -119,8 +119,8 @@ pub(crate) struct Solved<U, const N: usize> {
 impl<U: Unknown<f64>, const N: usize> Solved<U, N> {
     /// Puts the step among those of the past.
     #[inline(always)]
-    pub fn push(&self, past: &mut Arrays<'_, U>) {
-        past.push(&self.root.z);
+    pub fn push(&self, past: &mut Arrays<'_, U>, watched: bool) {
+        past.push(&self.root.z, watched);
         *past.scales = self.scales;
     }
 }
@@ -166,13 +166,18 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
             return Err(Question::Unsettled);
         };
-        let watched = self.are_watched();
-        let determinants = &mut past.determinants;
-        if !determinants.is_steady(root.determinant) && determinants.asks(determinants.next, watched) {
-            return Err(Question::Departs);
+        if !guess.as_ref().is_empty() && past.determinants.has_fallen(root.determinant) {
+            return Err(Question::Falls);
         }
-        if watched && pair::in_question(&root, self.past_is_short) {
-            return Err(Question::Bends);
+        if self.are_watched() {
+            let fits = !root.determinant.value.is_nan()
+                && past.determinants.take(root.determinant) == Continuation::Fits;
+            if !fits {
+                return Err(Question::Departs);
+            }
+            if pair::in_question(&root, self.past_is_short) {
+                return Err(Question::Bends);
+            }
         }
         let e = self
             .system
@@ -325,7 +330,7 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             }
             course.looked = false;
         }
-        solved.push(&mut past);
+        solved.push(&mut past, rows.are_watched());
         state = next;
         if let (true, Some((second, _))) = (S::ORDER > 2, &state.third) {
             S::remember(constants, &second.hi);

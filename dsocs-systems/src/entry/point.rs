@@ -222,6 +222,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
         Some(StepFailure::NoSolution) => "no-solution",
         Some(StepFailure::Degenerate) => "degenerate",
         Some(StepFailure::AmbiguousRoot) => "ambiguous-root",
+        Some(StepFailure::PassesSingularity) => "singularity",
         _ => other,
     };
     let setup = |error: &SetupError| match error {

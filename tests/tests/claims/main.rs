@@ -40,6 +40,7 @@ mod run;
 mod scenes;
 mod scenes_table;
 mod scenes_written;
+mod singular_laws;
 mod sparse;
 mod stability;
 mod start;

@@ -66,7 +66,7 @@ fn densely(sparse: &Sparse, entries: &[f64], rows: [f64; M]) -> (Option<[f64; M]
     let jacobian = sparse.dense::<f64, [f64; M]>(entries);
     let determinant = <[f64; M] as Unknown<f64>>::determinant(&jacobian);
     (
-        Linearization::<f64, [f64; M]> { rows, jacobian }.update().0,
+        Linearization::<f64, [f64; M]> { rows, jacobian }.update(),
         determinant,
     )
 }
