@@ -17,8 +17,9 @@ const PLACES: u32 = 12;
 /// How often the place of a singularity is halved.
 const HALVINGS: u32 = 40;
 
-/// A determinant that falls by more than this part of itself in one step may pass through zero in the next two.
-const FALLS: f64 = 0.5;
+/// A determinant that falls by more than this part of itself in one step may pass through zero in the next four. It is looked at where it has become half
+/// of what it was, so that it is not missed where it will be less than two steps from zero.
+const FALLS: f64 = 0.25;
 
 /// A jump of the acceleration by less than this part of itself is none.
 const JUMPS: f64 = 0.1;
@@ -87,7 +88,7 @@ impl Place {
     }
 }
 
-/// Whether the determinant of the equations for the acceleration changes so much from one place to another that it may pass zero in two such steps.
+/// Whether the determinant of the equations for the acceleration changes so much from one place to another that it may pass zero in four such steps.
 #[cold]
 pub(crate) fn falls(declaration: &Declaration<'_>, places: [&Place; 2], near: &[f64]) -> bool {
     let [Some(first), Some(second)] = places.map(|place| place.solve(declaration, near)) else {

@@ -237,7 +237,9 @@ fn counted(laws: u64) -> Counts {
                 (Some(_), Ok(())) if until < END => counts.silent += 1,
                 (None, ran) if clearance(&track, h) >= 2.0 => {
                     assert!(ran.is_ok(), "seed {seed}, h {h}: {}", ran.unwrap_err());
-                    assert_eq!(told, None, "seed {seed}, h {h}");
+                    // told is only what may pass zero in four steps
+                    let is_clear = clearance(&track, h) >= 5.0;
+                    assert!(told.is_none() || !is_clear, "seed {seed}, h {h}: {told:?}");
                     counts.regular += 1;
                 }
                 // between the two it may be told and need not
