@@ -2,8 +2,9 @@
 //!
 //! A step evaluates a force on its two legs. If the force switches between them and nowhere else, the rows do not show it. An example is dry
 //! friction where the velocity changes its sign. The rows are solved, but the error of the motion is of first order in the step. So the force is
-//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly. The same holds for a
-//! constraint or a Lagrangian with pieces: of these the acceleration is looked at.
+//! also evaluated between the middles of the two legs. If the step resolves the force, it changes there nearly linearly, or at least in every quarter of
+//! the way: a force that grows from nothing, as after a start from rest, is bent on the scale of any step. The same holds for a constraint or a
+//! Lagrangian with pieces: of these the acceleration is looked at.
 
 use super::discrete::Discrete;
 use crate::number::point::AnyLeg;
@@ -14,11 +15,15 @@ use crate::start;
 use crate::step::smooth::FORESEEN;
 use crate::tape::declaration::Declaration;
 
-/// Where the force is evaluated between the middles of the legs: 0 is the first, 1 the second.
-const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
-
-/// In so many equal parts a step is divided to tell whether its acceleration jumps.
+/// In so many equal parts a step is divided to tell whether a force or an acceleration jumps.
 const PLACES: u8 = 16;
+
+/// So many of them are a part of the way in which what is smooth is nearly linear.
+const QUARTER: usize = 4;
+
+/// What is smooth departs from a straight line over a quarter of the way by less than this part of its departure over the whole: a parabola by 0.06, and
+/// what grows with the sixth power of the time from a start at rest, as the cube of a position does, by 0.18. What jumps departs by as much.
+const LEFT: f64 = 0.19;
 
 /// A force is unresolved if its departure from a straight line, over a step, is more than this part of the change of the momentum.
 const UNRESOLVED: f64 = 0.1;
@@ -79,9 +84,11 @@ impl Discrete<'_> {
         if shape.external_forces {
             part = part.max(departure(&declaration, h, leg, e));
         }
-        if shape.piecewise {
-            part = part.max(jump_of_acceleration(&declaration, h, leg, e));
-            part = part.max(kick(&declaration, h, leg, e));
+        if shape.piecewise
+            && let Some(accelerations) = accelerations(&declaration, h, leg, e)
+        {
+            part = part.max(jump_of_acceleration(&accelerations, h, leg));
+            part = part.max(kick(&accelerations, h, leg, e));
         }
         part
     }
@@ -97,53 +104,56 @@ fn between(h: f64, leg: AnyLeg<'_, f64>, e: &[f64], part: f64) -> (f64, Vector, 
     (leg.t + place * h, q, v)
 }
 
-/// How much the acceleration jumps between the middles of two legs, relative to itself: the largest of all components. Zero where the equations
-/// do not determine it.
-fn jump_of_acceleration(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
-    let acceleration = |place: u8| {
+/// The accelerations at equally spaced places from the middle of the first leg to that of the second; `None` where the equations do not determine one.
+fn accelerations(
+    declaration: &Declaration<'_>,
+    h: f64,
+    leg: AnyLeg<'_, f64>,
+    e: &[f64],
+) -> Option<Vec<Vector>> {
+    let places = (0..=PLACES).map(|place| {
         let (t, q, v) = between(h, leg, e, f64::from(place) / f64::from(PLACES));
-        start::acceleration(declaration, (t, &q, &v), None)
-            .ok()
-            .map(|(a, _)| a)
-    };
-    let Some(mut before) = acceleration(0) else {
-        return 0.0;
-    };
-    let (mut least, mut most, mut widest) = (before.clone(), before.clone(), Vector::zero(e.len()));
-    for place in 1..=PLACES {
-        let Some(now) = acceleration(place) else {
-            return 0.0;
-        };
-        for i in 0..e.len() {
-            widest[i] = widest[i].max((now[i] - before[i]).abs());
-            (least[i], most[i]) = (least[i].min(now[i]), most[i].max(now[i]));
-        }
-        before = now;
-    }
+        let found = start::acceleration(declaration, (t, &q, &v), None);
+        found.ok().map(|(a, _)| a)
+    });
+    places.collect()
+}
+
+/// The least and the greatest of some numbers.
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
+        [least.min(x), most.max(x)]
+    })
+}
+
+/// How much the acceleration jumps between the middles of two legs, relative to itself: the largest of all components.
+fn jump_of_acceleration(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>) -> f64 {
     let jump = |i: usize| {
+        let [least, most] = range(accelerations.iter().map(|a| a[i]));
+        let jumps = accelerations
+            .windows(2)
+            .map(|pair| (pair[1][i] - pair[0][i]).abs());
+        let widest = jumps.fold(0.0, f64::max);
         // what moves a node by less than the rounding of the increment is no jump
-        let is_rounding = widest[i] * h * h <= f64::EPSILON * leg.d[i].abs();
+        let is_rounding = widest * h * h <= f64::EPSILON * leg.d[i].abs();
         // what is smooth changes little from place to place
-        let is_jump = !is_rounding && widest[i] >= 0.5 * (most[i] - least[i]);
+        let is_jump = !is_rounding && widest >= 0.5 * (most - least);
         if is_jump {
-            widest[i] / most[i].abs().max(least[i].abs())
+            widest / most.abs().max(least.abs())
         } else {
             0.0
         }
     };
-    (0..e.len()).map(jump).fold(0.0, f64::max)
+    (0..leg.d.len()).map(jump).fold(0.0, f64::max)
 }
 
-/// How much of the velocity changes in a step although no acceleration explains it, as at a corner of a constraint or where a mass jumps: the
-/// largest of all components. Zero where the equations do not determine the acceleration.
-fn kick(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
-    let (t, q, v) = between(h, leg, e, 0.5);
-    let Ok((a, _)) = start::acceleration(declaration, (t, &q, &v), None) else {
-        return 0.0;
-    };
+/// How much of the velocity changes in a step although no acceleration on its way explains it, as at a corner of a constraint or where a mass jumps: the
+/// largest of all components.
+fn kick(accelerations: &[Vector], h: f64, leg: AnyLeg<'_, f64>, e: &[f64]) -> f64 {
     let parts = (0..e.len()).map(|i| {
         let velocity = leg.d[i].abs().max((leg.d[i] + e[i]).abs());
-        (e[i] - a[i] * h * h).abs() / velocity
+        let [least, most] = range(accelerations.iter().map(|a| a[i] * h * h));
+        (e[i] - e[i].max(least).min(most)).abs() / velocity
     });
     parts.fold(0.0, f64::max)
 }
@@ -158,13 +168,9 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
         declaration.external_forces(t, &q[..], &v[..], &mut force);
         force
     };
-    let [first, last] = [0.0, 1.0].map(force);
-    let mut aside = Vector::zero(e.len());
-    for part in BETWEEN {
-        for (i, (aside, force)) in aside.iter_mut().zip(force(part).iter()).enumerate() {
-            *aside = aside.max((force - (first[i] + part * (last[i] - first[i]))).abs());
-        }
-    }
+    let forces: Vec<Vector> = (0..=PLACES)
+        .map(|place| force(f64::from(place) / f64::from(PLACES)))
+        .collect();
     let arrives = declaration.arriving(h, leg);
     let leaves = declaration.arriving(
         h,
@@ -174,10 +180,30 @@ fn departure(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, e: &[f
             d: &next,
         },
     );
-    let parts = aside.iter().enumerate().map(|(i, aside)| {
+    let parts = (0..e.len()).map(|i| {
+        let values: Vec<f64> = forces.iter().map(|force| force[i]).collect();
+        let whole = aside(&values);
+        let quarters = values.windows(QUARTER + 1).step_by(QUARTER).map(aside);
+        if quarters.fold(0.0, f64::max) <= LEFT * whole {
+            return 0.0;
+        }
         // L_d is a Lagrangian, not an action: its derivatives are momenta divided by the step
         let change = (leaves[i] - arrives[i]).abs();
-        aside / change.max(first[i].abs()).max(last[i].abs())
+        let ends = [values.first(), values.last()].into_iter().flatten();
+        whole / ends.fold(change, |largest, force| largest.max(force.abs()))
     });
     parts.fold(0.0, f64::max)
+}
+
+/// How far equally spaced values are from the straight line between the first and the last.
+fn aside(values: &[f64]) -> f64 {
+    let (Some(first), Some(last)) = (values.first(), values.last()) else {
+        return 0.0;
+    };
+    let count = values.len().saturating_sub(1).max(1) as f64;
+    let asides = values.iter().enumerate().map(|(k, value)| {
+        let line = first + k as f64 / count * (last - first);
+        (value - line).abs()
+    });
+    asides.fold(0.0, f64::max)
 }

@@ -41,6 +41,7 @@ mod scenes;
 mod scenes_table;
 mod scenes_written;
 mod singular_laws;
+mod smooth_scenes;
 mod sparse;
 mod stability;
 mod start;
