@@ -471,6 +471,11 @@ impl StepError {
                  constraints ask for, with the external forces that act"
             }
             StepFailure::PassesSingularity => SINGULAR,
+            StepFailure::PassesRest => {
+                "say how it goes on: the smooth motion has the last candidate, which `Flow::advance_to` takes, and there what the constraint prescribes, \
+                 such as a curvature, may change its sign; for the motion on which it goes on, prescribe it itself, as a row of second order with \
+                 its value as a function of `t`, or begin another run behind the rest (`Start::third_order`)"
+            }
             StepFailure::NotConverged if step.may_divide => {
                 "try a smaller h and check that the start is consistent with the constraints; if two roots meet, name \
                  the factor that belongs to the unwanted one with `branch = divide(factor)`"

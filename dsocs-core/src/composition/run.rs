@@ -21,7 +21,7 @@ use crate::regularity::Regularity;
 use crate::regularity::singular::{self, Place};
 use crate::run::{AnyNode, NearlySingular, Run, RunError};
 use crate::solve::Vector;
-use crate::solve::failure::NewtonFailure;
+use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
 use crate::solve::predictor::Predictor;
 use crate::solve::sum::Sum;
@@ -415,10 +415,8 @@ impl<'s> Composed<'s> {
     ) -> Result<(), StageError> {
         let stage = &mut self.course.stages[place];
         let determinants = &mut stage.predictor.determinants;
-        let (fallen, part) = (determinants.fall(), determinants.part());
-        if fallen || part.is_nan() {
-            determinants.look();
-        }
+        let part = determinants.part();
+        let fallen = determinants.look();
         let is_led = guess == Guess::Predicted || stage.predictor.last().is_none();
         if is_led && !fallen {
             return Ok(());
@@ -430,7 +428,7 @@ impl<'s> Composed<'s> {
             v: state.kicked(0.5 * stage.h),
         };
         if let Some(singularity) = singular::on_the_way(&self.declaration(), &[from, to], &state.a) {
-            let cause = self.step_of(stage).passes(z);
+            let cause = self.step_of(stage).refused(StepFailure::PassesSingularity, z);
             return Err(self.failed_at(place, state, |error| error.at(singularity), cause));
         }
         if part < 0.0 {

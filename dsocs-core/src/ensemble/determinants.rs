@@ -5,7 +5,7 @@
 
 use crate::number::lanes::{LANES, Lanes, Register};
 use crate::number::scalar::Scalar;
-use crate::solve::predictor::{self, Continuation, FALLEN, PAST, STEADY};
+use crate::solve::predictor::{self, Continuation, FALLEN, PAST, RISEN, STEADY};
 
 /// The determinants at the last solutions, the last first, each lane in a unit of its own; NaN where they are not known.
 #[derive(Clone, Copy)]
@@ -39,10 +39,11 @@ impl<R: Register> Determinants<R> {
         }
     }
 
-    /// The lanes in which determinants have become small since they were looked at last, or have passed zero, as bits.
+    /// The lanes in which determinants have become small since they were looked at last, or large, or have passed zero, as bits.
     #[inline(always)]
-    pub fn fallen(&self, now: Lanes<R>) -> u32 {
-        (now * self.inverse).below(Lanes::splat(FALLEN)).bits()
+    pub fn ask(&self, now: Lanes<R>) -> u32 {
+        let part = now * self.inverse;
+        (part.below(Lanes::splat(FALLEN)) | Lanes::splat(RISEN).below(part)).bits()
     }
 
     /// Takes the determinants of the step that is being made; the lanes of `active` in which they do not continue those before, as bits.

@@ -332,7 +332,7 @@ impl<R: Chosen, S: System<N>, const N: usize> InLanes for Making<'_, '_, R, S, N
                 alone |= task.active & !foresees(&guess, &roots.z).bits();
             }
             if !guess.as_ref().is_empty() {
-                alone |= task.active & now.determinants.fallen(roots.determinants);
+                alone |= task.active & now.determinants.ask(roots.determinants);
             }
             if Steps::<R, S, N>::WATCHED {
                 alone |= now.determinants.take(roots.determinants, task.active & !alone);

@@ -6,6 +6,8 @@ use crate::kernel::report::Guess;
 use crate::regularity::singular::{self, Place};
 use crate::run::NearlySingular;
 use crate::solve::Vector;
+use crate::solve::failure::StepFailure;
+use crate::start;
 
 impl Discrete<'_> {
     /// Looks at a step whose determinant has become small or has passed zero, or that was not solved from its prediction: a motion that ends at a
@@ -18,12 +20,18 @@ impl Discrete<'_> {
         guess: Guess,
     ) -> Result<(), StepError> {
         let determinants = &mut self.course.predictor.determinants;
-        let (fallen, part) = (determinants.fall(), determinants.part());
-        if fallen || part.is_nan() {
-            determinants.look();
+        let part = determinants.part();
+        let fallen = determinants.look();
+        if self.shape().is_of_third_order() {
+            return if fallen && self.turns_back(e) {
+                let cause = self.next_step().refused(StepFailure::PassesRest, z);
+                Err(self.failed(cause))
+            } else {
+                Ok(())
+            };
         }
         let is_led = guess == Guess::Predicted && !part.is_nan();
-        if self.shape().is_of_third_order() || is_led && !fallen {
+        if is_led && !fallen {
             return Ok(());
         }
         let (way, declaration) = (self.way(e), self.declaration());
@@ -34,13 +42,32 @@ impl Discrete<'_> {
             return Ok(());
         }
         if let Some(singularity) = singular::on_the_way(&declaration, &way, &near) {
-            let cause = self.next_step().passes(z);
+            let cause = self.next_step().refused(StepFailure::PassesSingularity, z);
             return Err(self.failed(cause).at(singularity));
         }
         if part < 0.0 || falls {
             NearlySingular::count(&mut self.nearly_singular, self.course.time());
         }
         Ok(())
+    }
+
+    /// Whether a step of third order with a third difference turns back, as where the motion passes through rest: one of its legs goes against the
+    /// one before, as the masses measure it.
+    fn turns_back(&self, e: &[f64]) -> bool {
+        let (course, leg) = (&self.course, self.next_leg());
+        let last = &course.third.e.hi;
+        let before = Vector::of(leg.d).zip(last, |d, last| d - last);
+        let after = Vector::from_fn(e.len(), |i| leg.d[i] + (last[i] + e[i]));
+        let v = Vector::of(leg.d).map(|d| d / course.h);
+        let mass = start::mass_matrix(&self.declaration(), (course.time(), leg.q, &v));
+        let against = |one: &[f64], other: &[f64]| {
+            let terms = one.iter().enumerate().flat_map(|(i, x)| {
+                let mass = &mass;
+                other.iter().enumerate().map(move |(j, y)| x * mass[(i, j)] * y)
+            });
+            terms.sum::<f64>() < 0.0
+        };
+        against(&before, leg.d) || against(leg.d, &after)
     }
 
     /// The way of a step with a second difference: from the node before its middle node to the middle of its second leg.

@@ -16,8 +16,8 @@ pub enum Question {
     Start,
     /// Three iterations of Newton's have not settled, or what the rows were multiplied by degenerates at their root.
     Unsettled,
-    /// The determinant of the Jacobian has become small, or has passed zero: the equations may be singular on the way of the step.
-    Falls,
+    /// The determinant of the Jacobian has become small, or large, or has passed zero: the equations may be singular on the way of the step.
+    Varies,
     /// The determinant of the Jacobian departs from its continuation: the root may be another motion's.
     Departs,
     /// The rows bend so much on the way to the root that another root may be near.

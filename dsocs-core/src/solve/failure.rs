@@ -22,6 +22,9 @@ pub enum StepFailure {
     /// Between the last node and the next one the equations become singular, and the acceleration grows without bound: no motion leads past, and
     /// the solution that was found belongs to another one.
     PassesSingularity,
+    /// The motion passes through rest, where a constraint of third order holds whatever the third derivative is. Behind it there are two motions: one
+    /// that is smooth, and one with what the constraint prescribes going on, such as a curvature.
+    PassesRest,
     /// There are two solutions, near or far apart, and neither the guess nor the past decides which one belongs to the motion.
     AmbiguousRoot,
 }
@@ -34,6 +37,7 @@ impl fmt::Display for StepFailure {
             Self::NotConverged => "Newton's iteration does not converge",
             Self::NoSolution => "what is declared cannot be met here",
             Self::PassesSingularity => "the equations become singular on the way of this step",
+            Self::PassesRest => "the motion passes through rest, where a constraint of third order does not determine how it goes on",
             Self::AmbiguousRoot => "there are two solutions, and the nodes before do not decide which of them continues the motion",
             Self::Degenerate => "a denominator or a factor of a declared equation is zero",
         })

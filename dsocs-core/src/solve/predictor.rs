@@ -96,6 +96,9 @@ pub(crate) const STEADY: f64 = 0.25;
 /// A determinant is looked at where it has become smaller than this part of what it was when it was looked at last.
 pub(crate) const FALLEN: f64 = 0.5;
 
+/// And where it has become so many times as large, so that it is known what it falls from: seldom in a motion that comes and goes.
+pub(crate) const RISEN: f64 = 64.0;
+
 /// What a determinant says of the root that a step has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuation {
@@ -134,11 +137,12 @@ impl Determinants {
         }
     }
 
-    /// Whether a determinant has become small since it was looked at last, or has passed zero.
+    /// Whether a determinant has become small since it was looked at last, or large, or has passed zero.
     #[inline]
-    pub fn has_fallen(&self, determinant: Determinant) -> bool {
+    pub fn asks(&self, determinant: Determinant) -> bool {
+        let part = determinant.in_units_of(self.unit) * self.inverse;
         // false also where there is no past
-        determinant.in_units_of(self.unit) * self.inverse < FALLEN
+        part < FALLEN || part > RISEN
     }
 
     /// How large the determinant of the step that was solved last is, in units of that which was looked at last; NaN if it is not known.
@@ -146,14 +150,13 @@ impl Determinants {
         self.next * self.inverse
     }
 
-    /// Notes that the step that was solved last was looked at.
-    pub fn look(&mut self) {
-        self.inverse = self.next.recip();
-    }
-
-    /// Whether the determinant of the step that was solved last has become small, or has passed zero.
-    pub fn fall(&self) -> bool {
-        self.part() < FALLEN
+    /// Looks at the determinant of the step that was solved last: whether it has become small since the last look, or has passed zero.
+    pub fn look(&mut self) -> bool {
+        let part = self.part();
+        if !(FALLEN..=RISEN).contains(&part) {
+            self.inverse = self.next.recip();
+        }
+        part < FALLEN
     }
 
     /// Compares a determinant with the continuations of those of the past, of the first and of the second degree.

@@ -190,11 +190,11 @@ impl Step<'_> {
         }
     }
 
-    /// The failure of a step that leads past a singularity.
+    /// The failure of a step whose root is none that the motion leads to.
     #[cold]
-    pub fn passes(&self, z: &[f64]) -> NewtonFailure {
+    pub fn refused(&self, reason: StepFailure, z: &[f64]) -> NewtonFailure {
         NewtonFailure {
-            reason: StepFailure::PassesSingularity,
+            reason,
             unknowns: z.to_vec(),
             residual: self.linearize(z).rows.to_vec(),
             updates: Vec::new(),
@@ -220,6 +220,7 @@ impl Step<'_> {
             | StepFailure::Degenerate
             | StepFailure::AmbiguousRoot
             | StepFailure::PassesSingularity
+            | StepFailure::PassesRest
             | StepFailure::NoSolution => None,
         };
         let undefined = match cause.reason {

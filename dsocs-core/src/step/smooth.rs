@@ -166,8 +166,8 @@ impl<'a, S: System<N>, const N: usize> Rows<'a, S, N> {
         let Ok(root) = newton::quick(self, guess, &size, max_iterations) else {
             return Err(Question::Unsettled);
         };
-        if !guess.as_ref().is_empty() && past.determinants.has_fallen(root.determinant) {
-            return Err(Question::Falls);
+        if !guess.as_ref().is_empty() && past.determinants.asks(root.determinant) {
+            return Err(Question::Varies);
         }
         if self.are_watched() {
             let fits = !root.determinant.value.is_nan()

@@ -223,6 +223,7 @@ pub fn code(failure: &RunFailure) -> &'static str {
         Some(StepFailure::Degenerate) => "degenerate",
         Some(StepFailure::AmbiguousRoot) => "ambiguous-root",
         Some(StepFailure::PassesSingularity) => "singularity",
+        Some(StepFailure::PassesRest) => "rest",
         _ => other,
     };
     let setup = |error: &SetupError| match error {

@@ -336,3 +336,89 @@ fn a_power_of_friction_that_was_forgotten_ends_the_motion_at_rest() {
         assert!(ran.is_err() || flow.nearly_singular().is_some(), "{h}");
     }
 }
+
+/// A particle on an incline, pushed across its path so that the curvature of the path changes at a constant rate.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
+    kinematic = dot(curvature) - rate;
+    constraint_forces = [(-dot(y), dot(x))];
+}]
+struct Rate {
+    gravity: f64,
+    rate: f64,
+}
+
+/// The same with the curvature itself.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - gravity * y;
+    let curvature = (dot(x) * ddot(y) - dot(y) * ddot(x)) / (dot(x).powi(2) + dot(y).powi(2)).powf(1.5);
+    kinematic = curvature - first - rate * t;
+    constraint_forces = [(-dot(y), dot(x))];
+}]
+struct Curvature {
+    gravity: f64,
+    first: f64,
+    rate: f64,
+}
+
+#[test]
+fn a_row_of_third_order_asks_at_rest_how_the_motion_goes_on() {
+    for seed in 0..40 {
+        let random = &mut Random::new(seed);
+        let (gravity, first, rate) = (
+            random.between(0.5, 2.0),
+            random.between(-1.5, 1.5),
+            random.between(-0.5, 0.5),
+        );
+        let (angle, speed) = (random.between(0.3, 2.5), random.between(0.5, 1.0));
+        let (sin, cos) = f64::sin_cos(angle);
+        let (along, across) = (-gravity * sin, first * speed * speed);
+        let a0 = [along * cos - across * sin, along * sin + across * cos];
+        let start = ([0.0; 2], [speed * cos, speed * sin]);
+        // speed and angle of the path: the speed passes zero
+        let (mut s, mut theta, mut t) = (speed, angle, 0.0);
+        while s > 0.0 && t < 5.0 {
+            (s, theta, t) = (
+                s - 1e-4 * gravity * theta.sin(),
+                theta + 1e-4 * (first + rate * t) * s,
+                t + 1e-4,
+            );
+        }
+        let h = random.decades(1e-3, 0.03);
+        if t > 3.0 {
+            continue;
+        }
+        let law = Rate { gravity, rate };
+        let mut flow = Flow::new(&law, h, Start::third_order(start.0, start.1, a0)).unwrap();
+        let error = flow.to(t + 1.0).map(drop).unwrap_err();
+        assert_eq!(
+            error.step_failure(),
+            Some(StepFailure::PassesRest),
+            "{seed}: {error}"
+        );
+        assert!(
+            (flow.time() - t).abs() < 3.0 * h + 1e-3,
+            "{seed}: {} for {t}",
+            flow.time()
+        );
+        // it may be told, and goes on smoothly
+        let RunError::Step(error) = error else {
+            panic!("{error}")
+        };
+        let q2 = error.details().q2.clone();
+        flow.advance_to(&[q2[0], q2[1]]).unwrap();
+        // the other continuation has the curvature that was asked for, on both sides of the rest
+        let law = Curvature { gravity, first, rate };
+        let mut flow = Flow::new(&law, h, Start::second_order(start.0, start.1)).unwrap();
+        let node = flow.to(t + 0.5).unwrap();
+        let [v, a] = [node.v, node.a];
+        let curvature = (v[0] * a[1] - v[1] * a[0]) / v[0].hypot(v[1]).powi(3);
+        assert!(
+            (curvature - first - rate * node.t).abs() < 1e-6,
+            "{seed}: {curvature}"
+        );
+    }
+}
