@@ -14,8 +14,12 @@ use crate::tape::declaration::Declaration;
 /// In so many equal parts the way between two places is divided.
 const PLACES: u32 = 12;
 
-/// How often the place of a singularity is halved.
-const HALVINGS: u32 = 40;
+/// How often the way to a singularity is halved.
+const HALVINGS: u32 = 20;
+
+/// So many times as far apart are accelerations on either side of a singularity after that, at least: at a simple pole a million times, if
+/// neither end was near it.
+const GROWS: f64 = 16.0;
 
 /// A determinant that falls by more than this part of itself in one step may pass through zero in the next four. It is looked at where it has become half
 /// of what it was, so that it is not missed where it will be less than two steps from zero.
@@ -45,6 +49,7 @@ pub(crate) struct Singularity {
 }
 
 /// The acceleration and the multipliers at a place, and the determinant of their equations.
+#[derive(Clone)]
 struct Solved {
     /// What they are.
     motion: Vector,
@@ -53,6 +58,11 @@ struct Solved {
 }
 
 impl Solved {
+    /// How far a component is from another one.
+    fn apart(&self, other: &Self, component: usize) -> f64 {
+        (self.motion[component] - other.motion[component]).abs()
+    }
+
     /// Whether the determinant has another sign.
     fn is_opposite(&self, other: &Self) -> bool {
         self.determinant.value * other.determinant.value < 0.0
@@ -110,37 +120,59 @@ pub(crate) fn on_the_way(declaration: &Declaration<'_>, way: &[Place], near: &[f
         .chain(way.last().cloned())
         .filter_map(|place| place.solve(declaration, near).map(|solved| (place, solved)))
         .collect();
-    let jumps = |before: &Solved, after: &Solved| {
-        (0..near.len()).any(|i| {
-            let mut all = solved.iter().map(|(_, solved)| solved.motion[i]);
-            let first = all.next().unwrap_or(0.0);
-            let (least, most) = all.fold((first, first), |(least, most), a| (least.min(a), most.max(a)));
-            let jump = (after.motion[i] - before.motion[i]).abs();
-            jump >= 0.5 * (most - least) && jump > JUMPS * most.abs().max(least.abs())
+    let range = |i: usize| {
+        let all = solved.iter().map(|(_, solved)| solved.motion[i]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], a| {
+            [least.min(a), most.max(a)]
         })
     };
-    let [(before, there), (after, _)] = solved
-        .windows(2)
-        .find(|pair| pair[0].1.is_opposite(&pair[1].1) && jumps(&pair[0].1, &pair[1].1))?
-    else {
-        return None;
+    let jumps = |before: &Solved, after: &Solved, i: usize| {
+        let [least, most] = range(i);
+        let jump = before.apart(after, i);
+        jump >= 0.5 * (most - least) && jump > JUMPS * most.abs().max(least.abs())
     };
-    let (mut from, mut to) = (before.clone(), after.clone());
-    for _ in 0..HALVINGS {
-        let middle = from.towards(&to, 0.5);
-        match middle.solve(declaration, near) {
-            Some(solved) if !solved.is_opposite(there) => from = middle,
-            _ => to = middle,
+    solved.windows(2).find_map(|pair| {
+        let [from, to] = pair else { return None };
+        let jumping = (0..near.len()).find(|&i| jumps(&from.1, &to.1, i))?;
+        if !from.1.is_opposite(&to.1) {
+            return None;
         }
+        pole(declaration, [from, to], jumping)
+    })
+}
+
+/// The place between two where the determinant passes through zero, if a component of the acceleration has no bound there. It has one where a factor
+/// vanishes, and where the two roots of a pair change sides: then it only seems to jump, from the one to the other.
+fn pole(declaration: &Declaration<'_>, ends: [&(Place, Solved); 2], component: usize) -> Option<Singularity> {
+    let [mut from, mut to] = ends.map(Clone::clone);
+    let first = from.1.apart(&to.1, component);
+    let mut grown = first;
+    for _ in 0..HALVINGS {
+        let middle = from.0.towards(&to.0, 0.5);
+        // near that of either side, which it continues
+        let near = from.1.motion.get(..middle.q.len()).unwrap_or(&[]);
+        let Some(solved) = middle.solve(declaration, near) else {
+            break;
+        };
+        if solved.is_opposite(&from.1) {
+            to = (middle, solved);
+        } else {
+            from = (middle, solved);
+        }
+        grown = f64::max(grown, from.1.apart(&to.1, component));
     }
+    if grown < GROWS * first {
+        return None;
+    }
+    let (place, solved) = &to;
     let point = AnyPoint {
-        t: to.t,
-        q: &to.q,
-        v: &to.v,
-        a: near,
+        t: place.t,
+        q: &place.q,
+        v: &place.v,
+        a: solved.motion.get(..place.q.len()).unwrap_or(&[]),
     };
     Some(Singularity {
-        time: to.t,
+        time: place.t,
         deficiency: deficiency::near_point(declaration, point),
     })
 }
