@@ -3,7 +3,7 @@
 use dsocs_core::geometry::{
     DiscreteFlow, Triple, admissible_variations, legendre_minus, legendre_plus, rows_of_written,
 };
-use dsocs_core::{Leg, dsocs};
+use dsocs_core::{Leg, Samples, dsocs};
 use dsocs_systems::check::{Begin, Expected, Finding, Settings, check};
 use dsocs_systems::entry::{Kind, Symmetry};
 use dsocs_systems::{CurvedParticle, Entry, GravityTurn, PlanarChain2, systems};
@@ -553,5 +553,120 @@ fn one_of_two_accelerations_is_checked() {
         for finding in entry.check(&settings).unwrap() {
             assert!(finding.ok(), "{side}: {finding:?}");
         }
+    }
+}
+
+/// Blocks on springs with dry friction between them and the ground, which holds them in the end.
+#[dsocs {
+    coordinates(x, y);
+    lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - stiffness / 2 * (x.powi(2) + (y - x).powi(2));
+    external_forces = (-dry[0] * dot(x).signum(), -dry[1] * dot(y).signum());
+}]
+struct Blocks {
+    stiffness: f64,
+    dry: [f64; 2],
+}
+
+/// A cart that a motor with a curve of samples pulls, whose corners are where the samples are: at the start, too.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2 - stiffness / 2 * x.powi(2);
+    external_forces = (motor.at(t) - drag * dot(x),);
+}]
+struct Cart {
+    stiffness: f64,
+    drag: f64,
+    motor: Samples,
+}
+
+/// A pendulum with friction in its pivot.
+#[dsocs {
+    coordinates(theta);
+    lagrangian = dot(theta).powi(2) / 2 + weight * theta.cos();
+    external_forces = (-drag * dot(theta) - grip * (steep * dot(theta)).tanh(),);
+}]
+struct Gripped {
+    weight: f64,
+    drag: f64,
+    grip: f64,
+    steep: f64,
+}
+
+/// What is expected of a system without constraints.
+const FREE: Expected = Expected {
+    kind: Kind::Unconstrained,
+    order: 2.0,
+    reversible: false,
+};
+
+/// The settings of a motion.
+fn motion(h: f64, until: f64) -> Settings<'static> {
+    Settings {
+        h,
+        until: Some(until),
+        t0: 0.0,
+        q0: &[],
+        v0: &[],
+        a0: None,
+        begin: Begin::default(),
+    }
+}
+
+#[test]
+fn what_is_right_does_not_fail_where_friction_holds_a_mass() {
+    for (dry, until) in [([0.2, 0.1], 6.0), ([0.35, 0.3], 10.0), ([0.02, 0.9], 3.0)] {
+        let blocks = Blocks { stiffness: 2.0, dry };
+        for h in [0.05, 0.023] {
+            let findings = check(&blocks, &[], FREE, &motion(h, until), ([1.0, -0.5], [0.0, 0.4])).unwrap();
+            assert_eq!(missed(&findings), [], "{findings:#?}");
+            let open: Vec<&String> = findings
+                .iter()
+                .filter_map(|finding| finding.excuse.as_ref())
+                .collect();
+            assert!(
+                !open.is_empty(),
+                "a motion that sticks has no order: {findings:#?}"
+            );
+            // each says why and what to try
+            assert!(
+                open.iter()
+                    .all(|excuse| excuse.contains("smooth") && excuse.contains("--until"))
+            );
+        }
+    }
+    // before it jumps for the first time everything is required, and holds
+    let blocks = Blocks {
+        stiffness: 2.0,
+        dry: [0.2, 0.1],
+    };
+    let findings = check(&blocks, &[], FREE, &motion(0.01, 0.3), ([1.0, -0.5], [-0.8, 0.9])).unwrap();
+    assert!(findings.iter().all(Finding::holds), "{findings:#?}");
+}
+
+#[test]
+fn what_is_right_does_not_fail_where_samples_have_corners() {
+    let motor = Samples::linear([(0.0, 0.0), (1.0, 2.0), (3.0, 1.0)]).unwrap();
+    let cart = Cart {
+        stiffness: 3.0,
+        drag: 0.2,
+        motor,
+    };
+    for (h, until) in [(0.02, 0.9), (0.05, 0.9), (0.03, 2.5)] {
+        let findings = check(&cart, &[], FREE, &motion(h, until), ([0.3], [0.0])).unwrap();
+        assert_eq!(missed(&findings), [], "h {h} to {until}");
+    }
+}
+
+#[test]
+fn an_order_is_fitted_where_errors_fall_as_a_power() {
+    for (grip, steep) in [(0.5, 5.0), (1.0, 8.0), (0.3, 20.0)] {
+        let pendulum = Gripped {
+            weight: 4.0,
+            drag: 0.1,
+            grip,
+            steep,
+        };
+        let findings = check(&pendulum, &[], FREE, &motion(0.1, 3.0), ([1.2], [0.0])).unwrap();
+        assert_eq!(missed(&findings), [], "{grip} {steep}: {findings:#?}");
     }
 }

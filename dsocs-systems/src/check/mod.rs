@@ -26,7 +26,7 @@ use dsocs_core::{AnyPoint, Kernel, OwnedLeg, System, Unresolved};
 use crate::entry::{CheckFailure, Kind, Motions, Symmetry, Typed};
 use crate::stability::{Bar, told};
 
-use probe::{First, State, less};
+use probe::{First, State, Walked, less};
 
 /// So many steps are made unless an end is given.
 const STEPS: f64 = 40.0;
@@ -100,13 +100,21 @@ pub struct Finding {
     pub failure: Option<String>,
     /// A remark.
     pub note: Option<String>,
+    /// Why the figure need not meet its bar: which assumption of the theorem does not hold on this motion, and what to try.
+    pub excuse: Option<String>,
 }
 
 impl Finding {
     /// Whether the figure reaches its bar.
     #[must_use]
-    pub fn ok(&self) -> bool {
+    pub fn holds(&self) -> bool {
         self.failure.is_none() && self.bar.holds(self.figure)
+    }
+
+    /// Whether it reaches its bar, or need not.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.holds() || self.excuse.is_some()
     }
 }
 
@@ -132,6 +140,7 @@ impl Report {
             bar,
             failure,
             note: None,
+            excuse: None,
         });
     }
 
@@ -179,6 +188,8 @@ struct Subject<'a> {
     own_end: bool,
     /// The steps that were too long for the external forces.
     unresolved: Option<Unresolved>,
+    /// In how many steps a function jumps, or something rests where one does.
+    held: usize,
     /// The start.
     start: State,
     /// How the second node follows from it.
@@ -203,7 +214,34 @@ impl Subject<'_> {
         let shape = self.kernel.shape();
         [shape.holonomic, shape.nonholonomic, shape.kinematic]
     }
+
+    /// Which assumption of the theorems on the motion as a whole does not hold on it, if one does not.
+    fn excuse(&self) -> Option<String> {
+        let jumps = self.unresolved.map_or(0, |unresolved| unresolved.steps);
+        if self.held == 0 && jumps == 0 {
+            return None;
+        }
+        Some(format!(
+            "not required here: the theorem is about functions that are smooth along the motion, and in {} of its {} steps one jumps or holds \
+             something at rest, which lowers the order to 1 and forgets where the motion came from; to see it required, end before ({}), or declare a \
+             function that changes smoothly, as `tanh`",
+            larger(self.held as f64, jumps as f64),
+            self.legs.len() - 1,
+            "`--until`"
+        ))
+    }
 }
+
+/// The checks of what the theorems say of the motion as a whole, and not of each triple of nodes.
+const OF_THE_MOTION: [&str; 7] = [
+    "roots",
+    "symplectic law",
+    "momentum law",
+    "power balance",
+    "reversibility",
+    "contact",
+    "order",
+];
 
 /// Measures the figures of one check.
 type Check = fn(&Subject<'_>, &mut Report);
@@ -269,8 +307,9 @@ pub(crate) fn check_to(
         First::SecondOrder
     };
     let walked = probe::legs(kernel, h, (&start, first), asked)?;
-    let (places, spread) = places(&walked.legs);
-    let early: Vec<usize> = (0..walked.legs.len().min(EARLY) - 1).step_by(2).collect();
+    let (places, spread) = places(&walked);
+    let early = (0..walked.legs.len().min(EARLY) - 1).step_by(2);
+    let early: Vec<usize> = early.filter(|&place| !walked.held[place]).collect();
     let of = |places: &[usize]| triples(&flow, &walked.legs, places);
     let [at_places, at_spread, at_early] = [of(&places)?, of(&spread)?, of(&early)?];
     let subject = Subject {
@@ -287,6 +326,7 @@ pub(crate) fn check_to(
         ended: walked.ended,
         own_end: settings.until.is_none(),
         unresolved: walked.unresolved,
+        held: walked.held.iter().filter(|held| **held).count(),
         states: states(system, h, &start, walked.until),
         start,
         first,
@@ -307,6 +347,7 @@ pub(crate) fn check_to(
         ("contact", contact::contact),
         ("order", order::order),
     ];
+    let excuse = subject.excuse();
     let mut findings = Vec::new();
     for (check, measure) in checks {
         let mut report = Report {
@@ -314,6 +355,11 @@ pub(crate) fn check_to(
             findings: Vec::new(),
         };
         measure(&subject, &mut report);
+        if OF_THE_MOTION.contains(&check) {
+            for finding in report.findings.iter_mut().filter(|finding| !finding.holds()) {
+                finding.excuse.clone_from(&excuse);
+            }
+        }
         findings.extend(report.findings);
     }
     Ok(findings)
@@ -350,6 +396,17 @@ fn window(subject: &Subject<'_>, report: &mut Report) {
             ));
         }
     }
+    if subject.held > 0 {
+        report.push(
+            "steps in which a function jumps or holds something at rest",
+            Bar::Reported,
+            Ok(subject.held as f64),
+        );
+        report.note(
+            "there the equations are an inclusion: the function has a value between its two sides, which the rows at the nodes do not know. These \
+             steps are left out of what follows about single triples",
+        );
+    }
 }
 
 /// The laws that hold for every triple by construction: they hold the code of the constraint force and of the tangent map against that of `L_d`.
@@ -358,11 +415,14 @@ fn identities(subject: &Subject<'_>, report: &mut Report) {
     momentum::identity(subject, report);
 }
 
-/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone.
-fn places(legs: &[OwnedLeg<f64>]) -> (Vec<usize>, Vec<usize>) {
+/// The numbers of legs at which triples begin: evenly spread and where the second difference changes most, and the first of these alone. Those in which
+/// a function jumps or holds something are left out.
+fn places(walked: &Walked) -> (Vec<usize>, Vec<usize>) {
+    let legs = &walked.legs;
     let last = legs.len() - 1;
-    let every = last.div_ceil(TRIPLES);
-    let spread: Vec<usize> = (0..last).step_by(every).collect();
+    let smooth: Vec<usize> = (0..last).filter(|&place| !walked.held[place]).collect();
+    let every = smooth.len().div_ceil(TRIPLES).max(1);
+    let spread: Vec<usize> = smooth.iter().copied().step_by(every).collect();
     let change = |k: usize| -> f64 {
         let parts = (0..legs[k].d.len()).map(|i| {
             let [a, b, c] = [legs[k - 1].d[i], legs[k].d[i], legs[k + 1].d[i]];
@@ -375,7 +435,8 @@ fn places(legs: &[OwnedLeg<f64>]) -> (Vec<usize>, Vec<usize>) {
         });
         parts.fold(0.0, larger)
     };
-    let mut hardest: Vec<(usize, f64)> = (1..last).map(|k| (k, change(k))).collect();
+    let inner = smooth.iter().filter(|&&place| place > 0);
+    let mut hardest: Vec<(usize, f64)> = inner.map(|&k| (k, change(k))).collect();
     hardest.sort_by(|x, y| y.1.total_cmp(&x.1));
     let mut places = spread.clone();
     places.extend(hardest.iter().take(HARDEST).map(|(place, _)| place));
@@ -401,9 +462,14 @@ fn triples(
 
 /// States of the continuous motion: the start, and others if the motion is known so far.
 fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State> {
-    let mut states = vec![start.clone()];
-    let times: Vec<f64> = (1..STATES)
-        .map(|k| start.t + (until - start.t) * k as f64 / STATES as f64)
+    // a function of pieces may have a corner at the start, on whose other side the motion has never been
+    let (mut states, aside) = if system.kernel().shape().piecewise {
+        (Vec::new(), 0.5)
+    } else {
+        (vec![start.clone()], 0.0)
+    };
+    let times: Vec<f64> = (states.len()..STATES)
+        .map(|k| start.t + (until - start.t) * (k as f64 + aside) / STATES as f64)
         .collect();
     if let Ok(motion) = probe::exact(system, h, start, &times, STATES_TOLERANCE) {
         states.extend(motion.iter().map(|point| {
@@ -415,6 +481,9 @@ fn states(system: &dyn Motions, h: f64, start: &State, until: f64) -> Vec<State>
                 near: start.near.as_ref().map(|_| a.to_vec()),
             }
         }));
+    }
+    if states.is_empty() {
+        states.push(start.clone());
     }
     states
 }

@@ -9,7 +9,7 @@ use dsocs_core::geometry::{
 };
 
 use super::probe::{First, State, less};
-use super::{Measured, Report, Subject, larger, probe};
+use super::{Finding, Measured, Report, Subject, larger, probe};
 use crate::entry::Kind;
 use crate::stability::Bar;
 
@@ -25,6 +25,9 @@ const DIFFERENCES: f64 = 1e-8;
 /// A larger error may be rounding too, where it stops falling: below this part, and hardly less than with twice the step. Where a factor that
 /// was divided out passes through zero, rounding is divided by it.
 const STOPS: [f64; 2] = [1e-6, core::f64::consts::FRAC_1_SQRT_2];
+
+/// Where a fit misses its bar it is tried with these parts of the step.
+const FINER: [u32; 2] = [4, 16];
 
 /// How far the fitted order may be from the declared one.
 const APART: f64 = 0.1;
@@ -59,7 +62,46 @@ type Errors = [Vec<Vec<f64>>; 4];
 
 /// The order on the system's own motion.
 pub fn order(subject: &Subject<'_>, report: &mut Report) {
-    let measured = errors(subject);
+    with_finer_steps(subject, report, fit);
+}
+
+/// Measures with the subject's step and, where a bar is missed on a motion without jumps, with parts of it: errors fall as a power of the step only where
+/// it is short enough. What misses its bar with all of them is told as it was first.
+pub fn with_finer_steps(
+    subject: &Subject<'_>,
+    report: &mut Report,
+    measure: fn(&Subject<'_>, u32, &mut Report),
+) {
+    let attempt = |parts: u32| {
+        let mut attempt = Report {
+            check: report.check,
+            findings: Vec::new(),
+        };
+        measure(subject, parts, &mut attempt);
+        attempt
+    };
+    let first = attempt(1);
+    let holds = |attempt: &Report| attempt.findings.iter().all(Finding::holds);
+    let is_open =
+        subject.excuse().is_some() || first.findings.iter().any(|finding| finding.failure.is_some());
+    let finer = if holds(&first) || is_open {
+        None
+    } else {
+        FINER.into_iter().find_map(|parts| {
+            let mut finer = attempt(parts);
+            finer.note(&format!(
+                "fitted from h = {:.1e} on: with larger steps the errors do not fall as a power of the step yet",
+                subject.h.abs() / f64::from(parts)
+            ));
+            holds(&finer).then_some(finer)
+        })
+    };
+    report.findings.extend(finer.unwrap_or(first).findings);
+}
+
+/// The fit with parts of the subject's step.
+fn fit(subject: &Subject<'_>, parts: u32, report: &mut Report) {
+    let measured = errors(subject, parts);
     let declared = subject.expected.order;
     let (times, errors) = match measured {
         Ok(found) => found,
@@ -78,7 +120,7 @@ pub fn order(subject: &Subject<'_>, report: &mut Report) {
         let mut points: Vec<[f64; 2]> = (0..HALVINGS)
             .zip(errors)
             .map(|(halving, errors)| {
-                let h = (subject.h / f64::from(1_u32 << halving)).abs();
+                let h = (subject.h / f64::from(parts << halving)).abs();
                 [
                     h,
                     errors[..last]
@@ -148,7 +190,7 @@ pub fn order(subject: &Subject<'_>, report: &mut Report) {
         }
     }
     if last < times.len() {
-        report.note(&beyond(subject, until));
+        report.note(&beyond(subject, parts, until));
     }
 }
 
@@ -167,10 +209,10 @@ fn worst(errors: &[Vec<f64>]) -> f64 {
 }
 
 /// Why errors are not compared beyond a time.
-fn beyond(subject: &Subject<'_>, until: f64) -> String {
+fn beyond(subject: &Subject<'_>, parts: u32, until: f64) -> String {
     let said = format!(
         "errors are compared up to t = {until:.2}: beyond, that of h = {} is more than {FOLLOWED} of the motion's extent",
-        subject.h / f64::from(1_u32 << FOLLOWER)
+        subject.h / f64::from(parts << FOLLOWER)
     );
     match growth(subject) {
         Ok([growth, late]) if growth > CHAOS[2] || (growth > CHAOS[0] && late > CHAOS[1]) => format!(
@@ -237,8 +279,8 @@ fn followed(errors: &[f64]) -> usize {
     lost.unwrap_or(errors.len()).max(2).min(errors.len())
 }
 
-/// Times, and the errors there of every quantity with every step.
-fn errors(subject: &Subject<'_>) -> Measured<(Vec<f64>, Errors)> {
+/// Times, and the errors there of every quantity with every step, the first of which is a part of the subject's.
+fn errors(subject: &Subject<'_>, finest: u32) -> Measured<(Vec<f64>, Errors)> {
     let h = subject.h;
     let coarse = subject.legs.len().saturating_sub(1).max(2);
     let part = u32::try_from(coarse.div_ceil(NODES))?;
@@ -264,7 +306,7 @@ fn errors(subject: &Subject<'_>) -> Measured<(Vec<f64>, Errors)> {
     let scales: [Vec<f64>; 4] = core::array::from_fn(|k| scales(k, &truth, &subject.start.q));
     let mut errors: Errors = Default::default();
     for halving in 0..HALVINGS {
-        let parts = 1_u32 << halving;
+        let parts = finest << halving;
         let h = h / f64::from(parts);
         let nodes = probe::nodes(
             subject.kernel,

@@ -7,7 +7,7 @@
 use dsocs_core::geometry::{Triple, discrete_power, power};
 use dsocs_core::{AnyPoint, Declaration, OwnedLeg, OwnedPoint};
 
-use super::order::{above, fitted};
+use super::order::{above, fitted, with_finer_steps};
 use super::probe::{State, less, series, walk};
 use super::{Measured, Report, Subject, larger, largest};
 use crate::entry::Motions;
@@ -48,7 +48,12 @@ pub fn balance(subject: &Subject<'_>, report: &mut Report) {
         Bar::AtMost(IDENTITY),
         identity,
     );
-    let steps: Vec<f64> = (0..HALVINGS).map(|k| subject.h / f64::from(1_u32 << k)).collect();
+    with_finer_steps(subject, report, discrete);
+}
+
+/// The order of the discrete balance, with parts of the subject's step.
+fn discrete(subject: &Subject<'_>, parts: u32, report: &mut Report) {
+    let steps: Vec<f64> = (0..HALVINGS).map(|k| subject.h / f64::from(parts << k)).collect();
     let measured: Measured<Vec<[f64; 2]>> = steps
         .iter()
         .map(|&h| Ok([h.abs(), discrete_defect(subject, h)?]))
@@ -129,26 +134,31 @@ fn discrete_defect(subject: &Subject<'_>, h: f64) -> Measured {
     let (mut before, mut last): (Option<OwnedLeg<f64>>, Option<[f64; 2]>) = (None, None);
     let (mut change, mut missed, mut terms) = (0.0, 0.0, 0.0);
     let mut first = 0.0;
-    let (_, walked) = walk(system, h, (&subject.start, subject.first), &mut |_, time, leg| {
-        if let Some(middle) = before.take() {
-            let e = less(leg.d, &middle.d);
-            let triple = Triple { leg: middle, e };
-            let point = declaration.point(h, triple.leg.any(), &triple.e);
-            let AnyPoint { t, q, v, .. } = point.any();
-            let energy = declaration.energy(t, q, v);
-            let power = discrete_power(system, h, &triple);
-            if let Some([_, earlier]) = last {
-                change += h * (earlier + power) / 2.0;
-                missed = larger(missed, (energy - first - change).abs());
-            } else {
-                first = energy;
+    let (_, walked) = walk(
+        system,
+        h,
+        (&subject.start, subject.first),
+        &mut |_, time, leg, _| {
+            if let Some(middle) = before.take() {
+                let e = less(leg.d, &middle.d);
+                let triple = Triple { leg: middle, e };
+                let point = declaration.point(h, triple.leg.any(), &triple.e);
+                let AnyPoint { t, q, v, .. } = point.any();
+                let energy = declaration.energy(t, q, v);
+                let power = discrete_power(system, h, &triple);
+                if let Some([_, earlier]) = last {
+                    change += h * (earlier + power) / 2.0;
+                    missed = larger(missed, (energy - first - change).abs());
+                } else {
+                    first = energy;
+                }
+                terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
+                last = Some([energy, power]);
             }
-            terms = larger(terms, energy.abs() + 2.0 * declaration.lagrangian(t, q, v).abs());
-            last = Some([energy, power]);
-        }
-        before = Some(leg.to_owned());
-        (time - subject.start.t).abs() < span
-    });
+            before = Some(leg.to_owned());
+            (time - subject.start.t).abs() < span
+        },
+    );
     walked?;
     Ok(if missed == 0.0 { 0.0 } else { missed / terms })
 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use dsocs_core::geometry::Triple;
 use dsocs_core::{
     AnyFlow, AnyLeg, AnyNode, AnyStart, Kernel, OwnedLeg, OwnedNode, OwnedPoint, Regularity, Room, Run,
-    SetupError, Tolerance, Unresolved,
+    SetupError, Stop, Tolerance, Unresolved,
 };
 
 use super::{Measured, Settings};
@@ -33,8 +33,8 @@ pub enum First {
     Paper,
 }
 
-/// Is shown the number, the time and the leg of a position, and says whether the motion goes on.
-type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>) -> bool;
+/// Is shown the number, the time and the leg of a position, and how the step that led there was solved, and says whether the motion goes on.
+type Walker<'w> = &'w mut dyn FnMut(u64, f64, AnyLeg<'_, f64>, Stop) -> bool;
 
 /// A node of a motion of third order.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,9 +95,11 @@ pub fn walk(
         Ok(flow) => flow,
         Err(error) => return (None, Err(error.into())),
     };
-    while walker(flow.index(), flow.time(), flow.leg()) {
-        if let Err(error) = flow.run_mut().advance() {
-            return (flow.run().unresolved(), Err(error.into()));
+    let mut stop = Stop::Start;
+    while walker(flow.index(), flow.time(), flow.leg(), stop) {
+        match flow.run_mut().advance() {
+            Ok(report) => stop = report.stop,
+            Err(error) => return (flow.run().unresolved(), Err(error.into())),
         }
     }
     (flow.run().unresolved(), Ok(()))
@@ -192,14 +194,23 @@ pub struct Walked {
     pub ended: Option<String>,
     /// The steps that were too long for the external forces.
     pub unresolved: Option<Unresolved>,
+    /// Whether a function jumps, or holds something at rest, in the step that begins with a leg.
+    pub held: Vec<bool>,
 }
 
 /// The legs of the motion from a state up to the time `until`, or as far as it goes.
 pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> Result<Walked, CheckFailure> {
-    let (mut legs, mut reached) = (Vec::new(), start.0.t);
+    let (mut legs, mut held, mut reached) = (Vec::new(), Vec::new(), start.0.t);
+    let mut holding = false;
     // a time that is the end to within rounding is the end
     let last = until - 1e-6 * h;
-    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg| {
+    let (unresolved, walked) = walk(system, h, start, &mut |_, time, leg, stop| {
+        if !legs.is_empty() {
+            // what is held on the last leg of a step is held on the first of the next one, which may let it go
+            let holds = matches!(stop, Stop::Jump | Stop::Sticks);
+            held.push(holds || holding);
+            holding = holds;
+        }
         legs.push(leg.to_owned());
         reached = time;
         (time - last) * h.signum() < 0.0 || legs.len() < 3
@@ -214,6 +225,7 @@ pub fn legs(system: &dyn Kernel, h: f64, start: (&State, First), until: f64) -> 
         until: reached,
         ended,
         unresolved,
+        held,
     })
 }
 
@@ -231,7 +243,7 @@ pub fn nodes(
 ) -> Measured<Vec<Triple>> {
     let mut nodes: Vec<Triple> = Vec::with_capacity(count);
     let mut before: Option<OwnedLeg<f64>> = None;
-    let (_, walked) = walk(system, h, start, &mut |index, _, leg| {
+    let (_, walked) = walk(system, h, start, &mut |index, _, leg, _| {
         if let Some(first) = before.take() {
             let e = less(leg.d, &first.d);
             nodes.push(Triple { leg: first, e });

@@ -134,6 +134,9 @@ fn remarks(findings: &[Finding]) -> Vec<(&str, Vec<String>)> {
         if let Some(failure) = &finding.failure {
             say(failure.as_str(), format!("{}: {}", finding.check, finding.what));
         }
+        if let Some(excuse) = &finding.excuse {
+            say(excuse.as_str(), format!("{}: {}", finding.check, finding.what));
+        }
         if let Some(note) = &finding.note {
             say(note.as_str(), finding.check.to_owned());
         }
@@ -157,6 +160,7 @@ fn value(finding: &Finding) -> Value {
         "ok": finding.ok(),
         "failure": finding.failure,
         "note": finding.note,
+        "excuse": finding.excuse,
     })
 }
 
@@ -175,10 +179,11 @@ fn table(findings: &[Finding]) -> Table {
             Bar::AtLeast(bar) => format!("≥ {}", number(bar)),
             Bar::Reported => String::new(),
         };
-        let (word, colour) = match (finding.ok(), finding.bar) {
-            (false, _) => ("FAILED", Color::Red),
-            (true, Bar::Reported) => ("", Color::Reset),
-            (true, _) => ("ok", Color::Green),
+        let (word, colour) = match (finding.holds(), &finding.excuse, finding.bar) {
+            (false, Some(_), _) => ("open", Color::Yellow),
+            (false, None, _) => ("FAILED", Color::Red),
+            (true, _, Bar::Reported) => ("", Color::Reset),
+            (true, ..) => ("ok", Color::Green),
         };
         let right = |text: String| Cell::new(text).set_alignment(CellAlignment::Right);
         table.add_row([
@@ -204,6 +209,7 @@ mod tests {
             bar: Bar::Reported,
             failure: failure.map(str::to_owned),
             note: note.map(str::to_owned),
+            excuse: None,
         };
         let findings = [
             finding("order", "slope", Some("the motion sticks"), None),
