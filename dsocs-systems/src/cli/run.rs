@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use dsocs_core::{RunError, Unresolved};
+use dsocs_core::{NearlySingular, RunError, Unresolved};
 use serde_json::{Map, Value, json};
 
 use super::accuracy::{AccuracyArguments, Errors};
@@ -113,13 +113,13 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
     let (mut rows, mut broken) = (0, None);
     let (mut every_value, mut values) = (Vec::new(), Vec::new());
     let (mut lost, mut errors, mut energy) = (Lost::default(), Errors::default(), Energy::default());
-    let mut unresolved = None;
+    let (mut unresolved, mut nearly_singular) = (None, None);
     let interrupted = interrupt::watch();
     let result = entry.run(&plan, &beginning, &mut |row| {
         lost.look(row);
         errors.look(row);
         energy.look(row);
-        unresolved = row.unresolved;
+        (unresolved, nearly_singular) = (row.unresolved, row.nearly_singular);
         if interrupted.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
@@ -152,6 +152,7 @@ pub fn run(arguments: &RunArguments, program: &mut Program) -> Result<(), CliErr
         errors.note(entry.description().names(), result.is_err()),
         energy.note(plan.method, plan.h),
         unresolved.map(switched),
+        nearly_singular.map(near),
         arguments.accuracy.note(),
     ];
     let notes: Vec<String> = notes.into_iter().flatten().collect();
@@ -308,6 +309,16 @@ fn switched(Unresolved { steps, first, .. }: Unresolved) -> String {
         "warning: a force or a constraint jumps, or nearly so, within {steps} step{}, first about t = {first:.3}: there the motion has an error of the first \
          order in the step (a smaller `--step`; or `--tolerance`, which goes on from the place of the jump itself, and ends where the motion \
          sticks there; `--estimate-error` measures what it costs, up to such a place)",
+        if steps == 1 { "" } else { "s" }
+    )
+}
+
+/// What is to be said of steps in which the equations were nearly singular.
+fn near(NearlySingular { steps, first }: NearlySingular) -> String {
+    format!(
+        "warning: the equations are nearly singular in {steps} step{}, first about t = {first:.3}: they hardly determine the acceleration there, and the error of \
+         the motion may be much larger than elsewhere, with that of multipliers (a smaller `--step` shows it; a factor of a constraint that vanishes may be \
+         divided out, `branch = divide(factor)`)",
         if steps == 1 { "" } else { "s" }
     )
 }

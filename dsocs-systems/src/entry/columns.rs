@@ -1,6 +1,6 @@
 //! The nodes of a run as rows of a table.
 
-use dsocs_core::{AnyNode, Declaration, Regularity, Unresolved};
+use dsocs_core::{AnyNode, Declaration, NearlySingular, Regularity, Unresolved};
 
 use super::description::Description;
 use super::plan::Plan;
@@ -19,6 +19,8 @@ pub struct Row<'a> {
     pub regularity: Option<Regularity>,
     /// The steps so far that were too long for the external forces.
     pub unresolved: Option<Unresolved>,
+    /// The steps so far in which the equations were nearly singular.
+    pub nearly_singular: Option<NearlySingular>,
     /// The estimated error of each coordinate, if it is asked for.
     pub errors: &'a [f64],
     /// The uncertainty of the reference motion from which the errors are computed.
@@ -34,6 +36,7 @@ impl<'a> Row<'a> {
             balance: None,
             regularity: None,
             unresolved: None,
+            nearly_singular: None,
             errors: &[],
             uncertainty: 0.0,
         }

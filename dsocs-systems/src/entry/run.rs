@@ -162,6 +162,7 @@ fn hand_on(
         let mut row = Row {
             regularity: (plan.certify && !is_driven).then(regularity).flatten(),
             unresolved: is_driven.then(|| run.unresolved()).flatten(),
+            nearly_singular: run.nearly_singular(),
             balance: is_closed.then(|| balance(&declaration, &node)),
             ..Row::of(node, declaration)
         };
