@@ -241,7 +241,7 @@ impl<'s> Recorder<'s> {
     /// Keeps the last step of the flow.
     #[inline]
     fn keep(&mut self, flow: &Discrete<'s>) -> Result<(), DerivativeError> {
-        if matches!(flow.course.report.stop, Stop::Jump | Stop::Sticks) {
+        if matches!(flow.course.report.stop, Stop::Jump | Stop::Sticks) || flow.has_sides() {
             let index = self.length + 1;
             let time = flow.clock().time();
             return Err(DerivativeError::Jump { index, time });

@@ -240,28 +240,33 @@ impl<'r, 's> Block<'r, 's> {
         }
     }
 
-    /// The lanes whose parameters change at the middle node of the next step, or in which something rests where a function jumps, as bits.
+    /// The lanes whose parameters change at the middle node of the next step, or which look at functions that jump, as bits.
     fn elsewhere(&self) -> u32 {
         let jumps = self.run.shape().jumps;
         let changes = |lane: usize| {
             let Member { changes, flow, .. } = &self.members[lane];
             let next = changes.last();
-            next.is_some_and(|change| change.index == self.index) || jumps && flow.is_stuck_at(self.index)
+            next.is_some_and(|change| change.index == self.index)
+                || jumps && flow.course.looks_at <= self.index
         };
         lanes(self.active)
             .filter(|&lane| changes(lane))
             .fold(0, |bits, lane| bits | 1 << lane)
     }
 
-    /// The last step, up to the one about the node `wanted`, before parameters change after the next step.
+    /// The last step, up to the one about the node `wanted`, before a lane is to be solved for itself after the next step: where its parameters
+    /// change, or it looks at functions that jump.
     fn before_changes(&self, wanted: u64) -> u64 {
         let later = |lane: usize| {
-            let mut changes = self.members[lane].changes.iter().rev();
-            changes.find(|change| change.index > self.index)
+            let Member { changes, flow, .. } = &self.members[lane];
+            let mut changes = changes.iter().rev();
+            let change = changes.find(|change| change.index > self.index);
+            let looks = Some(flow.course.looks_at).filter(|&looks| looks > self.index);
+            change.map(|change| change.index).into_iter().chain(looks)
         };
         lanes(self.active)
-            .filter_map(later)
-            .fold(wanted, |last, change| last.min(change.index - 1))
+            .flat_map(later)
+            .fold(wanted, |last, index| last.min(index - 1))
     }
 
     /// The number of the next node that is the last of a trajectory or is observed.

@@ -3,7 +3,7 @@
 use smallvec::smallvec;
 
 use super::inputs::Changed;
-use super::stick::Stuck;
+use super::stick::Contacts;
 use crate::error::{SetupError, StepError};
 use crate::kernel::Kernel;
 use crate::kernel::clock::{Clock, End};
@@ -12,6 +12,7 @@ use crate::kernel::question::{Halt, Question};
 use crate::kernel::report::{Guess, NodeMut, StepReport};
 use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::Regularity;
+use crate::regularity::sticking::Outlook;
 use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::failure::NewtonFailure;
 use crate::solve::newton::Stop;
@@ -42,8 +43,8 @@ pub(crate) struct Discrete<'s> {
     pub(super) unresolved: Option<Box<Unresolved>>,
     /// The steps near a singularity.
     pub(super) nearly_singular: Option<NearlySingular>,
-    /// The sides of functions that jump, where the last step was solved with them.
-    pub(super) stuck: Option<Box<Stuck>>,
+    /// What is known of functions that jump with the velocity, where there are some.
+    pub(super) contacts: Option<Box<Contacts>>,
 }
 
 /// Where a step leads.
@@ -93,15 +94,15 @@ impl<'s> Discrete<'s> {
         check(&declaration, h)?;
         declaration.prepare();
         let beginning = start.begin(&declaration, h)?;
-        let stuck = if shape.jumps {
-            Stuck::at_start(&declaration, h, &beginning)
+        let contacts = if shape.jumps {
+            Contacts::at_start(&declaration, h, &beginning)
         } else {
             None
         };
         let constants = constants_of(kernel, &values, h);
         let course = Course {
             given: beginning.e.clone(),
-            rests_at: stuck.as_ref().map(|stuck| stuck.index),
+            looks_at: if contacts.is_some() { 0 } else { u64::MAX },
             ..Course::new(shape, (h, constants), beginning.t0, (&beginning.q, &beginning.d))
         };
         Ok(Self {
@@ -113,7 +114,7 @@ impl<'s> Discrete<'s> {
             changed: None,
             unresolved: None,
             nearly_singular: None,
-            stuck,
+            contacts,
         })
     }
 
@@ -145,6 +146,7 @@ impl<'s> Discrete<'s> {
             };
             match halt {
                 Halt::Done => return Ok(()),
+                Halt::Asks(Question::Sides) if matches!(self.outlook(), Outlook::Clear(_)) => {}
                 Halt::Asks(_) => {
                     self.answer()?;
                     self.course.clock.tick();
@@ -157,14 +159,21 @@ impl<'s> Discrete<'s> {
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
-        if shape.jumps
-            && self.is_stuck()
-            && let Some(report) = self.solve_stuck()
+        let outlook = if self.is_to_look() {
+            self.outlook()
+        } else {
+            Outlook::Clear(1)
+        };
+        if outlook == Outlook::Sided
+            && let Some(report) = self.solve_sided(None)
         {
             return report;
         }
         if let Some(before) = self.before.take() {
-            return self.solve_changed(before);
+            let report = self.solve_changed(before)?;
+            self.take_signs();
+            self.look_again();
+            return Ok(report);
         }
         if let Some(second) = self.course.given.take() {
             return Ok(self.take_given(second));
@@ -180,10 +189,8 @@ impl<'s> Discrete<'s> {
         let (e, z, report) = match solution {
             Ok(solution) => solution,
             Err(cause) => {
-                if shape.jumps
-                    && !shape.is_of_third_order()
-                    && let Some(report) = self.solve_jump(None)
-                {
+                let none = Vector::zero(shape.increments);
+                if let Some(report) = self.solve_sided(Some(&none)) {
                     return report;
                 }
                 return Err(self.failed(cause));
@@ -196,11 +203,13 @@ impl<'s> Discrete<'s> {
         let mut foreseen = true;
         if !shape.is_of_third_order() {
             foreseen = (!may_switch || self.foresees(&z, &e)) && !(shape.jumps && report.stop == Stop::Jump);
-            if shape.jumps
-                && !foreseen
-                && let Some(report) = self.solve_jump(Some((&e, report.stop)))
-            {
-                return report;
+            if !foreseen || outlook == Outlook::Near {
+                if !self.keeps_sides(&e)
+                    && let Some(report) = self.solve_sided(Some(&e))
+                {
+                    return report;
+                }
+                self.look_again();
             }
         }
         if report.stop != Stop::Jump {
@@ -322,29 +331,23 @@ impl<'s> Discrete<'s> {
         clippy::needless_pass_by_value,
         reason = "the references in it are written through"
     )]
-    fn tell_solved(&self, node: NodeMut<'_>) {
-        let Course { clock, report, .. } = &self.course;
-        let NodeMut { vectors, scalars } = node;
-        self.kernel.report(
-            &self.course,
-            NodeMut {
-                vectors: &mut *vectors,
-                scalars: &mut *scalars,
-            },
-        );
-        (scalars.index, scalars.t) = (clock.index(), clock.time());
-        (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
-        if self.stuck.is_some() || self.changed.is_some() {
-            self.tell_force(vectors);
-        }
-    }
-
-    /// Writes the constraint force of a node where the step's equations were others.
-    #[cold]
-    fn tell_force(&self, vectors: &mut [f64]) {
-        let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
-        if self.stuck.is_some() {
-            self.tell_sides(force);
+    fn tell_with(&self, constants: &[f64], node: NodeMut<'_>) {
+        let Course { solved, clock, .. } = &self.course;
+        // the node is the one between the legs, whatever the maps say
+        copy(node.q, &solved.q);
+        let told = Told {
+            q: &mut [],
+            v: node.v,
+            a: node.a,
+            force: &mut *node.force,
+            t: &mut *node.t,
+            energy: node.energy,
+        };
+        self.kernel.report(constants, solved.leg(), &solved.e, told);
+        (*node.index, *node.t) = (clock.index(), clock.time());
+        (*node.iterations, *node.stop) = (solved.report.iterations, solved.report.stop);
+        if self.contacts.is_some() {
+            self.tell_sides(node.force);
         }
         if let Some(changed) = &self.changed
             && changed.index == self.course.clock.index()
@@ -409,7 +412,7 @@ impl<'s> Discrete<'s> {
         course.clock.turn();
         course.ahead = 0;
         course.since = 0;
-        turned.rest_as(self);
+        turned.turn_contacts();
         turned.answer()?;
         turned.course.ahead = 1;
         *self = turned;

@@ -1,28 +1,30 @@
-//! Steps of a flow in which something rests where a function jumps; see [`crate::regularity::sticking`].
+//! Steps of a flow in which something comes to rest, rests or slips where a function jumps; see [`crate::regularity::sticking`].
 
 use super::discrete::Discrete;
 use super::inputs::Changed;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
-use crate::number::point::{AnyLeg, AnyPoint, copy};
-use crate::regularity::sticking::{self, Contact, Sticking};
+use crate::number::point::{AnyLeg, AnyPoint};
+use crate::regularity::multipliers;
+use crate::regularity::sides::Piece;
+use crate::regularity::sticking::{self, Contact, Outlook};
 use crate::run::Unresolved;
 use crate::solve::Vector;
 use crate::solve::newton::Stop;
 use crate::start::Beginning;
 use crate::tape::declaration::Declaration;
 
-/// The sides of functions that jump at the last node.
+/// What is known of the arguments of functions that jump with the velocity.
 #[derive(Clone, Debug)]
-pub(super) struct Stuck {
-    /// The number of the step that begins there.
-    pub(super) index: u64,
-    /// The sides.
-    sticking: Sticking,
+pub(super) struct Contacts {
+    /// Where they are on the last leg; those between rest.
+    pieces: Vec<Piece>,
+    /// The sides with which a step was solved that the declared rows do not solve, and the number of the step that begins where it ends.
+    sides: Option<(u64, Vec<f64>)>,
 }
 
-impl Stuck {
-    /// What rests at the start.
+impl Contacts {
+    /// Those of the start; `None` if there are none.
     #[cold]
     pub(super) fn at_start(
         declaration: &Declaration<'_>,
@@ -40,115 +42,220 @@ impl Stuck {
             q: &q.hi,
             d: &d.hi,
         };
-        let mut rests = sticking::rests_on(declaration, h, leg);
+        let mut pieces = sticking::pieces_of_leg(declaration, h, leg);
         let multipliers = declaration.shape().multipliers();
         if a0.is_some()
             && let Some(found) = sticking::of_motion(declaration, (*t0, q0, v0), multipliers, None)
         {
-            for (rests, still) in rests.iter_mut().zip(&found.still) {
-                *rests |= still;
+            for (piece, still) in pieces.iter_mut().zip(&found.still) {
+                if *still {
+                    *piece = Piece::Between;
+                }
             }
         }
-        let sticking = Sticking::resting(rests);
-        sticking.rests().then(|| Box::new(Self { index: 1, sticking }))
+        Some(Box::new(Self { pieces, sides: None }))
     }
 }
 
 impl Discrete<'_> {
-    /// Whether something rests where the next step begins.
-    pub(crate) fn is_stuck(&self) -> bool {
-        self.is_stuck_at(self.course.index())
-    }
-
-    /// Whether something rests where the step of this number begins.
-    pub(crate) fn is_stuck_at(&self, index: u64) -> bool {
-        let stuck = self.stuck.as_ref();
-        stuck.is_some_and(|stuck| stuck.index == index && stuck.sticking.rests())
-    }
-
-    /// The sides at the last node.
-    fn last_sides(&self) -> Option<&Sticking> {
-        let stuck = self.stuck.as_ref()?;
-        (stuck.index == self.course.index()).then_some(&stuck.sticking)
-    }
-
-    /// What rests there.
-    fn resting(&self) -> &[bool] {
-        self.last_sides().map_or(&[], |sticking| &sticking.rests)
-    }
-
-    /// Sets the sides with which the step of a number begins.
-    fn stick(&mut self, index: u64, sticking: Sticking) {
-        self.course.rests_at = sticking.rests().then_some(index);
-        self.stuck = Some(Box::new(Stuck { index, sticking }));
-    }
-
-    /// Rests where another run rests, which has turned round.
-    pub(super) fn rest_as(&mut self, other: &Self) {
-        (self.stuck, self.course.rests_at) = (None, None);
-        if let Some(sticking) = other.last_sides().filter(|sticking| sticking.rests()) {
-            self.stick(self.course.index(), sticking.clone());
+    /// The next step, with a declaration and its contacts.
+    fn contact<'a>(&'a self, declaration: Declaration<'a>, contacts: &'a Contacts) -> Contact<'a> {
+        Contact {
+            declaration,
+            h: self.course.h,
+            leg: AnyLeg {
+                t: self.course.time(),
+                ..self.next_leg()
+            },
+            pieces: &contacts.pieces,
         }
     }
 
-    /// Solves a step that begins at rest; `None` if no values of the functions hold.
+    /// The second difference that the past leads to expect.
+    fn expected(&self) -> Vector {
+        let past = self.course.predictor.predict();
+        let past = past.map(|z| self.next_step().second_difference(&z));
+        let past = past.filter(|e| e.is_finite());
+        past.unwrap_or_else(|| Vector::zero(self.shape().increments))
+    }
+
+    /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
     #[cold]
-    pub(super) fn solve_stuck(&mut self) -> Option<Result<StepReport, StepError>> {
-        let past = self
-            .course
-            .predictor
-            .predict()
-            .map(|z| self.next_step().second_difference(&z));
-        let guess = past.unwrap_or_else(|| Vector::zero(self.shape().increments));
-        if let Some(before) = self.before.take() {
-            let change = self.solve_stuck_between(&before, &guess);
-            if change.is_none() {
-                self.before = Some(before);
+    pub(super) fn outlook(&mut self) -> Outlook {
+        let Some(contacts) = &self.contacts else {
+            return Outlook::Near;
+        };
+        let e = self.expected();
+        let mut outlook = self.contact(self.declaration(), contacts).outlook(&e);
+        if let Some(before) = &self.before {
+            let old = Declaration::of(self.kernel).with(before);
+            if self.contact(old, contacts).outlook(&e) == Outlook::Sided {
+                outlook = Outlook::Sided;
             }
-            return change.map(Ok);
+        } else if let Outlook::Clear(steps) = outlook {
+            self.course.looks_at = self.course.index() + steps;
         }
-        self.settle(&guess, |_, _| true)
+        outlook
     }
 
-    /// The same where inputs change: the mean of what both values say.
-    fn solve_stuck_between(&mut self, before: &[f64], guess: &[f64]) -> Option<StepReport> {
-        let (h, index) = (self.course.h, self.course.index());
-        let (e, multipliers, report, sticking, force) = {
-            let (leg, multipliers) = (self.next_leg(), vec![0.0; self.shape().multipliers()]);
-            let rests = self.resting();
+    /// Whether the arguments are to be looked at in the next step.
+    pub(super) fn is_to_look(&self) -> bool {
+        self.contacts.is_some() && (self.before.is_some() || self.course.looks_at <= self.course.index())
+    }
+
+    /// Whether a solution of the declared rows keeps the sides.
+    pub(super) fn keeps_sides(&self, e: &[f64]) -> bool {
+        let Some(contacts) = &self.contacts else {
+            return true;
+        };
+        let contact = self.contact(self.declaration(), contacts);
+        let multipliers = multipliers::of_step(&contact.declaration, contact.h, contact.leg, e);
+        contact.keeps(e, &multipliers)
+    }
+
+    /// Looks again in the next step.
+    pub(super) fn look_again(&mut self) {
+        if self.contacts.is_some() {
+            self.course.looks_at = self.course.index() + 1;
+        }
+    }
+
+    /// Where arguments have changed their signs in a step that was solved without sides, goes on with the new ones, and counts it.
+    #[cold]
+    pub(super) fn take_signs(&mut self) {
+        let Some(contacts) = &self.contacts else {
+            return;
+        };
+        let leg = AnyLeg {
+            t: self.course.time() + self.course.h,
+            q: &self.course.q.hi,
+            d: &self.course.d.hi,
+        };
+        let pieces = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
+        if pieces != contacts.pieces {
+            self.count_unresolved(self.course.time(), 0.0);
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.pieces = pieces;
+        }
+    }
+
+    /// Has the contacts of another run, which has turned round.
+    pub(super) fn turn_contacts(&mut self) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.sides = None;
+            self.course.looks_at = 0;
+        }
+    }
+
+    /// Whether the last step solves the declared rows only with sides.
+    pub(crate) fn has_sides(&self) -> bool {
+        self.last_sides().is_some()
+    }
+
+    /// The sides of the last step.
+    fn last_sides(&self) -> Option<&[f64]> {
+        let (index, sides) = self.contacts.as_ref()?.sides.as_ref()?;
+        (*index == self.course.index()).then_some(sides)
+    }
+
+    /// Solves the next step with sides; `None` if no sides are found.
+    #[cold]
+    pub(super) fn solve_sided(&mut self, guess: Option<&[f64]>) -> Option<Result<StepReport, StepError>> {
+        let guess = guess.map_or_else(|| self.expected(), Vector::of);
+        // taken out, since the step looks at the rest of the run
+        let mut contacts = self.contacts.take()?;
+        let report = match self.before.take() {
+            None => self.solve_with(&mut contacts, &guess),
+            Some(before) => {
+                let report = self.solve_between(&mut contacts, &before, &guess);
+                if report.is_none() {
+                    self.before = Some(before);
+                }
+                report
+            }
+        };
+        self.contacts = Some(contacts);
+        report.map(Ok)
+    }
+
+    /// Solves the step from a guess of its second difference.
+    fn solve_with(&mut self, contacts: &mut Contacts, guess: &[f64]) -> Option<StepReport> {
+        let (solution, is_declared) = {
+            let contact = self.contact(self.declaration(), contacts);
+            let solution = contact.solve(guess, &vec![0.0; self.shape().multipliers()])?;
+            let is_declared = contact.is_declared(&solution.e, &solution.multipliers, &solution.sides);
+            (solution, is_declared)
+        };
+        let stop = match (solution.rests(), solution.switches) {
+            (true, false) => Stop::Sticks,
+            (true, true) => Stop::Jump,
+            (false, _) => Stop::Update,
+        };
+        let report = StepReport {
+            iterations: solution.evaluations,
+            stop,
+            guess: Guess::Predicted,
+        };
+        if solution.switches {
+            self.count_unresolved(self.course.time(), 0.0);
+        }
+        let index = self.course.index();
+        self.go(&solution.e, &solution.multipliers, report)?;
+        contacts.pieces = solution.pieces;
+        contacts.sides = (!is_declared).then_some((index + 1, solution.sides));
+        Some(report)
+    }
+
+    /// Solves the step where inputs change: the mean of what both values say, since each holds in one half of it.
+    fn solve_between(
+        &mut self,
+        contacts: &mut Contacts,
+        before: &[f64],
+        guess: &[f64],
+    ) -> Option<StepReport> {
+        let index = self.course.index();
+        let (e, multipliers, report, pieces, force) = {
+            let multipliers = vec![0.0; self.shape().multipliers()];
             let [old, new] = [before, &self.values[..]].map(|values| {
-                let contact = Contact {
-                    declaration: Declaration::of(self.kernel).with(values),
-                    h,
-                    leg,
-                    rests,
-                };
+                let contact = self.contact(Declaration::of(self.kernel).with(values), contacts);
                 let solution = contact.solve(guess, &multipliers)?;
-                let Sticking { first, second, .. } = &solution.sticking;
-                let force = contact
-                    .declaration
-                    .sided_force(h, leg, &solution.e[..], [first, second]);
+                let force =
+                    contact
+                        .declaration
+                        .sided_force(contact.h, contact.leg, &solution.e, &solution.sides);
                 Some((solution, force))
             });
             let ((old, old_force), (new, new_force)) = (old?, new?);
             let mean = |x: &[f64], y: &[f64]| Vector::of(x).zip(y, |x, y| 0.5 * (x + y));
-            let rests = old.sticking.rests.iter().zip(&new.sticking.rests);
-            let sticking = Sticking::resting(rests.map(|(old, new)| *old && *new).collect());
-            let steady = old.sticking.is_steady() && new.sticking.is_steady() && sticking.rests();
+            let e = mean(&old.e, &new.e);
+            let next = self.contact(self.declaration(), contacts).pieces_after(&e);
+            let rests = old.pieces.iter().zip(&new.pieces);
+            let rests = rests.map(|(old, new)| (*old, *new) == (Piece::Between, Piece::Between));
+            let pieces: Vec<Piece> = rests
+                .zip(next)
+                .map(|(rests, next)| if rests { Piece::Between } else { next })
+                .collect();
+            let steady = !old.switches && !new.switches && pieces.contains(&Piece::Between);
             let report = StepReport {
                 iterations: old.evaluations + new.evaluations,
                 stop: if steady { Stop::Sticks } else { Stop::Update },
                 guess: Guess::Given,
             };
+            if old.switches || new.switches {
+                self.count_unresolved(self.course.time(), 0.0);
+            }
             (
-                mean(&old.e, &new.e),
+                e,
                 mean(&old.multipliers, &new.multipliers),
                 report,
-                sticking,
+                pieces,
                 mean(&old_force, &new_force),
             )
         };
-        self.go(&e, &multipliers, report, sticking)?;
+        self.go(&e, &multipliers, report)?;
+        contacts.pieces = pieces;
+        contacts.sides = None;
         self.course.since = index.saturating_sub(1);
         self.changed = Some(Box::new(Changed {
             index,
@@ -158,77 +265,9 @@ impl Discrete<'_> {
         Some(report)
     }
 
-    /// Solves a step across a jump with the functions' values unknown: where it has no other solution, or where the one it has may come to rest.
-    #[cold]
-    pub(super) fn solve_jump(
-        &mut self,
-        plain: Option<(&[f64], Stop)>,
-    ) -> Option<Result<StepReport, StepError>> {
-        let declaration = self.declaration();
-        if declaration.sides() == 0 {
-            return None;
-        }
-        let Some((e, stop)) = plain else {
-            #[allow(clippy::redundant_closure_for_method_calls)] // the method is of one lifetime
-            return self.settle(&Vector::zero(self.shape().increments), |contact, solution| {
-                contact.is_declared(solution)
-            });
-        };
-        let contact = Contact {
-            declaration,
-            h: self.course.h,
-            leg: self.next_leg(),
-            rests: &[],
-        };
-        if stop != Stop::Jump && !contact.may_rest(e) {
-            return None;
-        }
-        self.settle(e, |contact, solution| {
-            solution.sticking.rests() || stop == Stop::Jump && contact.is_declared(solution)
-        })
-    }
-
-    /// Solves the step with the functions' values unknown, and goes on if the solution is wanted.
-    fn settle(
-        &mut self,
-        guess: &[f64],
-        is_wanted: impl Fn(&Contact<'_>, &sticking::Solution) -> bool,
-    ) -> Option<Result<StepReport, StepError>> {
-        let solution = {
-            let contact = Contact {
-                declaration: self.declaration(),
-                h: self.course.h,
-                leg: self.next_leg(),
-                rests: if self.is_stuck() { self.resting() } else { &[] },
-            };
-            let multipliers = vec![0.0; self.shape().multipliers()];
-            let solution = contact.solve(guess, &multipliers)?;
-            if !is_wanted(&contact, &solution) {
-                return None;
-            }
-            solution
-        };
-        let sticking = solution.sticking;
-        let stop = match (sticking.rests(), sticking.is_steady()) {
-            (true, true) => Stop::Sticks,
-            (true, false) => Stop::Jump,
-            (false, _) => Stop::Update,
-        };
-        let report = StepReport {
-            iterations: solution.evaluations,
-            stop,
-            guess: Guess::Predicted,
-        };
-        if !sticking.is_steady() {
-            self.count_unresolved(self.course.time(), 0.0);
-        }
-        self.go(&solution.e, &solution.multipliers, report, sticking)?;
-        Some(Ok(report))
-    }
-
     /// Goes on with a second difference that was solved for with sides.
-    fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport, sticking: Sticking) -> Option<()> {
-        let mut d = self.course.vectors.d();
+    fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
+        let mut d = self.course.d.clone();
         d.add(e);
         let q = self.course.vectors.q().plus(&d);
         if !q.hi.is_finite() {
@@ -237,20 +276,20 @@ impl Discrete<'_> {
         let z = self.step_from(self.next_leg()).unknown(e, multipliers);
         self.course.predictor.push(&z);
         self.course.looked = true;
-        let index = self.course.index();
-        self.commit(super::discrete::Next { q, d, second: None }, e, report);
         // the clock has not gone on yet
-        self.stick(index + 1, sticking);
+        self.course.looks_at = self.course.index() + 1;
+        self.commit(super::discrete::Next { q, d, second: None }, e, report);
         Some(())
     }
 
     /// Writes the constraint force of a step that was solved with sides.
     #[cold]
     pub(super) fn tell_sides(&self, force: &mut [f64]) {
-        if let Some(Sticking { first, second, .. }) = self.last_sides() {
-            let course = &self.course;
-            let (leg, e) = (course.solved_leg(), course.vectors.e());
-            let sided = self.declaration().sided_force(course.h, leg, e, [first, second]);
+        if let Some(sides) = self.last_sides() {
+            let solved = &self.course.solved;
+            let sided = self
+                .declaration()
+                .sided_force(self.course.h, solved.leg(), &solved.e[..], sides);
             copy(force, &sided);
         }
     }

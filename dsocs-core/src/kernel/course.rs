@@ -42,8 +42,8 @@ pub struct Course {
     pub(crate) has_solved: bool,
     /// Whether the last step was examined for forces that switch.
     pub(crate) looked: bool,
-    /// The number of the step in which something rests.
-    pub(crate) rests_at: Option<u64>,
+    /// The number of the step before which functions that jump with the velocity are looked at; larger than any if there are none.
+    pub(crate) looks_at: u64,
 }
 
 /// The vectors that a run carries from step to step. They lie in one piece, so that a step finds them all at once.

@@ -26,8 +26,8 @@ pub enum Question {
     NotFinite,
     /// The solution was not foreseen, where a force or a row may jump: the step may be too long for it.
     Unforeseen,
-    /// Something rests where a function jumps.
-    Rests,
+    /// Something rests where a function jumps with the velocity, or may do so soon.
+    Sides,
     /// An input changes at the middle node.
     InputChanges,
     /// The system was not compiled: all of its steps are made on slices.

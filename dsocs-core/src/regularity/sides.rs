@@ -43,7 +43,7 @@ const STILL: f64 = 1e-10;
 const PATIENCE: u32 = 8;
 
 /// How often sides change their pieces at most: a cold path, and a search that has always been much shorter.
-const MAX_PIVOTS: u32 = 10_000;
+const MAX_PIVOTS: u32 = 1_000;
 
 /// Arguments beyond zero by this part are zero.
 const BEYOND: f64 = 1e-13;
@@ -155,9 +155,14 @@ pub(crate) fn solve(
             .map(|(u, moved)| u - moved)
             .collect();
         let pieces = now.pieces.clone();
+        let repels = |pieces: &[Piece]| {
+            (0..pieces.len()).any(|g| pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0)
+        };
+        if repels(&pieces) {
+            return None;
+        }
         let changes = complement(&a, &b, &mut now)?;
-        let repels = |g: usize| now.pieces[g] == Piece::Between && b[(g, g)] * direction < 0.0;
-        if (0..a.len()).any(repels) {
+        if repels(&now.pieces) {
             return None;
         }
         let by_change = by_sides.times_vector(&changes);

@@ -1,22 +1,34 @@
 //! Sticking: steps and starts in which a function that jumps with the velocity has a value between its two sides.
 //!
-//! On a leg such a function has one side, that of its argument in the middle of the leg, where the mass goes on evenly: `u(t + h/2, q + d/2, d/h)`. A
-//! mass *rests* on a leg if this argument is zero. A step is then the inclusion of [`crate::regularity::sides`] for the next leg (J. J. Moreau's time-stepping, 1988;
-//! Acary and Brogliato 2008, chapter 10), with these rules for the leg before it:
+//! # A leg has one side
 //!
-//! - Where the mass has rested so far, or comes to rest, the first leg has no side of its own. It takes that of the next leg. So the force is that which
-//!   the equations of motion need, and a mass stays where it is as long as that is within the friction.
-//! - Where the argument changes its sign, the first leg keeps its side, as in every step without a jump. A mass does not come to rest for one step if it is
-//!   torn away at the next.
+//! On a leg such a function has one *side*, whatever the number of places at which the step evaluates it there: the sign of its argument in the middle
+//! of the leg, where the mass goes on evenly, `u(t + h/2, q + d/2, d/h)`. A leg on which this argument is zero *rests*; its side is an unknown.
 //!
-//! As `h` goes to zero this is the solution of Filippov. A stop that holds costs no order: the last leg is shorter than `h²` times the acceleration. A
-//! turn without a stop has a side on one leg that is the other one's on a part of it, and the order is 1 there.
+//! Forces stand at both ends of a leg as a rule, with the one velocity of the leg. So where a surface moves, the arguments of the two ends differ by `h` times its
+//! acceleration, and on a leg that rests they have opposite signs. With signs that each place chooses for itself, friction would cancel itself there, and on the
+//! first slow legs after a release: an impulse of `h` times the friction. No choice of unknowns at the single places mends this, since one velocity cannot be
+//! the surface's at two times. With one side for the leg the sum over its places is the friction's impulse, to second order.
+//!
+//! # A step is a motion from the middle of one leg to that of the next
+//!
+//! The equation of a node balances the momenta of two legs, so it says how the velocity goes on from the middle of one leg to the middle of the other. In this
+//! span, velocities and arguments change linearly, to second order. What is looked for are the sides in it:
+//!
+//! - Where no argument changes its sign, the sides are those of the first leg, and the step is the declared one.
+//! - An argument that was zero stays so as long as a side in `[-1, 1]` makes it do so; else its side is the bound, and the mass slips. This is the
+//!   inclusion of [`crate::regularity::sides`] for the next leg (J. J. Moreau's time-stepping, 1988; Acary and Brogliato 2008, chapter 10).
+//! - Where an argument arrives at zero after a part of the span, its side is the old one up to there. For the rest of the span the same inclusion decides
+//!   whether it stays at zero, goes through or turns back, and whether anything else is torn away by that. What acts over the span is the mean of its sides.
+//!
+//! As `h` goes to zero this is the solution of Filippov, and neither a stop nor a release nor a change of sign costs an order: each happens in one span, and
+//! there the impulses are right to the square of `h`.
 //!
 //! A kinematic constraint has its signs at nodes, where the velocity is the mean of those of both legs. With this velocity zero the mass would go to and
 //! fro between two nodes for ever. By the rules above it is at rest when the next leg is.
 
 use crate::number::bounded::Bounded;
-use crate::number::point::{AnyLeg, AnyPoint, map, moved};
+use crate::number::point::{AnyLeg, AnyPoint, OwnedLeg, map, moved};
 use crate::number::scalar::Scalar as _;
 use crate::number::tangent::Tangent;
 use crate::regularity::sides::{self, Linear, Piece, Sided};
@@ -32,44 +44,17 @@ const ROUNDINGS: f64 = 4.0;
 /// Two rows are the same if they differ by less than this part of what the sides change.
 const SAME: f64 = 1e-9;
 
-/// The sides of a step.
-#[derive(Clone, Debug)]
-pub(crate) struct Sticking {
-    /// Those on the first leg.
-    pub(crate) first: Vec<f64>,
-    /// Those on the second leg and at the node.
-    pub(crate) second: Vec<f64>,
-    /// Which arguments are zero on the second leg.
-    pub(crate) rests: Vec<bool>,
-    /// Which of them were not on the first.
-    arrives: bool,
-    /// Whether an argument changes its sign.
-    crosses: bool,
-}
+/// An argument that arrives at zero in this last part of a span does so at the beginning of the next: too little is left for a side to be told.
+const LATE: f64 = 1e-6;
 
-impl Sticking {
-    /// What rests on a leg, of which nothing else is known.
-    pub(crate) fn resting(rests: Vec<bool>) -> Self {
-        let none = vec![0.0; rests.len()];
-        Self {
-            first: none.clone(),
-            second: none,
-            rests,
-            arrives: false,
-            crosses: false,
-        }
-    }
+/// So many arguments may arrive at zero in one step, for each that there is.
+const ARRIVALS: usize = 4;
 
-    /// Whether anything rests on the second leg.
-    pub(crate) fn rests(&self) -> bool {
-        self.rests.contains(&true)
-    }
+/// An argument that would be zero after so many steps, as it has changed in the last one, is looked at in the next.
+const NEAR: f64 = 1.5;
 
-    /// Whether everything that rests has rested before, and nothing else switches.
-    pub(crate) fn is_steady(&self) -> bool {
-        !self.arrives && !self.crosses
-    }
-}
+/// Which part of the steps that would lead an argument to zero are made before it is looked at again, and how many at most.
+const BOLD: (f64, f64) = (0.25, 64.0);
 
 /// A step with sides.
 pub(crate) struct Solution {
@@ -77,13 +62,24 @@ pub(crate) struct Solution {
     pub(crate) e: Vec<f64>,
     /// The multipliers.
     pub(crate) multipliers: Vec<f64>,
-    /// The sides.
-    pub(crate) sticking: Sticking,
+    /// The sides, in the mean over the step.
+    pub(crate) sides: Vec<f64>,
+    /// The arguments on the second leg; those between rest.
+    pub(crate) pieces: Vec<Piece>,
+    /// Whether an argument that was not zero is, or has changed its sign.
+    pub(crate) switches: bool,
     /// How often the rows were evaluated.
     pub(crate) evaluations: u32,
 }
 
-/// A step whose arguments may be zero.
+impl Solution {
+    /// Whether anything rests on the second leg.
+    pub(crate) fn rests(&self) -> bool {
+        self.pieces.contains(&Piece::Between)
+    }
+}
+
+/// A step whose arguments may become zero, or are.
 #[derive(Clone, Copy)]
 pub(crate) struct Contact<'a> {
     /// The declaration.
@@ -92,16 +88,47 @@ pub(crate) struct Contact<'a> {
     pub(crate) h: f64,
     /// The first two nodes.
     pub(crate) leg: AnyLeg<'a, f64>,
-    /// Which arguments are zero on the first leg.
-    pub(crate) rests: &'a [bool],
+    /// The arguments on the first leg; those between rest.
+    pub(crate) pieces: &'a [Piece],
 }
 
-/// The pieces of the arguments of a leg that ends with `q`.
-fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Piece> {
-    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - 0.5 * d).collect();
+/// What may happen in a step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Outlook {
+    /// Something rests, changes its sign, or has other signs at the places of the step than in the middle of the leg.
+    Sided,
+    /// Nothing is expected, but it is near.
+    Near,
+    /// Nothing in so many steps.
+    Clear(u64),
+}
+
+/// The arguments in the middle of a leg.
+fn in_the_middle(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<f64> {
+    at_part(declaration, h, leg, 0.5)
+}
+
+/// The arguments at a place of a leg, with the velocity of the leg; 0 is its end, 1 its beginning.
+fn at_part(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>, part: f64) -> Vec<f64> {
+    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - part * d).collect();
     let v = map(leg.d, |d| d / h);
-    let arguments = declaration.side_arguments(leg.t - 0.5 * h, &q, &v);
-    arguments.into_iter().map(Piece::of).collect()
+    declaration.side_arguments(leg.t - part * h, &q, &v)
+}
+
+/// The pieces of the arguments on a leg; between is what is zero to rounding.
+pub(crate) fn pieces_of_leg(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<Piece> {
+    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - 0.5 * d).collect();
+    let rests = zero(declaration, leg.t - 0.5 * h, &q, &map(leg.d, |d| d / h));
+    let arguments = in_the_middle(declaration, h, leg).into_iter().zip(rests);
+    arguments
+        .map(|(argument, rests)| {
+            if rests {
+                Piece::Between
+            } else {
+                Piece::of(argument)
+            }
+        })
+        .collect()
 }
 
 /// Which arguments are zero, to rounding, at a position and a velocity.
@@ -115,28 +142,62 @@ fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool
     arguments.into_iter().map(is_zero).collect()
 }
 
-/// Which arguments are zero on a leg, to rounding.
-pub(crate) fn rests_on(declaration: &Declaration<'_>, h: f64, leg: AnyLeg<'_, f64>) -> Vec<bool> {
-    let q: Vec<f64> = leg.q.iter().zip(leg.d).map(|(q, d)| q - 0.5 * d).collect();
-    zero(declaration, leg.t - 0.5 * h, &q, &map(leg.d, |d| d / h))
+/// What holds in a part of a step, from an arrival on.
+struct Span<'a> {
+    /// What the sides before have done, each multiplied by its part of the step.
+    kept: &'a [f64],
+    /// The part of the step that is left.
+    left: f64,
+    /// Which arguments are zero when it begins: their sides are unknown.
+    free: &'a [bool],
 }
 
 impl Contact<'_> {
-    /// Whether an argument changes its sign, or is zero, on one of the two legs.
-    pub(crate) fn may_rest(&self, e: &[f64]) -> bool {
-        let first = pieces_of_leg(&self.declaration, self.h, self.leg);
-        let second = self.next(e);
-        let second = pieces_of_leg(&self.declaration, self.h, second.any());
-        first
-            .iter()
-            .zip(&second)
-            .any(|(first, second)| first != second || *first == Piece::Between)
+    /// What may happen in the step, if its second difference is about `e`.
+    #[cold]
+    pub(crate) fn outlook(&self, e: &[f64]) -> Outlook {
+        let next = self.next(e);
+        let first = in_the_middle(&self.declaration, self.h, self.leg);
+        let second = in_the_middle(&self.declaration, self.h, next.any());
+        let [ends, begins] = [(self.leg, 0.0), (next.any(), 1.0)]
+            .map(|(leg, part)| at_part(&self.declaration, self.h, leg, part));
+        let mut steps = BOLD.1;
+        for (g, piece) in self.pieces.iter().enumerate() {
+            let side = piece.side();
+            let places = [first[g], second[g], ends[g], begins[g]];
+            // false also for what is no number
+            if !places.iter().all(|place| side * place > 0.0) {
+                return Outlook::Sided;
+            }
+            let spread = (ends[g] - first[g]).abs().max((begins[g] - second[g]).abs());
+            let change = (second[g] - first[g]).abs() + spread;
+            steps = steps.min((first[g].abs() - spread) / change);
+        }
+        if steps < NEAR {
+            return Outlook::Near;
+        }
+        // at most as many as there may be
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "between 0 and 64"
+        )]
+        let clear = (BOLD.0 * steps) as u64;
+        Outlook::Clear(clear.max(1))
+    }
+
+    /// Whether a solution of the declared rows keeps the sides of the first leg, at all places where it has them.
+    pub(crate) fn keeps(&self, e: &[f64], multipliers: &[f64]) -> bool {
+        let second = in_the_middle(&self.declaration, self.h, self.next(e).any());
+        let mut pieces = self.pieces.iter().zip(&second);
+        pieces.all(|(piece, argument)| piece.side() * argument > 0.0)
+            && self.is_declared(e, multipliers, &map(self.pieces, |piece| piece.side()))
     }
 
     /// The leg after this one.
-    fn next(&self, e: &[f64]) -> crate::number::point::OwnedLeg<f64> {
+    fn next(&self, e: &[f64]) -> OwnedLeg<f64> {
         let d: Vec<f64> = self.leg.d.iter().zip(e).map(|(d, e)| d + e).collect();
-        crate::number::point::OwnedLeg {
+        OwnedLeg {
             t: self.leg.t + self.h,
             q: self.leg.q.iter().zip(&d).map(|(q, d)| q + d).collect(),
             d,
@@ -146,109 +207,103 @@ impl Contact<'_> {
     /// Solves the step from a guess of its second difference and its multipliers.
     #[cold]
     pub(crate) fn solve(&self, e: &[f64], multipliers: &[f64]) -> Option<Solution> {
-        self.settle(e, multipliers, true)
-    }
-
-    /// The same. With `lasting`, nothing comes to rest that does not stay at rest at the next step.
-    fn settle(&self, e: &[f64], multipliers: &[f64], lasting: bool) -> Option<Solution> {
-        let own = pieces_of_leg(&self.declaration, self.h, self.leg);
-        let rested = |g: usize| self.rests.get(g).copied().unwrap_or(false) || own[g] == Piece::Between;
-        let pieces: Vec<Piece> = (0..own.len())
-            .map(|g| if rested(g) { Piece::Between } else { own[g] })
-            .collect();
-        let guess = Sided::guess(e.iter().chain(multipliers).copied().collect(), pieces);
-        let n = e.len();
-        let least: Vec<f64> = (0..guess.x.len())
+        let (n, count) = (e.len(), self.pieces.len());
+        let least: Vec<f64> = (0..n + multipliers.len())
             .map(|i| if i < n { LEAST * self.leg.d[i].abs() } else { 0.0 })
             .collect();
-        // the sides of the first leg that it keeps
-        let mut kept: Vec<Option<f64>> = vec![None; own.len()];
-        let mut found = sides::solve(
-            &|x, sides| self.linearize(x, sides, &kept),
-            &guess,
-            &least,
-            self.h.signum(),
-        )?;
-        let arrives = |found: &Sided, g: usize| found.still[g] && !rested(g);
-        let crosses = |found: &Sided, g: usize| !rested(g) && !found.still[g] && found.pieces[g] != own[g];
-        let mut torn = vec![false; own.len()];
-        if lasting && (0..own.len()).any(|g| arrives(&found, g)) {
-            let next = self.next(&found.x[..n]);
-            let contact = Contact {
-                leg: next.any(),
-                rests: &found.still,
-                ..*self
+        let mut pieces = self.pieces.to_vec();
+        let mut arguments = in_the_middle(&self.declaration, self.h, self.leg);
+        let mut free: Vec<bool> = (0..count)
+            .map(|g| pieces[g].side() * arguments[g] <= 0.0)
+            .collect();
+        let (mut kept, mut done) = (vec![0.0; count], 0.0);
+        let mut evaluations = 0;
+        let mut x: Vec<f64> = e.iter().chain(multipliers).copied().collect();
+        for left in (0..=ARRIVALS * count).rev() {
+            let begin = |g: usize| if free[g] { Piece::Between } else { pieces[g] };
+            let guess = Sided::guess(x, (0..count).map(begin).collect());
+            let span = Span {
+                kept: &kept,
+                left: 1.0 - done,
+                free: &free,
             };
-            let rest = vec![0.0; n];
-            if let Some(after) = contact.settle(&rest, &found.x[n..], false) {
-                torn = (0..own.len())
-                    .map(|g| arrives(&found, g) && !after.sticking.rests[g])
-                    .collect();
-            }
-        }
-        if (0..own.len()).any(|g| torn[g] || crosses(&found, g)) {
-            for g in 0..own.len() {
-                if torn[g] || crosses(&found, g) {
-                    kept[g] = Some(own[g].side());
-                }
-            }
-            let evaluations = found.evaluations;
-            found = sides::solve(
-                &|x, sides| self.linearize(x, sides, &kept),
-                &found,
+            let found = sides::solve(
+                &|x, sides| self.linearize(x, sides, &span),
+                &guess,
                 &least,
                 self.h.signum(),
             )?;
-            found.evaluations += evaluations;
+            evaluations += found.evaluations;
+            let next = in_the_middle(&self.declaration, self.h, self.next(&found.x[..n]).any());
+            // what was zero and is not goes on to one side
+            for g in (0..count).filter(|&g| free[g]) {
+                pieces[g] = if found.still[g] {
+                    Piece::Between
+                } else {
+                    found.pieces[g]
+                };
+            }
+            let arrives = |g: usize| {
+                let is_beyond = !free[g] && pieces[g].side() * next[g] < 0.0;
+                is_beyond.then(|| arguments[g] / (arguments[g] - next[g]))
+            };
+            let first = (0..count).filter_map(arrives).fold(1.0, f64::min);
+            let place = done + first * (1.0 - done);
+            if place >= 1.0 - LATE || left == 0 {
+                x = found.x;
+                let multipliers = x.split_off(n);
+                let switches =
+                    (0..count).any(|g| self.pieces[g] != Piece::Between && pieces[g] != self.pieces[g]);
+                return Some(Solution {
+                    sides: (0..count)
+                        .map(|g| kept[g] + (1.0 - done) * found.sides[g])
+                        .collect(),
+                    e: x,
+                    multipliers,
+                    pieces,
+                    switches,
+                    evaluations,
+                });
+            }
+            let arrived: Vec<bool> = (0..count)
+                .map(|g| arrives(g).is_some_and(|part| part <= first))
+                .collect();
+            for g in 0..count {
+                kept[g] += (place - done) * found.sides[g];
+                arguments[g] += first * (next[g] - arguments[g]);
+                free[g] = arrived[g] || pieces[g] == Piece::Between;
+            }
+            (done, x) = (place, found.x);
         }
-        let first = (0..own.len())
-            .map(|g| kept[g].unwrap_or(found.sides[g]))
-            .collect();
-        let sticking = Sticking {
-            first,
-            rests: found.still.clone(),
-            arrives: (0..own.len()).any(|g| arrives(&found, g)),
-            crosses: (0..own.len()).any(|g| crosses(&found, g)),
-            second: found.sides,
-        };
-        let multipliers = found.x.split_off(n);
-        Some(Solution {
-            e: found.x,
-            multipliers,
-            sticking,
-            evaluations: found.evaluations,
-        })
+        None
     }
 
-    /// Whether a solution without rest solves the declared rows, whose signs need not be those of the middle of a leg.
-    pub(crate) fn is_declared(&self, solution: &Solution) -> bool {
-        let Solution {
-            e,
-            multipliers,
-            sticking: Sticking { first, second, .. },
-            ..
-        } = solution;
-        let sided = |sides: [&[f64]; 2]| self.declaration.sided(self.h, self.leg, e, multipliers, sides);
-        let turned = [first, second].map(|sides| map(sides, |side| -side));
+    /// The pieces of the arguments on the leg after a second difference.
+    pub(crate) fn pieces_after(&self, e: &[f64]) -> Vec<Piece> {
+        pieces_of_leg(&self.declaration, self.h, self.next(e).any())
+    }
+
+    /// Whether a solution with sides solves the declared rows, where every place has its own sign.
+    pub(crate) fn is_declared(&self, e: &[f64], multipliers: &[f64], sides: &[f64]) -> bool {
+        let sided = |sides: &[f64]| self.declaration.sided(self.h, self.leg, e, multipliers, sides);
         let rows = self.declaration.declared(self.h, self.leg, e, multipliers);
-        let (own, other) = (sided([first, second]), sided([&turned[0], &turned[1]]));
+        let (own, other) = (sided(sides), sided(&map(sides, |side| -side)));
         let mut rows = rows.iter().zip(&own).zip(&other);
         rows.all(|((row, own), other)| (row - own).abs() <= SAME * (own - other).abs())
     }
 
-    /// The rows and the arguments, with sides of the first leg that it keeps.
-    fn linearize(&self, x: &[f64], sides: &[f64], kept: &[Option<f64>]) -> Linear {
+    /// The rows and the arguments in a part of the step.
+    fn linearize(&self, x: &[f64], sides: &[f64], span: &Span<'_>) -> Linear {
         let (n, h) = (self.leg.q.len(), Tangent::splat(self.h));
         let leg = self.leg.map(Tangent::splat);
+        let left = Tangent::splat(span.left);
         let rows = |x: &[Tangent], sides: &[Tangent]| {
-            let first: Vec<Tangent> = sides
-                .iter()
-                .zip(kept)
-                .map(|(side, kept)| kept.map_or(*side, Tangent::splat))
+            let kept = sides.iter().zip(span.kept);
+            let mean: Vec<Tangent> = kept
+                .map(|(side, kept)| Tangent::splat(*kept) + left * *side)
                 .collect();
             let (e, multipliers) = x.split_at(n);
-            self.declaration
-                .sided(h, leg.any(), e, multipliers, [&first, sides])
+            self.declaration.sided(h, leg.any(), e, multipliers, &mean)
         };
         let half = Tangent::splat(0.5);
         let arguments = |e: &[Tangent]| {
@@ -262,12 +317,18 @@ impl Contact<'_> {
         let plain = map(x, Tangent::splat);
         let by_sides: Vec<_> = (0..sides.len()).map(|g| rows(&plain, &moved(sides, g))).collect();
         let slopes: Vec<_> = (0..n).map(|j| arguments(&moved(&x[..n], j))).collect();
+        // a side that is not unknown is as if its argument stayed on it
+        let own = values(&slopes);
+        let slopes = derivatives(&slopes, sides.len(), x.len());
+        let arguments = (0..sides.len()).map(|g| if span.free[g] { own[g] } else { sides[g] });
         Linear {
             rows: values(&by_unknowns),
             by_unknowns: derivatives(&by_unknowns, x.len(), x.len()),
             by_sides: derivatives(&by_sides, x.len(), sides.len()),
-            arguments: values(&slopes),
-            slopes: derivatives(&slopes, sides.len(), x.len()),
+            arguments: arguments.collect(),
+            slopes: Matrix::from_fn(sides.len(), x.len(), |g, j| {
+                if span.free[g] { slopes[(g, j)] } else { 0.0 }
+            }),
         }
     }
 }

@@ -286,8 +286,8 @@ pub fn smooth<S: System<N>, const N: usize>(system: &S, course: &mut Course, cou
             break Halt::Done;
         }
         let index = course.clock.index() + course.ahead;
-        if S::JUMPS && course.rests_at == Some(index) {
-            break Halt::Asks(Question::Rests);
+        if S::JUMPS && course.looks_at <= index {
+            break Halt::Asks(Question::Sides);
         }
         let leg = Leg {
             t: if S::DEPENDS_ON_TIME {

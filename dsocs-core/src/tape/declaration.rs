@@ -43,7 +43,6 @@ struct At<'a, T> {
     z: &'a [T],
     multipliers: &'a [T],
     sides: &'a [T],
-    first_sides: &'a [T],
 }
 
 impl<'a, T> At<'a, T> {
@@ -63,7 +62,6 @@ impl<'a, T> At<'a, T> {
         z: &[],
         multipliers: &[],
         sides: &[],
-        first_sides: &[],
     };
 
     /// The first two nodes of a step.
@@ -128,7 +126,6 @@ fn leaves<'a, T: Number>(declaration: &'a Declaration<'a>, at: &'a At<'a, T>) ->
             Leaf::E(i) => (at.e, i),
             Leaf::Z(i) => (at.z, i),
             Leaf::Side(i) => (at.sides, i),
-            Leaf::FirstSide(i) => (at.first_sides, i),
             // missing ones are zero
             Leaf::Lambda(i) => return at.multipliers.get(i).copied().unwrap_or(T::splat(0.0)),
         };
@@ -652,37 +649,29 @@ impl<'s> Declaration<'s> {
         self.all(Segment::Sides, Part::All, &at)
     }
 
-    /// The rows of [`Declaration::declared`] with sides in the place of signs, those of the first leg and the others.
+    /// The rows of [`Declaration::declared`] with sides in the place of signs.
     pub(crate) fn sided<T: Number>(
         &self,
         h: T,
         leg: AnyLeg<'_, T>,
         e: &[T],
         multipliers: &[T],
-        [first_sides, sides]: [&[T]; 2],
+        sides: &[T],
     ) -> Vec<T> {
         let at = At {
             e,
             multipliers,
             sides,
-            first_sides,
             ..At::leg(h, leg)
         };
         self.all(Segment::Sided, Part::Head, &at)
     }
 
     /// The constraint force of [`Declaration::force`] in the same way.
-    pub(crate) fn sided_force<T: Number>(
-        &self,
-        h: T,
-        leg: AnyLeg<'_, T>,
-        e: &[T],
-        [first_sides, sides]: [&[T]; 2],
-    ) -> Vec<T> {
+    pub(crate) fn sided_force<T: Number>(&self, h: T, leg: AnyLeg<'_, T>, e: &[T], sides: &[T]) -> Vec<T> {
         let at = At {
             e,
             sides,
-            first_sides,
             ..At::leg(h, leg)
         };
         self.all(Segment::Sided, Part::Tail, &at)

@@ -36,8 +36,6 @@ pub enum Leaf {
     J(usize),
     /// The side of a function that jumps with the velocity, a number between -1 and 1 (14).
     Side(usize),
-    /// The same on the first leg of a step (15).
-    FirstSide(usize),
     /// A result of [`Segment::Constants`], in a program to which these are handed.
     Constant(usize),
     /// A result of [`Segment::Known`], in a program to which these are handed.

@@ -91,7 +91,7 @@ const FUNCTIONS: [Function; 20] = [
 ];
 
 /// The kinds of leaves, by their bytes.
-const LEAVES: [fn(usize) -> Leaf; 16] = [
+const LEAVES: [fn(usize) -> Leaf; 15] = [
     Leaf::Q,
     Leaf::V,
     Leaf::A,
@@ -107,7 +107,6 @@ const LEAVES: [fn(usize) -> Leaf; 16] = [
     Leaf::P,
     Leaf::J,
     Leaf::Side,
-    Leaf::FirstSide,
 ];
 
 impl Op {

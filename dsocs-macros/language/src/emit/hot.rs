@@ -36,8 +36,7 @@ fn argument(leaf: Leaf) -> Place {
         | Leaf::T1
         | Leaf::T2
         | Leaf::J(_)
-        | Leaf::Side(_)
-        | Leaf::FirstSide(_) => Place::nowhere(),
+        | Leaf::Side(_) => Place::nowhere(),
     }
 }
 

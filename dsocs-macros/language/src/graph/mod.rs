@@ -98,8 +98,6 @@ pub(crate) enum Leaf {
     Z(usize),
     /// A number between -1 and 1 in the place of a sign (see [`crate::mechanics::Sides`]).
     Side(usize),
-    /// The same on the first leg of a step.
-    FirstSide(usize),
 }
 
 impl Leaf {
@@ -119,8 +117,7 @@ impl Leaf {
             | Self::E(i)
             | Self::Lambda(i)
             | Self::Z(i)
-            | Self::Side(i)
-            | Self::FirstSide(i) => Some(i),
+            | Self::Side(i) => Some(i),
             Self::T | Self::T0 | Self::T1 | Self::T2 | Self::H | Self::Clock => None,
         }
     }

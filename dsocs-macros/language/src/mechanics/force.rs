@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::nodes::{LeafOf, Nodes, at_pair, mean, on_pair};
-use super::sides;
 use super::works::Force;
 use crate::graph::algebra::gathered_slopes;
 use crate::graph::{Change, Graph, Leaf, NodeId, Substitution};
@@ -42,8 +41,7 @@ pub(super) fn discrete_force(model: &Model, graph: &mut Graph, nodes: &Nodes) ->
         Some(given) => Parts::of_discrete(graph, given, n),
         None => Parts::of_map(model, graph),
     };
-    let (mut first, second) = (nodes.first_leg(), nodes.second_leg());
-    first.extend(sides::of_first_leg(graph));
+    let (first, second) = (nodes.first_leg(), nodes.second_leg());
     let mut change = HashMap::from(nodes.change_of_time(graph));
     for i in 0..n {
         change.insert(

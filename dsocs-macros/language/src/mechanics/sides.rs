@@ -2,7 +2,8 @@
 //!
 //! Where such a function jumps it may have any value between its two sides (Filippov; for friction Moreau). So a declaration that has some is
 //! written once more, with a number `s` in `[-1, 1]` in the place of each sign: [`Leaf::Side`]. Functions with the same argument have the same
-//! side. On a step's first leg the sides may be others, those of the motion so far: [`Leaf::FirstSide`].
+//! side. So has a corner, such as `|u|`, whose argument `u` is that of a jump, as in friction that depends on how fast it slips: it is `s u`. At both ends
+//! of a leg that rests on a moving surface `u` is a little beside zero, on different sides, and `|u|` would be so in the mean, where `s u` is not.
 
 use std::collections::HashMap;
 
@@ -37,13 +38,29 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     if !rows.chain(&model.external_forces).chain(directions).any(jumps) {
         return None;
     }
-    let mut model = model.clone();
-    let mut signs = Signs::default();
+    // the jumps tell which corners have a side, and may come after them
+    let mut jumps = model.clone();
+    let arguments = put(&mut jumps, Signs::default());
+    let mut model = Model {
+        graph: jumps.graph,
+        ..model.clone()
+    };
+    let signs = Signs {
+        corners: arguments.len(),
+        arguments,
+        ..Signs::default()
+    };
+    let arguments = put(&mut model, signs);
+    (!arguments.is_empty()).then_some(Sides { model, arguments })
+}
+
+/// Puts sides into all that they may stand in; returns their arguments.
+fn put(model: &mut Model, mut signs: Signs) -> Vec<NodeId> {
     for force in &mut model.external_forces {
         *force = model.graph.rewrite(*force, &mut signs);
     }
     for row in &mut model.constraints {
-        if kinematic(&&*row) {
+        if row.kind == Kind::Kinematic && row.discrete.is_none() {
             row.value = model.graph.rewrite(row.value, &mut signs);
         }
     }
@@ -53,24 +70,15 @@ pub(crate) fn sides(model: &Model) -> Option<Sides> {
     if let Displacements::Fields(fields) = &mut model.displacements {
         model.graph.rewrite_all(fields.iter_mut().flatten(), &mut signs);
     }
-    let arguments = signs.arguments;
-    (!arguments.is_empty()).then_some(Sides { model, arguments })
-}
-
-/// What stands in the place of the sides on the first leg of a step.
-pub(super) fn of_first_leg(graph: &mut Graph) -> HashMap<Leaf, NodeId> {
-    let mut places = HashMap::new();
-    while graph.has_leaf(Leaf::Side(places.len())) {
-        let side = places.len();
-        places.insert(Leaf::Side(side), graph.leaf(Leaf::FirstSide(side)));
-    }
-    places
+    signs.arguments
 }
 
 /// Puts sides in the place of signs.
 #[derive(Default)]
 struct Signs {
     arguments: Vec<NodeId>,
+    /// How many of the arguments are known to be those of jumps.
+    corners: usize,
     memory: Memory,
 }
 
@@ -93,6 +101,13 @@ impl Signs {
         });
         let side = graph.leaf(Leaf::Side(place));
         Some(graph.scale(factor.signum(), side))
+    }
+
+    /// The side of an argument, if it is that of a jump.
+    fn of_corner(&mut self, graph: &mut Graph, argument: NodeId) -> Option<NodeId> {
+        let (_, own) = graph.split(argument);
+        let is_known = self.arguments[..self.corners].contains(&own);
+        is_known.then(|| self.of(graph, argument)).flatten()
     }
 }
 
@@ -124,13 +139,19 @@ impl Pass for Signs {
     fn after(&mut self, graph: &mut Graph, id: NodeId) -> NodeId {
         match graph.node(id).clone() {
             Node::Unary(Unary::Signum, argument) => self.of(graph, argument).unwrap_or(id),
+            Node::Unary(Unary::Abs, argument) => {
+                let side = self.of_corner(graph, argument);
+                side.map_or(id, |side| graph.mul(side, argument))
+            }
             Node::Select(_, [left, right, then, otherwise]) => {
                 let (argument, jump) = (graph.sub(right, left), graph.sub(then, otherwise));
                 // a corner is no jump
-                if vanishes_with(graph, jump, argument) {
-                    return id;
-                }
-                let Some(side) = self.of(graph, argument) else {
+                let side = if vanishes_with(graph, jump, argument) {
+                    self.of_corner(graph, argument)
+                } else {
+                    self.of(graph, argument)
+                };
+                let Some(side) = side else {
                     return id;
                 };
                 let [one, other] = [1.0, -1.0].map(|sign| graph.linear(0.5, &[(side, 0.5 * sign)]));

@@ -284,7 +284,6 @@ fn leaf_bytes(leaf: Leaf) -> (u8, usize) {
         Leaf::P(i) => (12, i),
         Leaf::J(i) => (13, i),
         Leaf::Side(i) => (14, i),
-        Leaf::FirstSide(i) => (15, i),
         // the nodes of a map and their times are replaced before code is written; there is no such kind
         Leaf::T0 | Leaf::T1 | Leaf::T2 => (u8::MAX, 0),
         Leaf::X0(i) | Leaf::X1(i) | Leaf::X2(i) => (u8::MAX, i),
