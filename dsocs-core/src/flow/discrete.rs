@@ -159,12 +159,8 @@ impl<'s> Discrete<'s> {
     #[cold]
     pub fn answer(&mut self) -> Result<StepReport, StepError> {
         let shape = self.shape();
-        let outlook = if self.is_to_look() {
-            self.outlook()
-        } else {
-            Outlook::Clear(1)
-        };
-        if outlook == Outlook::Sided
+        if self.is_to_look()
+            && self.outlook() == Outlook::Sided
             && let Some(report) = self.solve_sided(None)
         {
             return report;
@@ -203,10 +199,9 @@ impl<'s> Discrete<'s> {
         let mut foreseen = true;
         if !shape.is_of_third_order() {
             foreseen = (!may_switch || self.foresees(&z, &e)) && !(shape.jumps && report.stop == Stop::Jump);
-            if !foreseen || outlook == Outlook::Near {
-                if !self.keeps_sides(&e)
-                    && let Some(report) = self.solve_sided(Some(&e))
-                {
+            if !foreseen {
+                let keeps = report.stop != Stop::Jump && self.keeps_sides(&e);
+                if !keeps && let Some(report) = self.solve_sided(Some(&e)) {
                     return report;
                 }
                 self.look_again();

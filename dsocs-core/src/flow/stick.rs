@@ -72,27 +72,30 @@ impl Discrete<'_> {
     }
 
     /// The second difference that the past leads to expect.
-    fn expected(&self) -> Vector {
-        let past = self.course.predictor.predict();
-        let past = past.map(|z| self.next_step().second_difference(&z));
-        let past = past.filter(|e| e.is_finite());
-        past.unwrap_or_else(|| Vector::zero(self.shape().increments))
+    fn expected(&self) -> Option<Vector> {
+        let past = self.course.predictor.predict()?;
+        let e = self.next_step().second_difference(&past);
+        e.is_finite().then_some(e)
     }
 
     /// What may happen in the next step. Where nothing does, smooth steps go on for a while.
     #[cold]
     pub(super) fn outlook(&mut self) -> Outlook {
         let Some(contacts) = &self.contacts else {
-            return Outlook::Near;
+            return Outlook::Clear(1);
         };
-        let e = self.expected();
-        let mut outlook = self.contact(self.declaration(), contacts).outlook(&e);
+        let expected = self.expected();
+        let none = Vector::zero(self.shape().increments);
+        let e = expected.as_ref().unwrap_or(&none);
+        let outlook = self.contact(self.declaration(), contacts).outlook(e);
         if let Some(before) = &self.before {
             let old = Declaration::of(self.kernel).with(before);
-            if self.contact(old, contacts).outlook(&e) == Outlook::Sided {
-                outlook = Outlook::Sided;
+            if self.contact(old, contacts).outlook(e) == Outlook::Sided {
+                return Outlook::Sided;
             }
         } else if let Outlook::Clear(steps) = outlook {
+            // without a past nothing is known of how arguments change
+            let steps = if expected.is_some() { steps } else { 1 };
             self.course.looks_at = self.course.index() + steps;
         }
         outlook
@@ -162,7 +165,8 @@ impl Discrete<'_> {
     /// Solves the next step with sides; `None` if no sides are found.
     #[cold]
     pub(super) fn solve_sided(&mut self, guess: Option<&[f64]>) -> Option<Result<StepReport, StepError>> {
-        let guess = guess.map_or_else(|| self.expected(), Vector::of);
+        let zero = || Vector::zero(self.shape().increments);
+        let guess = guess.map_or_else(|| self.expected().unwrap_or_else(zero), Vector::of);
         // taken out, since the step looks at the rest of the run
         let mut contacts = self.contacts.take()?;
         let report = match self.before.take() {

@@ -50,7 +50,7 @@ const LATE: f64 = 1e-6;
 /// So many arguments may arrive at zero in one step, for each that there is.
 const ARRIVALS: usize = 4;
 
-/// An argument that would be zero after so many steps, as it has changed in the last one, is looked at in the next.
+/// Where an argument would be zero after so many steps, as it has changed in the last one, the step is solved with sides.
 const NEAR: f64 = 1.5;
 
 /// Which part of the steps that would lead an argument to zero are made before it is looked at again, and how many at most.
@@ -95,10 +95,8 @@ pub(crate) struct Contact<'a> {
 /// What may happen in a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Outlook {
-    /// Something rests, changes its sign, or has other signs at the places of the step than in the middle of the leg.
+    /// Something rests, or is near a change of its sign, in the middle of a leg or at one of the places of the step.
     Sided,
-    /// Nothing is expected, but it is near.
-    Near,
     /// Nothing in so many steps.
     Clear(u64),
 }
@@ -174,7 +172,7 @@ impl Contact<'_> {
             steps = steps.min((first[g].abs() - spread) / change);
         }
         if steps < NEAR {
-            return Outlook::Near;
+            return Outlook::Sided;
         }
         // at most as many as there may be
         #[expect(
