@@ -9,7 +9,8 @@ pub(crate) mod third;
 
 pub use any::AnyStart;
 pub(crate) use begin::{
-    Beginning, Begins, Given, Phase, StartOrder, acceleration, arriving_on_constraints, check_parameters,
-    inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_after, velocity_of,
+    Beginning, Begins, Given, Phase, Rule, StartOrder, acceleration, arriving_on_constraints,
+    check_parameters, inverse_mass, mass_matrix, momentum, state, state_acceleration, velocity_after,
+    velocity_of,
 };
 pub use sized::Start;

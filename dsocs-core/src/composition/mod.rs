@@ -50,6 +50,7 @@
 
 mod backward;
 mod flow;
+mod jumping;
 mod momenta;
 mod run;
 mod stages;

@@ -19,7 +19,7 @@ use crate::number::composition::Composition;
 use crate::number::point::{AnyPoint, OwnedLeg, copy};
 use crate::regularity::Regularity;
 use crate::regularity::singular::{self, Place};
-use crate::run::{AnyNode, NearlySingular, Run, RunError};
+use crate::run::{AnyNode, NearlySingular, Run, RunError, Unresolved};
 use crate::solve::Vector;
 use crate::solve::failure::{NewtonFailure, StepFailure};
 use crate::solve::newton::Stop;
@@ -50,6 +50,14 @@ pub(crate) struct Composed<'s> {
     nearly_singular: Option<NearlySingular>,
     /// The current node with its momentum, and the legs of the stages in the last steps, where momenta join the legs.
     joined: Option<Box<Joined>>,
+    /// Whether something may rest where a function jumps with the velocity.
+    may_rest: bool,
+    /// Whether something does at the current node.
+    pub(super) rests: bool,
+    /// The steps in which something did so that did not before, or in which such a function changed its sign.
+    pub(super) unresolved: Option<Unresolved>,
+    /// The constraint force of the last step that was made with sides, and the node where it ended.
+    pub(super) force: Option<(u64, Vector)>,
 }
 
 /// What is known beside where momenta join the legs.
@@ -146,6 +154,10 @@ impl<'s> Composed<'s> {
             },
             nearly_singular: None,
             joined,
+            may_rest: kernel.shape().jumps && Declaration::of(kernel).sides() > 0,
+            rests: false,
+            unresolved: None,
+            force: None,
         };
         run.prepare();
         Ok(run)
@@ -157,7 +169,7 @@ impl<'s> Composed<'s> {
     }
 
     /// Makes the stages for the current step.
-    fn prepare(&mut self) {
+    pub(super) fn prepare(&mut self) {
         let shape = self.kernel.shape();
         if let Some(joined) = &mut self.joined {
             joined.past.clear();
@@ -192,6 +204,34 @@ impl<'s> Composed<'s> {
             }
         });
         course.stages = stages.collect();
+    }
+
+    /// Makes one step, and makes it anew with sides where something comes to rest in it, or a function jumps.
+    #[cold]
+    fn make_with_sides(&mut self) -> Result<StepReport, RunError> {
+        if self.is_near_rest() {
+            return self.step_slowly();
+        }
+        let (course, joined) = (self.course.clone(), self.joined.clone());
+        let made = self.make();
+        if made.is_ok() && !self.has_crossed(&course) {
+            return Ok(made?);
+        }
+        (self.course, self.joined) = (course, joined);
+        self.step_slowly()
+    }
+
+    /// Gives the current node its momentum, where momenta join the legs.
+    pub(super) fn join_again(&mut self, t: f64) -> Result<(), RunError> {
+        if self.joined.is_none() {
+            return Ok(());
+        }
+        let State { q, v, a } = &self.course.now;
+        let node = Momenta::of(self.declaration()).start(t, (q.clone(), v.hi.clone()), Some(a))?;
+        if let Some(joined) = &mut self.joined {
+            joined.now = node;
+        }
+        Ok(())
     }
 
     /// Makes one step, of all stages.
@@ -553,6 +593,9 @@ impl Run for Composed<'_> {
     /// Makes one step, of all stages. The report has the number of evaluations of all stages, and the stop and the guess of the
     /// first stage in which they were not the usual ones.
     fn step(&mut self, _: f64) -> Result<StepReport, RunError> {
+        if self.may_rest {
+            return self.make_with_sides();
+        }
         Ok(self.make()?)
     }
 
@@ -567,7 +610,10 @@ impl Run for Composed<'_> {
             a,
         };
         let mut force = Vector::nan(a.len());
-        declaration.continuous_force_into(point, &mut force);
+        match &self.force {
+            Some((index, sided)) if *index == self.course.clock.index() => force.clone_from(sided),
+            _ => declaration.continuous_force_into(point, &mut force),
+        }
         node.write(&AnyNode {
             index: self.course.clock.index(),
             t,
@@ -604,6 +650,10 @@ impl Run for Composed<'_> {
 
     fn nearly_singular(&self) -> Option<NearlySingular> {
         self.nearly_singular
+    }
+
+    fn unresolved(&self) -> Option<Unresolved> {
+        self.unresolved
     }
 
     fn set_value(&mut self, place: usize, value: f64) -> Result<(), RunError> {

@@ -326,23 +326,29 @@ impl<'s> Discrete<'s> {
         clippy::needless_pass_by_value,
         reason = "the references in it are written through"
     )]
-    fn tell_with(&self, constants: &[f64], node: NodeMut<'_>) {
-        let Course { solved, clock, .. } = &self.course;
-        // the node is the one between the legs, whatever the maps say
-        copy(node.q, &solved.q);
-        let told = Told {
-            q: &mut [],
-            v: node.v,
-            a: node.a,
-            force: &mut *node.force,
-            t: &mut *node.t,
-            energy: node.energy,
-        };
-        self.kernel.report(constants, solved.leg(), &solved.e, told);
-        (*node.index, *node.t) = (clock.index(), clock.time());
-        (*node.iterations, *node.stop) = (solved.report.iterations, solved.report.stop);
+    fn tell_solved(&self, node: NodeMut<'_>) {
+        let Course { clock, report, .. } = &self.course;
+        let NodeMut { vectors, scalars } = node;
+        self.kernel.report(
+            &self.course,
+            NodeMut {
+                vectors: &mut *vectors,
+                scalars: &mut *scalars,
+            },
+        );
+        (scalars.index, scalars.t) = (clock.index(), clock.time());
+        (scalars.iterations, scalars.stop) = (report.iterations, report.stop);
+        if self.contacts.is_some() || self.changed.is_some() {
+            self.tell_force(vectors);
+        }
+    }
+
+    /// Writes the constraint force of a node where the step's equations were others.
+    #[cold]
+    fn tell_force(&self, vectors: &mut [f64]) {
+        let (_, force) = vectors.split_at_mut(vectors.len() / 4 * 3);
         if self.contacts.is_some() {
-            self.tell_sides(node.force);
+            self.tell_sides(force);
         }
         if let Some(changed) = &self.changed
             && changed.index == self.course.clock.index()

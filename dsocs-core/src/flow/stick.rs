@@ -4,7 +4,7 @@ use super::discrete::Discrete;
 use super::inputs::Changed;
 use crate::error::StepError;
 use crate::kernel::report::{Guess, StepReport};
-use crate::number::point::{AnyLeg, AnyPoint};
+use crate::number::point::{AnyLeg, AnyPoint, copy};
 use crate::regularity::multipliers;
 use crate::regularity::sides::Piece;
 use crate::regularity::sticking::{self, Contact, Outlook};
@@ -151,6 +151,12 @@ impl Discrete<'_> {
         }
     }
 
+    /// Whether something rests on the last leg.
+    pub(crate) fn rests(&self) -> bool {
+        let contacts = self.contacts.as_ref();
+        contacts.is_some_and(|contacts| contacts.pieces.contains(&Piece::Between))
+    }
+
     /// Whether the last step solves the declared rows only with sides.
     pub(crate) fn has_sides(&self) -> bool {
         self.last_sides().is_some()
@@ -271,7 +277,7 @@ impl Discrete<'_> {
 
     /// Goes on with a second difference that was solved for with sides.
     fn go(&mut self, e: &[f64], multipliers: &[f64], report: StepReport) -> Option<()> {
-        let mut d = self.course.d.clone();
+        let mut d = self.course.vectors.d();
         d.add(e);
         let q = self.course.vectors.q().plus(&d);
         if !q.hi.is_finite() {
@@ -290,10 +296,9 @@ impl Discrete<'_> {
     #[cold]
     pub(super) fn tell_sides(&self, force: &mut [f64]) {
         if let Some(sides) = self.last_sides() {
-            let solved = &self.course.solved;
-            let sided = self
-                .declaration()
-                .sided_force(self.course.h, solved.leg(), &solved.e[..], sides);
+            let course = &self.course;
+            let (leg, e) = (course.solved_leg(), course.vectors.e());
+            let sided = self.declaration().sided_force(course.h, leg, e, sides);
             copy(force, &sided);
         }
     }

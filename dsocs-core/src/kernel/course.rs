@@ -279,7 +279,7 @@ impl Course {
             report: NOTHING,
             has_solved: false,
             looked: true,
-            rests_at: None,
+            looks_at: u64::MAX,
         }
     }
 

@@ -140,6 +140,11 @@ fn zero(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> Vec<bool
     arguments.into_iter().map(is_zero).collect()
 }
 
+/// Whether an argument is zero, to rounding, at a position and a velocity.
+pub(crate) fn rests_at(declaration: &Declaration<'_>, t: f64, q: &[f64], v: &[f64]) -> bool {
+    zero(declaration, t, q, v).contains(&true)
+}
+
 /// What holds in a part of a step, from an arrival on.
 struct Span<'a> {
     /// What the sides before have done, each multiplied by its part of the step.

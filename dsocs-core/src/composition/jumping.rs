@@ -1,0 +1,130 @@
+//! Composed steps in which something comes to rest, rests or slips where a function jumps with the velocity.
+//!
+//! A leg that goes back in time knows nothing of a rest that begins or ends on it, and legs of different lengths rest on different velocities of a surface
+//! that moves. So such a step is made by the paper's step of a part of its length, forward alone, with sides (see [`crate::regularity::sticking`]). It is of
+//! order 2, as everything is in which the acceleration jumps.
+
+use super::run::Composed;
+use super::stages::{Course, State};
+use crate::flow::discrete::Discrete;
+use crate::kernel::report::StepReport;
+use crate::number::tangent::Tangent;
+use crate::regularity::sticking;
+use crate::run::{OwnedNode, Run as _, RunError, Unresolved};
+use crate::solve::Vector;
+use crate::solve::sum::Sum;
+use crate::start::{self, Given, Rule};
+
+/// So many of the paper's steps make a composed one.
+const PARTS: u32 = 16;
+
+/// An argument that may be zero within so many steps, as it changes now, is near.
+const NEAR: f64 = 2.0;
+
+impl Composed<'_> {
+    /// The arguments of functions that jump with the velocity at the current node, and how fast they change with an acceleration.
+    fn side_arguments(&self, a: &[f64]) -> Vec<Tangent> {
+        let State { q, v, .. } = &self.course.now;
+        let along = |x: &[f64], by: &[f64]| -> Vec<Tangent> {
+            let both = x.iter().zip(by);
+            both.map(|(x, by)| Tangent::new(*x, *by)).collect()
+        };
+        self.declaration().side_arguments(
+            Tangent::new(self.course.clock.time(), 1.0),
+            &along(&q.hi, &v.hi),
+            &along(&v.hi, a),
+        )
+    }
+
+    /// Whether something rests at the current node, or may do so within the next step.
+    pub(super) fn is_near_rest(&self) -> bool {
+        let State { q, v, a } = &self.course.now;
+        if self.rests || sticking::rests_at(&self.declaration(), self.course.clock.time(), &q.hi, &v.hi) {
+            return true;
+        }
+        // as the mass goes on, and as the surface does below it
+        let (moving, steady) = (self.side_arguments(a), self.side_arguments(&a.map(|_| 0.0)));
+        let mut both = moving.iter().zip(&steady);
+        // false also for what is no number
+        let is_clear = |moving: &Tangent, steady: &Tangent| {
+            let change = moving.derivative().abs() + steady.derivative().abs();
+            moving.value().abs() > NEAR * (change * self.h).abs()
+        };
+        !both.all(|(moving, steady)| is_clear(moving, steady))
+    }
+
+    /// Whether an argument has another sign than in a step that has been taken back.
+    pub(super) fn has_crossed(&self, before: &Course) -> bool {
+        let State { q, v, .. } = &before.now;
+        let t = before.clock.time();
+        let before = self.declaration().side_arguments(t, &q.hi[..], &v.hi[..]);
+        let now = self.side_arguments(&self.course.now.a);
+        let mut both = before.iter().zip(&now);
+        both.any(|(before, now)| before * now.value() <= 0.0)
+    }
+
+    /// Makes a step by short ones of order 2.
+    #[cold]
+    pub(super) fn step_slowly(&mut self) -> Result<StepReport, RunError> {
+        let h = self.h / f64::from(PARTS);
+        let State { q, v, a } = &self.course.now;
+        let t0 = self.course.clock.time();
+        let mut d = Sum {
+            hi: v.hi.map(|v| h * v),
+            lo: v.lo.map(|v| h * v),
+        };
+        d.add(&a.map(|a| 0.5 * h * h * a));
+        let given = Given {
+            q0: q.hi.clone(),
+            rule: Rule::Exact {
+                v0: v.hi.clone(),
+                a0: a.clone(),
+                d,
+                h,
+                t0,
+            },
+            t0,
+            projected: false,
+            near: None,
+        };
+        let mut flow = Discrete::new(self.kernel, self.values.clone(), h, &given)?;
+        flow.steps(u64::from(PARTS))?;
+        self.rests = flow.rests();
+        let mut node = OwnedNode::new(0);
+        node.take(&flow);
+        let node = node.any();
+        let force = Vector::of(node.force);
+        let report = StepReport {
+            stop: node.stop,
+            iterations: node.iterations,
+            guess: crate::kernel::report::Guess::Predicted,
+        };
+        if let Some(found) = flow.unresolved() {
+            let so_far = self.unresolved.get_or_insert(Unresolved { steps: 0, ..found });
+            so_far.steps += found.steps;
+            so_far.largest = so_far.largest.max(found.largest);
+        }
+        self.course.now = State {
+            q: Sum::exact(Vector::of(node.q)),
+            v: Sum::exact(Vector::of(node.v)),
+            a: Vector::of(node.a),
+        };
+        self.course.clock.tick();
+        // what was known of the legs before has ended
+        self.course.since = self.course.clock.index();
+        self.prepare();
+        self.course.report = report;
+        let t = self.course.clock.time();
+        if !self.is_near_rest() {
+            // the step that follows is of a higher order, and so is its acceleration
+            let State { q, v, a } = &self.course.now;
+            let found = start::acceleration(&self.declaration(), (t, &q.hi, &v.hi), Some(a));
+            if let Ok((a, _)) = found {
+                self.course.now.a = a;
+            }
+        }
+        self.join_again(t)?;
+        self.force = Some((self.course.clock.index(), force));
+        Ok(report)
+    }
+}
