@@ -3,6 +3,7 @@
 mod backward;
 mod certificates;
 mod chains;
+mod friction;
 mod functions;
 mod garbage;
 mod long;
@@ -120,6 +121,11 @@ pub const CASES: &[Case] = &[
         number: 15,
         name: "random scenes",
         run: scenes::run,
+    },
+    Case {
+        number: 16,
+        name: "friction on moving surfaces",
+        run: friction::run,
     },
 ];
 

@@ -30,6 +30,7 @@ mod jacobians;
 mod jumps;
 mod library;
 mod lower_rows;
+mod moving_surfaces;
 mod particle_reference;
 mod pendulum_reference;
 mod proper_branch;

@@ -44,4 +44,5 @@ cases! {
     chains_at_rest: 13;
     certificates: 14;
     random_scenes: 15;
+    friction_on_moving_surfaces: 16;
 }

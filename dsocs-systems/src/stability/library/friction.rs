@@ -1,0 +1,129 @@
+//! Dry friction on surfaces that move: a stop and a release cost no order.
+
+use dsocs_core::{ComposedFlow, Composition, Flow, Start, Stepper, dsocs};
+
+use super::{Bar, Measured, Report, larger};
+
+/// A block on a belt whose speed changes evenly, pulled back more and more.
+#[dsocs {
+    coordinates(x);
+    lagrangian = dot(x).powi(2) / 2;
+    external_forces = pull * (1 - t.exp()) - dry * (dot(x) - (speed + change * t)).signum();
+}]
+struct Belt {
+    pull: f64,
+    dry: f64,
+    speed: f64,
+    change: f64,
+}
+
+impl Belt {
+    /// A belt that slows down, from which the block is torn off where `eᵗ = 2.1`.
+    const SLOWING: Self = Self {
+        pull: 1.0,
+        dry: 1.0,
+        speed: 0.5,
+        change: -0.1,
+    };
+
+    /// A belt that speeds up, and that catches a block which is faster at first, at `t = 10/7`.
+    const CATCHING: Self = Self {
+        pull: 0.0,
+        dry: 0.5,
+        speed: 0.0,
+        change: 0.2,
+    };
+
+    /// Position and velocity of a block that the belt takes along from the origin.
+    fn taken(&self, t: f64) -> [f64; 2] {
+        [
+            self.speed * t + self.change * t * t / 2.0,
+            self.speed + self.change * t,
+        ]
+    }
+}
+
+/// The block on the belt that slows down.
+fn torn_off(t: f64) -> [f64; 2] {
+    let belt = Belt::SLOWING;
+    let begins = 2.1_f64.ln();
+    if t <= begins {
+        return belt.taken(t);
+    }
+    let ([x, v], s) = (belt.taken(begins), t - begins);
+    [
+        x + v * s + s * s - (t.exp() - 2.1 - 2.1 * s),
+        v + 2.0 * s - (t.exp() - 2.1),
+    ]
+}
+
+/// The block that is caught.
+fn caught(t: f64) -> [f64; 2] {
+    let (belt, stops) = (Belt::CATCHING, 10.0 / 7.0);
+    if t <= stops {
+        return [t - t * t / 4.0, 1.0 - t / 2.0];
+    }
+    let [[now, v], [then, _]] = [t, stops].map(|t| belt.taken(t));
+    [stops - stops * stops / 4.0 + now - then, v]
+}
+
+/// The largest error of position and velocity after the time 1.6, in units of `h²`, over ten steps of which none is the half of another one.
+fn in_squares(run: impl Fn(f64) -> Measured) -> Measured {
+    let mut largest = 0.0;
+    for k in 0..10 {
+        let h = 0.05 * 0.73_f64.powi(k);
+        largest = larger(largest, run(h)? / (h * h));
+    }
+    Ok(largest)
+}
+
+/// The largest error of position and velocity of a run up to the time 3, after the time 1.6.
+fn error<R: Stepper<1>>(mut run: R, exact: fn(f64) -> [f64; 2]) -> Measured {
+    let mut largest = 0.0;
+    loop {
+        run.advance()?;
+        let node = run.node();
+        if node.t > 3.0 {
+            return Ok(largest);
+        }
+        if node.t > 1.6 {
+            let [x, v] = exact(node.t);
+            largest = larger(largest, larger((node.q[0] - x).abs(), (node.v[0] - v).abs()));
+        }
+    }
+}
+
+/// The figures.
+pub fn run(report: &mut Report<'_>) {
+    for (what, belt, start, exact, method) in [
+        (
+            "a block is torn off a belt that slows down: largest error of position and velocity over ten steps, in h²",
+            Belt::SLOWING,
+            Start::second_order([0.0], [0.5]),
+            torn_off as fn(f64) -> [f64; 2],
+            None,
+        ),
+        (
+            "a belt that speeds up catches a block: the same",
+            Belt::CATCHING,
+            Start::second_order([0.0], [1.0]),
+            caught,
+            None,
+        ),
+        (
+            "the first one by Suzuki's composition",
+            Belt::SLOWING,
+            Start::second_order([0.0], [0.5]),
+            torn_off,
+            Some(Composition::SUZUKI_4),
+        ),
+    ] {
+        let bar = if method.is_some() { 0.1 } else { 4.0 };
+        report.measure(what, Bar::AtMost(bar), || {
+            in_squares(|h| match method {
+                None => error(Flow::new(&belt, h, start)?, exact),
+                Some(method) => error(ComposedFlow::new(&belt, h, method, start)?, exact),
+            })
+        });
+    }
+}
