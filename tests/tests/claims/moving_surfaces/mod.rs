@@ -420,13 +420,13 @@ fn stops_and_releases_on_moving_surfaces_cost_no_order_in_200_scenes() {
 fn joints_of_arms_and_compositions_keep_the_order() {
     let mut random = Random::new(3);
     let (mut done, mut events) = (0, 0);
-    while done < 4 {
+    while done < 3 {
         let Some(scene) = arms(&mut random) else {
             continue;
         };
         done += 1;
         events += scene.motion.events.len();
-        let orders = scene.orders(&scene.steps(1.0, 0.015, 1.37), |h| {
+        let orders = scene.orders(&scene.steps(1.0, 0.015, 1.45), |h| {
             let mut flow = Flow::new(&scene.system, h, scene.start()).unwrap();
             scene.errors(&mut flow, h, &[], |_| ())
         });
@@ -448,7 +448,7 @@ fn joints_of_arms_and_compositions_keep_the_order() {
             );
         }
     }
-    assert!(events >= 8, "{events}");
+    assert!(events >= 6, "{events}");
 }
 
 #[test]
