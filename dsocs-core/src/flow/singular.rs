@@ -55,8 +55,8 @@ impl Discrete<'_> {
     /// one before, as the masses measure it.
     fn turns_back(&self, e: &[f64]) -> bool {
         let (course, leg) = (&self.course, self.next_leg());
-        let last = &course.third.e.hi;
-        let before = Vector::of(leg.d).zip(last, |d, last| d - last);
+        let last = course.vectors.second().hi;
+        let before = Vector::of(leg.d).zip(&last, |d, last| d - last);
         let after = Vector::from_fn(e.len(), |i| leg.d[i] + (last[i] + e[i]));
         let v = Vector::of(leg.d).map(|d| d / course.h);
         let mass = start::mass_matrix(&self.declaration(), (course.time(), leg.q, &v));
@@ -75,12 +75,12 @@ impl Discrete<'_> {
         let (course, leg) = (&self.course, self.next_leg());
         let (h, t) = (course.h, course.time());
         let velocity = |d: &[f64], e: &[f64]| Vector::of(d).zip(e, |d, e| (d + 0.5 * e) / h);
-        let solved = &course.solved;
+        let solved = course.solved_leg();
         let before = if course.has_solved {
             Place {
                 t: t - h,
-                q: solved.q.clone(),
-                v: velocity(&solved.d, &solved.e),
+                q: Vector::of(solved.q),
+                v: velocity(solved.d, course.vectors.e()),
             }
         } else if course.index() == 1 {
             let beginning = &self.beginning;

@@ -131,8 +131,8 @@ impl Discrete<'_> {
         };
         let leg = AnyLeg {
             t: self.course.time() + self.course.h,
-            q: &self.course.q.hi,
-            d: &self.course.d.hi,
+            q: self.course.vectors.position(),
+            d: self.course.vectors.increment(),
         };
         let pieces = sticking::pieces_of_leg(&self.declaration(), self.course.h, leg);
         if pieces != contacts.pieces {
