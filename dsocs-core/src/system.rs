@@ -114,7 +114,7 @@ pub trait System<const N: usize>: Compiled<N> + Jets<N> {
     /// units of `L` per unit of the coordinate. It is as exact as the acceleration of the point.
     ///
     /// ```
-    /// use dsocs_core::prelude::*;
+    /// use dsocs_core::{System, prelude::*};
     ///
     /// /// A mass on a rod.
     /// #[dsocs {

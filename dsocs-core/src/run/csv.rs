@@ -132,6 +132,36 @@ impl<W: Write, const N: usize> Observer<N> for CsvWriter<'_, W> {
 impl<const N: usize> Trajectory<N> {
     /// Writes the nodes as comma-separated values, with the columns of a [`CsvWriter`].
     ///
+    /// ```
+    /// use dsocs_core::prelude::*;
+    ///
+    /// /// A mass on a wire, with an observed expression.
+    /// #[dsocs {
+    ///     coordinates(x, y);
+    ///     lagrangian = (dot(x).powi(2) + dot(y).powi(2)) / 2 - y;
+    ///     let height = y + 1;
+    ///     holonomic = y - x.powi(2);
+    ///     observe = [height];
+    /// }]
+    /// struct Wire;
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let trajectory = Flow::new(&Wire, 0.1, Start::second_order([1.0, 1.0], [0.0, 0.0]))?.until(1.0)?;
+    /// let mut table = Vec::new();
+    /// trajectory.write_csv(&Wire, &mut table)?;
+    /// let table = String::from_utf8(table)?;
+    /// let mut lines = table.lines();
+    /// assert_eq!(lines.next(), Some("t,x,y,v_x,v_y,force_x,force_y,energy,height,lambda_0"));
+    /// // every number reads back the same
+    /// for (line, node) in lines.zip(&trajectory) {
+    ///     let numbers: Vec<f64> = line.split(',').map(str::parse).collect::<Result<_, _>>()?;
+    ///     assert_eq!(numbers[..8], [node.t, node.q[0], node.q[1], node.v[0], node.v[1], node.force[0], node.force[1], node.energy]);
+    ///     assert_eq!((numbers[8], numbers.len()), (node.q[1] + 1.0, 10));
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
     /// # Errors
     ///
     /// Those of the writer.

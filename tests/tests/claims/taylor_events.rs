@@ -74,7 +74,7 @@ fn numbers_stand_on_either_side() {
         ),
         (
             Event::function(|p| 3.0 / (2.0 + p.v[0]) - 1.2),
-            Event::function(|p| (p.v[0] + 2.0).recip() * 3.0 - 1.2),
+            Event::function(|p| Jet::from(3.0) / (p.v[0] + 2.0) - 1.2),
         ),
         (
             Event::function(|p| 7.0 % (3.0 + p.v[0]) - 0.9),
